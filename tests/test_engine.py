@@ -152,3 +152,43 @@ def test_the_engine_imports_nothing(page):
     assert imports == []
     names = {export["name"] for export in exports if export["kind"] in ("function", "memory")}
     assert names == {"memory", "room", "message", "answer"}
+
+
+@pytest.mark.parametrize(
+    ("plant", "values", "to"),
+    [
+        ("HEATER", {}, 60.0),
+        ("THERMO", {}, 60.0),
+        # One lag and a dead time, which the model is; two lags, which it is not.
+        ("PROCESS", {}, 60.0),
+        ("PROCESS", {"T1": 10.0, "T2": 8.0, "DEAD_TM": 1.0}, 60.0),
+        ("PROCESS", {"GAIN": 2.0, "T1": 30.0, "T2": 30.0, "DEAD_TM": 5.0}, 60.0),
+    ],
+)
+def test_what_is_offered_first_after_a_step_test_overshoots_by_less_than_5_percent(page, plant, values, to):
+    controller, of = [{"name": name, "fmu": fmu, "values": {}} for name, fmu in (("C", "CONT_C"), ("P", plant))]
+    (proposed,) = in_the_page(page, [{"do": "propose", "controller": controller, "plant": of}])
+    proposed = json.loads(proposed)["ok"]
+    for name, value in proposed["values"].items():
+        member, variable = name.split(".")
+        (controller if member == "C" else of)["values"][variable] = value
+    of["values"] |= values
+    setup = {
+        "connections": [[wire["from"], wire["to"]] for wire in proposed["connections"]],
+        "step": proposed["step"],
+        "exchange": proposed["exchange"],
+    }
+    test = {"do": "step_test", "size": 10.0, "method": "least_squares", "is_integrating": False}
+    *_, tested = in_the_page(page, [{"do": "start", "members": [controller, of], **setup}, test])
+    tuning = {"model": json.loads(tested)["ok"]["identified"]["model"], "rule": "simc", "structure": "pi"}
+    (rows,) = in_the_page(page, [{"do": "rules", "controller": controller, **tuning}])
+    simc = next(row for row in json.loads(rows)["ok"] if row["rule"] == "simc")["tuned"]
+    # From cold, in automatic mode from the first call on.
+    settings = {**controller["values"], **simc["values"], "MAN_ON": False, "SP_INT": to}
+    members = [{**controller, "values": settings}, of]
+    run = [{"do": "start", "members": members, **setup}, {"do": "settle", "calls": 20_000, "from": 0.0}]
+    *_, settled, figures = in_the_page(page, [*run, {"do": "figures"}])
+    settled = json.loads(settled)["ok"]
+    assert settled["is_at_rest"] and settled["state"]["values"]["C.PV"] == pytest.approx(to, abs=0.1)
+    overshoot = next(one["value"] for one in json.loads(figures)["ok"]["figures"] if one["key"] == "overshoot")
+    assert 0 <= overshoot < 3.5

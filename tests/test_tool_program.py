@@ -227,7 +227,12 @@ def test_a_program_survives_a_reload_and_a_link_carries_it(open_tool):
 def test_a_parameter_file_and_a_damaged_file_are_no_programs(open_tool):
     page = open_tool(LAPTOP)
     drop(page, ("noise.scl", "FUNCTION_BLOCK \0\x01 ((((" * 50))
-    page.locator("#refused .finding").first.wait_for()
+    page.get_by_text("noise.scl").wait_for()
+    page.get_by_text("It is not a text").wait_for()
+    drop(page, ("wide.scl", "FUNCTION_BLOCK".encode("utf-16-le").decode("latin-1")))
+    page.get_by_text("It is a text in UTF-16 without a byte order mark").wait_for()
+    drop(page, ("empty.scl", ""))
+    page.get_by_text("the file is empty").wait_for()
     # The page goes on.
     new_loop(page, "TIC101")
     page.get_by_role("button", name="Run", exact=True).wait_for()

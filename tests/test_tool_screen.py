@@ -22,7 +22,7 @@ from test_tool_run import (
     set_now,
     tool,  # noqa: F401
 )
-from tool import PAGE, new_loop, show_tab, take_generic_plant
+from tool import PAGE, add_sensor, new_loop, show_tab, take_generic_plant
 
 pytestmark = test_tool_run.pytestmark
 
@@ -185,6 +185,7 @@ def test_an_overview_is_a_band_from_the_lowest_to_the_highest(open_tool):
 
 
 def test_a_thinned_picture_says_so_and_the_cursor_reads_a_range(tool):
+    add_sensor(tool)
     set_now(tool, "noise", 0.25)
     run_calls(tool, 5000)
     tool.get_by_text(re.compile(r"min to max of each \d+ calls")).wait_for()
@@ -231,7 +232,7 @@ def test_a_picture_has_title_date_legend_and_marks(tool):
     _, picture = saved(tool, "Picture (SVG)")
     text = picture.decode()
     assert ">TIC101  CONT_C<" in text and re.search(r">\d{4}-\d\d-\d\d \d\d:\d\d UTC<", text)
-    for words in ("SP_INT", "PV", "LMN in %", "SP_INT 60", "plant: PROCESS, SENSOR"):
+    for words in ("SP_INT", "PV", "LMN in %", "SP_INT 60", "plant: PROCESS"):
         assert f">{words}<" in text, words
 
 
@@ -261,13 +262,13 @@ def test_the_step_test_finds_the_plant_and_all_rules_are_told(tool):
     tool.wait_for_function("() => document.querySelectorAll('#tune .rules tbody tr').length === 9")
     rows = tool.locator("#tune .rules tbody tr").evaluate_all("rows => rows.map(row => row.innerText.split('\\t'))")
     simc = next(row for row in rows if row[0].strip() == "SIMC")
-    # GAIN = T/(2 K L), TI = min(T, 8 L), with the dead time longer by half of CYCLE: L = 2.5 s.
-    assert [float(cell) for cell in simc[1:3]] == pytest.approx([2, 20], rel=0.03)
+    # GAIN = T/(K (lambda + L)), TI = min(T, 4 (lambda + L)), with the dead time longer by half of CYCLE: L = 2.5 s, lambda = 1.5 L.
+    assert [float(cell) for cell in simc[1:3]] == pytest.approx([1.6, 20], rel=0.03)
     assert re.fullmatch(r"1\.\d+", simc[4].strip())
     # A longer lambda is calmer.
     tool.locator("#tune-speed").fill("0.5")
     gain = "Number(document.querySelector('#tune .rules .is-now td:nth-child(2)')?.innerText)"
-    tool.wait_for_function(f"() => {gain} > 0 && {gain} < 1.5")
+    tool.wait_for_function(f"() => {gain} > 0 && {gain} < 1.3")
 
 
 def test_after_a_step_test_automatic_mode_begins_where_the_plant_is(tool):
@@ -393,14 +394,27 @@ def test_a_new_loop_says_what_comes_next(open_tool):
     new_loop(page, "TIC101")
     assert "Nothing answers the controller yet" in page.locator(".no-run").inner_text()
     take_generic_plant(page, "2", "20", "2")
-    page.get_by_role("button", name="To the step test").click()
-    assert page.locator("#step-test").is_visible()
+    page.get_by_role("button", name="Make a step test").click()
+    page.locator("#tune .fit").get_by_text("fit").wait_for()
+    assert float(page.locator("#model-gain").input_value()) == pytest.approx(2, rel=0.02)
+
+
+def test_a_new_loop_offers_the_plants_that_its_controller_drives(open_tool):
+    page = open_tool((1366, 768))
+    new_loop(page, "TIC101")
+    offered = page.locator(".no-run").get_by_role("button")
+    assert set(offered.all_inner_texts()) == {"PROCESS", "HEATER", "VALVE", "THERMO", "TANK"}
+    page.locator(".no-run").get_by_role("button", name="HEATER").click()
+    page.get_by_role("button", name="Make a step test").wait_for()
+    # Nothing is there that nobody has asked for.
+    members = "async () => (await moduleOf('tool/store.js')).store.loop.members.map(({ fmu }) => fmu)"
+    assert page.evaluate(members) == ["HEATER"]
 
 
 def test_a_figure_without_a_unit_has_no_square_of_it(open_tool):
     page = open_tool()
     shown = "async unit => (await moduleOf('tool/figures.js')).shownUnit(unit)"
-    assert [page.evaluate(shown, unit) for unit in ("degC^2 s", "^2 s", "%", None)] == ["degC²·s", "s", "%", ""]
+    assert [page.evaluate(shown, unit) for unit in ("degC^2 s", "^2 s", "%", None)] == ["°C²·s", "s", "%", ""]
 
 
 def test_all_examples_of_the_first_page_are_on_the_screen(open_tool):
@@ -445,18 +459,27 @@ OVERLAPS = """selectors => [...document.querySelectorAll('.notice')].flatMap(not
 })"""
 
 
-def test_after_a_step_test_what_comes_next_is_in_sight_and_its_note_covers_nothing_of_it(tool):
+def test_after_a_step_test_what_comes_next_stands_in_one_place_in_sight(tool):
     show_tab(tool, "Tune")
     tool.locator("#step-test").click()
     apply = tool.get_by_role("button", name="Apply")
     apply.wait_for()
     assert bottom(apply.bounding_box()) <= tool.viewport_size["height"]
-    # K = 2, T = 20 s and L = 2 s, and half of CYCLE: the settings that the block starts with.
+    # K = 2, T = 20 s, L = 2 s and half of CYCLE, lambda = 1.5 L.
     settings = re.search(r"SIMC: GAIN ([\d.]+), TI ([\d.]+)", tool.locator("#tune").inner_text()).groups()
-    assert [float(one) for one in settings] == pytest.approx([2, 20], rel=0.03)
+    assert [float(one) for one in settings] == pytest.approx([1.6, 20], rel=0.03)
+    tune = tool.locator("#tune")
+    send, run = (tune.get_by_role("button", name=name) for name in ("Send", "Run the step to"))
+    assert send.is_disabled() and run.is_disabled()
     apply.click()
-    tool.locator(".notice").wait_for()
-    assert tool.evaluate(OVERLAPS, ["#curves", "#run", "#panels", "#commands", "#side .send"]) == []
+    tune.get_by_text("in the fields, not sent").wait_for()
+    assert bottom(send.bounding_box()) <= tool.viewport_size["height"] and run.is_disabled()
+    send.click()
+    tune.get_by_text("in force").wait_for()
+    run.click()
+    tool.locator("#run .status").get_by_text("at rest").wait_for()
+    values = tool.evaluate("async () => (await moduleOf('tool/store.js')).store.state.values")
+    assert values["TIC101.PV"] == pytest.approx(values["TIC101.SP_INT"], abs=0.05) and not values["TIC101.MAN_ON"]
 
 
 def test_rows_of_controls_have_room_between_them(open_tool):

@@ -53,6 +53,13 @@ def take_generic_plant(page, gain, lag, dead_time):
     plant.get_by_text("goes to").first.wait_for()
 
 
+def add_sensor(page):
+    """Measures through a sensor, which is what has noise."""
+    show_tab(page, "Plant")
+    page.locator("#sensor").get_by_text("Measure through a sensor").click()
+    page.locator("#noise").wait_for(state="attached")
+
+
 class Server:
     """A `plcfmu tool` that runs while the `with` block does."""
 

@@ -121,6 +121,11 @@ pub fn definition(name: &str) -> Option<Definition> {
     UNITS.iter().find(|(known, _)| *known == name).map(|(_, definition)| *definition)
 }
 
+/// A unit, or a text that names units, as a person reads it: FMI allows no degree sign, and what is printed has one.
+pub fn shown(text: &str) -> String {
+    text.replace("degC", "\u{b0}C")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -8,6 +8,7 @@ use crate::describe::describe;
 use crate::home::Home;
 use crate::message::{Description, KnownLoop, Member, Open, Part, Proposal, Values, Variable, Wire};
 use anyhow::{Result, bail};
+use modeldescription::units;
 use run::fmus::number_of;
 use run::system::{Value, own_name};
 use std::ops::{Deref, DerefMut};
@@ -257,7 +258,7 @@ fn connect(from: &End, output: &str, to: &End, input: &str, reason: &str, propos
         return;
     }
     if !fits(output, input) {
-        let shown = |of: &Variable| of.unit.clone().unwrap_or_else(|| type_of(of).to_lowercase());
+        let shown = |of: &Variable| of.unit.as_deref().map_or_else(|| type_of(of).to_lowercase(), units::shown);
         let (output, from_unit, to_unit) = (from.full(&output.name), shown(output), shown(input));
         let text = format!(
             "{output} ({from_unit}) does not fit {full} ({to_unit}), though {reason}: values are not converted"
@@ -266,7 +267,7 @@ fn connect(from: &End, output: &str, to: &End, input: &str, reason: &str, propos
         return;
     }
     let unit = match &output.unit {
-        Some(unit) if input.unit.is_some() => format!(", both in {unit}"),
+        Some(unit) if input.unit.is_some() => format!(", both in {}", units::shown(unit)),
         _ => String::new(),
     };
     proposal.connections.push(Wire { from: from.full(&output.name), to: full, reason: format!("{reason}{unit}") });
@@ -326,7 +327,7 @@ fn by_units(controller: &End, plant: &End, proposal: &mut Draft) {
             pairs.extend(inputs.map(|input| (output, input)));
         }
         if let [(output, input)] = pairs.as_slice() {
-            let reason = format!("same unit, {}", output.unit.as_deref().unwrap_or_default());
+            let reason = format!("same unit, {}", units::shown(output.unit.as_deref().unwrap_or_default()));
             let wire = Wire { from: from.full(&output.name), to: to.full(&input.name), reason };
             proposal.connections.push(wire);
         }
@@ -388,7 +389,7 @@ fn others(controller: &End, plant: &End, proposal: &mut Draft) {
                     return;
                 }
                 let reason = match (&output.unit, &input.unit) {
-                    (Some(unit), Some(_)) => format!("same unit, {unit}"),
+                    (Some(unit), Some(_)) => format!("same unit, {}", units::shown(unit)),
                     _ => format!("same type, {}", type_of(input)),
                 };
                 proposal.others.push(Wire { from: full, to: full_input, reason });

@@ -10,7 +10,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use blocks::table::number::{number, to_value};
 use blocks::{Kind, Role};
-use modeldescription::{Causality, Row, Table, Type, Variability};
+use modeldescription::{Causality, Row, Table, Type, Variability, units};
 use parameters::{Format, Options, Origin, Problems, Source};
 use run::dialog::{self, Group, Roles};
 use run::fmus::number_of;
@@ -339,7 +339,7 @@ fn as_given(given: Value, held: f64) -> Value {
 
 /// A sentence if the value is outside the range in which it makes sense.
 fn outside(variable: &Variable, value: f64) -> Option<String> {
-    let unit = variable.unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
+    let unit = variable.unit.as_ref().map_or_else(String::new, |unit| format!(" {}", units::shown(unit)));
     let (bound, which) = match (variable.min, variable.max) {
         (Some(min), _) if value < min => (min, "lowest"),
         (_, Some(max)) if value > max => (max, "highest"),

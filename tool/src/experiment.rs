@@ -20,6 +20,10 @@ use std::f64::consts::TAU;
 const FIRST: usize = 40;
 /// A process value rests if it moves by less than this part of how far it has moved.
 const REST: f64 = 0.005;
+/// The same for a run that ends by itself: what the user looks at has come to its end.
+const SETTLED: f64 = 0.001;
+/// Such a run has so many calls at least: a dead time is no rest.
+const WATCHED: usize = 200;
 /// It has moved if it is this many times the noise away.
 const MOVED: f64 = 8.0;
 /// How many periods of a relay are waited for; the first of them do not count.
@@ -84,6 +88,52 @@ pub struct RelayTested {
     pub model: Model,
     /// What the user should know, a sentence each.
     pub remarks: Vec<String>,
+}
+
+/// A run until the loop rests.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Settle {
+    /// How many calls at most, one at least.
+    pub calls: usize,
+    /// From when on it is watched, in seconds: when the user has started it.
+    pub from: f64,
+}
+
+/// What a run until the loop rests gives.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Settled {
+    /// Where the run is now.
+    pub state: State,
+    /// Whether the loop rests; otherwise all calls were made, or the run has failed.
+    pub is_at_rest: bool,
+}
+
+/// Makes calls until process value and manipulated value rest since the user has done something last, or on the whole do so where they
+/// swing evenly. A loop whose process value is not known never rests.
+///
+/// # Errors
+/// No call or too many; the run has ended.
+pub fn settle(home: &dyn Home, session: &mut Session, request: &Settle) -> Result<Settled> {
+    let mut left = request.calls;
+    let mut watched = 0;
+    loop {
+        let calls = left.min((watched / 10).max(FIRST));
+        let state = session.run(calls)?;
+        left -= calls;
+        let record = session.record(None)?;
+        let done = record.done().last().map_or(0.0, |done| record.time(done.call));
+        let is_at_rest = Signals::of(home, record, Some(request.from.max(done)), None).is_ok_and(|signals| {
+            watched = signals.times.len();
+            let Signals { process_value, manipulated_value, .. } = &signals;
+            watched >= WATCHED && [process_value, manipulated_value].iter().all(|values| is_at_rest(values, SETTLED))
+        });
+        if is_at_rest || left == 0 || state.failure.is_some() {
+            return Ok(Settled { is_at_rest: is_at_rest && state.failure.is_none(), state });
+        }
+    }
 }
 
 /// Holds the plant, steps the manipulated value, waits, and identifies.
@@ -337,7 +387,7 @@ impl<'a> Bench<'a> {
             self.run(calls)?;
             made += calls;
             let values = self.process_value_from(from)?;
-            if is_done(&values) && is_at_rest(&values) {
+            if is_done(&values) && is_at_rest(&values, REST) {
                 return Ok(());
             }
             self.check_patience(made, "it does not come to rest, or the step does not move it: choose a larger step")?;
@@ -367,13 +417,17 @@ fn noise(values: &[f64]) -> f64 {
     (changes.iter().map(|change| change * change).sum::<f64>() / (6.0 * changes.len().max(1) as f64)).sqrt()
 }
 
-/// Whether the last third of the values stays where it is, as far as the noise lets one see.
-fn is_at_rest(values: &[f64]) -> bool {
+/// Whether the last third of the values stays where it is, within this part of how far they have moved, as far as the noise lets one
+/// see. No values are at rest.
+fn is_at_rest(values: &[f64], part: f64) -> bool {
+    if values.is_empty() {
+        return true;
+    }
     let last = &values[values.len() * 2 / 3..];
     let (first, second) = last.split_at(last.len() / 2);
     let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
     let seen = 3.0 * noise(values) / (first.len().max(1) as f64).sqrt();
-    values.len() >= FIRST && (mean(second) - mean(first)).abs() <= REST * (high - low) + seen
+    values.len() >= FIRST && (mean(second) - mean(first)).abs() <= part * (high - low) + seen
 }
 
 #[cfg(test)]

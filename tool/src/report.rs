@@ -10,6 +10,7 @@ use control::rules::{self, Rule};
 use draw::escape::Text;
 use draw::plot::{Chart, Curve, Panel, svg};
 use modeldescription::digits::short;
+use modeldescription::units;
 use run::dialog::Roles;
 use run::fmus::number_of;
 use run::system::Value;
@@ -147,7 +148,8 @@ fn run(page: &mut String, report: &Report, roles: &Roles) -> Result<()> {
         )?;
         for figure in &figures.figures {
             if let Some(value) = figure.value {
-                let (title, unit) = (Text(&figure.title), Text(figure.unit.as_deref().unwrap_or_default()));
+                let unit = units::shown(figure.unit.as_deref().unwrap_or_default());
+                let (title, unit) = (Text(&figure.title), Text(&unit));
                 writeln!(page, "<div><dt>{title}</dt> <dd>{} {unit}</dd></div>", short(value))?;
             }
         }
@@ -324,7 +326,7 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
                 "<tr{class}><td class=\"name\">{}</td><td class=\"number\">{}</td><td>{}</td>",
                 Text(&field.name),
                 Text(&shown(variable, value)),
-                Text(variable.unit.as_deref().unwrap_or(""))
+                Text(&units::shown(variable.unit.as_deref().unwrap_or("")))
             )?;
             if has_before {
                 let before = before.map_or_else(String::new, |value| shown(variable, value));

@@ -1,6 +1,6 @@
 //! What the page asks for: each request with its answer and what computes it.
 
-use crate::experiment::{self, RelayTested, StepTested};
+use crate::experiment::{self, RelayTested, Settled, StepTested};
 use crate::export::{self, Exported};
 use crate::home::Home;
 use crate::message::{
@@ -109,6 +109,8 @@ requests! { |home, session|
         /// How many, one at least.
         calls: usize,
     } -> State = session.run(calls)?;
+    /// Makes calls until the loop rests.
+    Settle(of: experiment::Settle) -> Settled = experiment::settle(home, session, &of)?;
     /// Replaces all members but the first by others, which begin now; the controller goes on.
     Exchange {
         /// The new members.

@@ -427,6 +427,9 @@ impl Reader<'_> {
                 self.report.wrong(kind.span, message, Some(help.clone()));
             }
         }
+        if self.text.trim().is_empty() {
+            self.report.wrong_file("the file is empty", None);
+        }
         if self.found.is_empty() && !self.report.is_wrong() {
             let help = "expected DATA_BLOCK ... END_DATA_BLOCK with the name of a block before BEGIN".to_string();
             self.report.wrong_file("the file holds no instance data block", Some(help));

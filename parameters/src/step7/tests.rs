@@ -506,6 +506,7 @@ fn a_file_without_a_known_block_is_an_error() {
            41), FAN, STATION, MIXER",
         ],
     );
+    assert_refused(" \r\n", &["plant.awl: the file is empty"]);
     assert_refused(
         "(* nothing *)",
         &[

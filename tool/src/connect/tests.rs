@@ -22,7 +22,7 @@ fn ends_of_the_same_role_are_connected_and_pulses_drive_a_plant_that_takes_them(
     let expected = [
         "C.UP -> P.HEAT: both are the pulses of the manipulated value",
         "C.DOWN -> P.COOL: both are the pulses of the manipulated value",
-        "P.TEMP -> C.PV_IN: both are the process value, both in degC",
+        "P.TEMP -> C.PV_IN: both are the process value, both in °C",
         "P.AT_TOP -> C.STOP_HIGH: both are the high stop",
     ];
     assert_eq!(shown(&proposal), expected);
@@ -135,7 +135,7 @@ fn ends_that_belong_together_and_do_not_fit_are_told() {
     let mut draft = Draft::default();
     connect(&controller, "PV", &plant, "POWER", "both are asked for", &mut draft);
     remarks(&home, &controller, &plant, &mut draft);
-    let expected = "C.PV (degC) does not fit P.POWER (%), though both are asked for: values are not converted";
+    let expected = "C.PV (°C) does not fit P.POWER (%), though both are asked for: values are not converted";
     assert!(texts(&draft).contains(&expected), "{:?}", draft.open);
 }
 
@@ -147,7 +147,7 @@ fn pulses_that_move_an_actuator_are_not_connected_with_pulses_that_act_while_the
     plant.description.roles.signals.clear();
     let mut proposal = draft(&home, &controller, &plant);
     remarks(&home, &controller, &plant, &mut proposal);
-    assert_eq!(shown(&proposal), ["P.TEMP -> C.PV_IN: both are the process value, both in degC"]);
+    assert_eq!(shown(&proposal), ["P.TEMP -> C.PV_IN: both are the process value, both in °C"]);
     let expected = [
         "UP and DOWN of C move an actuator between its stops, and HEAT and COOL of P act while they are on: they are different \
          pulses and not connected",

@@ -85,7 +85,7 @@ fn values_that_the_type_does_not_hold_are_errors_and_others_are_rounded() {
     let rounded =
         Values::from([("GAIN".into(), Value::Number(f64::from(0.1f32))), ("TI".into(), Value::Number(1.235))]);
     assert_eq!(checked.rounded, rounded);
-    assert_eq!(texts(&checked), [("SP = 101 degC: the highest sensible value is 100 degC", false)]);
+    assert_eq!(texts(&checked), [("SP = 101 °C: the highest sensible value is 100 °C", false)]);
     let cases = [
         ("GAIN", Value::Number(1e39), "GAIN = 1e39: a REAL takes finite numbers of at most 3.4028235e38"),
         ("GAIN", Value::Number(f64::NAN), "GAIN = NaN: it is not a finite number"),

@@ -74,6 +74,28 @@ fn a_relay_test_gives_the_ultimate_gain_and_period() {
 }
 
 #[test]
+fn a_run_until_the_loop_rests_ends_where_it_does_and_says_so() {
+    let home = TestHome::default();
+    let mut session = session(&home);
+    let from = session.state().unwrap().time;
+    let settled = settle(&home, &mut session, &Settle { calls: 20_000, from }).unwrap();
+    let number = |settled: &Settled, name: &str| number_of(settled.state.values[name]);
+    // The setpoint is 30, the plant has a gain of 1.5: 20 % hold it there.
+    assert!(settled.is_at_rest && settled.state.calls < 2000, "{}", settled.state.calls);
+    assert!((number(&settled, "P.TEMP") - 30.0).abs() < 0.1 && (number(&settled, "C.OUT") - 20.0).abs() < 0.1);
+    // What is done then is waited for anew, 200 calls at least.
+    let before = settled.state.calls;
+    session.send(&Values::from([("C.SP".into(), Value::Number(60.0))])).unwrap();
+    let settled = settle(&home, &mut session, &Settle { calls: 20_000, from }).unwrap();
+    assert!(settled.is_at_rest && settled.state.calls >= before + 200 && settled.state.calls < before + 2000);
+    assert!((number(&settled, "P.TEMP") - 60.0).abs() < 0.2);
+    // So many calls do not show it.
+    session.send(&Values::from([("C.SP".into(), Value::Number(30.0))])).unwrap();
+    let settled = settle(&home, &mut session, &Settle { calls: 150, from }).unwrap();
+    assert!(!settled.is_at_rest);
+}
+
+#[test]
 fn an_experiment_that_tells_nothing_is_refused() {
     let home = TestHome::default();
     let request = |size| StepTest { size, method: Method::LeastSquares, is_integrating: false };

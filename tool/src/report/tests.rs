@@ -85,7 +85,7 @@ fn a_report_has_curves_with_axes_and_units_and_what_was_done() {
         ">SP</text>",
         ">OUT</text>",
         "<dt>Rise time</dt> <dd>12.3457 s</dd>",
-        "<dt>ISE</dt> <dd>7 degC^2 s</dd>",
+        "<dt>ISE</dt> <dd>7 °C^2 s</dd>",
         "C.OUT goes to P.POWER.",
         "<td class=\"number\">25 s</td><td>C.SP</td><td class=\"number\">60</td>",
     ] {

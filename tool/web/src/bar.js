@@ -19,8 +19,8 @@ export function mount() {
   const undo = command("Undo", () => store.undo());
   const redo = command("Redo", () => store.redo());
   const compare = command("Compare", () => toggleDrawer("compare"));
-  const away = command("Take away", () => toggleDrawer("takeaway"), "away-button");
-  const open = command("Open, new", () => toggleDrawer("opening"), "open-button");
+  const away = command("Export", () => toggleDrawer("takeaway"), "away-button");
+  const open = command("Open or new", () => toggleDrawer("opening"), "open-button");
   const help = command("Help", () => toggleDrawer("help"));
   byId("commands").append(undo, redo, compare, open, away, help);
   const update = () => {

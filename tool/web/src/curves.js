@@ -28,10 +28,11 @@
  * @property {number} window in seconds, 0 is all
  */
 
-import { onTheme } from "tool/charts.js";
+import { onTheme, swatch, theme } from "tool/charts.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { copyInFull, drawnOfEarlier, ofCalls, overlays } from "tool/overlay.js";
+import { CHAIN, choose as takePlant } from "tool/plant.js";
 import { laneValues, makePlot } from "tool/plot.js";
 import { makeReadout } from "tool/readout.js";
 import { runsOf } from "tool/runs.js";
@@ -62,6 +63,8 @@ let sheet;
 let thinned;
 /** What to do while there is no curve. @type {HTMLElement} */
 let nothing;
+/** The earlier runs that are drawn. @type {HTMLElement} */
+let legend;
 /** @type {HTMLElement} */
 let readout;
 /** @type {ReturnType<typeof makeReadout>} */
@@ -171,6 +174,7 @@ function build(content) {
   sheet = element("div", { class: "plot" });
   thinned = element("span", { class: "thinned faint" });
   nothing = element("div", { class: "no-run" });
+  legend = element("div", { class: "earlier faint", "aria-label": "Earlier runs" });
   spoken = element("p", { class: "visually-hidden", role: "status", "aria-live": "polite" });
   place = element(
     "div",
@@ -180,6 +184,7 @@ function build(content) {
       "aria-describedby": "curves-keys",
     },
     sheet,
+    legend,
   );
   readout = element("div", { class: "readout" });
   readout.addEventListener("copy", copyInFull);
@@ -250,8 +255,8 @@ async function choose() {
   const shownFirst = main.length > 1 ? main : [...main, ...outputs.slice(0, 2).map((signal) => signal.name)];
   const names = new Set([...shownFirst, ...kept.chosen, ...pulses]);
   // The setpoint has the unit of what it is compared with, which another block's output is not.
-  const left = own ? knownUnits.processValue || unitOf(own) : unitOf(setpoint ?? processValue);
-  const right = knownUnits.manipulatedValue;
+  const left = own ? unitText(knownUnits.processValue) || unitOf(own) : unitOf(setpoint ?? processValue);
+  const right = unitText(knownUnits.manipulatedValue);
   let colour = 3;
   curves = [...names].flatMap((name) => {
     const signal = found.find((one) => one.name === name);
@@ -588,18 +593,20 @@ async function means(name, period, times) {
  * @param {number} points
  */
 async function fetchEarlier(loop, from, to, points) {
-  const runs = runsOf(loop).flatMap(({ run, isShown }) => (isShown && run !== store.state?.run ? [run] : []));
-  for (const run of earlier.keys()) if (!runs.includes(run)) earlier.delete(run);
+  const runs = runsOf(loop).filter(({ run, isShown }) => isShown && run !== store.state?.run);
+  for (const run of earlier.keys()) if (!runs.some((one) => one.run === run)) earlier.delete(run);
   const variables = drawnOfEarlier(loop);
   if (variables.length === 0) return;
-  for (const run of runs) {
-    const part = zoomed ? { from, to } : {};
+  for (const { run, calls } of runs) {
+    // Of a run that is much longer than what is shown, the groups of calls would be wider than the pixels.
+    const isPart = zoomed || calls * (store.state?.step ?? 1) > 2 * (to - from);
+    const part = isPart ? { from, to } : {};
     const key = JSON.stringify([part, points, variables]);
     if (earlier.get(run)?.key === key) continue;
     try {
       earlier.set(run, {
         key,
-        view: await ask({ do: "view", run, variables, ...part, points: zoomed ? points : 2 * points }),
+        view: await ask({ do: "view", run, variables, ...part, points: isPart ? points : 2 * points }),
       });
     } catch {
       // The engine keeps the last few runs only.
@@ -627,6 +634,20 @@ function show() {
   text(thinned, view.is_exact ? "" : `min to max of each ${calls} calls`);
   if (cursor !== undefined) placeCursor();
   showValues();
+  showEarlier();
+}
+
+/** The names of the earlier runs that are drawn, in their colours. */
+function showEarlier() {
+  const drawn = runsOf(store.loop).filter(({ run }) => earlier.has(run));
+  const key = JSON.stringify(drawn.map(({ name, colour }) => [name, colour]));
+  if (legend.dataset.key === key) return;
+  legend.dataset.key = key;
+  const { runs } = theme();
+  fill(
+    legend,
+    drawn.map(({ name, colour }) => element("span", {}, swatch(runs[colour % runs.length]), name)),
+  );
 }
 
 /** What is drawn behind the curves. */
@@ -691,15 +712,38 @@ function showNothing() {
   const isEmpty = loop !== undefined && (!store.isLive() || (store.state?.calls ?? 0) === 0);
   nothing.hidden = !isEmpty;
   const hasPlant = (loop?.members.length ?? 0) > 0;
-  const key = `${isEmpty} ${hasPlant}`;
-  if (!isEmpty || nothing.dataset.key === key) return;
+  const key = `${loop?.id} ${isEmpty} ${hasPlant}`;
+  if (!loop || !isEmpty || nothing.dataset.key === key) return;
   nothing.dataset.key = key;
-  const go = (/** @type {string} */ title, /** @type {string} */ tab) =>
-    element("button", { type: "button", onclick: () => store.emit("show", tab) }, title);
   const words = hasPlant
     ? "Ready: run the loop, or make a step test to tune it."
-    : "Nothing answers the controller yet.";
-  fill(nothing, element("p", {}, words), hasPlant ? go("To the step test", "tune") : go("Take a plant", "plant"));
+    : "Nothing answers the controller yet. Take a plant:";
+  fill(nothing, element("p", {}, words), hasPlant ? stepTest(loop) : plants(loop));
+}
+
+/** The test that tunes the loop, in one click. @param {import("tool/store.js").Work} loop */
+function stepTest(loop) {
+  const { controller, manual } = loop.description.roles;
+  if (controller.length === 0 || !manual) return null;
+  const make = () => {
+    store.emit("show", "tune");
+    document.getElementById("step-test")?.click();
+  };
+  return element("button", { type: "button", class: "primary", onclick: make }, "Make a step test");
+}
+
+/** The plants that this controller drives in an example; the generic one drives with any. @param {import("tool/store.js").Work} loop */
+function plants(loop) {
+  const known = store.catalogue.loops.filter(({ setup }) => setup.members[0]?.fmu === loop.description.name);
+  const driven = new Set(known.flatMap(({ setup }) => setup.members.slice(1).map(({ fmu }) => fmu)));
+  const offered = store.catalogue.fmus.filter(
+    ({ name, part }) => part === "plant" && (driven.has(name) || driven.size === 0),
+  );
+  return offered
+    .filter(({ name }) => name !== CHAIN.fmu)
+    .map(({ name, summary }) =>
+      element("button", { type: "button", title: summary, onclick: () => takePlant(name) }, name),
+    );
 }
 
 /** AUTO or MANUAL, as the run is now. */

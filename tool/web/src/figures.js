@@ -154,7 +154,7 @@ function glance(all) {
 }
 
 /**
- * `degC^2 s` as `degC²·s`.
+ * `degC^2 s` as `°C²·s`.
  *
  * @param {string | null} unit
  */

@@ -28,7 +28,14 @@ const BEGINNING = /(?<!END_)DATA_BLOCK|"\s*:\s*\{|<SW\.Blocks\./gi;
  * @param {Iterable<File>} files
  */
 export async function openFiles(files) {
-  const [sources, others] = await sourcesAmong([...files]);
+  /** @type {File[]} */
+  const texts = [];
+  for (const file of files) {
+    const why = await whyNoText(file);
+    if (why) refuse(file.name, why);
+    else texts.push(file);
+  }
+  const [sources, others] = await sourcesAmong(texts);
   if (sources.length > 0) {
     try {
       await openProgram(sources);
@@ -44,6 +51,30 @@ export async function openFiles(files) {
       else refuse(file.name, `It cannot be read: ${error instanceof Error ? error.message : error}.`);
     }
   }
+}
+
+/** Files that are no text: an FMU, and the dump of a data block. */
+const BINARY = /\.(fmu|bin|dump)$/i;
+/** So much of a file tells it, in bytes. */
+const BEGIN = 4096;
+
+/**
+ * Why a file cannot be read as a text. No text has a NUL but one in UTF-16, which begins with a byte order mark.
+ *
+ * @param {File} file
+ * @returns {Promise<string | undefined>}
+ */
+async function whyNoText(file) {
+  if (BINARY.test(file.name)) return undefined;
+  const bytes = new Uint8Array(await file.slice(0, BEGIN).arrayBuffer());
+  const isMarked = (bytes[0] === 0xff && bytes[1] === 0xfe) || (bytes[0] === 0xfe && bytes[1] === 0xff);
+  if (isMarked || !bytes.includes(0)) return undefined;
+  const nuls = [0, 1].map((odd) => bytes.filter((byte, at) => at % 2 === odd && byte === 0).length);
+  // In UTF-16 one byte of almost each character is 0, and hardly ever the other.
+  const isWide = Math.max(...nuls) > bytes.length / 4 && Math.min(...nuls) < bytes.length / 100;
+  return isWide
+    ? "It is a text in UTF-16 without a byte order mark: save it in UTF-8."
+    : "It is not a text: open a parameter file, a program in SCL, a recording or an FMU.";
 }
 
 /** Opens the files that were given to the command, if there are any. */

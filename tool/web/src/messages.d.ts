@@ -639,7 +639,7 @@ to: number,
 /** How long it takes. */
 seconds: number, } | { "do": "run",
 /** How many, one at least. */
-calls: number, } | { "do": "exchange",
+calls: number, } | { "do": "settle" } & Settle | { "do": "exchange",
 /** The new members. */
 members: Array<Member>,
 /** All connections. */
@@ -719,6 +719,20 @@ value: Value,
 origin: string | null,
 /** The value of the file, where that is another one by now. */
 file: Value | null, };
+
+/** A run until the loop rests. */
+export type Settle = {
+/** How many calls at most, one at least. */
+calls: number,
+/** From when on it is watched, in seconds: when the user has started it. */
+from: number, };
+
+/** What a run until the loop rests gives. */
+export type Settled = {
+/** Where the run is now. */
+state: State,
+/** Whether the loop rests; otherwise all calls were made, or the run has failed. */
+is_at_rest: boolean, };
 
 /** What to run: a controller first, then its plant and what else there is. */
 export type Setup = {
@@ -845,7 +859,7 @@ structure: Structure,
 controller: Member,
 /**
  * The time constant of the closed loop in seconds, which SIMC and lambda are given (lambda is its name there); without it the dead
- * time for SIMC, and for lambda the plant's time constant or three dead times.
+ * time for SIMC (one and a half of it in the table of all rules), and for lambda the plant's time constant or three dead times.
  */
 closed_loop?: number | null,
 /** The same as a place on a scale: 0 is calm, 1 is fast. `closed_loop` takes precedence. */
@@ -953,6 +967,7 @@ export interface Dialogue {
   send: { request: Extract<Request, { do: "send" }>; answer: State };
   ramp: { request: Extract<Request, { do: "ramp" }>; answer: State };
   run: { request: Extract<Request, { do: "run" }>; answer: State };
+  settle: { request: Extract<Request, { do: "settle" }>; answer: Settled };
   exchange: { request: Extract<Request, { do: "exchange" }>; answer: State };
   view: { request: Extract<Request, { do: "view" }>; answer: Curves };
   events: { request: Extract<Request, { do: "events" }>; answer: Events };

@@ -26,7 +26,7 @@ const THREE_NUMBERS = /** @type {[string, string][]} */ ([
 const DEAD_TIME = "DEAD_TM";
 const ROOM = "DEAD_MAX";
 /** The measuring chain, and the two numbers that switch it on. */
-const CHAIN = { fmu: "SENSOR", from: "U", to: "Y", noise: "NOISE", steps: "STEPS" };
+export const CHAIN = { fmu: "SENSOR", from: "U", to: "Y", noise: "NOISE", steps: "STEPS" };
 const PLANT = "PLANT";
 const SENSOR = "SENSOR";
 const EXCHANGES = {
@@ -127,7 +127,7 @@ export async function choose(fmu, values = {}) {
     setCycle(loop, plant, description);
     const wires = proposal.connections.map(({ from, to }) => /** @type {[string, string]} */ ([from, to]));
     const members = [plant];
-    const connections = await throughSensor(loop, description, members, wires);
+    const connections = sensorOf(loop) ? await throughSensor(loop, description, members, wires) : wires;
     await store.connect({ members, connections, step: proposal.step, exchange: proposal.exchange }, true);
     if (Object.keys(own).length > 0) {
       store.edit(own);
@@ -143,6 +143,41 @@ export async function choose(fmu, values = {}) {
 }
 
 /**
+ * Which connection carries the process value from the plant to the controller.
+ *
+ * @param {Work} loop
+ * @param {Member} plant
+ * @param {Description} description
+ * @param {[string, string][]} [wires]
+ */
+function measured(loop, plant, description, wires = loop.connections) {
+  const output = `${plant.name}.${description.roles.process_value}`;
+  const input = `${loop.member}.${loop.description.roles.process_value}`;
+  return wires.findIndex(([from, to]) => from === output && to === input);
+}
+
+/** @param {Work} loop @param {Member} plant @param {Description} description */
+async function withSensor(loop, plant, description) {
+  const members = [plant];
+  const connections = await throughSensor(loop, description, members, loop.connections);
+  await exchanged(loop, members, connections);
+}
+
+/** @param {Work} loop @param {Member} sensor */
+async function withoutSensor(loop, sensor) {
+  const from = loop.connections.find(([, to]) => to === `${sensor.name}.${CHAIN.from}`)?.[0];
+  const connections = loop.connections.flatMap((wire) => {
+    if (wire[1].startsWith(`${sensor.name}.`) || (wire[0].startsWith(`${sensor.name}.`) && !from)) return [];
+    return wire[0].startsWith(`${sensor.name}.`) ? [/** @type {[string, string]} */ ([from, wire[1]])] : [wire];
+  });
+  await exchanged(
+    loop,
+    loop.members.filter((member) => member !== sensor),
+    connections,
+  );
+}
+
+/**
  * Puts the measuring chain where a number goes from the plant to the controller.
  *
  * @param {Work} loop
@@ -153,10 +188,7 @@ export async function choose(fmu, values = {}) {
  */
 async function throughSensor(loop, plant, members, wires) {
   if (!store.catalogue.fmus.some((entry) => entry.name === CHAIN.fmu)) return wires;
-  const output = `${PLANT}.${plant.roles.process_value}`;
-  const at = wires.findIndex(
-    ([from, to]) => from === output && to === `${loop.member}.${loop.description.roles.process_value}`,
-  );
+  const at = measured(loop, members[0], plant, wires);
   if (at < 0) return wires;
   const description = await store.describe(CHAIN.fmu);
   /** @type {Member} */
@@ -353,6 +385,13 @@ async function connected(loop, plant) {
     if (steps) fields.push(field(loop, sensor, steps, "Resolution, steps"));
     parts.push(element("div", { class: "entries" }, fields));
   }
+  const isThere = store.catalogue.fmus.some(({ name }) => name === CHAIN.fmu);
+  if (sensor || (isThere && measured(loop, plant, description) >= 0)) {
+    const onclick = () => (sensor ? withoutSensor(loop, sensor) : withSensor(loop, plant, description));
+    const title = "A sensor between plant and controller, with noise and the steps of an analog input";
+    const words = sensor ? "Take the sensor out" : "Measure through a sensor";
+    parts.push(element("p", {}, element("button", { type: "button", id: "sensor", title, onclick }, words)));
+  }
   for (const member of loop.members) parts.push(await settings(loop, member));
   return parts;
 }
@@ -437,8 +476,17 @@ async function sentences(loop, plant) {
 async function rewire(loop, to, from) {
   const rest = loop.connections.filter((wire) => wire[1] !== to);
   const connections = from ? [...rest, /** @type {[string, string]} */ ([from, to])] : rest;
+  await exchanged(loop, loop.members, connections);
+}
+
+/**
+ * @param {Work} loop
+ * @param {Member[]} members
+ * @param {[string, string][]} connections
+ */
+async function exchanged(loop, members, connections) {
   const isRunning = store.isLive();
-  const { members, step, exchange } = loop;
+  const { step, exchange } = loop;
   await store.connect({ members, connections, step, exchange }, true);
   if (isRunning) store.say("The plant has begun anew with the changed connection; the controller went on.");
 }

@@ -5,7 +5,7 @@
  * @typedef {import("tool/store.js").Work} Work
  */
 
-import { element, tableHead } from "tool/dom.js";
+import { element, tableHead, text } from "tool/dom.js";
 import { unitText } from "tool/signals.js";
 import { rounded, shown } from "tool/values.js";
 
@@ -53,27 +53,38 @@ export function rulesTable(loop, rows, chosen, unit, choose) {
 }
 
 /**
- * What a rule sets, in a line, and the button that takes it: what one does next.
+ * What a rule sets, in a line, and what one does with it, one after the other in one place: into the fields, to the block, and the step
+ * that was predicted.
  *
  * @param {string} rule
  * @param {Tuned} answer
- * @param {() => void} apply
+ * @param {{ name: string, title: string, act: () => void }[]} next
+ * @returns {{ row: HTMLElement, show: (at: number, words: string) => void }} `show` says which of them is next; those before it are done
  */
-export function applyRow(rule, answer, apply) {
+export function applyRow(rule, answer, next) {
   const isStable = answer.sensitivity !== null;
   const numbers = Object.entries(answer.values).flatMap(([name, value]) =>
     typeof value === "number" ? [`${name} ${rounded(value, "LREAL", 5)}`] : [],
   );
-  return element(
+  const buttons = next.map(({ name, title, act }) => element("button", { type: "button", title, onclick: act }, name));
+  const about = element("span", { class: isStable ? "faint" : "error" });
+  text(about, isStable ? "" : "The loop would be unstable: take another rule or structure.");
+  const row = element(
     "p",
     { class: "row" },
     element("span", { class: "what" }, "Settings"),
-    element("button", { type: "button", class: "primary", onclick: apply, disabled: !isStable }, "Apply"),
+    buttons,
     element("span", {}, `${rule}: ${numbers.join(", ")}`),
-    isStable
-      ? element("span", { class: "faint" }, "into the fields; nothing is in force until you send it")
-      : element("span", { class: "error" }, "The loop would be unstable: take another rule or structure."),
+    about,
   );
+  const show = (/** @type {number} */ now, /** @type {string} */ words) => {
+    for (const [at, button] of buttons.entries()) {
+      button.classList.toggle("primary", at === now);
+      button.disabled = !isStable || at > now;
+    }
+    if (isStable) text(about, words);
+  };
+  return { row, show };
 }
 
 /**

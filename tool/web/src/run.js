@@ -38,6 +38,10 @@ let behind = 0;
 
 /** After how many calls the run pauses by itself. @type {number | undefined} */
 let end;
+/** Why the run has paused by itself. */
+let ended = "";
+/** A run as fast as it goes that does not rest has so many calls: nobody wants days of it. */
+const MOST_UNRESTING = 20_000;
 
 /** @type {HTMLButtonElement} */
 let runButton;
@@ -60,7 +64,7 @@ export function mount(content) {
   status = element("span", { class: "status" });
   duration = element("input", {
     ...{ class: "number", id: "run-for", placeholder: "–", inputmode: "decimal", autocomplete: "off" },
-    ...{ title: "How long to run; empty is until Pause", oninput: checkDuration },
+    ...{ title: "How long to run; empty is until Pause, at max until the loop rests", oninput: checkDuration },
   });
   duration.addEventListener("keydown", (event) => {
     if (event.key === "Enter") run();
@@ -121,6 +125,7 @@ export function mount(content) {
   done = byId("done").querySelector(".content") ?? content;
   store.on("loop", () => {
     pause();
+    ended = "";
     showControls();
     showStatus();
     showDone();
@@ -140,6 +145,11 @@ export function mount(content) {
   });
   store.on("home", pause);
   store.on("pause", pause);
+  store.on("run-to-rest", () => {
+    duration.value = "";
+    setSpeed(Infinity);
+    run();
+  });
   store.on("key-run", runOrPause);
   store.on("key-call", oneCall);
   store.on("key-manual", () => {
@@ -181,14 +191,17 @@ async function run() {
   }
   const mine = {};
   running = mine;
+  ended = "";
   showButton();
   try {
     if (!store.isLive()) await store.begin();
     startClock();
     end = seconds === undefined ? undefined : made() + Math.max(Math.round(seconds / step()), 1);
     while (running === mine) {
-      const left = end === undefined ? Infinity : end - made();
+      const isUntilRest = end === undefined && speed === Infinity;
+      const left = (isUntilRest ? clock.calls + MOST_UNRESTING : (end ?? Infinity)) - made();
       if (left <= 0) {
+        ended = isUntilRest ? "not at rest yet" : "";
         pause();
         return;
       }
@@ -199,7 +212,12 @@ async function run() {
       }
       const calls = Math.max(Math.min(due, chunk, MOST_CALLS), 1);
       const begun = performance.now();
-      await store.calls(calls);
+      if (!isUntilRest) await store.calls(calls);
+      else if ((await store.settle(calls, clock.calls * step())) && running === mine) {
+        ended = "at rest";
+        pause();
+        return;
+      }
       const took = Math.max(performance.now() - begun, 0.05);
       // A chunk grows slowly and shrinks at once.
       const fitting = Math.floor((calls * CHUNK) / took);
@@ -301,6 +319,7 @@ async function reset() {
 /** @param {Speed} next */
 function setSpeed(next) {
   speed = next;
+  duration.placeholder = next === Infinity ? "rest" : "–";
   for (const [factor, button] of speeds) attribute(button, "aria-pressed", String(factor === next));
   if (running) startClock();
   showStatus();
@@ -318,11 +337,12 @@ function showStatus() {
   }
   const late =
     running && speed !== Infinity && behind > WORTH_TELLING ? `, ${(behind / 1000).toFixed(1)} s behind the clock` : "";
-  const failed = state.failure ? ", ended by a failure" : "";
-  text(
-    status,
-    `t = ${seconds(state.time, state.step)} s, ${state.calls} ${state.calls === 1 ? "call" : "calls"}${late}${failed}`,
-  );
+  const why = state.failure ? "ended by a failure" : running ? "" : ended;
+  const calls = `${state.calls} ${state.calls === 1 ? "call" : "calls"}`;
+  const shown = [`t = ${seconds(state.time, state.step)} s`, why, calls].filter(Boolean).join(", ");
+  text(status, shown + late);
+  // The bar has not always room for it.
+  attribute(status, "title", shown);
 }
 
 /**

@@ -35,7 +35,8 @@ export async function signals(loop) {
 }
 
 /**
- * The units of a loop's process value and manipulated value. A controller's table leaves them open; its plant knows them.
+ * The units of a loop's process value and manipulated value, as FMI names them. A controller's table leaves them open; its plant
+ * knows them.
  *
  * @param {Work} loop
  * @returns {Promise<{ processValue: string, manipulatedValue: string }>}
@@ -45,7 +46,8 @@ export async function units(loop) {
   /** @param {string | undefined} name `PLANT.U` */
   const unit = (name) => {
     const [member, own] = split(name ?? "");
-    return unitText(members.get(member)?.variables.find((one) => one.name === own)?.unit);
+    const of = members.get(member)?.variables.find((one) => one.name === own)?.unit;
+    return of === "1" ? "" : (of ?? "");
   };
   const { processValue, manipulatedValue, setpoint } = roles(loop);
   const input = loop.connections.find(([from]) => from === manipulatedValue)?.[1];
@@ -137,10 +139,10 @@ export function isSwitch(one) {
 }
 
 /**
- * A unit as it is written behind a number; a plain number has none.
+ * A unit as it is written behind a number; a plain number has none. FMI allows no degree sign.
  *
  * @param {string | null | undefined} unit
  */
 export function unitText(unit) {
-  return unit === "1" ? "" : (unit ?? "");
+  return unit === "1" ? "" : (unit ?? "").replace("degC", "°C");
 }

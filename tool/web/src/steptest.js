@@ -6,7 +6,7 @@
 
 import { ask } from "tool/engine.js";
 import { controlledValue } from "tool/signals.js";
-import { runValue, source, store, variable } from "tool/store.js";
+import { runValue, source, store, variable, wiredTo } from "tool/store.js";
 import { number } from "tool/values.js";
 
 /** A setpoint that is nearer to the process value, as a part of both, is no step. */
@@ -45,11 +45,20 @@ export async function userStep(loop, typed) {
  */
 async function restBefore(loop) {
   const { state } = store;
-  if (!store.isLive() || !state || state.calls === 0)
+  if (!store.isLive() || !state)
     return { time: 0, processValue: Number.NaN, manipulatedValue: Number.NaN, isTakeover: false };
   const { setpoint, manual, manipulated_value: output } = loop.description.roles;
   const isManual = manual !== null && loop.settings[manual[0]]?.sent === true;
   const processValue = await controlledValue(loop);
+  if (state.calls === 0) {
+    // The run that begins is the step: from where the plant begins, which no call has shown yet, with a controller that has done nothing.
+    const source = wiredTo(loop, loop.description.roles.process_value ?? "") ?? processValue;
+    const begun = isManual && manual ? number(loop.settings[manual[1]]?.sent) : 0;
+    return {
+      ...{ time: 0, processValue: number(state.values[source ?? ""]), manipulatedValue: begun },
+      isTakeover: isManual,
+    };
+  }
   const now = {
     time: state.time + state.step,
     processValue: number(state.values[processValue ?? ""]),
@@ -66,10 +75,12 @@ async function restBefore(loop) {
   let at = steps.length - 1;
   while (at > 0 && steps[at].call - steps[at - 1].call <= 1) at -= 1;
   const first = steps[at];
-  if (!first || !processValue || first.call >= state.calls || first.call === 0) return now;
   const isSwitch = (/** @type {import("./messages").Event} */ { variable: name }) =>
     manual !== null && name === variable(loop, manual[0]);
   const isTakeover = steps.slice(at).some(isSwitch);
+  // What was just set is still to come: it is the same step as before it was set.
+  if (first && first.call >= state.calls) return { ...now, isTakeover };
+  if (!first || !processValue || first.call === 0) return now;
   const rest = first.time - state.step;
   const variables = [processValue, ...(output ? [variable(loop, output)] : [])];
   const { values } = await ask({ do: "view", variables, from: rest, to: rest, points: 2 });

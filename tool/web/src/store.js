@@ -32,6 +32,7 @@
  * | `runs` | the list of runs is another, or others of them are drawn |
  * | `figures` | the figures of the present run; detail: they |
  * | `pause` | no more calls are to be made |
+ * | `run-to-rest` | calls are to be made as fast as they go until the loop rests |
  * | `marks` | what was done in the run is another list; detail: times and texts |
  * | `tab`, `open-ID` | a tab is shown; detail: its id; a drawer is opened |
  * | `state` | calls were made or values set: `store.state` is new (many times a second; draw at most once a frame) |
@@ -499,6 +500,23 @@ export const store = {
   async calls(calls) {
     if (!store.isLive()) await store.begin();
     return store.take(ask({ do: "run", calls }));
+  },
+
+  /**
+   * Makes calls until the loop rests.
+   *
+   * @param {number} calls at most
+   * @param {number} from when the user has started it
+   * @returns {Promise<boolean>} whether it rests
+   */
+  async settle(calls, from) {
+    let isAtRest = false;
+    const settled = ask({ do: "settle", calls, from }).then(({ state, is_at_rest }) => {
+      isAtRest = is_at_rest;
+      return state;
+    });
+    await store.take(settled);
+    return isAtRest;
   },
 
   /**

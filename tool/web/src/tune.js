@@ -14,10 +14,10 @@ import { chooser } from "tool/csv.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { applyRow, rulesTable, settingsTable } from "tool/rules.js";
-import { units } from "tool/signals.js";
+import { units, unitText } from "tool/signals.js";
 import { userStep } from "tool/steptest.js";
-import { store, valuesOf } from "tool/store.js";
-import { read, rounded } from "tool/values.js";
+import { store, valuesOf, wiredTo } from "tool/store.js";
+import { read, rounded, same } from "tool/values.js";
 
 const METHODS = /** @type {[Method, string][]} */ ([
   ["least_squares", "least squares"],
@@ -87,7 +87,9 @@ export function mount(content) {
   store.on("loop", findUnits);
   store.on("plant", findUnits);
   store.on("csv", openCsv);
+  store.on("run", () => tuned && tune());
   store.on("settings", (names) => {
+    showNext();
     // CYCLE, the normalisation and the pulse former count in a rule; what the rule itself has written does not.
     const own = Object.keys(tuned?.values ?? {});
     if (tuned && names.some((/** @type {string} */ name) => !own.includes(name))) tune();
@@ -418,11 +420,11 @@ async function findUnits() {
 }
 
 function unitOfProcessValue() {
-  return unitsOf.processValue;
+  return unitText(unitsOf.processValue);
 }
 
 function unitOfManipulatedValue() {
-  return unitsOf.manipulatedValue || "%";
+  return unitText(unitsOf.manipulatedValue) || "%";
 }
 
 /** @type {HTMLElement} */
@@ -512,6 +514,8 @@ function model() {
 
 /** @type {HTMLInputElement} */
 let closedField;
+/** @type {HTMLInputElement} */
+let speedField;
 /** @type {{ from: HTMLInputElement, to: HTMLInputElement }} */
 let stepFields;
 let showClosed = () => {};
@@ -534,6 +538,7 @@ function ruleRow() {
     ...{ type: "range", id: "tune-speed", min: 0, max: 1, step: 0.02, value: kept.pace ?? 1 },
     "aria-label": "From calm to fast",
   });
+  speedField = slider;
   slider.addEventListener("input", () => {
     kept.pace = Number(slider.value);
     kept.closedLoop = closed.value = "";
@@ -585,6 +590,17 @@ function ruleRow() {
       element("span", { class: "faint" }, unitOfProcessValue()),
     ),
   );
+}
+
+/**
+ * Where a time constant of the closed loop is between calm, 0, and fast, 1: as the engine counts it.
+ *
+ * @param {number} closedLoop
+ * @param {number} fast the dead time
+ */
+function paceOf(closedLoop, fast) {
+  const calm = Math.max(Number(modelFields.get("time_constant")?.dataset.full) || 0, 4 * fast);
+  return Math.log(calm / closedLoop) / Math.log(calm / fast);
 }
 
 /** Asks for the settings of all rules, and shows them. */
@@ -642,6 +658,8 @@ function showRules(rows, chosen) {
     tune();
   });
   const answer = chosen?.tuned;
+  if (answer?.closed_loop && kept.pace === null)
+    speedField.value = String(paceOf(answer.closed_loop, answer.dead_time));
   closedField.placeholder = answer?.closed_loop ? rounded(answer.closed_loop, "LREAL", 3) : "";
   const { setpoint = [] } = answer?.predicted ?? {};
   for (const [end, value] of /** @type {["from" | "to", number | undefined][]} */ ([
@@ -651,7 +669,7 @@ function showRules(rows, chosen) {
     stepFields[end].placeholder = value === undefined ? "" : rounded(value, "LREAL", 4);
   fill(
     resultPlace,
-    answer ? applyRow(chosen?.name ?? "", answer, () => applyTuned(answer)) : null,
+    answer ? nextRow(loop, chosen?.name ?? "", answer) : null,
     element(
       "div",
       { class: "tuned" },
@@ -664,6 +682,63 @@ function showRules(rows, chosen) {
   if (again instanceof HTMLElement) again.focus();
 }
 
+/** Shows what one does next with the settings of the rule. */
+let showNext = () => {};
+
+/**
+ * Apply, send, and the step that is predicted, one beside the other.
+ *
+ * @param {import("tool/store.js").Work} loop
+ * @param {string} rule
+ * @param {Tuned} answer
+ */
+function nextRow(loop, rule, answer) {
+  const { setpoint, manual } = loop.description.roles;
+  const to = answer.predicted.setpoint.at(-1);
+  const next = [
+    { name: "Apply", title: "Into the fields", act: () => applyTuned(answer) },
+    { name: "Send", title: "To the block: they are in force from the next call on", act: () => store.send() },
+  ];
+  if (setpoint && to !== undefined && !wiredTo(loop, setpoint)) {
+    const shownGoal = `${rounded(to, "LREAL", 4)} ${unitOfProcessValue()}`.trimEnd();
+    next.push({
+      name: `Run the step to ${shownGoal}`,
+      title: `Setpoint ${shownGoal}, automatic mode, and as fast as it goes until it rests`,
+      act: () => runStep({ [setpoint]: to }, manual),
+    });
+  }
+  const { row, show } = applyRow(rule, answer, next);
+  showNext = () => {
+    if (store.loop !== loop) return;
+    const own = Object.entries(answer.values).map(([name, value]) => ({ one: loop.settings[name], value }));
+    const isIn = (/** @type {"value" | "sent"} */ which) =>
+      own.every(({ one, value }) => !one || same(one.variable.kind, one[which], value));
+    if (isIn("sent")) show(2, "in force");
+    else if (isIn("value")) show(1, "in the fields, not sent");
+    else show(0, "");
+  };
+  showNext();
+  return row;
+}
+
+/**
+ * Makes the step that was predicted. In manual mode the setpoint comes first: its end is bumpless then.
+ *
+ * @param {import("./messages").Values} step
+ * @param {[string, string] | null} manual
+ */
+async function runStep(step, manual) {
+  store.emit("pause");
+  try {
+    if (!store.isLive()) await store.begin();
+    await store.now(step);
+    if (manual && store.loop?.settings[manual[0]]?.sent === true) await store.now({ [manual[0]]: false });
+    store.emit("run-to-rest");
+  } catch (error) {
+    store.say(error);
+  }
+}
+
 /** @param {Tuned} answer */
 function applyTuned(answer) {
   const { values, closed_loop, sensitivity, gain_margin, phase_margin } = answer;
@@ -672,10 +747,6 @@ function applyTuned(answer) {
     notes().applied = { model: of, rule: notes().rule, values, closed_loop, sensitivity, gain_margin, phase_margin };
   store.edit(values);
   tune();
-  const names = store.edited();
-  store.say(
-    names.length > 0 ? `${names.join(", ")} edited; send them to the block.` : "The block has these settings already.",
-  );
 }
 
 /**
