@@ -23,6 +23,14 @@ macro_rules! cyclic {
             fn take_warnings(&mut self) -> Vec<String> {
                 Vec::new()
             }
+            /// As [`Block::reader`]; `None` in a program.
+            fn reader(_row: usize) -> Option<fn(&Self) -> f64> {
+                None
+            }
+            /// As [`Block::writer`]; `None` in a program.
+            fn writer(_row: usize) -> Option<fn(&mut Self, f64) -> bool> {
+                None
+            }
             /// The text of this number in the table.
             fn text(&self, _number: usize) -> Option<String> {
                 None
@@ -40,6 +48,14 @@ macro_rules! cyclic {
             #[inline(always)]
             fn table(&self) -> &Table {
                 B::TABLE
+            }
+
+            fn reader(row: usize) -> Option<fn(&Self) -> f64> {
+                <B as Block>::reader(row)
+            }
+
+            fn writer(row: usize) -> Option<fn(&mut Self, f64) -> bool> {
+                <B as Block>::writer(row)
             }
 
             fn store(&self, bytes: &mut Vec<u8>) {

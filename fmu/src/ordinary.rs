@@ -8,7 +8,7 @@
 //! | here | the checked one |
 //! |---|---|
 //! | [`Door::try_ordinary`] | [`Door::enter`] |
-//! | [`Instance::get_ordinary`], [`Instance::set_ordinary`] | [`Instance::get`], [`Instance::set`] |
+//! | [`Instance::get_ordinary`], [`Instance::set_ordinary`], [`Instance::write_ordinary`] | [`Instance::get`], [`Instance::set`] |
 //! | [`Instance::make_ordinary_step`], [`Session::make_ordinary_step`] | [`Instance::do_step`], [`Session::step`] |
 //! | [`Clock::make_ordinary_step`], [`Clock::check_and_make_ordinary_step`] | [`Clock::advance`] |
 
@@ -76,6 +76,12 @@ impl<B: Cyclic> Instance<B> {
     #[inline(always)]
     pub fn set_ordinary<V: Version, T: HostType<V>>(&mut self, references: &[u32], values: &[T]) -> bool {
         T::set_ordinary(&mut self.session.block, references, values)
+    }
+
+    /// Writes a variable by its [`Cyclic::writer`].
+    #[inline(always)]
+    pub fn write_ordinary(&mut self, write: fn(&mut B, f64) -> bool, value: f64) -> bool {
+        write(&mut self.session.block, value)
     }
 
     /// Makes a step from a call to the next.

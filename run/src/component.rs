@@ -96,23 +96,20 @@ pub trait Component {
     /// # Errors
     /// The FMU refuses; [`Terminated`].
     fn step(&mut self, time: f64, size: f64) -> Result<()>;
-    /// What a loop does with a member in a step, in one call: writes inputs from `values`, those of the run, steps, and reads what
-    /// others need into them. `None`, as by default, leaves it to [`write`](Component::write),
-    /// [`step`](Component::step) and [`read`](Component::read), which do the same; inputs may be written by then, and nothing else
-    /// is done.
-    ///
-    /// # Errors
-    /// The step is made, and the FMU refuses to be read.
+    /// Learns which inputs are connected and what is read after each step, for [`take`](Component::take) and
+    /// [`cycle`](Component::cycle).
+    fn wire(&mut self, _wiring: &Wiring) {}
+    /// Writes the connected inputs, from the values of the run, in fewer instructions than [`write`](Component::write). False, as by
+    /// default, leaves it to that, which does the same; some inputs may be written by then.
     #[inline]
-    fn cycle(
-        &mut self,
-        _written: &mut [Written],
-        _read: &[Read],
-        _values: &mut [f64],
-        _time: f64,
-        _size: f64,
-    ) -> Option<Result<()>> {
-        None
+    fn take(&mut self, _values: &[f64]) -> bool {
+        false
+    }
+    /// Steps, and reads what others need into the values of the run, in fewer instructions than [`step`](Component::step) and
+    /// [`read`](Component::read). False, as by default, leaves it to those; nothing is done then.
+    #[inline]
+    fn cycle(&mut self, _values: &mut [f64], _time: f64, _size: f64) -> bool {
+        false
     }
     /// Ends the simulation.
     ///
@@ -154,16 +151,18 @@ macro_rules! forward_component {
                 }
             )*
 
+            fn wire(&mut $self, wiring: &$crate::component::Wiring) {
+                $crate::component::Component::wire($target, wiring);
+            }
+
             #[inline]
-            fn cycle(
-                &mut $self,
-                written: &mut [$crate::component::Written],
-                read: &[$crate::component::Read],
-                values: &mut [f64],
-                time: f64,
-                size: f64,
-            ) -> Option<anyhow::Result<()>> {
-                $crate::component::Component::cycle($target, written, read, values, time, size)
+            fn take(&mut $self, values: &[f64]) -> bool {
+                $crate::component::Component::take($target, values)
+            }
+
+            #[inline]
+            fn cycle(&mut $self, values: &mut [f64], time: f64, size: f64) -> bool {
+                $crate::component::Component::cycle($target, values, time, size)
             }
         }
     };

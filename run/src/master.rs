@@ -351,17 +351,12 @@ impl<C: Component> Run<C> {
         }
         for (member, (of, own)) in self.members.iter_mut().zip(&plan.members).enumerate() {
             self.at = member;
-            if is_parallel || !of.is_set(own, plan, time) {
-                let Running { component, wiring, .. } = of;
-                let written = if is_parallel { &mut [] } else { &mut *wiring.written };
-                if let Some(read) = component.cycle(written, &wiring.read, &mut self.values, time, plan.step) {
-                    self.stepped = member + 1;
-                    read.map_err(|error| after_step(error, own, time))?;
-                    continue;
-                }
-            }
             if !is_parallel {
                 of.prepare(plan, own, &self.values, time)?;
+            }
+            if of.component.cycle(&mut self.values, time, plan.step) {
+                self.stepped = member + 1;
+                continue;
             }
             of.component.step(time, plan.step).map_err(|error| in_step(error, own))?;
             self.stepped = member + 1;
@@ -418,7 +413,7 @@ impl<C: Component> Run<C> {
         assert_eq!(others.len() + 1, plan.members.len(), "each member has a component");
         assert_eq!(self.members[0].wiring.own.len(), plan.members[0].observed.references.len(), "the same is observed");
         let before = self.members.split_off(1);
-        let first = std::mem::replace(&mut self.members[0].wiring, Wiring::of(plan, 0));
+        let first = self.members[0].rewire(Wiring::of(plan, 0));
         self.members.extend(others.into_iter().enumerate().map(|(other, of)| Running::of(plan, other + 1, of)));
         let values = self.values.clone();
         self.values.truncate(first.own.end);
@@ -427,7 +422,7 @@ impl<C: Component> Run<C> {
         if exchanged.is_err() {
             self.members.truncate(1);
             self.members.extend(before);
-            self.members[0].wiring = first;
+            self.members[0].rewire(first);
             self.values = values;
         } else {
             self.recorded = recorded(plan, false);
@@ -577,8 +572,16 @@ fn due(plan: &Plan, time: f64) -> f64 {
 }
 
 impl<C: Component> Running<C> {
-    fn of(plan: &Plan, member: usize, component: C) -> Running<C> {
-        Running { component, wiring: Wiring::of(plan, member), events: 0, pending: Vec::new() }
+    fn of(plan: &Plan, member: usize, mut component: C) -> Running<C> {
+        let wiring = Wiring::of(plan, member);
+        component.wire(&wiring);
+        Running { component, wiring, events: 0, pending: Vec::new() }
+    }
+
+    /// Gives the wiring that it had.
+    fn rewire(&mut self, wiring: Wiring) -> Wiring {
+        self.component.wire(&wiring);
+        std::mem::replace(&mut self.wiring, wiring)
     }
 
     /// Whether anything is set at this time. Little is in most runs.
@@ -619,6 +622,9 @@ impl<C: Component> Running<C> {
     /// Writes the connected inputs, from the values of the run.
     #[inline(always)]
     fn write_inputs(&mut self, values: &[f64]) -> Result<()> {
+        if self.component.take(values) {
+            return Ok(());
+        }
         for group in &mut self.wiring.written {
             group.gather(values);
             self.component.write(group.kind, &group.references, &group.values)?;

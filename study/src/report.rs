@@ -24,7 +24,10 @@ use serde::{Serialize, Serializer};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::io::Write as _;
+use std::num::NonZero;
+use std::panic::resume_unwind;
 use std::path::Path;
+use std::thread;
 
 /// At most this many runs are named with their settings.
 const MOST_RUNS: usize = 10;
@@ -112,10 +115,10 @@ pub fn write(folder: &Path, report: &Report) -> Result<Vec<String>> {
         (folder.join("summary.json"), json(report)?.into_bytes()),
         (folder.join("summary.html"), html(report, &pictures)?.into_bytes()),
     ];
-    for picture in &pictures {
+    for (picture, png) in pictures.iter().zip(drawn(&pictures)) {
         let path = |ending: &str| folder.join("pictures").join(format!("{}.{ending}", picture.name));
         files.push((path("svg"), picture.svg.clone().into_bytes()));
-        match picture::png(&picture.svg) {
+        match png {
             Ok(png) => files.push((path("png"), png)),
             Err(error) => problems.push(format!("there is no {}: {error:#}", path("png").display())),
         }
@@ -124,6 +127,17 @@ pub fn write(folder: &Path, report: &Report) -> Result<Vec<String>> {
         temporary::place(path, |writer| Ok(writer.write_all(content)?), |_| Ok(()))?;
     }
     Ok(problems)
+}
+
+/// Each picture as a PNG. Nothing else in a report takes as long, so all cores draw.
+fn drawn(pictures: &[Picture]) -> Vec<Result<Vec<u8>>> {
+    let cores = thread::available_parallelism().map_or(1, NonZero::get);
+    let draw = |part: &[Picture]| part.iter().map(|picture| picture::png(&picture.svg)).collect::<Vec<_>>();
+    thread::scope(|scope| {
+        let parts = pictures.chunks(pictures.len().div_ceil(cores).max(1));
+        let threads: Vec<_> = parts.map(|part| scope.spawn(move || draw(part))).collect();
+        threads.into_iter().flat_map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
+    })
 }
 
 /// A picture of a report.

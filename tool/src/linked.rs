@@ -2,7 +2,7 @@
 //! instance behind one, and what it says has the same words.
 
 use anyhow::{Context, Result, anyhow, ensure};
-use blocks::Block;
+use blocks::{Block, Role};
 use fmu::component::{self, Fresh, Origin};
 use fmu::cyclic::Cyclic;
 use fmu::host_type::HostType;
@@ -11,12 +11,18 @@ use fmu::state::Function;
 use fmu::table::Fingerprint;
 use fmu::v2::value::Boolean;
 use fmu::v2::{Fmi2, status_name};
-use run::component::{Component, Read, Reset, Type, Written};
+use run::component::{Component, Reset, Type, Wiring};
 use std::ffi::c_int;
 
 /// An instance.
 pub struct Instance<B> {
     component: component::Component<B>,
+    /// What writes the connected inputs, and where their values are in those of the run.
+    inputs: Vec<(fn(&mut B, f64) -> bool, usize)>,
+    /// What reads what others need, and where it goes.
+    outputs: Vec<(fn(&B) -> f64, usize)>,
+    /// Whether there is such a function for each of them.
+    is_wired: bool,
     /// Integers and Booleans on their way; kept, so that a step allocates nothing.
     integers: Vec<c_int>,
     booleans: Vec<Boolean>,
@@ -43,7 +49,8 @@ impl<B: Cyclic> Instance<B> {
             "{name:?} is empty or contains a NUL: give the instance a name"
         );
         let component = component::Component::new(origin, true);
-        Ok(Instance { component, integers: Vec::new(), booleans: Vec::new() })
+        let (inputs, outputs) = (Vec::new(), Vec::new());
+        Ok(Instance { component, inputs, outputs, is_wired: false, integers: Vec::new(), booleans: Vec::new() })
     }
 
     /// What it calls, with its present values.
@@ -175,31 +182,41 @@ impl<B: Cyclic> Component for Instance<B> {
             .with_context(|| format!("at {time:?} s, step {size:?} s"))
     }
 
+    fn wire(&mut self, wiring: &Wiring) {
+        let rows = self.block().table().rows;
+        let writer = |(reference, source): (&u32, &usize)| {
+            let row = rows.get(*reference as usize)?;
+            let is_tunable = matches!(row.role, Role::Input | Role::Parameter);
+            Some((B::writer(*reference as usize).filter(|_| is_tunable)?, *source))
+        };
+        let reader = |(reference, place): (&u32, usize)| Some((B::reader(*reference as usize)?, place));
+        let inputs: Option<Vec<_>> =
+            wiring.written.iter().flat_map(|of| of.references.iter().zip(&of.sources)).map(writer).collect();
+        let outputs: Option<Vec<_>> =
+            wiring.read.iter().flat_map(|of| of.references.iter().zip(of.places.clone())).map(reader).collect();
+        self.is_wired = inputs.is_some() && outputs.is_some();
+        (self.inputs, self.outputs) = (inputs.unwrap_or_default(), outputs.unwrap_or_default());
+    }
+
     #[inline]
-    fn cycle(
-        &mut self,
-        written: &mut [Written],
-        read: &[Read],
-        values: &mut [f64],
-        time: f64,
-        size: f64,
-    ) -> Option<Result<()>> {
-        if !self.component.instance.allows_ordinary(&Function::fmi2DoStep) {
-            return None;
-        }
-        for group in written {
-            group.gather(values);
-            self.write(group.kind, &group.references, &group.values).ok()?;
-        }
-        if !self.component.instance.make_ordinary_step(time, size) {
-            return None;
-        }
-        for group in read {
-            if let Err(error) = self.read(group.kind, &group.references, &mut values[group.places.clone()]) {
-                return Some(Err(error));
+    fn take(&mut self, values: &[f64]) -> bool {
+        let instance = &mut self.component.instance;
+        self.is_wired
+            && instance.allows_ordinary(&Function::fmi2SetReal)
+            && self.inputs.iter().all(|(write, source)| instance.write_ordinary(*write, values[*source]))
+    }
+
+    #[inline]
+    fn cycle(&mut self, values: &mut [f64], time: f64, size: f64) -> bool {
+        let instance = &mut self.component.instance;
+        let is_made =
+            self.is_wired && instance.allows_ordinary(&Function::fmi2DoStep) && instance.make_ordinary_step(time, size);
+        if is_made {
+            for (read, place) in &self.outputs {
+                values[*place] = read(instance.block());
             }
         }
-        Some(Ok(()))
+        is_made
     }
 
     fn terminate(&mut self) -> Result<()> {

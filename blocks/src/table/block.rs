@@ -121,7 +121,7 @@ macro_rules! block {
         const _: () = {
             #[allow(unused_imports)]
             use $crate::{Time, Word};
-            use $crate::table::{Block, Kind, Law, Role, Row, Table, Value};
+            use $crate::table::{Block, Kind, Law, Role, Row, Table, Value, number};
 
             const OWN: &[Row] = &[ $($( Row {
                 path: [""; $crate::table::DEPTH],
@@ -276,6 +276,27 @@ macro_rules! block {
                     [$($($name $kind)*)*] [$($($instance $Instance)*)?] [$($mean)?]);
                 $crate::block!(@number self.lreal_mut(&mut self) -> &mut $crate::LReal;
                     [$($($name $kind)*)*] [$($($instance $Instance)*)?] [$($mean)?]);
+
+                fn reader(index: usize) -> Option<fn(&Self) -> f64> {
+                    match index {
+                        $($( At::$name => Some(|block| number::number(Value::$kind(block.$name))), )*)*
+                        $( index if index == COUNT - 1 => Some(|block| block.$mean), )?
+                        _ => None,
+                    }
+                }
+
+                fn writer(index: usize) -> Option<fn(&mut Self, f64) -> bool> {
+                    match index {
+                        $($( At::$name => Some(|block, number| match number::to_value(number, Kind::$kind) {
+                            Ok(Value::$kind(value)) => {
+                                block.$name = value;
+                                true
+                            }
+                            _ => false,
+                        }), )*)*
+                        _ => None,
+                    }
+                }
 
                 #[inline]
                 fn set_mean(&mut self, percent: $crate::LReal) {

@@ -149,6 +149,13 @@ pub trait Block: Law + Stored + Clone + Default + Send + 'static {
     /// The place of the LREAL in row `index`, as [`Block::real_mut`].
     fn lreal_mut(&mut self, index: usize) -> Option<&mut LReal>;
 
+    /// What gives the number in row `index`, as [`number`](number::number) makes it of the value; `None` for a row of an inner block.
+    fn reader(index: usize) -> Option<fn(&Self) -> f64>;
+
+    /// What writes a number to row `index`, whatever its role, as [`to_value`](number::to_value) makes a value of it; it gives false, and
+    /// nothing is changed, if the number is out of range. `None` for a row of an inner block.
+    fn writer(index: usize) -> Option<fn(&mut Self, f64) -> bool>;
+
     /// Writes the `mean` row, if there is one.
     fn set_mean(&mut self, percent: LReal);
 }

@@ -18,14 +18,19 @@ pub fn to_value(number: f64, kind: Kind) -> Result<Value, &'static str> {
             Ok(Value::Time(Time::ms((number * 1000.0).round() as i32)))
         }
         Kind::LReal if number.is_finite() => Ok(Value::LReal(number)),
-        Kind::Word if (-32768.0..=65535.0).contains(&number) && number.fract() == 0.0 => {
+        Kind::Word if (-32768.0..=65535.0).contains(&number) && is_whole(number) => {
             Ok(Value::Word(Word::new(number as i32 as i16)))
         }
-        Kind::Int if (-32768.0..=32767.0).contains(&number) && number.fract() == 0.0 => Ok(Value::Int(number as i16)),
+        Kind::Int if (-32768.0..=32767.0).contains(&number) && is_whole(number) => Ok(Value::Int(number as i16)),
         Kind::Bool if number == 0.0 || number == 1.0 => Ok(Value::Bool(number == 1.0)),
         _ if kind.whole().is_some() => whole(number, kind),
         _ => Err(kind.takes()),
     }
+}
+
+/// Whether a number of at most 31 bits has no fraction. (`f64::fract` is a library call on processors without SSE 4.1.)
+fn is_whole(number: f64) -> bool {
+    f64::from(number as i32) == number
 }
 
 /// The largest integer up to which all are numbers of binary64.

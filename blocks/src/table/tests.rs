@@ -326,6 +326,28 @@ fn an_lreal_is_read_and_written_as_any_value_and_no_other_row_is_one() {
 }
 
 #[test]
+fn a_reader_and_a_writer_do_what_a_host_does_with_numbers() {
+    let mut count = 0;
+    for (index, row) in Outer::TABLE.rows.iter().enumerate() {
+        let (mut block, mut other) = (Outer::default(), Outer::default());
+        let (reader, writer) = (Outer::reader(index), Outer::writer(index));
+        let is_own = row.path[0].is_empty();
+        assert_eq!(reader.is_some(), is_own, "{}", row.full_name());
+        let (Some(read), Some(write)) = (reader, writer) else { continue };
+        for number in [1.0, 0.0, -7.0, 0.25, 40_000.0, 1e39, f64::NAN, f64::INFINITY] {
+            let value = number::to_value(number, row.kind);
+            assert_eq!(write(&mut block, number), value.is_ok(), "{} = {number}", row.full_name());
+            value.into_iter().for_each(|value| assert!(other.set(index, value)));
+            assert_eq!(format!("{block:?}"), format!("{other:?}"), "{} = {number}", row.full_name());
+            assert_eq!(Some(read(&block)), block.get(index).map(number::number), "{} = {number}", row.full_name());
+        }
+        count += 1;
+    }
+    assert_eq!(count, 5);
+    assert!(Outer::reader(Outer::TABLE.rows.len()).is_none() && Outer::writer(usize::MAX).is_none());
+}
+
+#[test]
 fn reals_that_are_inputs_or_parameters_may_be_set_at_any_time() {
     let names = |table: &Table| -> Vec<String> {
         let rows = table.rows.iter().zip(table.tunable_reals);
