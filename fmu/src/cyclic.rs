@@ -1,5 +1,6 @@
 //! What an instance calls every CYCLE: a block whose table is compiled in, or a program whose table is known at run time only.
 
+use blocks::table::{Reader, Writer};
 use blocks::{Block, LReal, Real, Stored, Table, Time, Value};
 
 macro_rules! cyclic {
@@ -24,11 +25,11 @@ macro_rules! cyclic {
                 Vec::new()
             }
             /// As [`Block::reader`]; `None` in a program.
-            fn reader(_row: usize) -> Option<fn(&Self) -> f64> {
+            fn reader(_row: usize) -> Option<Reader<Self>> {
                 None
             }
             /// As [`Block::writer`]; `None` in a program.
-            fn writer(_row: usize) -> Option<fn(&mut Self, f64) -> bool> {
+            fn writer(_row: usize) -> Option<Writer<Self>> {
                 None
             }
             /// The text of this number in the table.
@@ -50,11 +51,11 @@ macro_rules! cyclic {
                 B::TABLE
             }
 
-            fn reader(row: usize) -> Option<fn(&Self) -> f64> {
+            fn reader(row: usize) -> Option<Reader<Self>> {
                 <B as Block>::reader(row)
             }
 
-            fn writer(row: usize) -> Option<fn(&mut Self, f64) -> bool> {
+            fn writer(row: usize) -> Option<Writer<Self>> {
                 <B as Block>::writer(row)
             }
 

@@ -22,7 +22,7 @@ use crate::mean::Mean;
 use crate::refusal::Answer;
 use crate::session::Session;
 use crate::state::{Function, State};
-use blocks::table::number;
+use blocks::table::{Writer, number};
 use blocks::{Kind, Role, Table, Value};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -80,7 +80,7 @@ impl<B: Cyclic> Instance<B> {
 
     /// Writes a variable by its [`Cyclic::writer`].
     #[inline(always)]
-    pub fn write_ordinary(&mut self, write: fn(&mut B, f64) -> bool, value: f64) -> bool {
+    pub fn write_ordinary(&mut self, write: Writer<B>, value: f64) -> bool {
         write(&mut self.session.block, value)
     }
 

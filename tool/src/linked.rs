@@ -2,6 +2,7 @@
 //! instance behind one, and what it says has the same words.
 
 use anyhow::{Context, Result, anyhow, ensure};
+use blocks::table::{Reader, Writer};
 use blocks::{Block, Role};
 use fmu::component::{self, Fresh, Origin};
 use fmu::cyclic::Cyclic;
@@ -18,9 +19,9 @@ use std::ffi::c_int;
 pub struct Instance<B> {
     component: component::Component<B>,
     /// What writes the connected inputs, and where their values are in those of the run.
-    inputs: Vec<(fn(&mut B, f64) -> bool, usize)>,
+    inputs: Vec<(Writer<B>, usize)>,
     /// What reads what others need, and where it goes.
-    outputs: Vec<(fn(&B) -> f64, usize)>,
+    outputs: Vec<(Reader<B>, usize)>,
     /// Whether there is such a function for each of them.
     is_wired: bool,
     /// Integers and Booleans on their way; kept, so that a step allocates nothing.

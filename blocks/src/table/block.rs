@@ -121,7 +121,7 @@ macro_rules! block {
         const _: () = {
             #[allow(unused_imports)]
             use $crate::{Time, Word};
-            use $crate::table::{Block, Kind, Law, Role, Row, Table, Value, number};
+            use $crate::table::{Block, Kind, Law, Reader, Role, Row, Table, Value, Writer, number};
 
             const OWN: &[Row] = &[ $($( Row {
                 path: [""; $crate::table::DEPTH],
@@ -277,7 +277,7 @@ macro_rules! block {
                 $crate::block!(@number self.lreal_mut(&mut self) -> &mut $crate::LReal;
                     [$($($name $kind)*)*] [$($($instance $Instance)*)?] [$($mean)?]);
 
-                fn reader(index: usize) -> Option<fn(&Self) -> f64> {
+                fn reader(index: usize) -> Option<Reader<Self>> {
                     match index {
                         $($( At::$name => Some(|block| number::number(Value::$kind(block.$name))), )*)*
                         $( index if index == COUNT - 1 => Some(|block| block.$mean), )?
@@ -285,7 +285,7 @@ macro_rules! block {
                     }
                 }
 
-                fn writer(index: usize) -> Option<fn(&mut Self, f64) -> bool> {
+                fn writer(index: usize) -> Option<Writer<Self>> {
                     match index {
                         $($( At::$name => Some(|block, number| match number::to_value(number, Kind::$kind) {
                             Ok(Value::$kind(value)) => {

@@ -118,6 +118,12 @@ pub trait Law {
     }
 }
 
+/// What gives a number of a block, as [`Block::reader`] finds it.
+pub type Reader<B> = fn(&B) -> f64;
+
+/// What writes a number to a block, as [`Block::writer`] finds it; false, and nothing is changed, if the number is out of range.
+pub type Writer<B> = fn(&mut B, f64) -> bool;
+
 /// What [`block!`](crate::block!) makes of a table: its rows as data, and access to the values by row number.
 pub trait Block: Law + Stored + Clone + Default + Send + 'static {
     /// The table as data.
@@ -150,11 +156,11 @@ pub trait Block: Law + Stored + Clone + Default + Send + 'static {
     fn lreal_mut(&mut self, index: usize) -> Option<&mut LReal>;
 
     /// What gives the number in row `index`, as [`number`](number::number) makes it of the value; `None` for a row of an inner block.
-    fn reader(index: usize) -> Option<fn(&Self) -> f64>;
+    fn reader(index: usize) -> Option<Reader<Self>>;
 
-    /// What writes a number to row `index`, whatever its role, as [`to_value`](number::to_value) makes a value of it; it gives false, and
-    /// nothing is changed, if the number is out of range. `None` for a row of an inner block.
-    fn writer(index: usize) -> Option<fn(&mut Self, f64) -> bool>;
+    /// What writes a number to row `index`, whatever its role, as [`to_value`](number::to_value) makes a value of it; `None` for a row of
+    /// an inner block.
+    fn writer(index: usize) -> Option<Writer<Self>>;
 
     /// Writes the `mean` row, if there is one.
     fn set_mean(&mut self, percent: LReal);
