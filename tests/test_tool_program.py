@@ -299,3 +299,12 @@ def test_the_card_of_the_first_page_runs_a_program(open_tool):
     # It has reached both setpoints, and is in its band.
     assert abs(float(shown["Oven.temperature"][419]) - 80) < 2 and abs(float(shown["Oven.temperature"][-1]) - 120) < 5
     screenshot(page, "program-card")
+
+
+def test_texts_of_a_program_stand_beside_its_lines(open_tool):
+    page = open_tool(LAPTOP)
+    source = "FUNCTION_BLOCK Line VAR name : String := 'pump'; END_VAR BEGIN\nname := CONCAT(IN1 := name, IN2 := '!');\nEND_FUNCTION_BLOCK"
+    drop(page, ("line.scl", source))
+    line(page, 2).wait_for()
+    page.get_by_role("button", name="One call").click()
+    line(page, 2).locator(".values").get_by_text("'pump!'").wait_for()

@@ -591,3 +591,122 @@ def test_the_animation_of_the_front_page_shows_what_its_text_says(open_tool):
     text = (test_tool_run.ROOT / "README.md").read_text("utf-8")
     (said,) = re.findall(r"!\[(.*)\]\(docs/tool/run.gif\)", text)
     assert "GAIN 2 and TI 20 s it swings" in said and "0.7 and 130 s it settles after 133 s" in said
+
+
+def test_the_table_of_runs_fits_on_a_laptop_and_earlier_runs_are_named_in_the_picture(open_tool):
+    page = open_tool((1366, 768))
+    open_example(page, "Furnace with a continuous")
+    for name, value in (("GAIN", "1.4"), ("TI", "80"), ("DEADB_W", "0.5")):
+        page.locator(f"#field-{name}").fill(value)
+        page.locator(f"#field-{name}").press("Enter")
+    show_tab(page, "Runs")
+    page.locator("#runs").get_by_role("button", name="Same test").click()
+    page.get_by_text("DEADB_W 0.5").wait_for()
+    page.locator("#curves .earlier").get_by_text("Run 1").wait_for()
+    assert page.locator("#runs .wide").evaluate("one => one.scrollWidth - one.clientWidth") <= 0
+    # A run that is not drawn is not named.
+    page.locator("#runs").get_by_role("checkbox", name="Show Run 1").click()
+    page.locator("#curves .earlier").get_by_text("Run 1").wait_for(state="detached")
+
+
+def test_the_mean_of_the_pulses_of_an_earlier_run_is_a_curve_in_percent(open_tool):
+    page = open_tool((1366, 768))
+    open_example(page, "Chamber with heating pulses")
+    show_tab(page, "Runs")
+    page.locator("#runs").get_by_role("button", name="Same test").click()
+    page.locator("#curves .earlier").get_by_text("Run 1").wait_for()
+    shown = "async () => (await moduleOf('tool/curves.js')).shownPicture()"
+    behind, present = page.evaluate(f"""async () => {{
+        const {{ behind, values, curves }} = await ({shown})();
+        const at = curves.findIndex(({{ label }}) => label === 'Q_MEAN');
+        return [behind[1].values.filter(value => value !== null), values[at]];
+    }}""")
+    # Pulses are 0 or 100; their mean over the last period is 50.
+    assert behind[-1] == present[-1] == 50
+    assert axes(page)[1] == ["right", "Q_MEAN  %"]
+
+
+def test_on_a_phone_a_note_covers_neither_the_values_nor_the_curve(open_tool):
+    page = open_tool((390, 844))
+    new_loop(page, "TIC101")
+    page.evaluate("async () => (await moduleOf('tool/store.js')).store.say('Something that one should know.')")
+    page.locator(".notice").wait_for()
+    assert page.evaluate(OVERLAPS, ["#bar", "#curves .readout", "#curves .chart"]) == []
+
+
+def test_a_curve_without_an_axis_of_its_own_lies_on_one_that_names_it(open_tool):
+    source = """FUNCTION_BLOCK Three VAR_OUTPUT a : Real; // unit: degC
+        b : Real; // unit: %
+        state : Int; END_VAR BEGIN a := 50.0; b := 70.0; state := 0; END_FUNCTION_BLOCK"""
+    page = open_tool((390, 844))
+    page.locator("#open-files").set_input_files({"name": "three.scl", "mimeType": "text/plain", "buffer": source.encode()})
+    page.get_by_role("button", name="One call").or_(page.get_by_role("button", name="Run", exact=True)).first.wait_for()
+    page.evaluate("async () => (await moduleOf('tool/store.js')).store.calls(20)")
+    page.wait_for_function("() => document.querySelector('#curves [role=slider]').ariaValueMax > 0")
+    named = ", ".join(label for _, label in axes(page))
+    assert all(name in named for name in ("a", "b", "state")), named
+    # What is drawn at the height of a number has that value.
+    at = """async () => { const { plot, curves } = (await moduleOf('tool/curves.js')).shownPicture();
+        return curves.map(({ label }, at) => [label, plot.posToVal(plot.valToPos(plot.data[at + 1].at(-1), plot.series[at + 1].scale), plot.series[at + 1].scale)]) }"""
+    values = dict(page.evaluate(at))
+    assert values["state"] == pytest.approx(0, abs=1e-6) and values["a"] == pytest.approx(50, abs=1e-6)
+
+
+def test_the_title_of_a_data_block_stands_beside_its_name(open_tool):
+    page = open_tool((1366, 768))
+    blocks = ["".join([f'DATA_BLOCK "{name}"\nTITLE ={title}\nVERSION : 0.1\n\n FB 41\nBEGIN\n   GAIN := 1.5;\nEND_DATA_BLOCK\n'])
+              for name, title in (("TIC101", "Bottom of the column, Süd"), ("TIC102", ""))]
+    source = "".join(blocks).encode("latin-1")
+    page.locator("#open-files").set_input_files({"name": "plant.awl", "mimeType": "text/plain", "buffer": source})
+    row = page.locator("#loops tr").filter(has_text="TIC101")
+    assert "Bottom of the column, Süd" in row.inner_text()
+    page.get_by_role("button", name="TIC102", exact=True).click()
+    assert page.locator("#what .loop-title").count() == 0
+    page.get_by_role("button", name="TIC101", exact=True).click()
+    page.locator("#what").get_by_text("Bottom of the column, Süd").wait_for()
+
+
+def test_no_unit_is_written_as_fmi_names_it(open_tool):
+    page = open_tool((1366, 768))
+    open_example(page, "Furnace with a continuous")
+    for tab in ("Plant", "Tune", "Runs", "Log", "Replay", "Diagram"):
+        show_tab(page, tab)
+        assert "degC" not in page.locator("body").inner_text(), tab
+    assert "°C" in page.locator("#curves .readout").inner_text()
+
+
+def test_a_file_that_is_opened_beside_a_loop_is_seen_at_once(open_tool):
+    page = open_tool((1366, 768))
+    new_loop(page, "TIC101")
+    page.locator("#open-button").click()
+    page.locator("#open-files").set_input_files(test_tool_run.LOOPS)
+    page.locator(".notice").get_by_text(f"{test_tool_run.LOOPS.name}: 40 loops; choose one in the list").wait_for()
+    # The drawer is gone, and the list stands above the parameters, with a filter for what it has no room for.
+    assert page.locator("#opening").is_hidden()
+    table = page.locator("#loops table")
+    assert bottom(table.bounding_box()) - 1 <= page.locator("#parameters").bounding_box()["y"] < page.viewport_size["height"]
+    page.get_by_role("searchbox").fill("TIC101")
+    # Two of one name are told apart.
+    rows = page.locator("#loops tbody tr")
+    assert [("plant.awl" in text) for text in rows.all_inner_texts()] == [False, True]
+    # What is wrong with another file stands there, too.
+    page.locator("#open-files").set_input_files({"name": "other.awl", "mimeType": "text/plain", "buffer": b"DATA_BLOCK"})
+    refused = page.locator("#loops .is-refused")
+    refused.wait_for()
+    assert bottom(refused.bounding_box()) < page.viewport_size["height"] and "other.awl" in refused.inner_text()
+    # Help opens over the curves, in sight.
+    page.locator("#help-button").click()
+    box = page.locator("#help").bounding_box()
+    assert box["x"] > 320 and bottom(box) <= page.viewport_size["height"]
+
+
+def test_a_run_as_fast_as_it_goes_that_never_rests_ends_and_says_so(open_tool):
+    page = open_tool((1366, 768))
+    source = "FUNCTION_BLOCK Count VAR_OUTPUT n : DInt; END_VAR BEGIN n := n + 1; END_FUNCTION_BLOCK"
+    page.locator("#open-files").set_input_files({"name": "count.scl", "mimeType": "text/plain", "buffer": source.encode()})
+    page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.locator("#run .status").get_by_text("paused, not at rest, 20000 calls").wait_for()
+    # Another Run goes on.
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.locator("#run .status").get_by_text("40000 calls").wait_for()

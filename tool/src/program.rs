@@ -11,12 +11,14 @@ use crate::message::{Part, Value, Values};
 use anyhow::{Context, Result, ensure};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use fmu::cyclic::Cyclic;
 use modeldescription::{Interface, ModelDescription, Table, shortened, units};
 use parameters::{Problems, Source, literal};
 use program::{CPUS, Loaded, Manifest, Wrong};
 use run::dialog;
 use scl::watch::{self, Watched};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The largest sources, in bytes, all together.
@@ -190,6 +192,8 @@ pub struct Instance {
 pub struct Monitored {
     /// The temporaries of what is run, at the end of the call.
     pub temps: Values,
+    /// Its STRINGs and WSTRINGs at the end of the call; a run has numbers only.
+    pub texts: BTreeMap<String, String>,
     /// The lines that were run: which of the sources, from 0, and the line.
     pub lines: Vec<(usize, usize)>,
     /// What the program has warned of since it was started, with file and line.
@@ -263,7 +267,12 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Request) -> Result<Compile
 /// # Errors
 /// No program runs under this name.
 pub fn monitor<H: Home>(home: &Programs<H>, member: &str) -> Result<Monitored> {
-    home.with_running(member, |program, warnings| Monitored {
+    home.with_running(member, |program, texts, warnings| Monitored {
+        texts: texts
+            .iter()
+            .enumerate()
+            .filter_map(|(number, text)| Some((text.name.to_string(), program.text(number)?)))
+            .collect(),
         temps: program
             .temps()
             .into_iter()

@@ -5,6 +5,7 @@ use crate::home::Home;
 use crate::linked::Instance;
 use crate::message::{Entry, KnownLoop};
 use anyhow::{Context, Result, ensure};
+use blocks::Text;
 use fmu::component::{Fresh, Origin};
 use modeldescription::{Description, Table, shortened};
 use parameters::{Block, Loop, Source};
@@ -33,6 +34,7 @@ pub struct Programs<H> {
 /// A program that runs in a loop.
 struct Running {
     instance: Instance<Program>,
+    texts: &'static [Text],
     warnings: Vec<String>,
 }
 
@@ -67,11 +69,15 @@ impl<H: Home> Programs<H> {
         Ok(name)
     }
 
-    /// Looks at a program that runs, and at what it has warned of.
-    pub(super) fn with_running<T>(&self, member: &str, look: impl FnOnce(&Program, &[String]) -> T) -> Result<T> {
+    /// Looks at a program that runs, at the names of its texts, and at what it has warned of.
+    pub(super) fn with_running<T>(
+        &self,
+        member: &str,
+        look: impl FnOnce(&Program, &[Text], &[String]) -> T,
+    ) -> Result<T> {
         let all = self.running.borrow();
         let running = all.get(member).with_context(|| format!("no program runs as {:?}", shortened(member)))?.borrow();
-        Ok(look(running.instance.block(), &running.warnings))
+        Ok(look(running.instance.block(), running.texts, &running.warnings))
     }
 
     fn find(&self, fmu: &str) -> Option<Arc<Kept>> {
@@ -93,7 +99,7 @@ impl<H: Home> Fmus for Programs<H> {
         let program = Program::new(kept.loaded.clone()).watched();
         let origin = Origin { hash: kept.loaded.hash, fresh: Fresh::Copy(Box::new(program)) };
         let instance = Instance::of(name, origin)?;
-        let running = Rc::new(RefCell::new(Running { instance, warnings: Vec::new() }));
+        let running = Rc::new(RefCell::new(Running { instance, texts: kept.loaded.table.texts, warnings: Vec::new() }));
         self.running.borrow_mut().insert(name.to_string(), running.clone());
         Ok(Box::new(Shared(running)))
     }
@@ -155,7 +161,7 @@ impl Component for Shared {
     }
 
     fn step(&mut self, time: f64, size: f64) -> Result<()> {
-        let Running { instance, warnings } = &mut *self.0.borrow_mut();
+        let Running { instance, warnings, .. } = &mut *self.0.borrow_mut();
         let done = instance.step(time, size);
         let room = MOST_WARNINGS - warnings.len().min(MOST_WARNINGS);
         warnings.extend(instance.take_advice().into_iter().take(room));

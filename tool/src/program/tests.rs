@@ -72,6 +72,21 @@ fn a_program_runs_as_a_member_of_a_loop_and_is_watched() {
 }
 
 #[test]
+fn the_texts_of_a_program_are_told_at_the_end_of_a_call() {
+    let source = "FUNCTION_BLOCK Line VAR n : Int; name : String := 'pump'; message : WString[20]; END_VAR BEGIN\n\
+                  n := n + 1; IF n > 1 THEN name := CONCAT(IN1 := 'call ', IN2 := 'two'); END_IF; message := WSTRING#'läuft'; END_FUNCTION_BLOCK";
+    let mut engine = engine();
+    compile(&mut engine, &[("line.scl", source)], json!({"cycle": 0.5}));
+    ask(&mut engine, json!({"do": "start", "members": [{"name": "L1", "fmu": "Line"}], "connections": []}));
+    let texts = |engine: &mut Engine<TestHome>, calls: usize| {
+        ask(engine, json!({"do": "run", "calls": calls}));
+        ask(engine, json!({"do": "monitor", "member": "L1"}))["texts"].clone()
+    };
+    assert_eq!(texts(&mut engine, 1), json!({"name": "pump", "message": "läuft"}));
+    assert_eq!(texts(&mut engine, 1), json!({"name": "call two", "message": "läuft"}));
+}
+
+#[test]
 fn a_program_that_has_changed_stands_beside_the_earlier_one() {
     let mut engine = engine();
     let first = compile(&mut engine, &[("pump.scl", PUMP)], json!({"cycle": 0.5}));

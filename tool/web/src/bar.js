@@ -62,6 +62,7 @@ function showWhat() {
   const changed = Object.values(loop.settings).filter((one) => source(one) === "changed").length;
   const parts = [
     element("strong", { class: "loop-name" }, loop.name || "(no name)"),
+    loop.notes.title && element("span", { class: "loop-title", title: loop.notes.title }, loop.notes.title),
     // A loop without a name of its own has that of its block.
     loop.name !== loop.description.block && element("span", {}, loop.description.block),
     cycle &&

@@ -2,6 +2,7 @@
 
 import { element, fill, svg } from "tool/dom.js";
 import { ask } from "tool/engine.js";
+import { unitText } from "tool/signals.js";
 import { store, valuesOf } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
@@ -60,7 +61,7 @@ function chart(sweep) {
       svg("text", { class: "axis", x: LEFT - 5, y: y(up) + 4, "text-anchor": "end" }, rounded(up, "", 3)),
     );
   }
-  const unit = sweep.unit ? ` in ${sweep.unit}` : "";
+  const unit = sweep.unit ? ` in ${unitText(sweep.unit)}` : "";
   const lines = sweep.outputs.map(([, values], at) =>
     svg("polyline", {
       class: `curve curve-${at + 1}`,

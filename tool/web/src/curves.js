@@ -363,6 +363,8 @@ function make() {
   if (curves.length === 0) return;
   const size = { width: width(), height: height() };
   const parts = { range, isExact: () => view.is_exact, behind, marks: () => marks, hooks: hooks() };
+  // Above the lanes.
+  legend.style.bottom = `${44 + 18 * curves.filter((curve) => curve.isSwitch && isShown(curve)).length}px`;
   ({ plot, base } = makePlot(sheet, size, curves.filter(isShown), parts));
   plot.over.addEventListener("dblclick", () => follow(notes()?.window ?? 0));
   show();
@@ -566,13 +568,14 @@ async function fetchCurves() {
  * @param {string} name
  * @param {number} period in seconds
  * @param {number[]} times
+ * @param {number} [run] the present one without it
  */
-async function means(name, period, times) {
+async function means(name, period, times, run) {
   const step = store.state?.step ?? 1;
   const [from, to] = [(times[0] ?? 0) - period, times.at(-1) ?? 0];
   const none = times.map(() => null);
   if ((to - from) / step > MOST_AVERAGED) return none;
-  const each = await ask({ do: "view", variables: [name], from: Math.max(from, 0), to, points: MOST_AVERAGED });
+  const each = await ask({ do: "view", run, variables: [name], from: Math.max(from, 0), to, points: MOST_AVERAGED });
   if (!each.is_exact) return none;
   const sums = [0];
   for (const value of each.values[0]) sums.push((sums.at(-1) ?? 0) + number(value));
@@ -604,10 +607,12 @@ async function fetchEarlier(loop, from, to, points) {
     const key = JSON.stringify([part, points, variables]);
     if (earlier.get(run)?.key === key) continue;
     try {
-      earlier.set(run, {
-        key,
-        view: await ask({ do: "view", run, variables, ...part, points: isPart ? points : 2 * points }),
-      });
+      const got = await ask({ do: "view", run, variables, ...part, points: isPart ? points : 2 * points });
+      for (const [at, name] of variables.entries()) {
+        const period = curves.find((curve) => curve.name === name)?.period;
+        if (period !== undefined) got.values[at] = await means(name, period, got.times, run);
+      }
+      earlier.set(run, { key, view: got });
     } catch {
       // The engine keeps the last few runs only.
       earlier.delete(run);

@@ -100,6 +100,40 @@ export async function readAgain(file, block) {
   await openParameters(source, block);
 }
 
+/** `DATA_BLOCK "TIC101"` and, in the next line, `TITLE = ...`. */
+const TITLED =
+  /^[ \t]*DATA_BLOCK[ \t]+(?:"([^"\n]+)"|([^\s"]+(?:[ \t]+\d+)?))\s+TITLE[ \t]*=[ \t]*(\S.*?)[ \t]*\r?$/gim;
+
+/**
+ * The titles of the data blocks of a source, by their names.
+ *
+ * @param {File} file
+ * @returns {Promise<Record<string, string>>}
+ */
+async function titlesOf(file) {
+  const bytes = await file.arrayBuffer();
+  let text = "";
+  try {
+    text = new TextDecoder("utf-8", { fatal: true }).decode(bytes);
+  } catch {
+    text = new TextDecoder("windows-1252").decode(bytes);
+  }
+  const found = [...text.matchAll(TITLED)];
+  return Object.fromEntries(
+    found.map(([, quoted, plain, title]) => [quoted ?? plain.replace(/\s/g, ""), title.replace(/^'(.*)'$/, "$1")]),
+  );
+}
+
+/**
+ * The title of a data block. It may be called as what every object has.
+ *
+ * @param {import("./store.js").OpenFile} file
+ * @param {string} name
+ */
+export function titleOf({ titles }, name) {
+  return titles && Object.hasOwn(titles, name) ? titles[name] : undefined;
+}
+
 /** The files themselves. @type {WeakMap<import("./store.js").OpenFile, File>} */
 const sources = new WeakMap();
 
@@ -158,7 +192,8 @@ async function openParameters(file, block = null) {
  */
 async function show(file, read) {
   const before = store.files.findIndex((one) => one.name === file.name);
-  const opened = { name: file.name, loops: read.loops, problems: read.problems, isRefused: read.is_refused };
+  const titles = await titlesOf(file);
+  const opened = { name: file.name, loops: read.loops, problems: read.problems, isRefused: read.is_refused, titles };
   if (before >= 0) store.files.splice(before, 1, opened);
   else store.files.push(opened);
   sources.set(opened, file);
@@ -185,6 +220,7 @@ export async function take(file, at) {
   }
   const loop = await store.add(of.name, fmu.name, of, file.name);
   loop.notes.at = at;
+  loop.notes.title = titleOf(file, of.name);
   // The table now knows that it is the file's.
   store.emit("loops");
 }
@@ -214,7 +250,8 @@ async function byBlock(block) {
  * @param {string} message
  */
 function refuse(name, message) {
-  const file = { name, loops: [], problems: [{ place: null, message, help: null }], isRefused: true };
+  const problems = [{ place: null, message, help: null }];
+  const file = { name, loops: [], problems, isRefused: true, titles: {} };
   const before = store.files.findIndex((one) => one.name === name && one.isRefused);
   if (before >= 0) store.files.splice(before, 1, file);
   else store.files.push(file);

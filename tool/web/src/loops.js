@@ -2,13 +2,13 @@
 
 import { byId, element, fill, text } from "tool/dom.js";
 import { EngineError } from "tool/engine.js";
-import { openFiles, readAgain, take, underWork } from "tool/files.js";
+import { openFiles, readAgain, take, titleOf, underWork } from "tool/files.js";
 import { cards, live, showRecorded } from "tool/first.js";
 import { remake } from "tool/remake.js";
 import { isEdited, source, store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
-/** A row of the table. @typedef {{ name: string, block: string, cycle: number | null, warnings: number, file?: string, loop: import("./store.js").Work | undefined, take: () => unknown }} Row */
+/** A row of the table. @typedef {{ name: string, title?: string, block: string, cycle: number | null, warnings: number, file?: string, loop: import("./store.js").Work | undefined, take: () => unknown }} Row */
 
 /** As long as nothing is under work, the table has the page for itself. */
 const [FEW, MANY] = [5, 25];
@@ -27,7 +27,7 @@ export function mount(content) {
   const list = element("div", {});
   const search = element("input", {
     type: "search",
-    placeholder: "Filter by name or block",
+    placeholder: "Filter by name, title or block",
     "aria-label": "Filter the loops by name or block",
     oninput: () => {
       filter = search.value.toLowerCase();
@@ -231,6 +231,7 @@ function allRows() {
       if (work) inFiles.add(work);
       rows.push({
         name: loop.name,
+        title: titleOf(file, loop.name),
         block: loop.block,
         cycle: loop.cycle,
         warnings: loop.warnings.length,
@@ -273,7 +274,7 @@ function showRows(list, search) {
   const focused = list.contains(document.activeElement) ? document.activeElement?.getAttribute("data-row") : null;
   const all = allRows();
   const found = filter
-    ? all.filter((row) => row.name.toLowerCase().includes(filter) || row.block.toLowerCase().includes(filter))
+    ? all.filter((row) => [row.name, row.block, row.title].some((text) => text?.toLowerCase().includes(filter)))
     : all;
   const rows = store.loops.length > 0 ? FEW : MANY;
   search.hidden = all.length <= 8;
@@ -356,10 +357,11 @@ function showRow(row, number) {
     { type: "button", class: "plain loop", "data-row": number, "aria-current": isShown ? "true" : null, onclick: open },
     row.name || "(no name)",
   );
+  const under = [row.file, row.title].filter(Boolean).join(": ");
   return element(
     "tr",
     { class: isShown && "is-shown" },
-    element("td", {}, name, row.file ? element("span", { class: "faint" }, ` ${row.file}`) : null),
+    element("td", {}, name, under ? element("span", { class: "row-title faint", title: under }, under) : null),
     element("td", {}, row.block),
     element("td", { class: "number" }, row.cycle === null ? "" : `${rounded(row.cycle, "TIME")} s`),
     element(

@@ -406,6 +406,8 @@ is_integrating: boolean, };
 export type Monitored = {
 /** The temporaries of what is run, at the end of the call. */
 temps: Values,
+/** Its STRINGs and WSTRINGs at the end of the call; a run has numbers only. */
+texts: { [key in string]: string },
 /** The lines that were run: which of the sources, from 0, and the line. */
 lines: Array<[number, number]>,
 /** What the program has warned of since it was started, with file and line. */

@@ -26,6 +26,8 @@ import { optionsForm } from "tool/program_options.js";
 import { store } from "tool/store.js";
 import { isBoolean, isTime, number, plcTime, rounded } from "tool/values.js";
 
+/** The type of what is no number. */
+const TEXT = "STRING";
 /** The height of a line, as the style has it. */
 const HEIGHT = 20;
 /** How often values are asked for, in milliseconds. */
@@ -478,8 +480,7 @@ function value({ block }, named) {
   const found = find(block, named.path, named.is_global);
   if (!found) return undefined;
   const [kind, now] = found;
-  const seconds = number(now);
-  const text = isTime(kind) ? plcTime(seconds) : rounded(now, kind, 7);
+  const text = kind === TEXT ? `'${now}'` : isTime(kind) ? plcTime(number(now)) : rounded(now, kind, 7);
   return [[named.path, text, kind]];
 }
 
@@ -514,6 +515,9 @@ function find(block, path, isGlobal) {
     const variable = variables.get(candidate.toUpperCase());
     const now = variable && store.state.values[`${loop.member}.${variable.name}`];
     if (variable && now !== undefined) return [variable.kind, now];
+    const texts = Object.entries(monitored?.texts ?? {});
+    const text = texts.find(([name]) => same(name, candidate));
+    if (text) return [TEXT, /** @type {any} */ (text[1])];
   }
   // The temporaries of the program itself; those of blocks inside it are gone.
   const temp = prefix === "" ? block.temps.find(([name]) => same(name, plain)) : undefined;

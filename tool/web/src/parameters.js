@@ -11,6 +11,7 @@
 import { mount as characteristic } from "tool/characteristic.js";
 import { attribute, byId, element, fill, text } from "tool/dom.js";
 import { fieldHelp } from "tool/help.js";
+import { unitText } from "tool/signals.js";
 import { isEdited, runValue, source, store, wiredTo } from "tool/store.js";
 import { isBoolean, isTime, number, plcTime, read, rounded, shown } from "tool/values.js";
 
@@ -253,7 +254,7 @@ function makeRow(loop, name, group, folded) {
   const tag = element("span", { class: "tag", id: `${id}-tag` });
   const grey = element("span", { class: "grey faint", id: `${id}-grey` });
   const remark = element("span", { class: "remark", id: `${id}-remark`, "aria-live": "polite" });
-  const unit = variable.unit ?? (isTime(variable.kind) ? "s" : "");
+  const unit = variable.unit === null ? (isTime(variable.kind) ? "s" : "") : unitText(variable.unit);
   const help = element(
     "button",
     {

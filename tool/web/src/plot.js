@@ -36,11 +36,19 @@ const FULL = 0.68;
 /**
  * @param {HTMLElement} place
  * @param {{ width: number, height: number }} size
- * @param {Curve[]} curves those that are shown
+ * @param {Curve[]} all those that are shown
  * @param {Parts} parts
  */
-export function makePlot(place, { width, height }, curves, parts) {
+export function makePlot(place, { width, height }, all, parts) {
   const { curves: palette, grid } = theme();
+  const units = [...new Set(all.flatMap(({ scale, isSwitch }) => (isSwitch || scale === "left" ? [] : [scale])))];
+  // A narrow picture has room for one: that of the manipulated value, if it has one.
+  const first = units.includes("right") ? "right" : units[0];
+  const right = units.filter((scale) => scale === first || width >= NARROW);
+  // Without an axis of its own, a curve has the left one.
+  const curves = all.map((curve) =>
+    units.includes(curve.scale) && !right.includes(curve.scale) ? { ...curve, scale: "left" } : curve,
+  );
   const numbers = curves.filter((curve) => !curve.isSwitch);
   const switches = curves.filter((curve) => curve.isSwitch);
   const inner = height - TOP - BOTTOM;
@@ -52,10 +60,6 @@ export function makePlot(place, { width, height }, curves, parts) {
   /** The numbers of each axis, those of the right at the lines of the left. @type {Record<string, number[]>} */
   const lines = {};
   const scales = [...new Set(["left", ...numbers.map((curve) => curve.scale)])];
-  const others = scales.filter((scale) => scale !== "left");
-  // A narrow picture has room for one: that of the manipulated value, if it has one.
-  const first = others.includes("right") ? "right" : others[0];
-  const right = others.filter((scale) => scale === first || width >= NARROW);
   /** What the left axis shows above the lanes. @type {[number, number]} */
   let edges = [0, 1];
   /** @type {number[][]} */
@@ -164,8 +168,12 @@ export function laneValues(values, base) {
  */
 function axisLabel(numbers, scale) {
   const there = numbers.filter((curve) => curve.scale === scale);
-  const unit = there[0]?.unit ?? "";
-  return `${there.map((curve) => curve.label).join(", ")}${unit ? `  ${unit}` : ""}`;
+  const units = [...new Set(there.map((curve) => curve.unit))];
+  const labels = units.map((unit) => {
+    const names = there.filter((curve) => curve.unit === unit).map((curve) => curve.label);
+    return `${names.join(", ")}${unit ? `  ${unit}` : ""}`;
+  });
+  return labels.join("; ");
 }
 
 /**

@@ -201,7 +201,7 @@ async function run() {
       const isUntilRest = end === undefined && speed === Infinity;
       const left = (isUntilRest ? clock.calls + MOST_UNRESTING : (end ?? Infinity)) - made();
       if (left <= 0) {
-        ended = isUntilRest ? "not at rest yet" : "";
+        ended = isUntilRest ? "paused, not at rest" : "";
         pause();
         return;
       }

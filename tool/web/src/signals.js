@@ -57,7 +57,8 @@ export async function units(loop) {
   const outputs = plants.map(unit).filter(Boolean);
   return {
     processValue: unit(processValue) || unit(setpoint) || (outputs[0] ?? ""),
-    manipulatedValue: unit(manipulatedValue) || unit(input),
+    // A mean of pulses is a part of their period.
+    manipulatedValue: unit(manipulatedValue) || unit(input) || (pulsePeriod(loop) === undefined ? "" : "%"),
   };
 }
 

@@ -88,6 +88,7 @@
  * @property {import("./messages").Loop[]} loops
  * @property {import("./messages").Problem[]} problems
  * @property {boolean} isRefused
+ * @property {Record<string, string>} titles of its data blocks, by name
  *
  * @typedef {object} Said
  * @property {string} text
