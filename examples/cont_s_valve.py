@@ -112,7 +112,7 @@ def draw(result, path):
         time = result.time
         axes[0].plot(time, result["SP_INT"], label="SP_INT", drawstyle="steps-post", **plot.SETPOINT)
         axes[0].plot(time, result["PV"], label="PV", **plot.PROCESS_VALUE)
-        axes[1].plot(time, result["LMNR"], label="LMNR", **plot.MANIPULATED)
+        axes[1].plot(time, result["LMNR"], label="LMNR", **plot.P_PART)
         plot.pulses(
             axes[1], time, result["LMNR_HS"], 40, 70, label="at the limit stop, LMNR_HS", zorder=0.1, **plot.SPAN
         )

@@ -33,6 +33,9 @@ CHARACTERISTICS = {
     "3-9": ("two-step, monopolar", {"STEP3_ON": False}),
 }
 
+# INV is the manipulated value of a controller, and an input here.
+INPUT = {**plot.MANIPULATED, "linestyle": plot.SETPOINT["linestyle"]}
+
 # Figure 3-5: ten calls to a period; INV changes at the given call of the second period.
 CALLS, SHORT_CYCLE = 10, 0.1
 LOW, HIGH = 30.0, 80.0
@@ -87,7 +90,7 @@ def draw_modulation(result, path):
     title = "Figure 3-3: INV of 30, 60 and 90 % gives {}, {} and {} calls of ten with a pulse".format(*pulses)
     with plot.picture(path, title, ["INV in %", "QPOS_P"], [1, 0.6]) as axes:
         end = 3 * CALLS * SHORT_CYCLE
-        axes[0].stairs(result["INV"], np.append(result.time, end), baseline=None, label="INV", **plot.SETPOINT)
+        axes[0].stairs(result["INV"], np.append(result.time, end), baseline=None, label="INV", **INPUT)
         for call in np.flatnonzero(result["QPOS_P"]):
             axes[1].broken_barh([(call * SHORT_CYCLE, SHORT_CYCLE)], (0, 1), **plot.PULSE)
         axes[0].set_ylim(0, 105)

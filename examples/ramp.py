@@ -8,7 +8,7 @@
 
 HLG counts in integers: here 27648 is 400 degC (for the furnace) and 32767 is 1500 rpm (for the
 drive). It is called every second (furnace) or every 10 ms (drive), and TH_TZ is the number of these
-calls in which it runs through the amount of its set point.
+calls in which it runs through the amount of its setpoint.
 
 Call order: HLG, then CONT_C, then the plant. HLG starts with SET and INIT at the furnace's
 temperature, so that the ramp begins there.

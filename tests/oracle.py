@@ -316,7 +316,7 @@ class CONT_S(Block):
             self.f = min(max(self.f, ZERO), HUNDRED)
 
     def adapt_threshold(self, e, motor):
-        """Few pulses while the error is large, fine ones near the set point; also in manual."""
+        """Few pulses while the error is large, fine ones near the setpoint; also in manual."""
         lowest = (HUNDRED * seconds(max(self.PULSE_TM, self.CYCLE))) / motor
         if self.LMNR_HS or self.LMNR_LS:
             self.on = lowest
@@ -511,7 +511,7 @@ class HLG(Block):
 
     def clear_memory(self):
         self.remainder = 0  # what the last step's division left
-        self.ramp = None  # set point, direction and calls of the ramp it belongs to
+        self.ramp = None  # setpoint, direction and calls of the ramp it belongs to
 
     def call(self):
         if self.STOP:
@@ -526,7 +526,7 @@ class HLG(Block):
             return
 
         w = max(-32767, self.S1 if self.E01 else self.S0)
-        if w == 0 or w == self.HLG:  # a set point of 0 means no slope
+        if w == 0 or w == self.HLG:  # a setpoint of 0 means no slope
             self.remainder = 0
             return
         direction = +1 if w > self.HLG else -1

@@ -2,6 +2,7 @@
 refuses in one sentence what cannot be wired, and runs FMUs that others have made."""
 
 import os
+import re
 import subprocess
 import zipfile
 
@@ -268,6 +269,15 @@ def test_the_advice_of_an_fmu_goes_to_standard_error(run):
 def test_a_drawing_can_be_svg(run, tmp_path):
     assert run("HEATER", stop=2, plot="result.svg").returncode == 0
     assert (tmp_path / "result.svg").read_text().startswith("<svg ")
+
+
+def test_a_drawing_has_the_colours_of_the_pages(run, tmp_path):
+    record = ["CONT_C.SP_INT", "CONT_C.PV", "CONT_C.LMN", "CONT_C.LMN_P", "CONT_C.LMN_I", "HEATER.TEMP", "HEATER.T_FURN"]
+    assert run("CONT_C", "HEATER", connect=LOOP, record=record, stop=2, plot="result.svg").returncode == 0
+    entry = r'<path class="(curve-\d)" [^>]*/><text[^>]*>([\w.]+)<'
+    colors = {name: color for color, name in re.findall(entry, (tmp_path / "result.svg").read_text())}
+    # Black, blue and vermilion; LMN_P and LMN_I as in the responses of CONT_C, TEMP and T_FURN as in those of HEATER.
+    assert colors == dict(zip(record, [f"curve-{number}" for number in (7, 1, 2, 4, 3, 1, 3)]))
 
 
 # An FMU of somebody else

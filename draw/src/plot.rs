@@ -136,7 +136,7 @@ pub fn svg_named(chart: &Chart, name: &str) -> anyhow::Result<String> {
     if !lanes.is_empty() {
         top += LANE_GAP / 2.0;
     }
-    let times = time.ticks(8.0).into_iter().map(|tick| Tick {
+    let times = time.ticks_to_the_ends(8.0).into_iter().map(|tick| Tick {
         at: Pixels(time.x(tick)),
         text_y: Pixels(top + 16.0),
         label: tick_label(tick),
@@ -332,7 +332,10 @@ fn draw_panel<'a>(
         Tick { at: Pixels(y), text_y: Pixels(y + 4.0), label: tick_label(tick) }
     });
     let path = if chart.over.is_some() { lines } else { stairs };
-    let joined = panel.curves.iter().zip(pens).filter(|_| !chart.has_dots);
+    // Dashed lines last: a solid one that lies on them would hide them.
+    let solid = panel.curves.iter().zip(pens).filter(|(curve, _)| !curve.is_input);
+    let joined =
+        solid.chain(panel.curves.iter().zip(pens).filter(|(curve, _)| curve.is_input)).filter(|_| !chart.has_dots);
     let curves = joined.map(|(curve, pen)| DrawnCurve {
         pen: *pen,
         path: path(&points(&chart.time, &curve.values, time), time, &|value| scale.y(value, top)),
@@ -353,7 +356,7 @@ fn draw_panel<'a>(
         DrawnCurve { pen: *pen, path: path.collect() }
     });
     DrawnPanel {
-        label: panel.label.replace("degC", "°C"),
+        label: crate::text::shown(&panel.label),
         top: Pixels(top),
         middle: Pixels(top + PANEL / 2.0),
         legend: legend.collect(),

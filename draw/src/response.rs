@@ -44,15 +44,19 @@ impl Colors {
     /// The order in which the others take theirs, numbers and Booleans.
     const ORDER: [[usize; COLOR_COUNT]; 2] = [[3, 2, 4, 5, 0, 1, 6], [1, 5, 2, 4, 3, 0, 6]];
 
-    /// Chooses them: `charts` are the variables that each chart shows, by row; `roles` those that are setpoint, process value
-    /// and manipulated value. Variables that share a chart differ, but for a Boolean and a number.
-    pub fn of(table: &Table, charts: &[Vec<usize>], roles: [Option<&str>; 3]) -> Colors {
-        let mut colors = vec![None; table.variables.len()];
+    /// Chooses them. `roles` are the setpoint, the process value and the manipulated value; `known` says which colour a variable of a
+    /// block inside has in that block's own charts. Variables that share a chart differ, but for a Boolean and a number.
+    pub fn of(table: &Table, roles: [Option<&str>; 3], known: impl Fn(&str) -> Option<usize>) -> Colors {
+        let inner = |row: &Row| row.name.rsplit_once('.').and_then(|(_, name)| known(name));
+        let mut colors: Vec<Option<usize>> = table.variables.iter().map(inner).collect();
         for (name, color) in roles.into_iter().zip(Self::OF_ROLES) {
             if let Some(row) = name.and_then(|name| table.find(name)) {
                 colors[row] = Some(color);
             }
         }
+        let responses = table.responses.iter().map(|response| table.shown(response));
+        let sweeps = table.characteristics.iter().map(|one| table.rows(&one.show));
+        let charts: Vec<Vec<usize>> = responses.chain(sweeps).collect();
         let is_boolean = |row: usize| table.variables[row].kind == Kind::Bool;
         for row in charts.iter().flatten().copied() {
             if colors[row].is_none() {
@@ -61,11 +65,21 @@ impl Colors {
                     .filter(|other| is_boolean(**other) == is_boolean(row))
                     .filter_map(|other| colors[*other])
                     .collect();
-                let mut numbers = Self::ORDER[usize::from(is_boolean(row))].into_iter().chain(COLOR_COUNT..);
-                colors[row] = numbers.find(|color| !taken.contains(color));
+                colors[row] = Some(Self::free(is_boolean(row), &taken));
             }
         }
         Colors(colors)
+    }
+
+    /// The colour of a row, if a chart shows it.
+    pub fn of_row(&self, row: usize) -> Option<usize> {
+        self.0[row]
+    }
+
+    /// The first colour that is not taken.
+    pub fn free(is_boolean: bool, taken: &[usize]) -> usize {
+        let mut numbers = Self::ORDER[usize::from(is_boolean)].into_iter().chain(COLOR_COUNT..);
+        numbers.find(|color| !taken.contains(color)).unwrap_or_default()
     }
 }
 
@@ -78,7 +92,7 @@ pub fn of_recording(table: &Table, recording: &Recording, colors: &Colors) -> Ch
         // The value of the last call is held for a cycle, as those before it.
         let values = recording.calls.iter().chain(recording.calls.last()).map(|values| values[column]).collect();
         let is_input = row.role == Role::Input;
-        let curve = Curve { name: row.name.clone(), values, is_input, color: colors.0[*number] };
+        let curve = Curve { name: row.name.clone(), values, is_input, color: colors.of_row(*number) };
         if row.kind == Kind::Bool {
             lanes.push(curve);
             continue;
@@ -99,7 +113,7 @@ pub fn of_sweep(table: &Table, characteristic: &Characteristic, sweep: &Sweep, c
         let row = &table.variables[*number];
         let is_boolean = row.kind == Kind::Bool;
         let values = means.iter().map(|mean| if is_boolean { 100.0 * mean } else { *mean }).collect();
-        let curve = Curve { name: row.name.clone(), values, is_input: false, color: colors.0[*number] };
+        let curve = Curve { name: row.name.clone(), values, is_input: false, color: colors.of_row(*number) };
         add(&mut panels, if is_boolean { Axis::Share } else { Axis::of(row) }, curve);
     }
     let row = table.find(&characteristic.variable).map(|row| &table.variables[row]);
@@ -183,7 +197,7 @@ mod tests {
         .unwrap();
         let means = vec![(1, vec![0.0, 2.0, 6.0]), (2, vec![0.0, 0.5, 1.0])];
         let sweep = Sweep { over: vec![0.0, 4.5, 9.0], means };
-        let colors = Colors::of(&table, &[vec![1, 2]], [None; 3]);
+        let colors = Colors::of(&table, [None; 3], |_| None);
         let chart = of_sweep(&table, &table.characteristics[0], &sweep, &colors);
         assert_eq!(chart.over.as_deref(), Some("SPEED in 1/min"));
         let labels: Vec<_> = chart.panels.iter().map(|panel| panel.label.as_str()).collect();
@@ -200,22 +214,28 @@ mod tests {
 
     #[test]
     fn a_variable_has_one_colour_in_all_charts_and_none_of_those_beside_it() {
-        let rows: Vec<String> = ["SP", "PV", "P", "I", "D", "HIGH", "LOW"]
+        let rows: Vec<String> = ["SP", "PV", "P", "I", "D", "HIGH", "LOW", "PID.MV"]
             .iter()
             .map(|name| {
-                let kind = if name.len() > 2 { "BOOL" } else { "REAL" };
+                let kind = if ["HIGH", "LOW"].contains(name) { "BOOL" } else { "REAL" };
                 format!(
                     r#"{{"name":"{name}","description":"","kind":"{kind}","role":"output","start":0.0,"min":null,"max":null,
                     "unit":null}}"#
                 )
             })
             .collect();
-        let json = r#"{"name":"X","docs":"","cycle":0,"mean":null,"responses":[],"variables":["#;
-        let table: Table = serde_json::from_str(&format!("{json}{}]}}", rows.join(","))).unwrap();
-        let charts = [vec![1, 3], vec![2, 4, 5], vec![0, 1, 2, 3, 4, 5, 6]];
-        let colors = Colors::of(&table, &charts, [Some("SP"), Some("PV"), None]).0;
-        // I comes first, then P and D beside it; the Booleans have lanes of their own.
-        assert_eq!(colors, [6, 0, 2, 3, 4, 1, 5].map(Some));
+        let charts =
+            [vec!["PV", "I"], vec!["P", "D", "HIGH"], vec!["SP", "PV", "P", "I", "D", "HIGH", "LOW", "PID.MV"]];
+        let charts = charts.map(|show| format!(r#"{{"title":"","calls":1,"set":[],"show":{show:?}}}"#)).join(",");
+        let json = format!(
+            r#"{{"name":"X","docs":"","cycle":0,"mean":null,"responses":[{charts}],"variables":[{}]}}"#,
+            rows.join(",")
+        );
+        let table: Table = serde_json::from_str(&json).unwrap();
+        let known = |name: &str| (name == "MV").then_some(1);
+        let colors = Colors::of(&table, [Some("SP"), Some("PV"), None], known).0;
+        // I comes first, then P and D beside it; the Booleans have lanes of their own. MV has the colour of its own block's charts.
+        assert_eq!(colors, [6, 0, 2, 3, 4, 1, 5, 1].map(Some));
     }
 
     #[test]
@@ -238,14 +258,14 @@ mod tests {
         let labels = |shown: &[usize]| -> Vec<String> {
             let calls = vec![vec![0.0; shown.len()]; 2];
             let recording = Recording { cycle: 100, shown: shown.to_vec(), restart: calls[0].clone(), calls };
-            let colors = Colors::of(&table, &[shown.to_vec()], [None; 3]);
+            let colors = Colors::of(&table, [None; 3], |_| None);
             of_recording(&table, &recording, &colors).panels.into_iter().map(|panel| panel.label).collect()
         };
         assert_eq!(labels(&[0, 1, 2]), ["TEMP in degC", "LMN", "GAIN"]);
         assert_eq!(labels(&[0, 4, 1, 3]), ["degC", "LMN, A_LONG_NAME_OF_A_SIGNAL"]);
         let calls = vec![vec![1.0]; 2];
         let recording = Recording { cycle: 100, shown: vec![0], restart: vec![0.0], calls };
-        let chart = of_recording(&table, &recording, &Colors::of(&table, &[], [None; 3]));
+        let chart = of_recording(&table, &recording, &Colors::of(&table, [None; 3], |_| None));
         assert!(svg(&chart).unwrap().contains(">TEMP in °C</text>"));
     }
 }

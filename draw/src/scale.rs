@@ -33,7 +33,23 @@ impl Scale {
 
     /// Round numbers within, about `count` of them.
     pub fn ticks(&self, count: f64) -> Vec<f64> {
-        let step = round_step((self.to - self.from) / count);
+        self.ticks_by(round_step((self.to - self.from) / count))
+    }
+
+    /// Round numbers within, about `count` of them: if there is a step by which both ends are among them, by that.
+    pub fn ticks_to_the_ends(&self, count: f64) -> Vec<f64> {
+        let least = (self.to - self.from) / count;
+        let is_tick = |step: f64, end: f64| (end / step - (end / step).round()).abs() < 1e-6;
+        let power = 10f64.powf(least.log10().floor());
+        // The usual steps first; a fifth more ticks, or half of them, are as good.
+        let steps = [1.0, 2.0, 5.0, 10.0, 2.5, 3.0, 4.0, 6.0].map(|factor| factor * power);
+        let fits = |step: &&f64| {
+            (least * 0.8..=least * 2.0).contains(*step) && is_tick(**step, self.from) && is_tick(**step, self.to)
+        };
+        steps.iter().find(fits).map_or_else(|| self.ticks(count), |step| self.ticks_by(*step))
+    }
+
+    fn ticks_by(&self, step: f64) -> Vec<f64> {
         let first = (self.from / step - 1e-9).ceil() as i64;
         let last = (self.to / step + 1e-9).floor() as i64;
         (first..=last).map(|tick| tick as f64 * step).collect()
@@ -61,6 +77,20 @@ pub fn tick_label(tick: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_axis_of_time_has_a_tick_at_its_end() {
+        let ticks = |to| Scale { from: 0.0, to }.ticks_to_the_ends(8.0);
+        let by = |step: f64, count: i32| (0..=count).map(|tick| f64::from(tick) * step).collect::<Vec<_>>();
+        assert_eq!(ticks(1500.0), by(250.0, 6));
+        assert_eq!(ticks(900.0), by(100.0, 9));
+        assert_eq!(ticks(240.0), by(30.0, 8));
+        assert_eq!(ticks(3600.0), by(400.0, 9));
+        assert_eq!(ticks(60.0), by(10.0, 6));
+        assert_eq!(Scale { from: -50.0, to: 50.0 }.ticks_to_the_ends(8.0).len(), 11, "by 10");
+        // No round step leads to 613.
+        assert_eq!(ticks(613.0), by(100.0, 6));
+    }
 
     #[test]
     fn ticks_are_round_numbers_within_the_range() {

@@ -181,6 +181,20 @@ impl Table {
         self.variables.iter().position(|row| row.name == name)
     }
 
+    /// The rows of the variables with these names.
+    pub fn rows(&self, names: &[String]) -> Vec<usize> {
+        names.iter().filter_map(|name| self.find(name)).collect()
+    }
+
+    /// The rows of the variables that a response draws.
+    pub fn shown(&self, response: &Response) -> Vec<usize> {
+        let is_terminal = |row: &usize| matches!(self.variables[*row].role, Role::Input | Role::Output);
+        match response.show.as_slice() {
+            [] => (0..self.variables.len()).filter(is_terminal).collect(),
+            names => self.rows(names),
+        }
+    }
+
     fn is_setting(&self, name: &str) -> bool {
         self.find(name)
             .is_some_and(|row| matches!(self.variables[row].role, Role::Parameter | Role::Fixed | Role::Cycle))

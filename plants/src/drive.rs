@@ -84,7 +84,7 @@ blocks::block! {
     /// ```math
     /// \begin{aligned}
     /// \dfrac{d\,\text{SPEED}}{dt} &= \dfrac{\text{SP_RPM} - \text{SPEED}}{\text{CTRL_TM}} \\
-    /// \text{within} & \quad \pm\dfrac{\text{N_MAX}}{\text{ACC_TM}}\,\dfrac{\text{M_MAX} \mp M_L}{100\,\%}
+    /// \text{within} & \quad \pm\dfrac{\text{N_MAX}}{\text{ACC_TM}}\,\dfrac{\text{M_MAX} \mp \text{M_L}}{100\,\%}
     /// \end{aligned}
     /// ```
     ///

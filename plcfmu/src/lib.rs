@@ -4,6 +4,7 @@
 //! tool's server on this machine.
 
 pub mod build;
+pub mod colors;
 pub mod command;
 pub mod commands;
 pub mod exit;

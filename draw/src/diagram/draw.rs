@@ -412,8 +412,10 @@ fn switch<'a>(checked: &'a Checked, element: &'a Element) -> Switch<'a> {
     let label = |is_true: bool| {
         let at = contact(is_true);
         let text = if is_true { "TRUE" } else { "FALSE" };
-        // It ends before the wire from the control terminal.
-        (Pixels(x - 4.0 - width(text, LABEL_CHARACTER) / 2.0), Pixels(if at < y { at - 5.0 } else { at + 12.5 }), text)
+        // It ends before the wire from the control terminal, and is apart from the contact's number.
+        let apart = if constant.as_ref().is_some_and(|(of, _)| *of == is_true) { 3.5 } else { 0.0 };
+        let baseline = if at < y { at - 5.0 - apart } else { at + 12.5 + apart };
+        (Pixels(x - 4.0 - width(text, LABEL_CHARACTER) / 2.0), Pixels(baseline), text)
     };
     let end = match control {
         Control::Above => element.control().map(|at| at.y + TERMINAL / 2.0),

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import math
 import pathlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
@@ -121,11 +122,21 @@ def picture(
 
 
 def _end_at_tick(axes: Any) -> None:
-    """Lets the horizontal axis end at a tick where the last row is just before it: the row at 599 s holds until 600 s."""
+    """Lets the horizontal axis end at a tick if a round step leads there: the row at 599 s holds until 600 s."""
+    from matplotlib.ticker import FixedLocator, MultipleLocator
+
     left, right = axes.get_xlim()
-    beyond = [tick for tick in axes.xaxis.get_major_locator().tick_values(left, right) if tick > right]
-    if beyond and min(beyond) - right < 0.01 * (right - left):
-        axes.set_xlim(right=min(beyond))
+    if isinstance(axes.xaxis.get_major_locator(), FixedLocator):
+        return
+    power = 10.0 ** math.floor(math.log10((right - left) / 10.0))
+    for factor in (1, 2, 5, 10, 2.5, 3, 4, 6, 8):
+        step = factor * power
+        last = math.ceil(right / step - 1e-6) * step
+        is_tick = abs(left / step - round(left / step)) < 1e-6
+        if is_tick and last - right < 0.01 * (right - left) and 4.9 < (last - left) / step < 10.1:
+            axes.set_xlim(right=last)
+            axes.xaxis.set_major_locator(MultipleLocator(step))
+            return
 
 
 def label(axes: Any, text: str) -> None:

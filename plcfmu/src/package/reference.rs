@@ -37,11 +37,7 @@ pub fn record(
 ) -> Result<Recording> {
     let table = &interface.table;
     let rows = &table.variables;
-    let shown: Vec<usize> = if response.show.is_empty() {
-        (0..rows.len()).filter(|row| matches!(rows[*row].role, Role::Input | Role::Output)).collect()
-    } else {
-        response.show.iter().filter_map(|name| table.find(name)).collect()
-    };
+    let shown = table.shown(response);
     let mut instance = Instance::instantiate(library, "plcfmu", &interface.guid, resources)?;
     let failed = |error: Error| error.context("the block's response");
     instance.setup(0.0, None)?;

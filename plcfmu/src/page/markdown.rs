@@ -90,10 +90,10 @@ pub fn html(markdown: &str, linked: &[&str]) -> Result<String> {
     Ok(html.replace("<pre>", r#"<pre tabindex="0">"#))
 }
 
-/// A text as it is printed: a number is not parted from its percent sign or its unit at the end of a line, and degC is °C.
+/// A text as it is printed: a number is not parted from its percent sign or its unit at the end of a line, degC is °C and m2 is m².
 pub fn shown(text: &str) -> String {
-    const UNITS: [&str; 7] = ["%", "°C", "K", "s", "ms", "h", "rpm"];
-    let text = text.replace("degC", "°C");
+    const UNITS: [&str; 14] = ["%", "°C", "K", "s", "ms", "h", "rpm", "min", "m", "cm", "m²", "m³/h", "l/min", "bar"];
+    let text = draw::text::shown(text);
     let mut printed = String::with_capacity(text.len());
     for (place, character) in text.char_indices() {
         let unit = text[place..].strip_prefix(' ').map(|rest| {
@@ -162,8 +162,8 @@ mod tests {
     #[test]
     fn a_number_stays_with_its_unit_and_degrees_have_their_sign() {
         assert_eq!(
-            shown("30 % of 400 degC, 5 s of 20 and 3 sets"),
-            "30\u{a0}% of 400\u{a0}°C, 5\u{a0}s of 20 and 3 sets"
+            shown("30 % of 400 degC, 5 s of 20 and 3 sets, 0.2 m2, 10 l/min"),
+            "30\u{a0}% of 400\u{a0}°C, 5\u{a0}s of 20 and 3 sets, 0.2\u{a0}m², 10\u{a0}l/min"
         );
         let html = html("X is 5 %:\n\n```text\nX = 5 % degC\n```", &["X"]).unwrap();
         assert!(html.contains("is 5\u{a0}%:") && html.contains("X = 5 % degC"), "{html}");

@@ -130,13 +130,7 @@ pub fn html(
     // A documentation without headings is that of the algorithm.
     let law = take(&[("Algorithm", "Algorithm"), ("", "Algorithm"), ("Clauses", "Clauses")])?;
     let mut after_responses = take(&[("Limits of use", "Limits of use"), ("Sources", "Sources")])?;
-    let (roles, _) = run::dialog::of(table).context("the dialog of the block")?;
-    let process_value = roles.shown_process_value.as_deref().or(roles.process_value.as_deref());
-    let roles = [roles.setpoint.as_deref(), process_value, roles.manipulated_value.as_deref()];
-    let sweeps = recordings.characteristics.iter().map(|sweep| sweep.means.iter().map(|(row, _)| *row).collect());
-    let shown: Vec<Vec<usize>> =
-        recordings.responses.iter().map(|response| response.shown.clone()).chain(sweeps).collect();
-    let colors = Colors::of(table, &shown, roles);
+    let colors = crate::colors::of(table)?;
     sections.take("Dialog");
     for (title, text) in sections.take_all() {
         after_responses.push(section(title, text, &names)?);
@@ -303,7 +297,7 @@ fn text_variable(reference: usize, text: &Text) -> Variable<'_> {
 fn variable<'a>(table: &Table, reference: usize, row: &'a Row) -> anyhow::Result<Variable<'a>> {
     let is_set = !matches!(row.role, Role::Output | Role::Local);
     let (range, description) = match text::range_in_words(row) {
-        Some((description, range)) => (range.to_string(), description),
+        Some((description, range)) => (range.replace(">=", "≥"), description),
         None => (text::range(row), row.description.as_str()),
     };
     Ok(Variable {
@@ -433,7 +427,7 @@ mod tests {
         table.variables[2].description = "Gain; range: GAIN >= FLOW".into();
         let page = page_of(&table, &[0]);
         assert!(page.contains(
-            r#"<td class="number">2</td><td><span class="short">Gain</span> <span class="range">Range GAIN &gt;= FLOW</span></td>"#
+            r#"<td class="number">2</td><td><span class="short">Gain</span> <span class="range">Range GAIN ≥ FLOW</span></td>"#
         ));
     }
 

@@ -7,37 +7,37 @@ mod tests;
 use crate::table::{Int, Law, Response};
 
 crate::block! {
-    /// Ramp function generator: moves an integer to a set point along a ramp, with stop, set and reset (ABB HLG).
+    /// Ramp function generator: moves an integer to a setpoint along a ramp, with stop, set and reset (ABB HLG).
     ///
     #[doc = include_str!("page.md")]
     pub struct Hlg as "HLG" {
         input {
-            /// Selects the set point: S0 (FALSE) or S1 (TRUE)
+            /// Selects the setpoint: S0 (FALSE) or S1 (TRUE)
             ///
-            /// It may change at any time: the ramp goes on from the present output towards the other set point, with the
-            /// slope of that set point.
+            /// It may change at any time: the ramp goes on from the present output towards the other setpoint, with the
+            /// slope of that setpoint.
             e01: Bool = false;
-            /// Set point 0
+            /// Setpoint 0
             ///
             /// The target while E01 is FALSE, and the slope too: the output moves by |S0| in TH_TZ or TR_TZ calls, so a
             /// target of 1000 is reached from 0 in the same time as one of 100. With 0 the output stays where it
             /// is. -32768 counts as -32767.
             s0: Int = 0, min -32767, max 32767;
-            /// Set point 1
+            /// Setpoint 1
             ///
             /// The target while E01 is TRUE, and the slope too: the output moves by |S1| in TH_TZ or TR_TZ calls. With 0
-            /// the output stays where it is: to return to 0, ramp to a set point beyond it, such as -1000, and limit the output behind the
+            /// the output stays where it is: to return to 0, ramp to a setpoint beyond it, such as -1000, and limit the output behind the
             /// block, or use R.
             s1: Int = 0, min -32767, max 32767;
-            /// Start-up time TH as a number of program cycles: the calls in which the output rises by |set point|
+            /// Start-up time TH as a number of program cycles: the calls in which the output rises by |setpoint|
             ///
-            /// The time from 0 to a positive set point, divided by TZ: 400 for 4 s at TZ = 10 ms. It applies whenever the
+            /// The time from 0 to a positive setpoint, divided by TZ: 400 for 4 s at TZ = 10 ms. It applies whenever the
             /// output rises, from a negative output too. The steps are whole numbers, and the remainder is carried on:
             /// from 0 to 10 in 4 calls gives 2, 5, 7, 10. With 0, the start value, the output jumps in one call.
             th_tz: Int = 0, min 0;
-            /// Return time TR as a number of program cycles: the calls in which the output falls by |set point|
+            /// Return time TR as a number of program cycles: the calls in which the output falls by |setpoint|
             ///
-            /// The time in which the output falls by the amount of the set point, divided by TZ; it applies whenever the
+            /// The time in which the output falls by the amount of the setpoint, divided by TZ; it applies whenever the
             /// output falls. With S0 = -500 and TR_TZ = 20 it falls by 25 a call. With 0, the start value, it jumps in one
             /// call.
             tr_tz: Int = 0, min 0;
@@ -48,18 +48,18 @@ crate::block! {
             stop: Bool = false;
             /// Sets the output to INIT (our name of the pin)
             ///
-            /// While it is TRUE the output is INIT, also above or below both set points; when it becomes FALSE, the
+            /// While it is TRUE the output is INIT, also above or below both setpoints; when it becomes FALSE, the
             /// ramp starts from there. Use it to start a ramp at the present speed of a drive. STOP has priority over
             /// it, and it has priority over R.
             set: Bool = false;
             /// Value of the output while SET is TRUE (our name of the pin)
             ///
-            /// It may be beyond the set points: from 600, with S0 = 500 and TR_TZ = 10, the output falls to 500 in two
+            /// It may be beyond the setpoints: from 600, with S0 = 500 and TR_TZ = 10, the output falls to 500 in two
             /// calls. -32768 counts as -32767.
             init: Int = 0;
             /// Resets the output to 0
             ///
-            /// While it is TRUE the output is 0 at once, without a ramp. A set point of 0 means to stay, so the output
+            /// While it is TRUE the output is 0 at once, without a ramp. A setpoint of 0 means to stay, so the output
             /// reaches exactly 0 by R, or by SET with INIT = 0. STOP and SET have priority.
             r: Bool = false;
         }
@@ -74,7 +74,7 @@ crate::block! {
         output {
             /// Output of the ramp
             ///
-            /// A whole number between -32767 and 32767. It never passes the set point, and stays on it until the set
+            /// A whole number between -32767 and 32767. It never passes the setpoint, and stays on it until the set
             /// point changes. After a restart it is 0.
             hlg: Int;
         }
@@ -82,7 +82,7 @@ crate::block! {
     memory Memory {
         /// Remainder of the last step's division.
         remainder: Int;
-        /// Set point of the ramp to which the remainder belongs.
+        /// Setpoint of the ramp to which the remainder belongs.
         w: Int;
         /// That ramp goes upwards.
         upwards: bool;
@@ -145,7 +145,7 @@ impl Law for Hlg {
         jumps
             .filter(|(_, _, n)| *n <= 0)
             .map(|(name, direction, n)| {
-                format!("{name} = {n}: {direction} the output jumps to the set point in one call")
+                format!("{name} = {n}: {direction} the output jumps to the setpoint in one call")
             })
             .collect()
     }
@@ -159,7 +159,7 @@ impl Hlg {
     }
 }
 
-/// Set points are symmetrical: -32768 becomes -32767 (clause 8).
+/// Setpoints are symmetrical: -32768 becomes -32767 (clause 8).
 fn limited(value: Int) -> Int {
     value.max(-32767)
 }

@@ -19,7 +19,7 @@ pub(super) const RESPONSES: &[Response] = &[
         show: &["HLG", "STOP", "E01", "R"],
     },
     Response {
-        title: "SET to 600, then down to the set point 500 in 2 calls of 50; set point 0 holds the output",
+        title: "SET to 600, then down to the setpoint 500 in 2 calls of 50; setpoint 0 holds the output",
         calls: 60,
         set: &[
             (0, "S0", 500.0),

@@ -8,8 +8,8 @@ fn ramp(set_point: Int, th_tz: Int, tr_tz: Int) -> Hlg {
 
 #[test]
 fn the_advice_names_the_directions_without_a_ramp() {
-    assert_eq!(ramp(0, 1, 0).advice(), ["TR_TZ = 0: downwards the output jumps to the set point in one call"]);
-    assert_eq!(ramp(0, -3, 1).advice(), ["TH_TZ = -3: upwards the output jumps to the set point in one call"]);
+    assert_eq!(ramp(0, 1, 0).advice(), ["TR_TZ = 0: downwards the output jumps to the setpoint in one call"]);
+    assert_eq!(ramp(0, -3, 1).advice(), ["TH_TZ = -3: upwards the output jumps to the setpoint in one call"]);
     assert_eq!(ramp(0, 1, 1).advice(), Vec::<String>::new());
 }
 
@@ -46,7 +46,7 @@ fn clause_1_from_0_every_set_point_is_reached_in_exactly_n_calls() {
 
 #[test]
 fn clause_2_the_same_set_point_from_the_other_side_starts_without_a_remainder() {
-    // SET takes the output over the set point, and clears the remainder; the direction alone does it too.
+    // SET takes the output over the setpoint, and clears the remainder; the direction alone does it too.
     let mut block = at(0, ramp(10, 4, 4));
     block.call();
     block.hlg = 20;

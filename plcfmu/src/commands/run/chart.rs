@@ -1,9 +1,11 @@
 //! The picture of a run, by what the variables of its loop are.
 
 use super::kept::Kept;
+use crate::colors;
 use anyhow::Result;
 use draw::picture;
 use draw::plot::{self, Chart, Curve, Panel};
+use draw::response::Colors;
 use host::instance::Type;
 use run::plan::{Column, Plan};
 
@@ -28,9 +30,32 @@ pub struct Picture {
 /// The picture cannot be made.
 pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bool) -> Result<Picture> {
     let Some((time, curves)) = kept.curves() else { return Ok(Picture { bytes: Vec::new(), left_out: 0 }) };
-    let curve = |at: usize| {
-        let Column { name, is_input, .. } = &plan.columns[at];
-        Curve { name: name.clone(), values: curves[at].clone(), is_input: *is_input, color: None }
+    let setpoint = kept.column(kept.roles.setpoint.as_ref());
+    let output = kept.column(kept.roles.manipulated_value.as_ref());
+    let roles = [setpoint, kept.process_value(), output];
+    // The colour by what it is in the loop, else that of the page of the block that has such a variable, else one that is free.
+    let known = |at: usize| {
+        let role = roles.iter().position(|role| *role == Some(at)).map(|role| Colors::OF_ROLES[role]);
+        role.or_else(|| colors::known(plan.columns[at].name.rsplit_once('.')?.1))
+    };
+    let curves_of = |of: &[usize]| -> Vec<Curve> {
+        let mut taken = Vec::new();
+        let mut colors: Vec<Option<usize>> = Vec::new();
+        for at in of {
+            let color = known(*at).filter(|color| !taken.contains(color));
+            taken.extend(color);
+            colors.push(color);
+        }
+        let curve = |(at, color): (&usize, Option<usize>)| {
+            let Column { name, is_input, kind, .. } = &plan.columns[*at];
+            let color = color.unwrap_or_else(|| {
+                let free = Colors::free(*kind == Type::Boolean, &taken);
+                taken.push(free);
+                free
+            });
+            Curve { name: name.clone(), values: curves[*at].clone(), is_input: *is_input, color: Some(color) }
+        };
+        of.iter().zip(colors).map(curve).collect()
     };
     // The unit, or the names without that of their FMU.
     let label = |of: &[usize]| {
@@ -41,8 +66,6 @@ pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bo
             [first, ..] => format!("{}, ...", name(first)),
         })
     };
-    let setpoint = kept.column(kept.roles.setpoint.as_ref());
-    let output = kept.column(kept.roles.manipulated_value.as_ref());
     // A plant has no setpoint: its roles are not those of a loop.
     let first: Vec<usize> = setpoint.into_iter().chain(kept.process_value().filter(|_| setpoint.is_some())).collect();
     let second: Vec<usize> = output.filter(|_| setpoint.is_some()).into_iter().collect();
@@ -57,7 +80,7 @@ pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bo
         }
         if column.kind == Type::Boolean {
             if is_chosen || lanes.len() < MOST_LANES {
-                lanes.push(curve(at));
+                lanes.push(at);
             } else {
                 left_out += 1;
             }
@@ -72,12 +95,9 @@ pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bo
             _ => left_out += 1,
         }
     }
-    let panel = |(of, _): (Vec<usize>, bool)| Panel {
-        label: label(&of),
-        curves: of.into_iter().map(curve).collect(),
-        ..Panel::default()
-    };
-    let chart = Chart { title, time, panels: panels.into_iter().map(panel).collect(), lanes, ..Chart::default() };
+    let panel = |(of, _): (Vec<usize>, bool)| Panel { label: label(&of), curves: curves_of(&of), ..Panel::default() };
+    let (panels, lanes) = (panels.into_iter().map(panel).collect(), curves_of(&lanes));
+    let chart = Chart { title, time, panels, lanes, ..Chart::default() };
     let svg = plot::svg(&chart)?;
     let bytes = if is_svg { svg.into_bytes() } else { picture::png(&svg)? };
     Ok(Picture { bytes, left_out })
