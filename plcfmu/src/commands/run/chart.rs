@@ -4,7 +4,7 @@ use super::kept::Kept;
 use crate::colors;
 use anyhow::Result;
 use draw::picture;
-use draw::plot::{self, Chart, Curve, Panel};
+use draw::plot::{self, COLOR_COUNT, Chart, Curve, Panel};
 use draw::response::Colors;
 use host::instance::Type;
 use run::plan::{Column, Plan};
@@ -38,7 +38,8 @@ pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bo
         let role = roles.iter().position(|role| *role == Some(at)).map(|role| Colors::OF_ROLES[role]);
         role.or_else(|| colors::known(plan.columns[at].name.rsplit_once('.')?.1))
     };
-    let curves_of = |of: &[usize]| -> Vec<Curve> {
+    let mut used = Vec::new();
+    let mut curves_of = |of: &[usize]| -> Vec<Curve> {
         let mut taken = Vec::new();
         let mut colors: Vec<Option<usize>> = Vec::new();
         for at in of {
@@ -49,10 +50,14 @@ pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bo
         let curve = |(at, color): (&usize, Option<usize>)| {
             let Column { name, is_input, kind, .. } = &plan.columns[*at];
             let color = color.unwrap_or_else(|| {
-                let free = Colors::free(*kind == Type::Boolean, &taken);
-                taken.push(free);
-                free
+                // One that no panel has, as long as there are such.
+                let free = |taken: &[usize]| Colors::free(*kind == Type::Boolean, taken);
+                let new = free(&[taken.as_slice(), used.as_slice()].concat());
+                let color = if new < COLOR_COUNT { new } else { free(&taken) };
+                taken.push(color);
+                color
             });
+            used.push(color);
             Curve { name: name.clone(), values: curves[*at].clone(), is_input: *is_input, color: Some(color) }
         };
         of.iter().zip(colors).map(curve).collect()
@@ -96,7 +101,8 @@ pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bo
         }
     }
     let panel = |(of, _): (Vec<usize>, bool)| Panel { label: label(&of), curves: curves_of(&of), ..Panel::default() };
-    let (panels, lanes) = (panels.into_iter().map(panel).collect(), curves_of(&lanes));
+    let panels = panels.into_iter().map(panel).collect();
+    let lanes = curves_of(&lanes);
     let chart = Chart { title, time, panels, lanes, ..Chart::default() };
     let svg = plot::svg(&chart)?;
     let bytes = if is_svg { svg.into_bytes() } else { picture::png(&svg)? };
