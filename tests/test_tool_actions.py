@@ -141,6 +141,39 @@ def test_a_furnace_that_begins_cold_overshoots_by_less_than_5_percent_and_that_i
     assert predicted["overshoot"] == pytest.approx(overshoot(page), abs=3)
 
 
+def test_mode_and_setpoint_of_the_run_are_in_the_file_if_the_user_says_so(open_tool):  # noqa: F811
+    page = open_tool(SCREEN)
+    user = User(page)
+    user.button("New loop")
+    user.button("HEATER", within=".no-run")
+    user.type("#setpoint", "60")
+    user.press("Enter")
+    user.click(page.locator("#run").get_by_role("checkbox", name="Manual"))
+    user.click(page.locator("#away-button"))
+    also = page.locator("#takeaway").get_by_role("checkbox", name="also MAN_ON, SP_INT as in the run")
+    saved = []
+    for is_wanted in [False, True]:
+        also.set_checked(is_wanted)
+        _, awl = user.saved(lambda: user.button("Save parameters"))
+        saved.append(dict(re.findall(r"\b(MAN_ON|SP_INT) := ([^;]+);", awl.decode("latin-1"))))
+    kept, tried = saved
+    assert (kept["MAN_ON"], float(kept["SP_INT"])) == ("TRUE", 0)
+    assert (tried["MAN_ON"], float(tried["SP_INT"])) == ("FALSE", 60)
+
+
+def test_a_goal_where_the_step_begins_is_refused_and_no_other_step_is_made(open_tool):  # noqa: F811
+    page = open_tool(SCREEN)
+    user = User(page)
+    user.button("New loop")
+    user.button("HEATER", within=".no-run")
+    user.button("Make a step test")
+    page.locator("#tune .fit").get_by_text("fit").wait_for()
+    user.type("#tune-from", "60")
+    user.type("#tune-to", "60")
+    page.locator("#tune").get_by_text("The step would begin at 60, where it is to go").wait_for()
+    assert page.get_by_role("button", name=re.compile("^Run the step")).count() == 0
+
+
 def test_leaving_manual_mode_does_not_change_the_prediction_of_the_step(open_tool):  # noqa: F811
     page = open_tool(SCREEN)
     user = User(page)

@@ -28,6 +28,9 @@ export async function userStep(loop, typed) {
   const from = typed.from === "" ? before.processValue : Number(typed.from);
   const to = typed.to === "" ? goal : Number(typed.to);
   const isStep = Math.abs(to - from) > LEAST * Math.max(Math.abs(from), Math.abs(to));
+  // Another step than the typed one is none that the user wants to see.
+  if (typed.to !== "" && !isStep && Number.isFinite(to) && Number.isFinite(from))
+    throw new Error(`The step would begin at ${typed.to}, where it is to go: type another goal, or where it begins.`);
   const step = {
     from: Number.isFinite(from) ? from : null,
     size: isStep ? to - from : null,

@@ -13,6 +13,7 @@ import { pngPicture, svgPicture } from "tool/picture.js";
 import { programOf } from "tool/program.js";
 import { asLoop, store } from "tool/store.js";
 import { tuning } from "tool/tune.js";
+import { same } from "tool/values.js";
 import { rezipped, unzipped } from "tool/zip.js";
 
 /** @type {HTMLElement} */
@@ -26,7 +27,8 @@ export function mount(content) {
   remarks = element("ul", { class: "remarks", role: "status" });
   fill(content, body, remarks);
   for (const what of ["loop", "loops", "run", "home", "files"]) store.on(what, show);
-  store.on("settings", showUnsent);
+  store.on("loop", () => fill(remarks));
+  store.on("settings", showContent);
   show();
 }
 
@@ -64,11 +66,17 @@ function save(name, content) {
 
 /** @type {HTMLElement | undefined} */
 let unsent;
+/** @type {{ label: HTMLElement, names: HTMLElement } | undefined} */
+let tried;
 
-function showUnsent() {
-  if (!unsent) return;
-  const names = store.edited();
-  unsent.textContent = names.length === 0 ? "" : `Not in the files, since not sent yet: ${names.join(", ")}.`;
+/** Says what the files have, and what not. */
+function showContent() {
+  if (!unsent || !tried || !store.loop) return;
+  const edited = store.edited();
+  unsent.textContent = edited.length === 0 ? "" : `Not in the files, since not sent yet: ${edited.join(", ")}.`;
+  const names = Object.entries(store.loop.settings).filter(([, one]) => isTried(one));
+  tried.label.hidden = names.length === 0;
+  tried.names.textContent = ` also ${names.map(([name]) => name).join(", ")} as in the run`;
 }
 
 function show() {
@@ -76,6 +84,7 @@ function show() {
   if (!loop) {
     fill(body);
     unsent = undefined;
+    tried = undefined;
     return;
   }
   unsent = element("p", { class: "note" });
@@ -91,20 +100,24 @@ function show() {
     element("option", { value: "one" }, loop.name),
     store.loops.length > 1 && element("option", { value: "all" }, `all ${store.loops.length} loops under work`),
   );
+  // What the loop was tried with is no setting of the PLC, unless the user says so.
+  const stimuli = element("input", { type: "checkbox" });
+  const names = element("span", {});
+  tried = { label: element("label", {}, stimuli, names), names };
   const parameters = () =>
     download({
       what: "parameters",
       format: format.value,
       loops: (which.value === "all" ? store.loops : [loop]).map(asLoop),
       origin: loop.file ?? loop.description.name,
-      stimuli: false,
+      stimuli: stimuli.checked,
     });
   const source = sourceOf(loop);
   const whole = async () => {
     if (!source) return;
     const content = toBase64(new Uint8Array(await source.arrayBuffer()));
     const loops = store.loops.filter(({ file }) => file === loop.file).map(asLoop);
-    await download({ what: "source", file: { file: source.name, content }, loops, stimuli: false });
+    await download({ what: "source", file: { file: source.name, content }, loops, stimuli: stimuli.checked });
   };
   const csvOf = (/** @type {string[]} */ variables) => () => download({ what: "csv", variables });
   const everything = () => download({ what: "csv", variables: [] }, (name) => name.replace(/\.csv$/, "_all.csv"));
@@ -142,6 +155,7 @@ function show() {
             which,
             format,
             element("button", { type: "button", onclick: parameters }, "Save parameters"),
+            tried.label,
           ),
           source &&
             element(
@@ -170,7 +184,16 @@ function show() {
       button("Report (HTML)", noRun, () => report(loop)),
     ),
   );
-  showUnsent();
+  showContent();
+}
+
+/**
+ * Whether a setpoint, a mode and the like is another one in the run than in the file.
+ *
+ * @param {import("tool/store.js").Setting} one
+ */
+function isTried(one) {
+  return one.variable.is_stimulus && !same(one.variable.kind, one.sent, one.file ?? one.start);
 }
 
 /**
@@ -225,18 +248,20 @@ function preset(loop) {
     input.value = "";
   };
   input.addEventListener("change", () => take(input.files?.[0]));
-  const label = element(
-    "label",
-    { class: "button drop", for: "preset-fmu" },
-    `Choose or drop ${block}.fmu: you get it back with these values`,
-  );
+  const label = element("label", { class: "button drop", for: "preset-fmu" }, `Choose or drop ${block}.fmu`);
   label.addEventListener("dragover", (event) => event.preventDefault());
   label.addEventListener("drop", (event) => {
     event.preventDefault();
     event.stopPropagation();
     take(event.dataTransfer?.files[0]);
   });
-  return element("div", { class: "row" }, title, element("span", { class: "chooser" }, input, label));
+  return element(
+    "div",
+    { class: "row" },
+    title,
+    element("span", { class: "chooser" }, input, label),
+    element("span", { class: "faint" }, "you get it back with these values; cargo xtask fmu makes it, in target/fmu"),
+  );
 }
 
 /** The files of an FMU that differ in a preset of it, with the largest size that they may have. */
