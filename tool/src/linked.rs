@@ -184,6 +184,10 @@ impl<B: Cyclic> Component for Instance<B> {
     }
 
     fn wire(&mut self, wiring: &Wiring) {
+        // The page is small rather than fast: functions for each variable of each block would be a fiftieth of it.
+        if cfg!(target_family = "wasm") {
+            return;
+        }
         let rows = self.block().table().rows;
         let writer = |(reference, source): (&u32, &usize)| {
             let row = rows.get(*reference as usize)?;

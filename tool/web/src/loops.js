@@ -276,7 +276,9 @@ function showRows(list, search) {
   const found = filter
     ? all.filter((row) => [row.name, row.block, row.title].some((text) => text?.toLowerCase().includes(filter)))
     : all;
-  const rows = store.loops.length > 0 ? FEW : MANY;
+  // A row with a title is higher: what turns the pages stays in sight.
+  const few = found.some(({ title }) => title) ? FEW - 1 : FEW;
+  const rows = store.loops.length > 0 ? few : MANY;
   search.hidden = all.length <= 8;
   // An element that is made anew under the pointer is not clicked.
   const key = JSON.stringify([

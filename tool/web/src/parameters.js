@@ -238,6 +238,14 @@ function makeRow(loop, name, group, folded) {
   input.addEventListener("focus", () => {
     isGoingOn = false;
   });
+  // A click into the field is for another value; the next one places the cursor.
+  let wasFocused = false;
+  input.addEventListener("pointerdown", () => {
+    wasFocused = document.activeElement === input;
+  });
+  input.addEventListener("click", () => {
+    if (!isSwitch && !wasFocused && input.selectionStart === input.selectionEnd) input.select();
+  });
   input.addEventListener("input", () => {
     if (isSwitch) return store.edit({ [name]: input.checked });
     const typed = read(input.value, variable);
