@@ -260,7 +260,11 @@ function preset(loop) {
     { class: "row" },
     title,
     element("span", { class: "chooser" }, input, label),
-    element("span", { class: "faint" }, "you get it back with these values; cargo xtask fmu makes it, in target/fmu"),
+    element(
+      "span",
+      { class: "faint" },
+      "you get it back with all values of the run, mode and setpoint, too; cargo xtask fmu makes it, in target/fmu",
+    ),
   );
 }
 
