@@ -2,8 +2,8 @@
 
 use crate::scale::{Scale, is_drawn, tick_label};
 use crate::svg::Pixels;
-use crate::text;
 use askama::Template;
+use modeldescription::units;
 
 // In pixels.
 /// The width of a drawing.
@@ -180,8 +180,8 @@ impl Field<'_> {
             middle_x: Pixels((self.left + WIDTH - RIGHT) / 2.0),
             middle_y: Pixels(self.top + self.height / 2.0),
             horizontal_y: Pixels(bottom + 36.0),
-            horizontal: &text::shown(&self.horizontal.label),
-            vertical: &text::shown(&self.vertical.label),
+            horizontal: &units::shown(&self.horizontal.label),
+            vertical: &units::shown(&self.vertical.label),
             rows: self.vertical.ticks(6.0).into_iter().map(row).collect(),
             columns: self.horizontal.ticks(8.0).into_iter().map(column).collect(),
             shapes,

@@ -3,7 +3,7 @@
 use crate::field::{Axis, Field, LEFT, Label, ROW, Shape, Style, WIDTH};
 use crate::scale::{Scale, is_drawn, round_step};
 use crate::svg::Pixels;
-use crate::text;
+use modeldescription::units;
 use std::fmt::Write;
 
 /// The height of the field in pixels.
@@ -76,7 +76,7 @@ pub fn svg(title: &str, label: &str, sorted: &[f64], marks: &[Mark]) -> anyhow::
         let path = format!("M{} {}V{bottom}", Pixels(x), Pixels(y + 3.0));
         shapes.push(Shape { class: of.0.into(), color: of.1, path, style: Style::Dashed(1.6) });
         let (anchor, x) = if x > WIDTH / 2.0 { ("end", x - 5.0) } else { ("start", x + 5.0) };
-        labels.push(Label { x, y, anchor, text: text::shown(&mark.text), of: Some(of) });
+        labels.push(Label { x, y, anchor, text: units::shown(&mark.text), of: Some(of) });
     }
     field.svg(&shapes, &labels).map(Some)
 }

@@ -8,6 +8,7 @@ use crate::scale::{Scale, is_drawn, tick_label};
 use crate::svg::Pixels;
 use anyhow::bail;
 use askama::Template;
+use modeldescription::units;
 use std::fmt::Write;
 
 // In pixels.
@@ -356,7 +357,7 @@ fn draw_panel<'a>(
         DrawnCurve { pen: *pen, path: path.collect() }
     });
     DrawnPanel {
-        label: crate::text::shown(&panel.label),
+        label: units::shown(&panel.label),
         top: Pixels(top),
         middle: Pixels(top + PANEL / 2.0),
         legend: legend.collect(),

@@ -3,8 +3,8 @@
 use crate::field::{Axis, Field, LEFT, Label, RIGHT, Shape, Style, WIDTH, pitch};
 use crate::scale::{Scale, is_drawn};
 use crate::svg::Pixels;
-use crate::text;
 use modeldescription::digits::short;
+use modeldescription::units;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -177,7 +177,8 @@ fn cells(points: &[(f64, f64, f64)], size: f64) -> Vec<(f64, f64, f64)> {
 
 /// The scale of the colours, and what the marks are.
 fn keys(of: &Scatter, mean_of: Option<&str>, absent: usize, shapes: &mut Vec<Shape>) -> Vec<Label> {
-    let label = |x: f64, text: String| Label { x, y: KEY_Y + 4.0, anchor: "start", text: text::shown(&text), of: None };
+    let label =
+        |x: f64, text: String| Label { x, y: KEY_Y + 4.0, anchor: "start", text: units::shown(&text), of: None };
     let (low, high) = &of.ends;
     let (best, mut end) = if of.is_lower_better {
         (format!("≤ {low}"), format!("≥ {high}"))

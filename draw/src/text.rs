@@ -1,28 +1,13 @@
 //! Values as people read them.
 
-use modeldescription::Row;
 pub use modeldescription::digits::number;
-
-/// A text with the signs that units have in print: degC is °C, m2 is m², m3 is m³.
-pub fn shown(text: &str) -> String {
-    text.replace("degC", "°C").split_inclusive(|one: char| !one.is_ascii_alphanumeric()).map(in_print).collect()
-}
-
-/// A word with the sign behind it.
-fn in_print(word: &str) -> String {
-    let name = word.trim_end_matches(|one: char| !one.is_ascii_alphanumeric());
-    match name {
-        "m2" => word.replace("m2", "m²"),
-        "m3" => word.replace("m3", "m³"),
-        _ => word.into(),
-    }
-}
+use modeldescription::{Row, units};
 
 /// A variable's value with its unit: `TRUE`, `20 s`, `20 °C`, `0.1`.
 pub fn value(row: &Row, value: f64) -> String {
     let number = number(row.kind, value);
     match row.shown_unit() {
-        Some(unit) => shown(&format!("{number} {unit}")),
+        Some(unit) => units::shown(&format!("{number} {unit}")),
         None => number,
     }
 }
@@ -74,7 +59,6 @@ mod tests {
         assert_eq!(value(&row(Kind::Time, None), 0.02), "0.02 s");
         assert_eq!(value(&row(Kind::LReal, Some("degC")), 21.5), "21.5 °C");
         assert_eq!(value(&row(Kind::LReal, Some("m2")), 0.2), "0.2 m²");
-        assert_eq!(shown("1 m3/h through 2 m2, PRM2"), "1 m³/h through 2 m², PRM2");
         assert_eq!(value(&row(Kind::Real, None), f64::from(0.1f32)), "0.1");
         assert_eq!(value(&row(Kind::LReal, None), f64::from(0.1f32)), "0.10000000149011612");
         assert_eq!(value(&row(Kind::Word, None), -32768.0), "-32768");

@@ -121,9 +121,19 @@ pub fn definition(name: &str) -> Option<Definition> {
     UNITS.iter().find(|(known, _)| *known == name).map(|(_, definition)| *definition)
 }
 
-/// A unit, or a text that names units, as a person reads it: FMI allows no degree sign, and what is printed has one.
+/// A unit, or a text that names units, with the signs that units have in print, which FMI does not allow: degC is °C, m2 is m², m3 is m³.
 pub fn shown(text: &str) -> String {
-    text.replace("degC", "\u{b0}C")
+    text.replace("degC", "°C").split_inclusive(|one: char| !one.is_ascii_alphanumeric()).map(in_print).collect()
+}
+
+/// A word with the sign behind it.
+fn in_print(word: &str) -> String {
+    let name = word.trim_end_matches(|one: char| !one.is_ascii_alphanumeric());
+    match name {
+        "m2" => word.replace("m2", "m²"),
+        "m3" => word.replace("m3", "m³"),
+        _ => word.into(),
+    }
 }
 
 #[cfg(test)]
@@ -139,6 +149,11 @@ mod tests {
     fn exponents(unit: &str) -> [i32; 6] {
         let base = definition(unit).unwrap();
         [base.kg, base.m, base.s, base.A, base.K, base.rad]
+    }
+
+    #[test]
+    fn units_have_their_signs_in_print() {
+        assert_eq!(shown("1 m3/h through 2 m2, PRM2 at 20 degC"), "1 m³/h through 2 m², PRM2 at 20 °C");
     }
 
     #[test]

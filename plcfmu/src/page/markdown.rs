@@ -93,7 +93,7 @@ pub fn html(markdown: &str, linked: &[&str]) -> Result<String> {
 /// A text as it is printed: a number is not parted from its percent sign or its unit at the end of a line, degC is °C and m2 is m².
 pub fn shown(text: &str) -> String {
     const UNITS: [&str; 14] = ["%", "°C", "K", "s", "ms", "h", "rpm", "min", "m", "cm", "m²", "m³/h", "l/min", "bar"];
-    let text = draw::text::shown(text);
+    let text = modeldescription::units::shown(text);
     let mut printed = String::with_capacity(text.len());
     for (place, character) in text.char_indices() {
         let unit = text[place..].strip_prefix(' ').map(|rest| {
