@@ -67,6 +67,27 @@ def test_one_of_forty_loops_is_changed_and_taken_back_in_6_actions_with_one_line
     assert user.actions <= 6
 
 
+def new_furnace(open_tool):
+    """A new loop with HEATER, as a user makes it, and its page."""
+    page = open_tool(SCREEN)
+    user = User(page)
+    user.button("New loop")
+    user.button("HEATER", within=".no-run")
+    return page, user
+
+
+def make_step_test(page, user):
+    """Until its model is found, and the rules have their settings."""
+    user.button("Make a step test")
+    page.locator("#tune .fit").get_by_text("fit").wait_for()
+
+
+def put_in_force(user):
+    """What the rule gives."""
+    user.button("Apply", within="#tune")
+    user.button("Send", within="#tune")
+
+
 def overshoot(page):
     """That of the run, as the run bar has it."""
     shown = page.locator("#glance div").filter(has_text="overshoot").locator("dd")
@@ -82,14 +103,9 @@ def wait_for_rest(page):
 
 
 def test_from_nothing_to_a_tuned_loop_at_60_degc_saved_as_awl_and_fmu_in_10_actions(open_tool):  # noqa: F811
-    page = open_tool(SCREEN)
-    user = User(page)
-    user.button("New loop")
-    user.button("HEATER", within=".no-run")
-    user.button("Make a step test")
-    page.locator("#tune .fit").get_by_text("fit").wait_for()
-    user.button("Apply", within="#tune")
-    user.button("Send", within="#tune")
+    page, user = new_furnace(open_tool)
+    make_step_test(page, user)
+    put_in_force(user)
     user.type("#tune-to", "60")
     user.button("Run the step to 60 °C")
     wait_for_rest(page)
@@ -118,14 +134,9 @@ def test_from_nothing_to_a_tuned_loop_at_60_degc_saved_as_awl_and_fmu_in_10_acti
 
 
 def test_a_furnace_that_begins_cold_overshoots_by_less_than_5_percent_and_that_is_predicted(open_tool):  # noqa: F811
-    page = open_tool(SCREEN)
-    user = User(page)
-    user.button("New loop")
-    user.button("HEATER", within=".no-run")
-    user.button("Make a step test")
-    page.locator("#tune .fit").get_by_text("fit").wait_for()
-    user.button("Apply", within="#tune")
-    user.button("Send", within="#tune")
+    page, user = new_furnace(open_tool)
+    make_step_test(page, user)
+    put_in_force(user)
     user.type("#setpoint", "60")
     user.press("Enter")
     user.click(page.locator("#run").get_by_role("checkbox", name="Manual"))
@@ -142,10 +153,7 @@ def test_a_furnace_that_begins_cold_overshoots_by_less_than_5_percent_and_that_i
 
 
 def test_mode_and_setpoint_of_the_run_are_in_the_file_if_the_user_says_so(open_tool):  # noqa: F811
-    page = open_tool(SCREEN)
-    user = User(page)
-    user.button("New loop")
-    user.button("HEATER", within=".no-run")
+    page, user = new_furnace(open_tool)
     user.type("#setpoint", "60")
     user.press("Enter")
     user.click(page.locator("#run").get_by_role("checkbox", name="Manual"))
@@ -162,12 +170,8 @@ def test_mode_and_setpoint_of_the_run_are_in_the_file_if_the_user_says_so(open_t
 
 
 def test_a_goal_where_the_step_begins_is_refused_and_no_other_step_is_made(open_tool):  # noqa: F811
-    page = open_tool(SCREEN)
-    user = User(page)
-    user.button("New loop")
-    user.button("HEATER", within=".no-run")
-    user.button("Make a step test")
-    page.locator("#tune .fit").get_by_text("fit").wait_for()
+    page, user = new_furnace(open_tool)
+    make_step_test(page, user)
     user.type("#tune-from", "60")
     user.type("#tune-to", "60")
     page.locator("#tune").get_by_text("The step would begin at 60, where it is to go").wait_for()
@@ -175,12 +179,8 @@ def test_a_goal_where_the_step_begins_is_refused_and_no_other_step_is_made(open_
 
 
 def test_leaving_manual_mode_does_not_change_the_prediction_of_the_step(open_tool):  # noqa: F811
-    page = open_tool(SCREEN)
-    user = User(page)
-    user.button("New loop")
-    user.button("HEATER", within=".no-run")
-    user.button("Make a step test")
-    page.locator("#tune .fit").get_by_text("fit").wait_for()
+    page, user = new_furnace(open_tool)
+    make_step_test(page, user)
     user.type("#setpoint", "60")
     user.press("Enter")
     page.wait_for_function("() => document.querySelector('#tune-to').placeholder === '60'")
