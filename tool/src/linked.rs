@@ -77,6 +77,13 @@ impl<B: Cyclic> Instance<B> {
         })
     }
 
+    /// Makes a step, if it is an ordinary one.
+    #[inline]
+    fn make_ordinary_step(&mut self, time: f64, size: f64) -> bool {
+        let instance = &mut self.component.instance;
+        instance.allows_ordinary(&Function::fmi2DoStep) && instance.make_ordinary_step(time, size)
+    }
+
     /// Reads variables, in the ordinary case and in any.
     #[inline]
     fn get<T: HostType<Fmi2>>(&mut self, function: &Function, references: &[u32], values: &mut [T]) -> Result<()> {
@@ -179,6 +186,9 @@ impl<B: Cyclic> Component for Instance<B> {
     }
 
     fn step(&mut self, time: f64, size: f64) -> Result<()> {
+        if self.make_ordinary_step(time, size) {
+            return Ok(());
+        }
         self.call(&Function::fmi2DoStep, |component| component.do_step(time, size))
             .with_context(|| format!("at {time:?} s, step {size:?} s"))
     }
@@ -213,12 +223,10 @@ impl<B: Cyclic> Component for Instance<B> {
 
     #[inline]
     fn cycle(&mut self, values: &mut [f64], time: f64, size: f64) -> bool {
-        let instance = &mut self.component.instance;
-        let is_made =
-            self.is_wired && instance.allows_ordinary(&Function::fmi2DoStep) && instance.make_ordinary_step(time, size);
+        let is_made = self.is_wired && self.make_ordinary_step(time, size);
         if is_made {
             for (read, place) in &self.outputs {
-                values[*place] = read(instance.block());
+                values[*place] = read(self.block());
             }
         }
         is_made
