@@ -74,8 +74,8 @@ crate::block! {
         output {
             /// Output of the ramp
             ///
-            /// A whole number between -32767 and 32767. It never passes the setpoint, and stays on it until the set
-            /// point changes. After a restart it is 0.
+            /// A whole number between -32767 and 32767. It never passes the setpoint, and stays on it until the
+            /// setpoint changes. After a restart it is 0.
             hlg: Int;
         }
     }
