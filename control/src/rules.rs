@@ -303,10 +303,21 @@ pub fn closed_loop(rule: Rule, model: &Model) -> Option<f64> {
 /// The time constant of the closed loop at a place on a scale from calm, 0, to fast, 1: from the slower one of the plant's own speed and
 /// four dead times to one dead time, by equal factors.
 pub fn paced(pace: f64, model: &Model) -> f64 {
-    let plain = model.without_second_lag();
-    let fast = plain.dead_time;
-    let calm = plain.time_constant.max(4.0 * fast);
+    let [calm, fast] = paces(model);
     calm.powf(1.0 - pace) * fast.powf(pace)
+}
+
+/// Where a time constant of the closed loop is on that scale, within its ends; `None` without a dead time.
+pub fn pace(closed_loop: f64, model: &Model) -> Option<f64> {
+    let [calm, fast] = paces(model);
+    let pace = (calm / closed_loop).ln() / (calm / fast).ln();
+    (fast > 0.0 && pace.is_finite()).then_some(pace.clamp(0.0, 1.0))
+}
+
+/// The ends of the scale.
+fn paces(model: &Model) -> [f64; 2] {
+    let plain = model.without_second_lag();
+    [plain.time_constant.max(4.0 * plain.dead_time), plain.dead_time]
 }
 
 fn lambda(structure: Structure, model: &Model, closed_loop: Option<f64>) -> Result<Settings> {

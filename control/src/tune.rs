@@ -96,6 +96,8 @@ pub struct Tuned {
     pub dead_time: f64,
     /// The time constant of the closed loop that the rule was given, if it takes one.
     pub closed_loop: Option<f64>,
+    /// The same as a place on a scale from calm, 0, to fast, 1, as the request may give it.
+    pub pace: Option<f64>,
     /// The largest sensitivity.
     pub sensitivity: Option<f64>,
     /// How much more gain the loop takes, as a factor.
@@ -314,11 +316,11 @@ impl Controller {
 /// # Errors
 /// The FMU is not a controller, or the rule has no formula for the plant or the structure; the error names what works.
 pub fn tune(home: &dyn Fmus, request: &Request) -> Result<Tuned> {
-    tune_calmer(home, request, 1.0)
+    tune_calmer(home, request, None)
 }
 
 /// The same for a loop that is calmer by a factor than the rule makes it, if the request does not say how fast it shall be.
-fn tune_calmer(home: &dyn Fmus, request: &Request, factor: f64) -> Result<Tuned> {
+fn tune_calmer(home: &dyn Fmus, request: &Request, calmer: Option<f64>) -> Result<Tuned> {
     let controller = Controller::of(home, &request.controller)?;
     controller.require(request.structure)?;
     request.model.check()?;
@@ -339,7 +341,7 @@ fn tune_calmer(home: &dyn Fmus, request: &Request, factor: f64) -> Result<Tuned>
     }
     let usual = rules::closed_loop(request.rule, &model);
     let paced = || request.pace.map(|pace| rules::paced(pace, &model));
-    let chosen = request.closed_loop.or_else(paced).or(usual.filter(|_| factor != 1.0).map(|usual| factor * usual));
+    let chosen = request.closed_loop.or_else(paced).or_else(|| Some(calmer? * usual?));
     let closed_loop = usual.map(|usual| chosen.unwrap_or(usual));
     let ideal = rules::settings(request.rule, request.structure, &model, closed_loop.and(chosen), request.ultimate)?;
     let factor = predict::output_factor(home, &controller)?.unwrap_or(1.0);
@@ -372,6 +374,7 @@ fn tune_calmer(home: &dyn Fmus, request: &Request, factor: f64) -> Result<Tuned>
         values,
         dead_time: model.dead_time,
         closed_loop,
+        pace: closed_loop.and_then(|closed_loop| rules::pace(closed_loop, &model)),
         sensitivity: margins.sensitivity,
         gain_margin: margins.gain_margin,
         phase_margin: margins.phase_margin,
@@ -388,8 +391,8 @@ pub fn table(home: &dyn Fmus, request: &Request) -> Result<Vec<Row>> {
     Controller::of(home, &request.controller)?.require(request.structure)?;
     request.model.check()?;
     let row = |rule: Rule| {
-        let factor = if rule == Rule::Simc { CALMER } else { 1.0 };
-        let tuned = tune_calmer(home, &Request { rule, ..request.clone() }, factor);
+        let calmer = (rule == Rule::Simc).then_some(CALMER);
+        let tuned = tune_calmer(home, &Request { rule, ..request.clone() }, calmer);
         let refusal = tuned.as_ref().err().map(|error| format!("{error:#}"));
         Row { rule, name: rules::name(rule).into(), tuned: tuned.ok(), refusal }
     };

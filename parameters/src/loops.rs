@@ -15,6 +15,8 @@ pub struct Loop {
     /// Its name: that of the data block (`TIC101`, or `DB41` where there is only a number), of the member of a
     /// multi-instance, or of the file.
     pub name: String,
+    /// What its author calls it: the TITLE of its data block in a source of STEP 7.
+    pub title: Option<String>,
     /// What it is an instance of.
     pub block: Arc<Block>,
     /// One for each member of the block that is settable ([`blocks::Role::is_settable`]), in the order of the members.
@@ -84,7 +86,7 @@ impl Loop {
             .filter(|(_, member)| member.role.is_settable())
             .map(|(index, member)| Setting { member: index, value: member.start, origin: Origin::Default })
             .collect();
-        Loop { name: name.into(), block, settings }
+        Loop { name: name.into(), title: None, block, settings }
     }
 
     /// Gives a member of the block its value. Nothing happens if the member is not settable.

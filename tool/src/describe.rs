@@ -225,6 +225,7 @@ fn as_message(of: &parameters::Loop) -> Loop {
     let cycle = of.settings.iter().find(|setting| members[setting.member].role == Role::Cycle);
     Loop {
         name: of.name.clone(),
+        title: of.title.clone(),
         block: of.block.name.clone(),
         cycle: cycle.map(|setting| number(setting.value)),
         settings: of.settings.iter().map(setting).collect(),

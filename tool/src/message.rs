@@ -144,6 +144,8 @@ pub struct Loops {
 pub struct Loop {
     /// Its name.
     pub name: String,
+    /// What its author calls it.
+    pub title: Option<String>,
     /// Its block; one of the catalogue has this name.
     pub block: String,
     /// The time between two calls.

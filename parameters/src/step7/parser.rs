@@ -33,6 +33,8 @@ pub(super) enum Item {
 #[derive(Debug)]
 pub(super) struct DataBlock {
     pub(super) name: Name,
+    /// Its TITLE, if that says anything.
+    pub(super) title: Option<String>,
     /// The block of which it is an instance; `None` if it declares its own members.
     pub(super) block: Option<Name>,
     /// Where its values stand: from BEGIN to END_DATA_BLOCK.
@@ -323,12 +325,14 @@ impl Parser<'_, '_, '_> {
     fn data_block(&mut self, name: Name, end: &str) -> Option<DataBlock> {
         let mut blocks = Vec::new();
         let mut declares = false;
+        let mut title = None;
         loop {
             self.attributes();
             let word = self.tokens.next_text();
             let is = |words: &[&str]| words.iter().any(|known| word.eq_ignore_ascii_case(known));
             match self.tokens.next_kind() {
                 Some(TokenKind::Title) => {
+                    title = title_of(word);
                     self.tokens.take();
                 }
                 Some(TokenKind::Word) if is(&["BEGIN"]) => break,
@@ -373,7 +377,7 @@ impl Parser<'_, '_, '_> {
             self.report.wrong(name.span.clone(), message, Some("write it before BEGIN".to_string()));
             return None;
         }
-        Some(DataBlock { name, block: block.filter(|_| !declares), body })
+        Some(DataBlock { name, title, block: block.filter(|_| !declares), body })
     }
 
     fn ends_header(&self, end: &str) -> bool {
@@ -500,6 +504,13 @@ impl Parser<'_, '_, '_> {
 
 /// What begins a section of a declaration.
 const SECTIONS: [&str; 7] = ["VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP", "VAR_GLOBAL", "VAR_EXTERNAL"];
+
+/// What stands behind `TITLE =`, without quotation marks around it.
+fn title_of(line: &str) -> Option<String> {
+    let title = line.split_once('=')?.1.trim();
+    let bare = title.strip_prefix('\'').and_then(|title| title.strip_suffix('\'')).unwrap_or(title);
+    (!bare.is_empty()).then(|| bare.to_string())
+}
 
 fn is_section(word: &str) -> bool {
     SECTIONS.iter().any(|section| word.eq_ignore_ascii_case(section))

@@ -176,7 +176,7 @@ impl Reader<'_> {
             if is_number && !values.0.is_empty() && values.0.iter().take(20).all(|value| is_strange(&block, value)) {
                 self.skip(db, kind);
             } else {
-                self.instance(&db.name, block, values);
+                self.instance(db, block, values);
             }
         } else if let Some(function) = functions.get(&key(kind)) {
             self.multi_instance(db, function);
@@ -186,10 +186,12 @@ impl Reader<'_> {
     }
 
     /// A data block that is an instance of a known block.
-    fn instance(&mut self, name: &Name, block: Arc<Block>, (values, errors): (Vec<Assignment>, SyntaxErrors)) {
+    fn instance(&mut self, db: &DataBlock, block: Arc<Block>, (values, errors): (Vec<Assignment>, SyntaxErrors)) {
         let before = self.report.count();
         self.wrong(errors);
+        let name = &db.name;
         let mut instance = Instance::new(&name.text, block.clone());
+        instance.one.title = db.title.clone();
         let is_lost = |name: &str| find(&block, name).is_none() && lost_name(name).is_some();
         if values.first().is_some_and(|first| first.path.len() == 1 && is_lost(&first.path[0])) {
             instance.assign_by_position(name, &values, &mut self.report);
@@ -322,7 +324,7 @@ impl Reader<'_> {
         if let Some(block) = without_number(&kind.text).and_then(|name| self.blocks.iter().find(|b| b.is_called(name)))
         {
             self.report.remark(Some(kind.span.clone()), remark(block));
-            self.instance(&db.name, block.clone(), (values, errors));
+            self.instance(db, block.clone(), (values, errors));
             return;
         }
         let names = || values.iter().map(|value| value.path.as_slice());
@@ -330,7 +332,7 @@ impl Reader<'_> {
         let block = self.chosen.as_ref().filter(is_chosen).cloned().or_else(|| self.recognized(names(), all_settings));
         if let Some(block) = block.filter(|_| errors.first.is_empty()) {
             self.report.remark(Some(kind.span.clone()), remark(&block));
-            self.instance(&db.name, block, (values, errors));
+            self.instance(db, block, (values, errors));
             return;
         }
         if errors.first.is_empty() && self.groups(db, &values) {

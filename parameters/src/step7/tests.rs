@@ -93,6 +93,10 @@ END_DATA_BLOCK
 fn a_data_block_is_a_loop_with_the_values_of_its_text() {
     let pump = one(PUMP);
     assert_eq!((pump.name.as_str(), pump.block.name.as_str()), ("DB41", "PUMP"));
+    assert_eq!(pump.title.as_deref(), Some("any text ; to the end of the line \"even quotes // and so on"));
+    let titled =
+        |title: &str| one(&PUMP.replace("any text ; to the end of the line \"even quotes // and so on", title)).title;
+    assert_eq!((titled("'Öfen'\r"), titled("''"), titled(" ")), (Some("Öfen".into()), None, None));
     assert_eq!(pump.get("GAIN"), Some(Value::Real(3.5)));
     assert_eq!(pump.get("CYCLE"), Some(Value::Time(Time::ms(20_000))));
     assert_eq!(pump.get("MAN_ON"), Some(Value::Bool(false)));

@@ -157,8 +157,14 @@ fn a_file_that_cannot_be_used_says_where_and_what_to_do() {
 fn a_loop_of_an_unknown_block_or_with_an_unknown_setting_is_refused() {
     let setting =
         |name: &str, value| Setting { name: name.into(), value: Value::Number(value), origin: None, file: None };
-    let one =
-        |block: &str, settings| Loop { name: "A".into(), block: block.into(), cycle: None, settings, warnings: vec![] };
+    let one = |block: &str, settings| Loop {
+        name: "A".into(),
+        title: None,
+        block: block.into(),
+        cycle: None,
+        settings,
+        warnings: vec![],
+    };
     let error = |one: &Loop| format!("{:#}", as_loop(&TestHome::default(), one).unwrap_err());
     assert_eq!(error(&one("PUMP", vec![])), "A: there is no block \"PUMP\" here");
     assert_eq!(error(&one("fb7", vec![setting("OUT", 1.0)])), "A: PID has no setting \"OUT\"");

@@ -64,6 +64,7 @@ fn one(name: &str, settings: &[(&str, f64)]) -> Loop {
     };
     Loop {
         name: name.into(),
+        title: None,
         block: "PID".into(),
         cycle: Some(0.5),
         settings: settings.iter().map(setting).collect(),

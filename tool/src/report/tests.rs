@@ -10,7 +10,7 @@ fn setting(name: &str, value: f64, origin: Option<&str>) -> Setting {
 }
 
 fn of(name: &str, settings: Vec<Setting>) -> Loop {
-    Loop { name: name.into(), block: "PID".into(), cycle: Some(0.5), settings, warnings: Vec::new() }
+    Loop { name: name.into(), title: None, block: "PID".into(), cycle: Some(0.5), settings, warnings: Vec::new() }
 }
 
 fn report(of: &Loop) -> Report<'_> {

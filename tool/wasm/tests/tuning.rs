@@ -251,7 +251,9 @@ fn a_pace_is_a_closed_loop_between_calm_and_fast() {
     let mut request = with("CONT_C", Rule::Lambda, Structure::Pi, lag(2.0, 17.6, 1.0), &[("CYCLE", 0.2)]);
     let closed_loop = |pace| {
         request.pace = Some(pace);
-        tuned(&request).closed_loop.unwrap()
+        let tuned = tuned(&request);
+        assert!((tuned.pace.unwrap() - pace).abs() < 1e-9, "{:?}", tuned.pace);
+        tuned.closed_loop.unwrap()
     };
     let loops = [0.0, 0.5, 1.0].map(closed_loop);
     for (is, expected) in loops.into_iter().zip([17.6, 4.4, 1.1]) {

@@ -100,40 +100,6 @@ export async function readAgain(file, block) {
   await openParameters(source, block);
 }
 
-/** `DATA_BLOCK "TIC101"` and, in the next line, `TITLE = ...`. */
-const TITLED =
-  /^[ \t]*DATA_BLOCK[ \t]+(?:"([^"\n]+)"|([^\s"]+(?:[ \t]+\d+)?))\s+TITLE[ \t]*=[ \t]*(\S.*?)[ \t]*\r?$/gim;
-
-/**
- * The titles of the data blocks of a source, by their names.
- *
- * @param {File} file
- * @returns {Promise<Record<string, string>>}
- */
-async function titlesOf(file) {
-  const bytes = await file.arrayBuffer();
-  let text = "";
-  try {
-    text = new TextDecoder("utf-8", { fatal: true }).decode(bytes);
-  } catch {
-    text = new TextDecoder("windows-1252").decode(bytes);
-  }
-  const found = [...text.matchAll(TITLED)];
-  return Object.fromEntries(
-    found.map(([, quoted, plain, title]) => [quoted ?? plain.replace(/\s/g, ""), title.replace(/^'(.*)'$/, "$1")]),
-  );
-}
-
-/**
- * The title of a data block. It may be called as what every object has.
- *
- * @param {import("./store.js").OpenFile} file
- * @param {string} name
- */
-export function titleOf({ titles }, name) {
-  return titles && Object.hasOwn(titles, name) ? titles[name] : undefined;
-}
-
 /** The files themselves. @type {WeakMap<import("./store.js").OpenFile, File>} */
 const sources = new WeakMap();
 
@@ -192,8 +158,7 @@ async function openParameters(file, block = null) {
  */
 async function show(file, read) {
   const before = store.files.findIndex((one) => one.name === file.name);
-  const titles = await titlesOf(file);
-  const opened = { name: file.name, loops: read.loops, problems: read.problems, isRefused: read.is_refused, titles };
+  const opened = { name: file.name, loops: read.loops, problems: read.problems, isRefused: read.is_refused };
   if (before >= 0) store.files.splice(before, 1, opened);
   else store.files.push(opened);
   sources.set(opened, file);
@@ -220,7 +185,7 @@ export async function take(file, at) {
   }
   const loop = await store.add(of.name, fmu.name, of, file.name);
   loop.notes.at = at;
-  loop.notes.title = titleOf(file, of.name);
+  loop.notes.title = of.title ?? undefined;
   // The table now knows that it is the file's.
   store.emit("loops");
 }
@@ -251,7 +216,7 @@ async function byBlock(block) {
  */
 function refuse(name, message) {
   const problems = [{ place: null, message, help: null }];
-  const file = { name, loops: [], problems, isRefused: true, titles: {} };
+  const file = { name, loops: [], problems, isRefused: true };
   const before = store.files.findIndex((one) => one.name === name && one.isRefused);
   if (before >= 0) store.files.splice(before, 1, file);
   else store.files.push(file);
@@ -320,7 +285,14 @@ function loopOf(file, model, description) {
   const name = model.documentElement.getAttribute("modelName") ?? description.name;
   const cycle = settings.find((one) => one.name === description.cycle)?.value;
   const warnings = /** @type {string[]} */ ([]);
-  return { name, block: description.block, cycle: typeof cycle === "number" ? cycle : null, settings, warnings };
+  return {
+    name,
+    title: null,
+    block: description.block,
+    cycle: typeof cycle === "number" ? cycle : null,
+    settings,
+    warnings,
+  };
 }
 
 /** @param {File} file */

@@ -2,7 +2,7 @@
 
 import { byId, element, fill, text } from "tool/dom.js";
 import { EngineError } from "tool/engine.js";
-import { openFiles, readAgain, take, titleOf, underWork } from "tool/files.js";
+import { openFiles, readAgain, take, underWork } from "tool/files.js";
 import { cards, live, showRecorded } from "tool/first.js";
 import { remake } from "tool/remake.js";
 import { isEdited, source, store } from "tool/store.js";
@@ -231,7 +231,7 @@ function allRows() {
       if (work) inFiles.add(work);
       rows.push({
         name: loop.name,
-        title: titleOf(file, loop.name),
+        title: loop.title ?? undefined,
         block: loop.block,
         cycle: loop.cycle,
         warnings: loop.warnings.length,

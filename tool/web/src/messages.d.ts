@@ -352,6 +352,8 @@ events: Array<[number, string, Value]>, };
 export type Loop = {
 /** Its name. */
 name: string,
+/** What its author calls it. */
+title: string | null,
 /** Its block; one of the catalogue has this name. */
 block: string,
 /** The time between two calls. */
@@ -879,6 +881,8 @@ values: Values,
 dead_time: number,
 /** The time constant of the closed loop that the rule was given, if it takes one. */
 closed_loop: number | null,
+/** The same as a place on a scale from calm, 0, to fast, 1, as the request may give it. */
+pace: number | null,
 /** The largest sensitivity. */
 sensitivity: number | null,
 /** How much more gain the loop takes, as a factor. */

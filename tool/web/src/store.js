@@ -88,7 +88,6 @@
  * @property {import("./messages").Loop[]} loops
  * @property {import("./messages").Problem[]} problems
  * @property {boolean} isRefused
- * @property {Record<string, string>} titles of its data blocks, by name
  *
  * @typedef {object} Said
  * @property {string} text
@@ -640,7 +639,15 @@ export function asLoop(loop) {
     return { name, value: one.sent, origin, file: one.file ?? null };
   });
   const block = loop.description.block;
-  return { name: loop.name, block, cycle: typeof cycle === "number" ? cycle : null, settings, warnings: loop.warnings };
+  const title = loop.notes.title ?? null;
+  return {
+    name: loop.name,
+    title,
+    block,
+    cycle: typeof cycle === "number" ? cycle : null,
+    settings,
+    warnings: loop.warnings,
+  };
 }
 
 /**

@@ -592,17 +592,6 @@ function ruleRow() {
   );
 }
 
-/**
- * Where a time constant of the closed loop is between calm, 0, and fast, 1: as the engine counts it.
- *
- * @param {number} closedLoop
- * @param {number} fast the dead time
- */
-function paceOf(closedLoop, fast) {
-  const calm = Math.max(Number(modelFields.get("time_constant")?.dataset.full) || 0, 4 * fast);
-  return Math.log(calm / closedLoop) / Math.log(calm / fast);
-}
-
 /** Asks for the settings of all rules, and shows them. */
 async function tune() {
   const loop = store.loop;
@@ -658,8 +647,7 @@ function showRules(rows, chosen) {
     tune();
   });
   const answer = chosen?.tuned;
-  if (answer?.closed_loop && kept.pace === null)
-    speedField.value = String(paceOf(answer.closed_loop, answer.dead_time));
+  if (answer && answer.pace !== null && kept.pace === null) speedField.value = String(answer.pace);
   closedField.placeholder = answer?.closed_loop ? rounded(answer.closed_loop, "LREAL", 3) : "";
   const { setpoint = [] } = answer?.predicted ?? {};
   for (const [end, value] of /** @type {["from" | "to", number | undefined][]} */ ([
