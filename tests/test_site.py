@@ -86,6 +86,17 @@ def test_next_leads_through_the_whole_menu_and_previous_back(site, documents):
     assert there[-1] == back[0] == []
 
 
+def test_a_row_about_an_fmu_leads_to_its_page(site, documents):
+    for page, name in [("plants/index.html", "HEATER"), ("overview.html", "CONT_C")]:
+        (link,) = documents[site / page].xpath("//td[1]/code/a[text()=$name]/@href", name=name)
+        assert (site / page).parent.joinpath(link).resolve() == site / f"fmu/{name}/documentation/index.html"
+
+
+def test_long_names_in_code_are_broken_between_their_words_and_short_ones_are_not(site, documents):
+    text = (site / "tests/index.html").read_text("utf-8")
+    assert "<code>blocks/<wbr>tests/<wbr>traces.rs</code>" in text and "<code>test_time.py</code>" in text
+
+
 def test_every_page_has_a_title_and_a_description_for_search_engines_and_previews(site, documents):
     titles = []
     for path, page in documents.items():
@@ -145,6 +156,9 @@ def test_the_reference_has_what_the_python_package_exports(site, documents):
     ids = documents[site / "python/index.html"].xpath("//@id")
     assert set(plcfmu.__all__) <= set(ids)
     assert {"Instance.step", "Fmus.start", "Result.figures", "figures.step_figures"} <= set(ids)
+    signatures = documents[site / "python/index.html"].xpath("//*[@class='signature']")
+    texts = [signature.text_content() for signature in signatures]
+    assert texts and not [text for text in texts if re.search(r"\(cls\b|\(self\b|dtype", text)]
 
 
 def test_the_loop_of_the_front_page_settles_at_its_setpoint_in_25_lines():

@@ -93,6 +93,7 @@ class Site:
             raise FileNotFoundError(f"there is no FMU in {self.fmus}: make them with `cargo xtask fmu`")
         fmus = [described(path) for path in paths]
         self.menu = Menu(ROOT, fmus, page_of)
+        self.fmu_pages = {fmu.name: self.menu.page(fmu) for fmu in fmus}
         for source in self.menu.sources:
             self.need(source)
         for path, fmu in zip(paths, fmus):
@@ -248,8 +249,8 @@ class Site:
                 token.type, token.info = "fence", code
             for child in token.children or []:
                 if child.type == "text":
-                    # A number is not parted from its percent sign or its unit at the end of a line.
-                    child.content = re.sub(r"(?<=\d) (?=(?:%|°C|K|s|ms|h)(?!\w))", "\u00a0", child.content)
+                    # A number is not parted from its percent sign, its unit or its tolerance at the end of a line.
+                    child.content = re.sub(r"(?<=\d) (?=(?:%|°C|K|s|ms|h|KB|MB)(?!\w))|(?<=±) (?=\d)", "\u00a0", child.content)
                 elif child.type == "link_open":
                     child.attrSet("href", self.link(child.attrGet("href"), source, target))
                 elif child.type == "image":
@@ -261,6 +262,8 @@ class Site:
         text = text.replace("<table>", '<div class="scroll" tabindex="0"><table>').replace("</table>", "</table></div>")
         # The corner of a table may be empty, but is no heading then.
         text = text.replace("<th></th>", "<td></td>")
+        # A row about an FMU leads to its page, which the repository does not have.
+        text = re.sub(r"(?<=<td><code>)\w+(?=</code></td>)", lambda name: self.led(name[0], target), text)
         return text.replace("<pre>", '<pre tabindex="0">'), headings
 
     def link(self, href, source, target):
@@ -274,6 +277,11 @@ class Site:
         page = self.need(path)
         link = os.path.relpath(page, os.path.dirname(target) or ".").replace(os.sep, "/")
         return f"{link}#{parts.fragment}" if parts.fragment else link
+
+    def led(self, name, target):
+        """The name of an FMU with a link to its page; any other name as it is."""
+        page = self.fmu_pages.get(name)
+        return f'<a href="{os.path.relpath(page, os.path.dirname(target) or ".")}">{name}</a>' if page else name
 
     def need(self, path):
         """The place of a file or folder on the site; it will be there."""
@@ -329,8 +337,10 @@ class Site:
 
 
 def unbroken(renderer, tokens, place, options, env):
-    """Code in a line, in which an option is not broken behind its hyphens."""
+    """Code in a line, in which an option is not broken behind its hyphens; a path and a long name are, between their words."""
     code = re.sub(r"(?<!\S)--?[\w-]+", r'<span class="option">\g<0></span>', html.escape(tokens[place].content))
+    if len(tokens[place].content) > 16:
+        code = re.sub(r"[/_,:=(](?=[\w{*])(?![^<]*>)", r"\g<0><wbr>", code)
     return f"<code>{code}</code>"
 
 
@@ -377,11 +387,11 @@ def signature(member):
         if "._" in text or "*args" in text:
             text = ""
     else:
-        is_method = "." in member.qualname and not (member.is_classmethod or member.is_staticmethod)
+        is_method = "." in member.qualname and not member.is_staticmethod
         text = str(member.signature_without_self if is_method else member.signature)
     text = re.sub(r"ForwardRef\('(.*?)'\)", r"\1", " ".join(text.split()))
     text = re.sub(r"plcfmu\.\w+\.(?=[A-Z])", "", text)
-    text = re.sub(r"ndarray\[tuple\[typing\.Any, \.\.\.\], numpy\.dtype\[[\w.]+\]\]", "ndarray", text)
+    text = re.sub(r"ndarray\[tuple\[(?:typing\.)?Any, \.\.\.\], numpy\.dtype\[[\w.]+\]\]", "ndarray", text)
     text = text.replace("typing.", "").replace("( ", "(").replace(" )", ")").replace("NoneType", "None")
     return text and member.name + text
 
@@ -425,6 +435,8 @@ def style():
         pygments.formatters.HtmlFormatter(style=name, nobackground=True).get_style_defs(".source")
         for name in ("xcode", "lightbulb")
     )
+    # Documentation in a program is a comment, as it is in the dark; red would say that something is wrong.
+    light += "\n.source .sd { color: #177500 }"
     dark = f"@media screen and (prefers-color-scheme: dark) {{\n{dark}\n}}\n"
     return "\n".join([pages, (HERE / "site.css").read_text("utf-8"), light, dark])
 

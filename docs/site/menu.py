@@ -19,7 +19,7 @@ GUIDES = {
     "docs/prove.md": "Proof on your CPU",
     "docs/studies.md": "Studies",
     "docs/clusters.md": "Studies on clusters",
-    "blocks/README.md": "A block of your own",
+    "blocks/README.md": "How blocks are made",
 }
 REFERENCE = {
     "plcfmu/README.md": "Command",
