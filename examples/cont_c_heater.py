@@ -122,7 +122,7 @@ def cold_start(fmus, by_hand):
 def draw(result, path):
     quality = result.quality
     title = (
-        f"The furnace rises by 10 K in {quality['rise']:.0f} s, with {quality['overshoot']:.1f} % overshoot; "
+        f"A step of 10 K: 10 to 90 % in {quality['rise']:.0f} s, {quality['overshoot']:.1f} % overshoot; "
         f"the open door costs {quality['door: largest deviation']:.1f} K"
     )
     labels = ["temperature in °C", "manipulated value in %", "parts of the manipulated value in %"]

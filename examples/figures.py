@@ -87,7 +87,7 @@ def characteristic(fmus, settings):
 
 def draw_modulation(result, path):
     pulses = [int(sum(result["QPOS_P"][CALLS * period : CALLS * (period + 1)])) for period in range(3)]
-    title = "Figure 3-3: INV of 30, 60 and 90 % gives {}, {} and {} calls of ten with a pulse".format(*pulses)
+    title = "Figure 3-3: INV of 30, 60 and 90 % give {}, {} and {} calls of ten with a pulse".format(*pulses)
     with plot.picture(path, title, ["INV in %", "QPOS_P"], [1, 0.6]) as axes:
         end = 3 * CALLS * SHORT_CYCLE
         axes[0].stairs(result["INV"], np.append(result.time, end), baseline=None, label="INV", **INPUT)

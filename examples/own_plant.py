@@ -25,7 +25,7 @@ def main():
     quality = result.between(30.0, 600.0).figures("PLANT.TEMP", "CONT_C.SP_INT", start=20.0, end=80.0)
     print(quality)
     result.to_csv(out / "own_plant.csv")
-    title = "Your plant, here HEATER: 60 K more in {:.0f} s, with {:.0f} % overshoot"
+    title = "Your plant, here HEATER: 60 K more, 10 to 90 % in {:.0f} s, with {:.0f} % overshoot"
     title = title.format(quality["rise"], quality["overshoot"])
     panels = {"temperature in °C": ["CONT_C.SP_INT", "PLANT.TEMP"], "LMN in %": ["CONT_C.LMN"]}
     result.plot(out / "own_plant", panels, title)

@@ -112,7 +112,7 @@ def run(fmus):
 def draw(result, path):
     title = (
         f"Flow B stays {result.quality['flow A rises: flow B is behind']:.1f} l/min behind while flow A rises, "
-        f"and takes a new ratio in {result.quality['new ratio: rise']:.1f} s"
+        f"and takes a new ratio in {result.quality['new ratio: rise']:.1f} s (10 to 90 %)"
     )
     with plot.picture(path, title, ["flow in l/min", "flow B in % of flow A", "valve B in %"], [1.5, 1, 0.8]) as axes:
         time = result.time

@@ -217,6 +217,13 @@ def test_the_title_of_a_picture_is_a_finding_with_a_number_and_stands_on_the_pag
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_a_title_with_a_rise_time_says_from_where_to_where_it_is(name):
+    text = (EXAMPLES / f"{name}.py").read_text("utf-8")
+    for said in re.findall(r"^ +title = .*?\n(?=    with |    result)", text, re.MULTILINE | re.DOTALL):
+        assert not re.search(r"\brise['\"]", said) or "10 to 90 %" in said, said
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_no_text_of_a_picture_is_clipped_or_covers_a_curve_or_another_text(again, name):
     for picture, figure in again(name)[2].items():
         figure.draw_without_rendering()
@@ -330,7 +337,7 @@ def test_a_new_file_is_taken_up_without_an_edit_elsewhere(tmp_path):
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", "added", "tests/test_examples.py"]
     process = subprocess.run(command, cwd=tmp_path, env=host.environment(), capture_output=True, text=True)
     assert process.returncode == 0, process.stdout
-    assert "7 passed" in process.stdout
+    assert "8 passed" in process.stdout
 
 
 # What the loops stand on

@@ -89,8 +89,15 @@ def the_readme_holds(folder, shell):
     text = (ROOT / "README.md").read_text("utf-8")
     assert "from 20 to 60 °C, settled after 133 s" in text
     (loop,) = (step for step in steps("README.md") if step.text.startswith("plcfmu run"))
-    assert not run(loop._replace(text=f"{loop.text} --out=loop.csv"), folder, shell)
-    temperatures = [float(row["CONT_C.PV"]) for row in csv.DictReader((folder / "loop.csv").open())]
+
+    def recorded(command):
+        assert not run(loop._replace(text=f"{command} --out=loop.csv"), folder, shell)
+        return [float(row["CONT_C.PV"]) for row in csv.DictReader((folder / "loop.csv").open())]
+
+    assert "with which this loop keeps swinging between 55 and 66 °C" in text
+    swings = recorded(re.sub(r"--set CONT_C\.(GAIN|TI)=\S+ ", "", loop.text).replace("--stop 600", "--stop 3600"))[1800:]
+    assert (round(min(swings)), round(max(swings))) == (55, 66)
+    temperatures = recorded(loop.text)
     # Within 2 % of the step of 40 K, which is made at 60 s.
     is_off = [abs(temperature - 60.0) > 0.8 for temperature in temperatures]
     assert max(second for second, off in enumerate(is_off) if off) + 1 - 60 == 133

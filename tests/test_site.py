@@ -74,6 +74,26 @@ def test_every_page_has_the_menu_with_every_guide_and_every_fmu_and_says_where_o
         assert current == ([name] if name in {*leads.values(), "index.html"} else []), name
 
 
+def test_readme_and_every_page_of_an_fmu_name_the_tools_that_the_guide_to_import_calls_tried(documents, site):
+    def named(text):
+        return set(re.split(r" and | or |, ", text.replace("the Rust crates ", "")))
+
+    tried, not_tried = set(), set()
+    for row in documents[site / "docs/import.html"].xpath("//table[1]//tr[td]"):
+        tool, answer = (cell.text_content() for cell in row.xpath("td"))
+        (tried if answer.startswith("yes") else not_tried).update(named(tool))
+    assert "plcfmu run" in tried and "Simulink" in not_tried
+    for name in host.names():
+        (said,) = documents[site / f"fmu/{name}/documentation/index.html"].xpath("//dt[text()='Tried in']/following-sibling::dd[1]")
+        yes, no = re.fullmatch(r"FMUs of this kind: (.*), on Linux; not in (.*)\.", " ".join(said.text_content().split())).groups()
+        assert (named(yes), named(no)) == (tried, not_tried), name
+    readme = (site_pages.ROOT / "README.md").read_text("utf-8")
+    (hosts,) = re.findall(r"^\| the same bits in (?:.*) \| (.*) \|$", readme, re.MULTILINE)
+    assert named(hosts.removesuffix(" on Linux").replace("`", "")) == {re.sub(r" [\d.]+$", "", tool) for tool in tried}
+    (absent,) = re.findall(r"real block\. (.*?)\s+were not tried", readme, re.DOTALL)
+    assert named(absent) == not_tried
+
+
 def test_next_leads_through_the_whole_menu_and_previous_back(site, documents):
     menu = documents[site / "index.html"].xpath("//details//@href")
     there = [documents[site / page].xpath("//a[@rel='next']/@href") for page in menu]

@@ -28,7 +28,7 @@ blocks::block! {
     /// icon level
     /// input VALVE 0,10
     /// input DRAIN 0,26
-    /// box LIMIT 12,10 limit
+    /// box LIMIT_V 12,10 limit
     /// box LIMIT_D 12,26 limit
     /// text 12,13 "0 ... 100 %" middle
     /// text 12,29 "0 ... 100 %" middle
@@ -43,7 +43,7 @@ blocks::block! {
     /// output LEVEL 62,10
     /// output L_PER 76,18
     /// box CALL 67,30 "every CYCLE" with CYCLE
-    /// VALVE > LIMIT > INLET > NET > TANK > LEVEL
+    /// VALVE > LIMIT_V > INLET > NET > TANK > LEVEL
     /// 33,10 > y4 > INFLOW
     /// TANK.top > y3 > FULL
     /// 57,10 > y26 > OUTLET.right
@@ -103,7 +103,7 @@ blocks::block! {
     /// 5. Full: what INFLOW brings above OUTFLOW is lost over the edge, and FULL is TRUE. Such a tank stays full until
     ///    OUTFLOW is larger.
     /// 6. DRAIN, the opening of the outflow valve, is the disturbance. VALVE and DRAIN are limited to 0 ... 100 %.
-    /// 7. L_PER is what an analog input module makes of LEVEL, for PV_PER; it saturates at the ends of its range.
+    /// 7. L_PER is LEVEL as an analog input word, for PV_PER, without overrange: it saturates at the ends of its range.
     ///
     /// # Limits of use
     ///

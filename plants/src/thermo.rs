@@ -31,7 +31,7 @@ blocks::block! {
     /// input HEAT 0,4.5
     /// input DRIVE 0,11
     /// input COOL 0,17.5
-    /// box DEMAND 20,5 "HEAT ? 100 : 0," "+ DRIVE if > 0"
+    /// box DEMAND_H 20,5 "HEAT ? 100 : 0," "+ DRIVE if > 0"
     /// box DEMAND_C 20,17 "COOL ? 100 : 0," "- DRIVE if < 0"
     /// box HEATER 33,5 lag with HEAT_TM
     /// box COOLER 33,17 lag with COOL_TM
@@ -48,11 +48,11 @@ blocks::block! {
     /// output TEMP 81,11
     /// output T_PER 80,28
     /// box CALL 20,29 "every CYCLE" with CYCLE
-    /// HEAT > DEMAND.left-0.5
-    /// DRIVE > x10 > DEMAND.left+0.5
+    /// HEAT > DEMAND_H.left-0.5
+    /// DRIVE > x10 > DEMAND_H.left+0.5
     /// COOL > DEMAND_C.left+0.5
     /// 10,11 > y16.5 > DEMAND_C.left-0.5
-    /// DEMAND > HEATER > RISE > DUTY.top
+    /// DEMAND_H > HEATER > RISE > DUTY.top
     /// DEMAND_C > COOLER > DROP > DUTY.bottom
     /// 39.5,5 > y-1 > HEATING
     /// 39.5,17 > y23 > COOLING

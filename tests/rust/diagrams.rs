@@ -191,7 +191,7 @@ const LITRE_PER_MINUTE: f64 = 1e-3 / 60.0;
 fn tank(plant: &Plant<Tank>, element: &str, into: &dyn Fn(&str) -> f64) -> f64 {
     let value = |name: &str| plant.value(name);
     match element {
-        "LIMIT" | "LIMIT_D" => into("left").clamp(0.0, 100.0),
+        "LIMIT_V" | "LIMIT_D" => into("left").clamp(0.0, 100.0),
         "INLET" => into("left") / 100.0 * value("FLOW_MAX"),
         "OUTLET" => {
             let opening = value("CD") * value("A_OUT") * into("left") / 100.0;
@@ -242,7 +242,7 @@ fn the_diagram_of_the_valve_and_its_heat_exchanger_computes_what_its_law_does() 
 fn thermo(plant: &Plant<Thermo>, element: &str, into: &dyn Fn(&str) -> f64) -> f64 {
     let value = |name: &str| plant.value(name);
     match element {
-        "DEMAND" => {
+        "DEMAND_H" => {
             assert_eq!(plant.sources(element), BTreeSet::from(["DRIVE", "HEAT"]));
             (100.0 * value("HEAT") + value("DRIVE").max(0.0)).min(100.0)
         }

@@ -9,6 +9,7 @@ use control::identify::Model;
 use control::rules::{self, Rule};
 use draw::escape::Text;
 use draw::plot::{Chart, Curve, Panel, svg};
+use draw::response::Colors;
 use modeldescription::digits::short;
 use modeldescription::units;
 use run::dialog::Roles;
@@ -258,11 +259,21 @@ fn curves(record: &Record, roles: &Roles) -> Result<Option<String>> {
         return Ok(None);
     }
     let view = record.view(&View { run: None, variables, from: None, to: None, points: POINTS })?;
+    // The colours of the pages of the FMUs.
+    let of_roles = [roles.setpoint.as_ref(), process_value, roles.manipulated_value.as_ref()];
+    let mut lanes = Vec::new();
+    let mut color = |name: &String| {
+        let role = of_roles.iter().position(|role| *role == Some(name));
+        role.map(|role| Colors::OF_ROLES[role]).unwrap_or_else(|| {
+            lanes.push(Colors::free(true, &lanes));
+            lanes[lanes.len() - 1]
+        })
+    };
     let mut columns = view.values.into_iter().zip(view.units);
     let [controlled, manipulated, switches] = panels.map(|names| {
         let curve = |(name, (values, unit)): (&String, (Vec<f64>, Option<String>))| {
             let is_input = roles.setpoint.as_ref() == Some(name);
-            (Curve { name: name.clone(), values, is_input, color: None }, unit)
+            (Curve { name: name.clone(), values, is_input, color: Some(color(name)) }, unit)
         };
         let (curves, units): (Vec<_>, Vec<_>) = names.into_iter().zip(&mut columns).map(curve).unzip();
         Panel { label: units.into_iter().flatten().next().unwrap_or_default(), curves, ..Panel::default() }

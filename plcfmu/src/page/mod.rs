@@ -5,7 +5,7 @@ mod markdown;
 use crate::package::reference::{self, Recordings};
 use anyhow::Context;
 use askama::Template;
-use blocks::{Class, Kind, Role};
+use blocks::{Kind, Role};
 use draw::response::{self, Colors, Recording, Sweep};
 use draw::{diagram, plot, text};
 use markdown::Sections;
@@ -24,6 +24,7 @@ struct Page<'a> {
     has_diagram: bool,
     has_boolean_terminals: bool,
     /// Whether there are variables of these types, which the page then explains.
+    has_words: bool,
     has_integers: bool,
     has_singles: bool,
     has_doubles: bool,
@@ -150,7 +151,8 @@ pub fn html(
         diagram: diagram::linked(table).context("the diagram of the block")?,
         has_diagram: diagram::find(&table.docs).is_some(),
         has_boolean_terminals: terminals.iter().any(|row| row.kind == Kind::Bool),
-        has_integers: rows.iter().any(|row| row.kind.class() == Class::Integer),
+        has_words: rows.iter().any(|row| row.kind == Kind::Word),
+        has_integers: rows.iter().any(|row| row.kind == Kind::Int),
         has_singles: rows.iter().any(|row| row.kind == Kind::Real),
         has_doubles: rows.iter().any(|row| row.kind == Kind::LReal),
         nested: rows.iter().filter(|row| row.name.contains('.')).count(),

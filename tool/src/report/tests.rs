@@ -91,6 +91,12 @@ fn a_report_has_curves_with_axes_and_units_and_what_was_done() {
     ] {
         assert!(page.contains(part), "{part}\n{page}");
     }
+    // Black, blue and vermilion, as on the pages of the FMUs.
+    let color = |name: &str| {
+        let (before, _) = page.split_once(&format!(">{name}</text>")).unwrap();
+        before.rsplit_once("class=\"curve-").unwrap().1.split_once('"').unwrap().0
+    };
+    assert_eq!(["SP", "PV", "OUT"].map(color), ["7", "1", "2"]);
     // Setpoint, process value, output and three lanes.
     assert_eq!(page.matches(" fill=\"none\" stroke=\"currentColor\" stroke-width=\"1.").count(), 6);
 }
