@@ -163,6 +163,16 @@ def test_what_a_page_is_about_is_found_first(show, words, place):
     page.goto("about:blank")
 
 
+@pytest.mark.parametrize("name, heading", [("docs/import.html", "Simulink"), ("fmu/CONT_C/documentation/index.html", "Clauses")])
+def test_a_heading_is_a_link_to_itself_and_no_stop_of_the_tab_key(show, name, heading):
+    page = show(name)
+    link = page.get_by_role("heading", name=heading, exact=True).get_by_role("link")
+    assert link.get_attribute("tabindex") == "-1"
+    link.click()
+    assert page.url.endswith(f"#{heading.lower()}")
+    page.goto("about:blank")
+
+
 def test_a_sample_is_copied_by_its_button(show):
     page = show("docs/import.html")
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])

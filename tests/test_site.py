@@ -51,12 +51,16 @@ def test_nothing_on_a_page_is_loaded_from_elsewhere(site, documents):
 
 
 def test_the_front_page_leads_to_all_fmus_all_loops_and_all_tools(site, documents):
-    links = documents[site / "index.html"].xpath("//main//a/@href")
+    page = documents[site / "index.html"]
+    links = page.xpath("//main//a/@href")
     for name in host.names():
         assert f"fmu/{name}/documentation/index.html" in links
     headings = documents[site / "examples/index.html"].xpath("//h2[following-sibling::p[1]/img]/@id")
     assert len(headings) > 5
     assert {f"examples/index.html#{heading}" for heading in headings} <= set(links)
+    thumbnails = page.xpath("//ul[@class='gallery']//img")
+    assert {image.get("loading") for image in thumbnails} == {"lazy"}
+    assert sum((site / image.get("src")).stat().st_size for image in thumbnails) < 400_000
     tools = documents[site / "docs/import.html"].xpath("//h2/@id")
     assert len(tools) > 5 and {f"docs/import.html#{tool}" for tool in tools} <= set(links)
 
@@ -127,6 +131,7 @@ def test_every_page_has_a_title_and_a_description_for_search_engines_and_preview
         assert titles[-1].endswith(" - plcfmu"), name
         (about,) = page.xpath("//meta[@name='description']/@content")
         assert 20 < len(about) <= 160 and not re.search(r"[`\[|]", about), (name, about)
+        assert [one for one in page.xpath("//link[@rel='icon']/@href") if one.endswith("favicon.svg")], name
         assert page.xpath("//meta[@property='og:description']/@content") == [about], name
         assert page.xpath("//meta[@property='og:image']") == [], "a preview's picture needs the address of the site"
     assert len(titles) == len(set(titles))
@@ -175,6 +180,9 @@ def test_the_reference_has_what_the_python_package_exports(site, documents):
 
     ids = documents[site / "python/index.html"].xpath("//@id")
     assert set(plcfmu.__all__) <= set(ids)
+    # What one calls stands before what one catches.
+    first, *_ = documents[site / "python/index.html"].xpath("//nav[@class='contents']//@href")
+    assert not first.endswith("Error")
     assert {"Instance.step", "Fmus.start", "Result.figures", "figures.step_figures"} <= set(ids)
     signatures = documents[site / "python/index.html"].xpath("//*[@class='signature']")
     texts = [signature.text_content() for signature in signatures]

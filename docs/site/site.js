@@ -1,4 +1,4 @@
-// What the pages of the site do beyond showing themselves: search, copy buttons, menus that close. It works from a disk as
+// What the pages of the site do beyond showing themselves: search, copy buttons, headings that link, menus that close. It works from a disk as
 // from a server, and asks nobody.
 "use strict";
 
@@ -131,6 +131,16 @@ for (const sample of document.querySelectorAll("main pre:has(> code)")) {
         button.textContent = "Copied";
         setTimeout(() => { button.textContent = "Copy"; }, 2000);
     });
+}
+
+// A heading is a link to itself, for who wants to pass its address on. Those who use the keyboard have the contents.
+for (const heading of document.querySelectorAll("main :is(h2, h3)[id]")) {
+    if (heading.querySelector("a")) continue;
+    const link = element("a", "", "here");
+    link.href = `#${heading.id}`;
+    link.tabIndex = -1;
+    link.append(...heading.childNodes);
+    heading.append(link);
 }
 
 const menus = [...document.querySelectorAll("details.menu")];
