@@ -249,8 +249,10 @@ class Site:
                 token.type, token.info = "fence", code
             for child in token.children or []:
                 if child.type == "text":
-                    # A number is not parted from its percent sign, its unit or its tolerance at the end of a line.
-                    child.content = re.sub(r"(?<=\d) (?=(?:%|°C|K|s|ms|h|KB|MB)(?!\w))|(?<=±) (?=\d)", "\u00a0", child.content)
+                    # A number is not parted from its percent sign, its unit or its tolerance at the end of a line, nor
+                    # behind its thousands.
+                    parting = r"(?<=\d) (?=(?:%|°C|K|s|ms|h|KB|MB|\d{3}(?!\d))(?!\w))|(?<=±) (?=\d)"
+                    child.content = re.sub(parting, "\u00a0", child.content)
                 elif child.type == "link_open":
                     child.attrSet("href", self.link(child.attrGet("href"), source, target))
                 elif child.type == "image":
@@ -339,7 +341,7 @@ class Site:
 def unbroken(renderer, tokens, place, options, env):
     """Code in a line, in which an option is not broken behind its hyphens; a path and a long name are, between their words."""
     code = re.sub(r"(?<!\S)--?[\w-]+", r'<span class="option">\g<0></span>', html.escape(tokens[place].content))
-    if len(tokens[place].content) > 16:
+    if len(tokens[place].content) > 12:
         code = re.sub(r"[/_,:=(](?=[\w{*])(?![^<]*>)", r"\g<0><wbr>", code)
     return f"<code>{code}</code>"
 

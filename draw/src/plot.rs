@@ -13,6 +13,8 @@ use std::fmt::Write;
 
 // In pixels.
 const WIDTH: f64 = 760.0;
+/// Three quarters of it are what a phone shows: the numbers at the axes are still read.
+const NARROW: f64 = 500.0;
 const LEFT: f64 = 76.0;
 const RIGHT: f64 = 24.0;
 const TITLE: f64 = 26.0;
@@ -56,6 +58,14 @@ pub struct Chart {
     pub window: Option<(f64, f64)>,
     /// Dots without lines between them: each point stands for something, and nothing is between two of them.
     pub has_dots: bool,
+    /// Whether the drawing is for a page that is also read on a phone, which shows all of it.
+    pub is_narrow: bool,
+}
+
+impl Chart {
+    fn width(&self) -> f64 {
+        if self.is_narrow { NARROW } else { WIDTH }
+    }
 }
 
 /// Curves that share an axis.
@@ -111,7 +121,8 @@ pub fn svg(chart: &Chart) -> anyhow::Result<String> {
 /// As for [`svg`].
 pub fn svg_named(chart: &Chart, name: &str) -> anyhow::Result<String> {
     check(chart)?;
-    let time = Scale::of_time(&chart.time);
+    let width = chart.width();
+    let time = Across { scale: Scale::of_time(&chart.time), right: width - RIGHT };
     let mut pens = pens();
     let mut top = if chart.title.is_empty() { 0.0 } else { TITLE };
     let mut panels = Vec::new();
@@ -121,7 +132,7 @@ pub fn svg_named(chart: &Chart, name: &str) -> anyhow::Result<String> {
             top += PANEL_GAP;
         }
         let legend_top = top;
-        top += legend_height(panel);
+        top += legend_height(panel, width);
         panels.push(draw_panel(panel, &pens, chart, &time, legend_top, top));
         top += PANEL;
     }
@@ -137,15 +148,15 @@ pub fn svg_named(chart: &Chart, name: &str) -> anyhow::Result<String> {
     if !lanes.is_empty() {
         top += LANE_GAP / 2.0;
     }
-    let times = time.ticks_to_the_ends(8.0).into_iter().map(|tick| Tick {
+    let times = time.scale.ticks_to_the_ends(if chart.is_narrow { 6.0 } else { 8.0 }).into_iter().map(|tick| Tick {
         at: Pixels(time.x(tick)),
         text_y: Pixels(top + 16.0),
         label: tick_label(tick),
     });
     let shade = |(from, to): (f64, f64)| {
         // An end that is not within leaves nothing to shade there.
-        let [from, to] = [from, to].map(|at| Pixels(time.x(at.clamp(time.from, time.to))));
-        let (left, right) = (Pixels(LEFT), Pixels(WIDTH - RIGHT));
+        let [from, to] = [from, to].map(|at| Pixels(time.x(at.clamp(time.scale.from, time.scale.to))));
+        let (left, right) = (Pixels(LEFT), Pixels(time.right));
         let drawn = |panel: &DrawnPanel| {
             let (top, bottom) = (panel.top, Pixels(panel.top.0 + PANEL));
             format!("M{left} {top}H{from}V{bottom}H{left}zM{to} {top}H{right}V{bottom}H{to}z")
@@ -158,12 +169,12 @@ pub fn svg_named(chart: &Chart, name: &str) -> anyhow::Result<String> {
         name,
         title: &chart.title,
         title_y: Pixels(17.0),
-        width: Pixels(WIDTH),
+        width: Pixels(width),
         height: Pixels(top + BOTTOM),
         left: Pixels(LEFT),
-        right: Pixels(WIDTH - RIGHT),
-        middle: Pixels((LEFT + WIDTH - RIGHT) / 2.0),
-        plot_width: Pixels(WIDTH - LEFT - RIGHT),
+        right: Pixels(time.right),
+        middle: Pixels((LEFT + time.right) / 2.0),
+        plot_width: Pixels(time.right - LEFT),
         panel_height: Pixels(PANEL),
         lane_grid: Pixels(LANE + 4.0),
         sample: Pixels(SAMPLE),
@@ -308,14 +319,14 @@ fn draw_panel<'a>(
     panel: &'a Panel,
     pens: &[Pen],
     chart: &Chart,
-    time: &Scale,
+    time: &Across,
     legend_top: f64,
     top: f64,
 ) -> DrawnPanel<'a> {
     let scale = range(panel);
     let band_pen = |band: &Band| pen_of(band.color, false);
     let all_pens = pens.iter().copied().chain(panel.bands.iter().map(band_pen));
-    let legend = names(panel).zip(all_pens).zip(legend_places(panel)).enumerate();
+    let legend = names(panel).zip(all_pens).zip(legend_places(panel, chart.width())).enumerate();
     let legend = legend.map(|(place, ((name, pen), (x, line)))| {
         let y = legend_top + (line + 1) as f64 * LEGEND - 2.0;
         LegendEntry {
@@ -369,7 +380,7 @@ fn draw_panel<'a>(
 }
 
 /// A Boolean: high where it is TRUE.
-fn draw_lane<'a>(lane: &'a Curve, pen: Pen, times: &[f64], time: &Scale, top: f64) -> DrawnLane<'a> {
+fn draw_lane<'a>(lane: &'a Curve, pen: Pen, times: &[f64], time: &Across, top: f64) -> DrawnLane<'a> {
     let bottom = top + LANE;
     let points = points(times, &lane.values, time);
     let path = stairs(&points, time, &|value| if value == 0.0 { bottom } else { top });
@@ -399,14 +410,23 @@ impl Scale {
         }
     }
 
-    /// A time's place from the left.
-    fn x(&self, time: f64) -> f64 {
-        LEFT + self.part(time) * (WIDTH - LEFT - RIGHT)
-    }
-
     /// A value's place in a panel, from the top.
     fn y(&self, value: f64, top: f64) -> f64 {
         top + PANEL - self.part(value) * PANEL
+    }
+}
+
+/// The horizontal axis.
+struct Across {
+    scale: Scale,
+    /// Where it ends.
+    right: f64,
+}
+
+impl Across {
+    /// A time's place from the left.
+    fn x(&self, time: f64) -> f64 {
+        LEFT + self.scale.part(time) * (self.right - LEFT)
     }
 }
 
@@ -423,11 +443,11 @@ fn names(panel: &Panel) -> impl Iterator<Item = &str> {
 }
 
 /// Where each name of a legend begins: from the left, and in which line.
-fn legend_places(panel: &Panel) -> Vec<(f64, usize)> {
+fn legend_places(panel: &Panel, right: f64) -> Vec<(f64, usize)> {
     let (mut x, mut line) = (LEFT, 0);
     let place = |name: &str| {
         let width = 28.0 + name.chars().count() as f64 * 7.3 + 18.0;
-        if x > LEFT && x + width > WIDTH {
+        if x > LEFT && x + width > right {
             (x, line) = (LEFT, line + 1);
         }
         let place = (x, line);
@@ -437,14 +457,14 @@ fn legend_places(panel: &Panel) -> Vec<(f64, usize)> {
     names(panel).map(place).collect()
 }
 
-fn legend_height(panel: &Panel) -> f64 {
-    let lines = legend_places(panel).last().map_or(0, |(_, line)| line + 1);
+fn legend_height(panel: &Panel, right: f64) -> f64 {
+    let lines = legend_places(panel, right).last().map_or(0, |(_, line)| line + 1);
     lines as f64 * LEGEND + 6.0
 }
 
 /// The points of a curve that are seen: of many within half a pixel of time the first, the last, the lowest, the
 /// highest and a gap.
-fn points(times: &[f64], values: &[f64], time: &Scale) -> Vec<(f64, f64)> {
+fn points(times: &[f64], values: &[f64], time: &Across) -> Vec<(f64, f64)> {
     let column = |index: &usize| (time.x(times[*index]) * 2.0) as i64;
     let order = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
     let indices: Vec<usize> = (0..times.len()).collect();
@@ -463,7 +483,7 @@ fn points(times: &[f64], values: &[f64], time: &Scale) -> Vec<(f64, f64)> {
 }
 
 /// A path that holds each value until the next point.
-fn stairs(points: &[(f64, f64)], time: &Scale, y: &dyn Fn(f64) -> f64) -> String {
+fn stairs(points: &[(f64, f64)], time: &Across, y: &dyn Fn(f64) -> f64) -> String {
     let mut path = String::new();
     let mut last = None;
     for (place, (from, value)) in points.iter().enumerate() {
@@ -493,7 +513,7 @@ fn stairs(points: &[(f64, f64)], time: &Scale, y: &dyn Fn(f64) -> f64) -> String
 }
 
 /// A path straight from point to point, but upright where the values jump.
-fn lines(points: &[(f64, f64)], over: &Scale, y: &dyn Fn(f64) -> f64) -> String {
+fn lines(points: &[(f64, f64)], over: &Across, y: &dyn Fn(f64) -> f64) -> String {
     let mut path = String::new();
     let mut is_gap = true;
     for (place, (at, value)) in points.iter().enumerate() {
@@ -532,6 +552,10 @@ mod tests {
         Curve { name: name.into(), values: values.to_vec(), is_input: false, color: None }
     }
 
+    fn across(scale: Scale) -> Across {
+        Across { scale, right: WIDTH - RIGHT }
+    }
+
     fn chart(values: &[f64]) -> Chart {
         let time = (0..values.len()).map(|point| point as f64).collect();
         let panels = vec![Panel { label: "l/min".into(), curves: vec![curve("FLOW", values)], bands: Vec::new() }];
@@ -542,10 +566,11 @@ mod tests {
     fn a_long_legend_takes_several_lines() {
         let curves: Vec<Curve> = std::iter::repeat_with(|| curve("A_LONG_NAME_OF_A_SIGNAL", &[])).take(7).collect();
         let panel = Panel { curves, ..Panel::default() };
-        let lines: Vec<usize> = legend_places(&panel).iter().map(|(_, line)| *line).collect();
+        let lines: Vec<usize> = legend_places(&panel, WIDTH).iter().map(|(_, line)| *line).collect();
         assert_eq!(lines, [0, 0, 0, 1, 1, 1, 2]);
-        assert_eq!(legend_height(&panel), 60.0);
-        assert!(legend_places(&panel).iter().all(|(x, _)| *x < WIDTH / 1.5));
+        assert_eq!(legend_height(&panel, WIDTH), 60.0);
+        assert_eq!(legend_places(&panel, NARROW)[2], (LEFT, 2), "one in a line");
+        assert!(legend_places(&panel, WIDTH).iter().all(|(x, _)| *x < WIDTH / 1.5));
     }
 
     #[test]
@@ -561,7 +586,7 @@ mod tests {
 
     #[test]
     fn values_are_held_until_the_next_point() {
-        let time = Scale { from: 0.0, to: 4.0 };
+        let time = across(Scale { from: 0.0, to: 4.0 });
         let at = |seconds| Pixels(time.x(seconds));
         let path = |values: [f64; 5]| {
             let points: Vec<(f64, f64)> = (0..5).map(f64::from).zip(values).collect();
@@ -577,7 +602,7 @@ mod tests {
 
     #[test]
     fn a_characteristic_is_a_line_over_its_variable() {
-        let over = Scale { from: -1.0, to: 1.0 };
+        let over = across(Scale { from: -1.0, to: 1.0 });
         let points = [(-1.0, 5.0), (0.0, 7.0), (0.5, f64::NAN), (1.0, 9.0)];
         let at = |value| Pixels(over.x(value));
         assert_eq!(lines(&points, &over, &|value| value), format!("M{} 5L{} 7M{} 9", at(-1.0), at(0.0), at(1.0)));
@@ -592,7 +617,7 @@ mod tests {
 
     #[test]
     fn every_point_is_drawn_where_there_are_few_and_extremes_and_gaps_where_there_are_many() {
-        let time = Scale { from: 0.0, to: 1000.0 };
+        let time = across(Scale { from: 0.0, to: 1000.0 });
         let few: Vec<f64> = (0..=1000).map(f64::from).collect();
         assert_eq!(points(&few, &few, &time).len(), few.len());
 
@@ -657,6 +682,25 @@ mod tests {
         assert!(drawing.find(&area).unwrap() < drawing.find("stroke-width=\"1.8\"").unwrap(), "{area}");
         // From the left end to the middle; nothing at the right, where the window reaches beyond the time.
         assert!(drawing.contains("M76 50H406V240H76zM736 50H736V240H736z"), "{drawing}");
+    }
+
+    #[test]
+    fn a_narrow_chart_ends_where_a_phone_does_and_has_fewer_ticks() {
+        let mut chart = chart(&[0.0; 25]);
+        // From 76 to 736 is 0 s to 24 s, by 3 s; narrow to 476, by 4 s.
+        let drawing = svg(&chart).unwrap();
+        assert!(
+            drawing.contains(r#"viewBox="0 0 760 "#)
+                && drawing.contains(r#"<text x="736" y="310.5" text-anchor="middle">24<"#)
+        );
+        assert!(drawing.contains(">21</text>"), "{drawing}");
+        chart.is_narrow = true;
+        let drawing = svg(&chart).unwrap();
+        assert!(
+            drawing.contains(r#"viewBox="0 0 500 "#)
+                && drawing.contains(r#"<text x="476" y="310.5" text-anchor="middle">24<"#)
+        );
+        assert!(drawing.contains(">20</text>") && !drawing.contains(">21</text>"), "{drawing}");
     }
 
     #[test]

@@ -103,7 +103,7 @@ pub fn of_recording(table: &Table, recording: &Recording, colors: &Colors) -> Ch
         0 => Vec::new(),
         calls => (0..=calls).map(|call| recording.time(call)).collect(),
     };
-    Chart { time, panels: labelled(panels), lanes, ..Chart::default() }
+    Chart { time, panels: labelled(panels), lanes, is_narrow: true, ..Chart::default() }
 }
 
 /// A block's characteristic, as a library has answered it. A BOOL is drawn as the share of calls in which it was TRUE.
@@ -121,7 +121,7 @@ pub fn of_sweep(table: &Table, characteristic: &Characteristic, sweep: &Sweep, c
         Some(unit) => format!("{} in {unit}", characteristic.variable),
         None => characteristic.variable.clone(),
     };
-    Chart { time: sweep.over.clone(), over: Some(over), panels: labelled(panels), ..Chart::default() }
+    Chart { time: sweep.over.clone(), over: Some(over), panels: labelled(panels), is_narrow: true, ..Chart::default() }
 }
 
 /// What curves in a panel have in common.

@@ -137,12 +137,34 @@ fn formula(latex: &str) -> Result<String> {
     let mut mathml = String::new();
     let events = events.into_iter().map(Ok::<_, std::convert::Infallible>);
     mathml::push_mathml(&mut mathml, events, config).with_context(|| format!("the formula {latex:?}"))?;
+    let mathml = with_names(&mathml);
     Ok(format!("<div class=\"formula\" tabindex=\"0\" role=\"group\" aria-label=\"Formula\">{mathml}</div>\n"))
+}
+
+/// A formula in which variables are identifiers. As text they would count as space, beside which a minus has no room.
+fn with_names(mathml: &str) -> String {
+    let mut pieces = mathml.split("<mtext>");
+    let mut named = pieces.next().unwrap_or_default().to_string();
+    for (text, rest) in pieces.filter_map(|piece| piece.split_once("</mtext>")) {
+        let is_name = text.chars().all(|one| one.is_ascii_uppercase() || one.is_ascii_digit() || one == '_');
+        // A single letter would be slanted.
+        let (tag, upright) = if is_name { ("mi", " mathvariant=\"normal\"") } else { ("mtext", "") };
+        named.push_str(&format!("<{tag}{upright}>{text}</{tag}>{rest}"));
+    }
+    named
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_name_in_a_formula_is_an_identifier_and_words_are_text() {
+        let html = html("```math\n\\text{T_IN} - \\text{U} \\quad \\text{later}\n```", &[]).unwrap();
+        let name = |name: &str| format!("<mi mathvariant=\"normal\">{name}</mi>");
+        assert!(html.contains(&format!("{}<mo>−</mo>{}", name("T_IN"), name("U"))), "{html}");
+        assert!(html.contains("<mtext>later</mtext>"), "{html}");
+    }
 
     #[test]
     fn documentation_is_taken_apart_at_its_headings() {
