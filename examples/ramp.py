@@ -134,6 +134,7 @@ def draw_furnace(ramp, step, path):
     )
     with plot.picture(path, title, ["temperature in °C", "LMN in %"], [1.3, 1]) as axes:
         axes[0].plot(ramp.time, ramp["SP_INT"], label="SP_INT from HLG", **plot.SETPOINT)
+        axes[0].plot(step.time, step["SP_INT"], drawstyle="steps-post", linestyle="--", **plot.COMPARED)
         axes[0].plot(step.time, step["PV"], label="PV, setpoint at once", **plot.COMPARED)
         axes[0].plot(ramp.time, ramp["PV"], label="PV, ramp", **plot.PROCESS_VALUE)
         axes[1].plot(step.time, step["LMN"], label="LMN, setpoint at once", drawstyle="steps-post", **plot.COMPARED)

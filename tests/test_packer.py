@@ -11,6 +11,7 @@ import subprocess
 import sys
 
 import fmpy
+import markdown_it
 import pytest
 from fmpy.validation import validate_fmu
 
@@ -147,6 +148,55 @@ def test_a_block_of_ones_own_is_made_as_the_readme_says(clone):
     fmu = clone.fmus / f"{name}.fmu"
     assert fmpy.read_model_description(str(fmu)).modelName == name
     fmu.unlink()
+
+
+# The listings of blocks/README.md by their first lines.
+SUMP = {
+    "//! SUMP: switches the pump of a sump.": "blocks/src/acme/sump/mod.rs",
+    "//! The runs that the documentation of SUMP shows.": "blocks/src/acme/sump/responses.rs",
+    "# Purpose": "blocks/src/acme/sump/page.md",
+    "# What SUMP does, clause by clause. How to read it: blocks/README.md, \"Tapes\".": "blocks/src/acme/sump/clauses.txt",
+    "//! Function blocks of ACME.": "blocks/src/acme/mod.rs",
+    "//! SUMP of ACME as an FMU.": "fmu/libraries/sump/src/lib.rs",
+    "class SUMP(Block):": "tests/oracle.py",
+}
+
+
+def test_a_block_of_a_vendor_is_made_as_the_readme_of_blocks_says(clone):
+    tokens = markdown_it.MarkdownIt("commonmark").parse((ROOT / "blocks/README.md").read_text("utf-8"))
+    listings = {token.content.partition("\n")[0]: token.content for token in tokens if token.type == "fence"}
+    library = clone.folder / "fmu/libraries"
+    shutil.copytree(library / "hlg", library / "sump")
+    manifest = library / "sump/Cargo.toml"
+    manifest.write_text(manifest.read_text("utf-8").replace('"hlg"', '"sump"'), "utf-8")
+    for first, path in SUMP.items():
+        file = clone.folder / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        text = listings[first]
+        if file.suffix == ".py":
+            above, below = file.read_text("utf-8").split("# All of them by name.")
+            text = f"{above}{text}\n\n# All of them by name.{below}"
+        file.write_text(text, "utf-8")
+    blocks = clone.folder / "blocks/src/lib.rs"
+    text = blocks.read_text("utf-8")
+    for line in ("mod abb;", "pub use abb::*;", "abb::for_each_block(what);"):
+        text = text.replace(line, f"{line}\n{line.replace('abb', 'acme')}")
+    blocks.write_text(text, "utf-8")
+
+    # The tables, and the tape on the law.
+    variables = {**os.environ, "CARGO_TARGET_DIR": str(clone.folder / "target"), "CARGO_NET_OFFLINE": "true"}
+    tested = subprocess.run(["cargo", "test", "-p", "blocks"], cwd=clone.folder, env=variables, capture_output=True, text=True)
+    assert tested.returncode == 0, tested.stdout + tested.stderr
+    packed = clone.pack("SUMP")
+    assert packed.returncode == 0, packed.stderr
+    # The tape on the FMU and on the second text, and random runs of both.
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", "SUMP", "test_tapes.py", "test_random.py"]
+    tested = subprocess.run(
+        command, cwd=clone.folder / "tests", env={**os.environ, "PLCFMU_FMUS": str(clone.fmus)}, capture_output=True, text=True
+    )
+    assert tested.returncode == 0, tested.stdout
+    assert int(re.search(r"^(\d+) passed", tested.stdout, re.M)[1]) > 4
+    (clone.fmus / "SUMP.fmu").unlink()
 
 
 @pytest.fixture(scope="module")

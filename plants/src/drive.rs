@@ -186,7 +186,7 @@ blocks::block! {
             speed: LReal, unit "rpm";
             /// Speed in counts, 32767 is N_MAX; for INIT of HLG
             ///
-            /// For INIT of HLG: with SET it takes the ramp to the present speed, so that a reset does not trip again.
+            /// For INIT of HLG: with SET the ramp starts at the present speed, so that a reset does not trip again.
             n_act: Int;
             /// Tripped: setpoint and speed were too far apart
             ///

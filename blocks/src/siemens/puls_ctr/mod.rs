@@ -22,9 +22,10 @@ crate::block! {
             sp_int: Real = 0.0;
             /// Process value as an analog input word: 27648 is 100 %
             ///
-            /// DI_CONT_C.PV_FAC and DI_CONT_C.PV_OFF scale it: 13824 (50 %) is 200 with PV_FAC 4 and PV_OFF 0. It is
-            /// read only when the controller runs. A simulated plant that gives degC needs a conversion before it,
-            /// times 27648 / 400 for 0 ... 400 degC. The block does not detect a broken wire.
+            /// DI_CONT_C.PV_FAC and DI_CONT_C.PV_OFF scale it: 13824 (50 %) is 200 with PV_FAC 4 and PV_OFF 0; words
+            /// from 32768 on are negative. It is read only when the controller runs. A simulated plant that gives degC
+            /// needs a conversion before it, times 27648 / 400 for 0 ... 400 degC. The block does not detect a broken
+            /// wire.
             pv_per: Word = Word::new(0);
         }
         fixed {
