@@ -89,6 +89,9 @@ def test_a_page_is_as_wide_as_its_window_and_shows_its_pictures(show, name):
         # A picture that is loaded when one comes to it is loaded now.
         page.evaluate("Promise.all([...document.images].map(image => (image.loading = 'eager', image.decode())))")
         assert page.evaluate("[...document.images].filter(image => !image.naturalWidth).map(image => image.src)") == []
+        share = """codes => codes.map(code => [code, code.parentElement].map(one => parseFloat(getComputedStyle(one).fontSize)))
+            .map(([code, heading]) => code / heading)"""
+        assert all(size > 0.9 for size in page.eval_on_selector_all(":is(h1, h2) code", share))
 
 
 @pytest.mark.parametrize("name", PAGES)
@@ -219,6 +222,16 @@ def test_drawings_and_formulas_are_shown(show, name):
     assert page.eval_on_selector_all("math", large) == formulas
     assert formulas > 0 or "class=\"formula\"" not in page.content()
     assert page.locator("merror").count() == 0
+
+
+@pytest.mark.parametrize("name", FMU_PAGES)
+def test_lines_of_a_formula_meet_at_their_signs_of_equality_and_no_name_of_a_lane_is_struck(show, name):
+    page = show(name)
+    left_sides = """cells => cells.filter(cell => cell.firstElementChild).map(cell => cell.getBoundingClientRect().right
+        - Math.max(...[...cell.querySelectorAll('*')].map(part => part.getBoundingClientRect().right)))"""
+    assert all(gap < 1 for gap in page.eval_on_selector_all(".menv-alignlike > mtr > mtd:first-child", left_sides))
+    below = """names => names.map(name => name.previousElementSibling.getBBox().y - name.getBBox().y - name.getBBox().height)"""
+    assert all(gap > 0 for gap in page.eval_on_selector_all('svg.chart g[class^="curve"] + text', below))
 
 
 @pytest.mark.parametrize("name", FMU_PAGES)
