@@ -339,7 +339,7 @@ fn draw_panel<'a>(
             text_y: Pixels(y),
         }
     });
-    let ticks = scale.ticks(5.0).into_iter().map(|tick| {
+    let ticks = values_ticks(panel, &scale).into_iter().map(|tick| {
         let y = scale.y(tick, top);
         Tick { at: Pixels(y), text_y: Pixels(y + 4.0), label: tick_label(tick) }
     });
@@ -434,6 +434,14 @@ impl Across {
 fn range(panel: &Panel) -> Scale {
     let bands = panel.bands.iter().flat_map(|band| band.low.iter().chain(&band.high));
     Scale::around(panel.curves.iter().flat_map(|curve| &curve.values).chain(bands).copied())
+}
+
+/// The ticks of a panel. Between whole numbers, such as the states of a program, there is nothing to be read.
+fn values_ticks(panel: &Panel, scale: &Scale) -> Vec<f64> {
+    let ticks = scale.ticks(5.0);
+    let mut values = panel.curves.iter().flat_map(|curve| &curve.values).filter(|value| is_drawn(**value));
+    let whole: Vec<f64> = ticks.iter().copied().filter(|tick| tick.fract() == 0.0).collect();
+    if whole.len() > 1 && values.all(|value| value.fract() == 0.0) { whole } else { ticks }
 }
 
 /// The names of a legend: the curves, then the bands.
@@ -701,6 +709,19 @@ mod tests {
                 && drawing.contains(r#"<text x="476" y="310.5" text-anchor="middle">24<"#)
         );
         assert!(drawing.contains(">20</text>") && !drawing.contains(">21</text>"), "{drawing}");
+    }
+
+    #[test]
+    fn the_ticks_of_whole_numbers_are_whole() {
+        let ticks = |values: &[f64]| {
+            let panel = Panel { curves: vec![curve("STATE", values)], ..Panel::default() };
+            values_ticks(&panel, &range(&panel))
+        };
+        assert_eq!(ticks(&[0.0, 1.0, 2.0, f64::NAN]), [0.0, 1.0, 2.0]);
+        assert_eq!(ticks(&[0.0, 1.0, 1.9]), [0.0, 0.5, 1.0, 1.5, 2.0]);
+        assert_eq!(ticks(&[0.0, 40.0]), [0.0, 10.0, 20.0, 30.0, 40.0]);
+        // One tick is no axis.
+        assert!(ticks(&[3.0, 3.0]).len() > 1 && ticks(&[0.0, 0.0]).len() > 1);
     }
 
     #[test]
