@@ -427,9 +427,11 @@ impl Signals<'_> {
             return (first, Err("the controller is in manual mode".into()));
         };
         let values = &self.process_value[call..end];
-        let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), of| (low.min(*of), high.max(*of)));
-        let is_step = changed.is_some() || (self.setpoint[call] - values[0]).abs() >= (high - low) / 2.0;
-        if is_step { (call, Ok(())) } else { (0, Err(NO_CHANGE.into())) }
+        let is_far = || {
+            let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), of| (low.min(*of), high.max(*of)));
+            (self.setpoint[call] - values[0]).abs() >= (high - low) / 2.0
+        };
+        if changed.is_some() || is_far() { (call, Ok(())) } else { (0, Err(NO_CHANGE.into())) }
     }
 }
 

@@ -25,7 +25,19 @@ pub fn png(svg: &str) -> anyhow::Result<Vec<u8>> {
     let mut pixels = tiny_skia::Pixmap::new(size.width(), size.height())
         .with_context(|| format!("{} x {} pixels are too many for a picture", size.width(), size.height()))?;
     resvg::render(&tree, tiny_skia::Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
-    pixels.encode_png().context("the picture cannot be encoded as PNG")
+    encoded(pixels).context("the picture cannot be encoded as PNG")
+}
+
+/// The encoder's fast way: a tenth of the time for twice the size, some 80 kB. A study draws a picture of each figure.
+fn encoded(pixels: tiny_skia::Pixmap) -> Result<Vec<u8>, ::png::EncodingError> {
+    let mut file = Vec::new();
+    let mut encoder = ::png::Encoder::new(&mut file, pixels.width(), pixels.height());
+    encoder.set_color(::png::ColorType::Rgba);
+    encoder.set_compression(::png::Compression::Fast);
+    let mut picture = encoder.write_header()?;
+    picture.write_image_data(&pixels.take_demultiplied())?;
+    picture.finish()?;
+    Ok(file)
 }
 
 #[cfg(test)]

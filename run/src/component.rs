@@ -96,17 +96,11 @@ pub trait Component {
     /// # Errors
     /// The FMU refuses; [`Terminated`].
     fn step(&mut self, time: f64, size: f64) -> Result<()>;
-    /// Learns which inputs are connected and what is read after each step, for [`take`](Component::take) and
-    /// [`cycle`](Component::cycle).
+    /// Learns which inputs are connected and what is read after each step, for [`cycle`](Component::cycle).
     fn wire(&mut self, _wiring: &Wiring) {}
-    /// Writes the connected inputs, from the values of the run, in fewer instructions than [`write`](Component::write). False, as by
-    /// default, leaves it to that, which does the same; some inputs may be written by then.
-    #[inline]
-    fn take(&mut self, _values: &[f64]) -> bool {
-        false
-    }
-    /// Steps, and reads what others need into the values of the run, in fewer instructions than [`step`](Component::step) and
-    /// [`read`](Component::read). False, as by default, leaves it to those; nothing is done then.
+    /// Writes the connected inputs, steps, and reads what others need, from and into the values of the run: what
+    /// [`write`](Component::write), [`step`](Component::step) and [`read`](Component::read) do, in fewer instructions. False, as by
+    /// default, leaves it to those; nothing but inputs is written then.
     #[inline]
     fn cycle(&mut self, _values: &mut [f64], _time: f64, _size: f64) -> bool {
         false
@@ -153,11 +147,6 @@ macro_rules! forward_component {
 
             fn wire(&mut $self, wiring: &$crate::component::Wiring) {
                 $crate::component::Component::wire($target, wiring);
-            }
-
-            #[inline]
-            fn take(&mut $self, values: &[f64]) -> bool {
-                $crate::component::Component::take($target, values)
             }
 
             #[inline]

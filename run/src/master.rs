@@ -6,7 +6,7 @@
 //! With [`Exchange::Parallel`] they go once.
 //!
 //! Step k goes from `start + k step` to `start + (k + 1) step`. Each FMU in turn gets the values that are set at that time,
-//! then its connected inputs, and steps. With [`Exchange::Parallel`], all get their inputs before any of them steps.
+//! then its connected inputs, and steps. With [`Exchange::Parallel`], all inputs are what was there before any of them steps.
 //!
 //! A row of the recording belongs to a time. An input has the value that its FMU gets for the step that begins then. An output
 //! has the value that the connected FMUs read in that step. So the row of a controller is what it saw and gave in its call at
@@ -287,10 +287,10 @@ pub struct Run<C> {
     at: usize,
     /// When the last step began, in seconds.
     time: f64,
-    /// The values of `observed` of all members, one member behind the other.
+    /// The values of `observed` of all members, one member behind the other; then once more as they were before the present step.
     values: Vec<f64>,
-    /// What is recorded before the step, and after it: the number of the column, and its place in `values`.
-    recorded: [Vec<(usize, usize)>; 2],
+    /// Where what is recorded is in `values`, for each column of the plan.
+    recorded: Vec<usize>,
     /// What the last step recorded, for each column of the plan; true is 1.
     row: Vec<f64>,
 }
@@ -302,6 +302,8 @@ struct Running<C> {
     wiring: Wiring,
     /// How many of `plan.events` have been.
     events: usize,
+    /// When the next of them is, in seconds; minus infinity if anything is pending.
+    next: f64,
     /// What is set in the next step, after the plan's events.
     pending: Vec<Assignment>,
 }
@@ -324,12 +326,12 @@ impl<C: Component> Run<C> {
             stepped: 0,
             at: 0,
             time: plan.start,
-            values: vec![0.0; first_value(plan, plan.members.len())],
+            values: vec![0.0; 2 * count(plan)],
             recorded: recorded(plan, false),
             row: vec![0.0; plan.columns.len()],
         };
         run.initialize(plan, 0, plan.start, stop)?;
-        run.record(1);
+        run.record();
         Ok(run)
     }
 
@@ -339,55 +341,53 @@ impl<C: Component> Run<C> {
     /// Which FMU refused what, when, and its messages. The run is over then.
     pub fn step(&mut self, plan: &Plan) -> Result<()> {
         let time = plan.time(self.steps);
-        self.time = time;
-        self.stepped = 0;
-        self.record(0);
-        let is_parallel = plan.exchange == Exchange::Parallel;
-        if is_parallel {
-            for (member, (of, own)) in self.members.iter_mut().zip(&plan.members).enumerate() {
-                self.at = member;
-                of.prepare(plan, own, &self.values, time)?;
-            }
-        }
+        (self.time, self.stepped) = (time, 0);
+        self.keep();
+        let due = time + ROUNDING * plan.step;
         for (member, (of, own)) in self.members.iter_mut().zip(&plan.members).enumerate() {
             self.at = member;
-            if !is_parallel {
-                of.prepare(plan, own, &self.values, time)?;
+            if of.next <= due {
+                of.assign_due(own, due).map_err(|error| at_time(error, own, time))?;
             }
-            if of.component.cycle(&mut self.values, time, plan.step) {
+            if !of.component.cycle(&mut self.values, time, plan.step) {
+                of.write_inputs(&self.values).map_err(|error| at_time(error, own, time))?;
+                of.component.step(time, plan.step).map_err(|error| in_step(error, own))?;
                 self.stepped = member + 1;
-                continue;
+                of.observe(&mut self.values).map_err(|error| after_step(error, own, time))?;
             }
-            of.component.step(time, plan.step).map_err(|error| in_step(error, own))?;
             self.stepped = member + 1;
-            of.observe(&mut self.values).map_err(|error| after_step(error, own, time))?;
         }
         self.end_step();
         Ok(())
     }
 
+    /// Keeps the values as those before the step.
+    #[inline]
+    fn keep(&mut self) {
+        let count = self.values.len() / 2;
+        let (values, before) = self.values.split_at_mut(count);
+        before.copy_from_slice(values);
+    }
+
     /// Ends a step.
     #[inline]
     fn end_step(&mut self) {
-        self.record(1);
+        self.record();
         self.steps += 1;
     }
 
-    /// Records what is recorded before the step, 0, or after it, 1.
+    /// Records the step.
     #[inline]
-    fn record(&mut self, when: usize) {
-        for (column, place) in &self.recorded[when] {
-            self.row[*column] = self.values[*place];
+    fn record(&mut self) {
+        for (value, place) in self.row.iter_mut().zip(&self.recorded) {
+            *value = self.values[*place];
         }
     }
 
     /// Makes the row of the end: connected inputs are what they would get in another step.
     fn show_end(&mut self, plan: &Plan) {
-        self.record(0);
         for (value, column) in self.row.iter_mut().zip(&plan.columns) {
-            if let Some(source) = plan.source_of(column) {
-                *value = self.values[place(plan, source)];
-            }
+            *value = self.values[place(plan, plan.source_of(column).unwrap_or(column.source))];
         }
     }
 
@@ -417,7 +417,7 @@ impl<C: Component> Run<C> {
         self.members.extend(others.into_iter().enumerate().map(|(other, of)| Running::of(plan, other + 1, of)));
         let values = self.values.clone();
         self.values.truncate(first.own.end);
-        self.values.resize(first_value(plan, plan.members.len()), 0.0);
+        self.values.resize(2 * count(plan), 0.0);
         let exchanged = self.initialize(plan, 1, plan.time(self.steps), None);
         if exchanged.is_err() {
             self.members.truncate(1);
@@ -444,7 +444,9 @@ impl<C: Component> Run<C> {
 
     /// Sets a variable of a member in the next step, after what the plan sets then.
     pub fn set(&mut self, member: usize, assignment: Assignment) {
-        self.members[member].pending.push(assignment);
+        let of = &mut self.members[member];
+        of.pending.push(assignment);
+        of.next = f64::NEG_INFINITY;
     }
 
     /// How many steps have been made.
@@ -484,14 +486,15 @@ impl<C: Component> Run<C> {
             of.observe_outputs(own, &mut self.values).with_context(|| at(own))?;
         }
         for _ in first..plan.members.len() {
-            let before = self.values.clone();
+            self.keep();
             for (of, own) in self.members.iter_mut().zip(&plan.members).skip(first) {
                 of.write_inputs(&self.values).with_context(|| at(own))?;
                 if plan.exchange == Exchange::Sequential {
                     of.observe_outputs(own, &mut self.values).with_context(|| at(own))?;
                 }
             }
-            if before.iter().zip(&self.values).all(|(before, after)| before.to_bits() == after.to_bits()) {
+            let (values, before) = self.values.split_at(self.values.len() / 2);
+            if before.iter().zip(values).all(|(before, after)| before.to_bits() == after.to_bits()) {
                 break;
             }
         }
@@ -513,6 +516,7 @@ impl<C: Reset> Run<C> {
             of.component.reset().with_context(|| own.name.clone())?;
             of.events = 0;
             of.pending.clear();
+            of.expect_next(own);
         }
         self.values.fill(0.0);
         (self.steps, self.stepped, self.at, self.time) = (0, 0, 0, plan.start);
@@ -533,7 +537,7 @@ impl Wiring {
         let written = |(kind, range): (Type, Range<usize>)| Written {
             kind,
             references: own.connected.references[range.clone()].to_vec(),
-            sources: own.sources[range.clone()].iter().map(|source| place(plan, *source)).collect(),
+            sources: own.sources[range.clone()].iter().map(|source| seen(plan, member, *source)).collect(),
             values: vec![0.0; range.len()],
         };
         Wiring {
@@ -542,6 +546,11 @@ impl Wiring {
             written: own.connected.groups().map(written).collect(),
         }
     }
+}
+
+/// How many values all members have.
+fn count(plan: &Plan) -> usize {
+    first_value(plan, plan.members.len())
 }
 
 /// Where the values of a member begin in those of the run.
@@ -554,49 +563,38 @@ fn place(plan: &Plan, (member, place): (usize, usize)) -> usize {
     first_value(plan, member) + place
 }
 
-/// What is recorded before a step, and after it: the numbers of the columns, and where their values are. `of_times` asks for rows
-/// of times, in place of those of the first member's calls.
-fn recorded(plan: &Plan, of_times: bool) -> [Vec<(usize, usize)>; 2] {
-    let is_at_its_time = |column: &Column| column.is_unread && (of_times || column.source.0 > 0);
-    let is_before = |column: &Column| column.is_before_step || is_at_its_time(column);
-    [true, false].map(|is_before_step| {
-        let columns = plan.columns.iter().enumerate().filter(|(_, column)| is_before(column) == is_before_step);
-        columns.map(|(number, column)| (number, place(plan, column.source))).collect()
-    })
+/// Where a member sees a value: as it was before the step, unless it gets what those before it have given in the same step.
+fn seen(plan: &Plan, member: usize, source: (usize, usize)) -> usize {
+    let is_given_in_step = plan.exchange == Exchange::Sequential && source.0 < member;
+    place(plan, source) + if is_given_in_step { 0 } else { count(plan) }
 }
 
-/// What is set by this time is set in the step that begins at `time`, in seconds.
-#[inline(always)]
-fn due(plan: &Plan, time: f64) -> f64 {
-    time + ROUNDING * plan.step
+/// Where the values of the columns are. `of_times` asks for rows of times, in place of those of the first member's calls.
+fn recorded(plan: &Plan, of_times: bool) -> Vec<usize> {
+    let is_at_its_time = |column: &Column| column.is_unread && (of_times || column.source.0 > 0);
+    let is_before = |column: &Column| column.is_before_step || is_at_its_time(column);
+    let place = |column: &Column| place(plan, column.source) + if is_before(column) { count(plan) } else { 0 };
+    plan.columns.iter().map(place).collect()
 }
 
 impl<C: Component> Running<C> {
     fn of(plan: &Plan, member: usize, mut component: C) -> Running<C> {
         let wiring = Wiring::of(plan, member);
         component.wire(&wiring);
-        Running { component, wiring, events: 0, pending: Vec::new() }
+        let mut running = Running { component, wiring, events: 0, next: f64::NAN, pending: Vec::new() };
+        running.expect_next(&plan.members[member]);
+        running
+    }
+
+    /// Notes when the next event is.
+    fn expect_next(&mut self, own: &MemberPlan) {
+        self.next = own.events.get(self.events).map_or(f64::INFINITY, |(at, _)| *at);
     }
 
     /// Gives the wiring that it had.
     fn rewire(&mut self, wiring: Wiring) -> Wiring {
         self.component.wire(&wiring);
         std::mem::replace(&mut self.wiring, wiring)
-    }
-
-    /// Whether anything is set at this time. Little is in most runs.
-    #[inline(always)]
-    fn is_set(&self, own: &MemberPlan, plan: &Plan, time: f64) -> bool {
-        own.events.get(self.events).is_some_and(|(at, _)| *at <= due(plan, time)) || !self.pending.is_empty()
-    }
-
-    /// Gives the member what is set at this time, and its connected inputs.
-    #[inline(always)]
-    fn prepare(&mut self, plan: &Plan, own: &MemberPlan, values: &[f64], time: f64) -> Result<()> {
-        if self.is_set(own, plan, time) {
-            self.assign_due(own, due(plan, time)).map_err(|error| at_time(error, own, time))?;
-        }
-        self.write_inputs(values).map_err(|error| at_time(error, own, time))
     }
 
     /// Sets what is set by this time, in seconds. Few steps set anything.
@@ -608,6 +606,7 @@ impl<C: Component> Running<C> {
             self.events += 1;
             self.assign([assignment])?;
         }
+        self.expect_next(own);
         let pending = std::mem::take(&mut self.pending);
         self.assign(&pending)
     }
@@ -622,9 +621,6 @@ impl<C: Component> Running<C> {
     /// Writes the connected inputs, from the values of the run.
     #[inline(always)]
     fn write_inputs(&mut self, values: &[f64]) -> Result<()> {
-        if self.component.take(values) {
-            return Ok(());
-        }
         for group in &mut self.wiring.written {
             group.gather(values);
             self.component.write(group.kind, &group.references, &group.values)?;

@@ -282,7 +282,9 @@ impl<C: Reset> Executor<C> {
             figures = self.figures(point, &mut instantiate, |_| {});
         }
         match figures {
-            Ok(_) if gives == Gives::Trace => Row { figures: self.traces.process_values(), error: None },
+            Ok(_) if gives == Gives::Trace => {
+                Row { figures: self.experiment.measures.process_values(&self.traces), error: None }
+            }
             Ok(figures) => Row { figures, error: None },
             Err(error) => {
                 let error = format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ");
@@ -315,7 +317,7 @@ impl<C: Reset> Executor<C> {
         let mut kept = detail.thinned(plan.columns.clone(), plan.steps + 1);
         let piece = PIECE / plan.columns.len().max(1);
         measures.begin(&mut self.traces);
-        let mut before: Option<(f64, Vec<f64>)> = None;
+        let mut before: Option<Vec<f64>> = None;
         let mut row = vec![0.0; places.len()];
         let ended = master::run_into(
             plan,
@@ -323,14 +325,14 @@ impl<C: Reset> Executor<C> {
             |_| {},
             |time, values| {
                 kept.push(time, values);
-                if let Some((time, before)) = &before {
+                if let Some(before) = &before {
                     // Figures are of calls, see `master`: what nobody reads is in the row of the next time.
                     for (place, value) in places.iter().zip(&mut row) {
                         *value = if plan.columns[*place].is_unread { values[*place] } else { before[*place] };
                     }
-                    measures.step(&mut self.traces, *time, &row);
+                    self.traces.push(&row);
                 }
-                before = Some((time, values.to_vec()));
+                before = Some(values.to_vec());
                 kept.take(piece).map_or(Ok(()), &mut receive)
             },
         )?;
@@ -338,7 +340,7 @@ impl<C: Reset> Executor<C> {
         let mut last = kept.recording();
         last.ended = ended;
         receive(last)?;
-        Ok((!has_ended).then(|| measures.end(&self.traces, plan.step)))
+        Ok((!has_ended).then(|| measures.end(&mut self.traces, plan)))
     }
 
     /// Compares what reset instances compute with what new ones do: the run of the second point after that of the first. If any
@@ -389,12 +391,12 @@ impl<C: Reset> Executor<C> {
         measures.begin(&mut self.traces);
         for _ in 0..plan.steps {
             run.step(plan)?;
-            measures.step(&mut self.traces, run.time(), run.row());
+            self.traces.push(run.row());
             observe(run.row());
         }
         run.terminate(plan)?;
         self.run = Some(run);
-        Ok(measures.end(&self.traces, plan.step))
+        Ok(measures.end(&mut self.traces, plan))
     }
 }
 

@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 use control::figures::{self, Figure, Span, Window};
 use run::component::Type;
 use run::dialog::Roles;
-use run::plan::{Names, Reference};
+use run::plan::{Names, Plan, Reference};
 use run::system::System;
 
 /// The figures of a study, and which variables they are of.
@@ -37,45 +37,22 @@ struct Loop {
     pulses: Vec<usize>,
 }
 
-/// What is kept of a run while it goes on. It is used for one run after the other.
+/// What is kept of a run. It is used for one run after the other.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Traces {
+    /// When steps begin, also those after the run.
     times: Vec<f64>,
-    setpoint: Vec<f64>,
-    process_value: Vec<f64>,
-    manipulated_value: Vec<f64>,
-    pulses: Vec<Vec<bool>>,
-    values: Vec<Running>,
-    /// How many steps each limit was violated in.
-    violations: Vec<u64>,
-    steps: u64,
+    /// What the steps recorded, for each column.
+    columns: Vec<Vec<f64>>,
 }
 
 impl Traces {
-    /// The process value at the steps of a trace.
-    pub fn process_values(&self) -> Vec<f64> {
-        traced(self.process_value.len()).map(|step| self.process_value[step]).collect()
-    }
-}
-
-/// Minimum, maximum and mean of a variable so far. Once one of them is not a number, nothing is.
-#[derive(Clone, Copy, Debug)]
-struct Running {
-    min: f64,
-    max: f64,
-    sum: f64,
-    last: f64,
-}
-
-impl Running {
-    const NONE: Running = Running { min: f64::INFINITY, max: f64::NEG_INFINITY, sum: 0.0, last: f64::NAN };
-
-    #[inline]
-    fn push(&mut self, value: f64) {
-        self.min = if value < self.min || value.is_nan() { value } else { self.min };
-        self.max = if value > self.max || value.is_nan() { value } else { self.max };
-        self.sum += value;
-        self.last = value;
+    /// Takes in what a step recorded.
+    #[inline(always)]
+    pub fn push(&mut self, row: &[f64]) {
+        for (column, value) in self.columns.iter_mut().zip(row) {
+            column.push(*value);
+        }
     }
 }
 
@@ -89,6 +66,22 @@ impl Take {
             Take::Last => "last",
         }
     }
+
+    /// What is taken of a variable's values.
+    fn of(self, values: &[f64]) -> f64 {
+        match self {
+            Take::Min => extreme(values, f64::INFINITY, |value, least| value < least),
+            Take::Max => extreme(values, f64::NEG_INFINITY, |value, greatest| value > greatest),
+            Take::Mean => values.iter().fold(0.0, |sum, value| sum + value) / values.len() as f64,
+            Take::Last => values.last().copied().unwrap_or(f64::NAN),
+        }
+    }
+}
+
+/// The value beyond all others; not a number if one of them is not.
+fn extreme(values: &[f64], none: f64, is_beyond: impl Fn(f64, f64) -> bool) -> f64 {
+    let further = |extreme, value| if is_beyond(value, extreme) || value.is_nan() { value } else { extreme };
+    values.iter().copied().fold(none, further)
 }
 
 /// Adds variables to the columns, each once.
@@ -231,70 +224,45 @@ impl Measures {
 
     /// Begins a run.
     pub fn begin(&self, traces: &mut Traces) {
-        for signal in
-            [&mut traces.times, &mut traces.setpoint, &mut traces.process_value, &mut traces.manipulated_value]
-        {
-            signal.clear();
-        }
-        let pulses = self.loop_signals.as_ref().map_or(0, |signals| signals.pulses.len());
-        traces.pulses.resize_with(pulses, Vec::new);
-        traces.pulses.iter_mut().for_each(Vec::clear);
-        traces.values.clear();
-        traces.values.resize(self.values.len(), Running::NONE);
-        traces.violations.clear();
-        traces.violations.resize(self.limits.len(), 0);
-        traces.steps = 0;
+        traces.columns.resize_with(self.columns.len(), Vec::new);
+        traces.columns.iter_mut().for_each(Vec::clear);
     }
 
-    /// Takes in a step: when it began, and what it recorded.
-    #[inline(always)]
-    pub fn step(&self, traces: &mut Traces, time: f64, row: &[f64]) {
-        if let Some(signals) = &self.loop_signals {
-            traces.times.push(time);
-            traces.setpoint.push(row[signals.setpoint]);
-            traces.process_value.push(row[signals.process_value]);
-            traces.manipulated_value.extend(signals.manipulated_value.map(|column| row[column]));
-            for (pulse, column) in traces.pulses.iter_mut().zip(&signals.pulses) {
-                pulse.push(row[*column] == 1.0);
-            }
-        }
-        for (running, (column, _)) in traces.values.iter_mut().zip(&self.values) {
-            running.push(row[*column]);
-        }
-        for (count, (column, limit)) in traces.violations.iter_mut().zip(&self.limits) {
-            let value = row[*column];
-            // What is not a number is not within limits.
-            let is_within =
-                !value.is_nan() && limit.min.is_none_or(|min| value >= min) && limit.max.is_none_or(|max| value <= max);
-            *count += u64::from(!is_within);
-        }
-        traces.steps += 1;
+    /// The process value of a run at the steps of a trace.
+    pub fn process_values(&self, traces: &Traces) -> Vec<f64> {
+        let column = self.loop_signals.as_ref().map(|signals| &traces.columns[signals.process_value]);
+        traced(column.map_or(0, Vec::len)).filter_map(|step| Some(column?[step])).collect()
     }
 
-    /// The figures of a run whose steps took this many seconds each.
-    pub fn end(&self, traces: &Traces, step: f64) -> Vec<f64> {
+    /// The figures of a run of this plan.
+    pub fn end(&self, traces: &mut Traces, plan: &Plan) -> Vec<f64> {
+        let Traces { times, columns } = traces;
+        let steps = columns.first().map_or(0, Vec::len);
+        times.extend((times.len()..steps).map(|step| plan.time(step)));
         let mut all = Vec::with_capacity(self.figures.len());
         if let Some(signals) = &self.loop_signals {
+            let pulse = |column: &usize| columns[*column].iter().map(|value| *value == 1.0).collect();
+            let pulses: Vec<Vec<bool>> = signals.pulses.iter().map(pulse).collect();
             let borrowed = figures::Signals {
-                times: &traces.times,
-                setpoint: &traces.setpoint,
-                process_value: &traces.process_value,
-                manipulated_value: &traces.manipulated_value,
-                pulses: &traces.pulses,
+                times: &times[..steps],
+                setpoint: &columns[signals.setpoint],
+                process_value: &columns[signals.process_value],
+                manipulated_value: signals.manipulated_value.map_or(&[], |column| &columns[column]),
+                pulses: &pulses,
                 ..figures::Signals::default()
             };
             let window = Window::of(borrowed, &self.span);
             all.extend(signals.figures.iter().map(|figure| figure.value(&window).unwrap_or(f64::NAN)));
         }
-        for (running, (_, take)) in traces.values.iter().zip(&self.values) {
-            all.extend(take.iter().map(|take| match take {
-                Take::Min => running.min,
-                Take::Max => running.max,
-                Take::Mean => running.sum / traces.steps as f64,
-                Take::Last => running.last,
-            }));
+        for (column, take) in &self.values {
+            all.extend(take.iter().map(|take| take.of(&columns[*column])));
         }
-        all.extend(traces.violations.iter().map(|steps| *steps as f64 * step));
+        for (column, limit) in &self.limits {
+            // What is not a number is not within limits.
+            let within = limit.min.unwrap_or(f64::NEG_INFINITY)..=limit.max.unwrap_or(f64::INFINITY);
+            let outside = columns[*column].iter().filter(|value| !within.contains(value)).count();
+            all.push(outside as f64 * plan.step);
+        }
         // Platforms differ in the bits of what is not a number.
         all.iter_mut().filter(|figure| figure.is_nan()).for_each(|figure| *figure = f64::NAN);
         all

@@ -214,16 +214,12 @@ impl<B: Cyclic> Component for Instance<B> {
     }
 
     #[inline]
-    fn take(&mut self, values: &[f64]) -> bool {
+    fn cycle(&mut self, values: &mut [f64], time: f64, size: f64) -> bool {
         let instance = &mut self.component.instance;
-        self.is_wired
+        let is_made = self.is_wired
             && instance.allows_ordinary(&Function::fmi2SetReal)
             && self.inputs.iter().all(|(write, source)| instance.write_ordinary(*write, values[*source]))
-    }
-
-    #[inline]
-    fn cycle(&mut self, values: &mut [f64], time: f64, size: f64) -> bool {
-        let is_made = self.is_wired && self.make_ordinary_step(time, size);
+            && self.make_ordinary_step(time, size);
         if is_made {
             for (read, place) in &self.outputs {
                 values[*place] = read(self.block());

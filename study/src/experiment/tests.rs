@@ -658,16 +658,16 @@ fn a_value_that_is_not_a_number_makes_its_figures_so_and_violates_limits() {
     let mut job = job(vec![]);
     job.study.values = vec![Taken { variable: "C.OUT".into(), take: vec![Take::Min, Take::Max, Take::Mean] }];
     job.study.limits = vec![Limit { variable: "C.OUT".into(), min: Some(0.0), max: None }];
-    let measures = resolved(&job).unwrap().measures;
+    let Experiment { measures, plan, .. } = resolved(&job).unwrap();
     let mut traces = Traces::default();
     measures.begin(&mut traces);
     let out = measures.columns.iter().position(|name| name == "C.OUT").unwrap();
     for value in [1.0, f64::NAN, 2.0] {
         let mut row = vec![0.0; measures.columns.len()];
         row[out] = value;
-        measures.step(&mut traces, 0.0, &row);
+        traces.push(&row);
     }
-    let figures = measures.end(&traces, 0.5);
+    let figures = measures.end(&mut traces, &plan);
     assert!(figures[8..11].iter().all(|figure| figure.is_nan()), "{figures:?}");
     assert_eq!(figures[11], 0.5);
 }
