@@ -127,6 +127,15 @@ def test_axe_finds_nothing_on_open_menus_and_found_places(show):
         page.goto("about:blank")
 
 
+def test_what_is_found_is_cut_between_words_and_says_so(show):
+    page = show("docs/tool.html")
+    page.get_by_role("searchbox").fill("CONT_C holds a process value")
+    page.locator(".found a").first.wait_for()
+    texts = page.locator(".found span").all_text_contents()
+    assert [text for text in texts if not text.endswith((".", " …"))] == []
+    page.goto("about:blank")
+
+
 def test_one_finds_a_variable_and_a_section_by_words_and_by_keys(show, site):
     page = show("fmu/CONT_C/documentation/index.html")
     page.keyboard.press("/")

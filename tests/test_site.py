@@ -160,6 +160,8 @@ def test_the_search_knows_every_heading_and_every_variable_and_where_they_are(si
     assert heading == "MAN_ON" and said.startswith("Manual mode: the loop is open and MAN is the manipulated value. LMN does not jump ")
     assert "fmu/HEATER/documentation/index.html", "DOOR" in places
     assert "zombie" not in text and "Instance.step" in text
+    # The name on a card and what stands below it are two words.
+    assert "CONT_S PI step controller" in text and "CONT_SPI" not in text
     for guide in ("docs/import.html", "docs/studies.html", "plcfmu/index.html"):
         for anchor in documents[site / guide].xpath("//h2[following-sibling::*[1][self::p]]/@id"):
             assert (guide, anchor) in places

@@ -38,7 +38,9 @@ function find(query, {pages, entries}) {
         const at = Math.max(0, ...words.map((word) => text.toLowerCase().indexOf(word)));
         const from = at > BEFORE ? text.indexOf(" ", at - BEFORE) + 1 : 0;
         const address = pages[page][0] + (anchor && `#${encodeURIComponent(anchor)}`);
-        return {address, title: pages[page][1], heading, text: (from ? "… " : "") + text.slice(from, from + AROUND)};
+        const isLong = text.length > from + AROUND;
+        const said = text.slice(from, isLong ? text.lastIndexOf(" ", from + AROUND) : undefined);
+        return {address, title: pages[page][1], heading, text: (from ? "… " : "") + said + (isLong ? " …" : "")};
     });
 }
 
