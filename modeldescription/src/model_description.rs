@@ -9,6 +9,10 @@ pub use crate::v2::Findings;
 /// The versions of FMI that are supported, as `fmiVersion` states them.
 pub const VERSIONS: &[&str] = &[v2::FMI_VERSION];
 
+/// What reads the file of each of [`VERSIONS`].
+const READ: [fn(&[u8]) -> Result<ModelDescription, Error>; VERSIONS.len()] =
+    [|bytes| v2::read(bytes).map(ModelDescription::from)];
+
 /// The most findings that [`ModelDescription::check`] tells; one more sentence counts the rest.
 pub const MOST_FINDINGS: usize = v2::MOST_FINDINGS;
 
@@ -46,7 +50,7 @@ impl ModelDescription {
     /// # Errors
     /// As [`v2::read`].
     pub fn read(bytes: &[u8]) -> Result<ModelDescription, Error> {
-        v2::read(bytes).map(ModelDescription::from)
+        READ[crate::xml::read::version(bytes, VERSIONS)?](bytes)
     }
 
     /// The file. The same model description always gives the same bytes.

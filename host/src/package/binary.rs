@@ -61,7 +61,7 @@ impl Binary {
             bail!("it does not export {missing}");
         }
         match self.functions.iter().find(|name| !functions.contains(&name.as_str())) {
-            Some(name) => Err(anyhow!("it exports {name}, which is not a function of FMI 2.0 for co-simulation")),
+            Some(name) => Err(anyhow!("it exports {name}, which is not a function of FMI for co-simulation")),
             None => Ok(()),
         }
     }
@@ -254,7 +254,7 @@ mod tests {
         binary.functions.push("fmiNewDiscreteStates".into());
         assert_eq!(
             sentence(binary.check_functions(&FUNCTIONS)),
-            "it exports fmiNewDiscreteStates, which is not a function of FMI 2.0 for co-simulation"
+            "it exports fmiNewDiscreteStates, which is not a function of FMI for co-simulation"
         );
         binary.functions.retain(|name| name != "fmiDoStep" && name != "fmiReset");
         assert_eq!(sentence(binary.check_functions(&FUNCTIONS)), "it does not export fmiDoStep, fmiReset");

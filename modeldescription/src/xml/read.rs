@@ -35,13 +35,15 @@ pub(crate) struct Schema {
     pub(crate) variables: &'static [&'static str],
 }
 
-/// Reads a modelDescription.xml: the root element, and where each variable begins.
-pub(crate) fn read_root<T: Element>(
-    bytes: &[u8],
-    limits: Limits,
-    schema: Schema,
-    contradiction: impl FnOnce(&T) -> Option<(Option<usize>, String)>,
-) -> Result<T, Error> {
+/// The place among these versions of FMI of the one that a modelDescription.xml is of.
+pub(crate) fn version(bytes: &[u8], versions: &[&'static str]) -> Result<usize, Error> {
+    let limits = Limits::default();
+    let schema = Schema { version: versions[0], variables: &[] };
+    version_among(versions, &Document::new(text(bytes, limits)?, limits, schema).root()?)
+}
+
+/// The file's text.
+fn text(bytes: &[u8], limits: Limits) -> Result<&str, Error> {
     if bytes.len() > limits.bytes {
         let (size, most) = (bytes.len(), limits.bytes);
         return Err(Error::new(format!("the model description has {size} bytes: the limit is {most}")));
@@ -50,9 +52,19 @@ pub(crate) fn read_root<T: Element>(
         let place = error.valid_up_to();
         at_line(bytes, place, &format!("byte 0x{:02x} is not UTF-8: save the file in UTF-8", bytes[place]))
     })?;
-    let mut document = Document::new(text.strip_prefix('\u{feff}').unwrap_or(text), limits, schema);
+    Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
+}
+
+/// Reads a modelDescription.xml: the root element, and where each variable begins.
+pub(crate) fn read_root<T: Element>(
+    bytes: &[u8],
+    limits: Limits,
+    schema: Schema,
+    contradiction: impl FnOnce(&T) -> Option<(Option<usize>, String)>,
+) -> Result<T, Error> {
+    let mut document = Document::new(text(bytes, limits)?, limits, schema);
     let root = document.root()?;
-    check_version(&root)?;
+    version_among(&[schema.version], &root)?;
     let description = T::read(&mut document, &root)?;
     document.end()?;
     match contradiction(&description) {
@@ -357,16 +369,15 @@ fn cut_off(element: &Tag<'_>) -> Error {
     element.refused("the file ends inside this element: it is cut off")
 }
 
-/// The version is checked before anything else, because other versions of FMI have other attributes.
-fn check_version(root: &Tag<'_>) -> Result<(), Error> {
+/// The version is found before anything else, because other versions of FMI have other attributes.
+fn version_among(versions: &[&'static str], root: &Tag<'_>) -> Result<usize, Error> {
     let mut attributes = root.tag.attributes();
     let attributes = attributes.with_checks(false).filter_map(Result::ok);
     let Some(version) = attributes.into_iter().find(|attribute| attribute.key.0 == "fmiVersion") else {
         return Err(root.refused("attribute fmiVersion is missing: add fmiVersion=\"2.0\" if it is FMI 2.0"));
     };
-    if version.value != root.version {
-        let version = shortened(&version.value);
-        return Err(root.refused(&format!("fmiVersion = {version:?}: only FMI {} is supported", root.version)));
-    }
-    Ok(())
+    versions.iter().position(|known| version.value == *known).ok_or_else(|| {
+        let (version, known) = (shortened(&version.value), versions.join(" and "));
+        root.refused(&format!("fmiVersion = {version:?}: only FMI {known} is supported"))
+    })
 }

@@ -365,7 +365,7 @@ mod tests {
         let more: Vec<&str> = FUNCTIONS.iter().copied().chain(["fmiOther"]).collect();
         assert_eq!(
             refusal(&macos(object::Architecture::X86_64, &more), "darwin64"),
-            "it exports fmiOther, which is not a function of FMI 2.0 for co-simulation"
+            "it exports fmiOther, which is not a function of FMI for co-simulation"
         );
         assert_eq!(
             refusal(&library(true, "{2} Pumps."), "darwin64"),
