@@ -482,6 +482,17 @@ def test_after_a_step_test_what_comes_next_stands_in_one_place_in_sight(tool):
     assert values["TIC101.PV"] == pytest.approx(values["TIC101.SP_INT"], abs=0.05) and not values["TIC101.MAN_ON"]
 
 
+@pytest.mark.parametrize("state", ["t = 599 s, 600 calls", "t = 2182 s, at rest, 2183 calls"])
+def test_on_a_laptop_the_state_of_the_run_is_read_to_its_end_and_no_unit_is_under_a_button(open_tool, state):
+    page = open_tool((1280, 800))
+    open_example(page, "Furnace with a continuous")
+    words = page.locator("#run .status")
+    words.evaluate("(words, state) => { words.textContent = state; }", state)
+    assert words.evaluate("one => [one.scrollWidth <= one.clientWidth, one.scrollHeight <= one.clientHeight]") == [True, True]
+    unit = box(page, "#run .run-for span")
+    assert unit["x"] + unit["width"] <= box(page, "#run button:text-is('Reset')")["x"]
+
+
 def test_rows_of_controls_have_room_between_them(open_tool):
     page = open_tool((1366, 768))
     open_example(page, "Furnace with a continuous")

@@ -9,9 +9,10 @@ pub use crate::v2::Findings;
 /// The versions of FMI that are supported, as `fmiVersion` states them.
 pub const VERSIONS: &[&str] = &[v2::FMI_VERSION];
 
+type Read = fn(&[u8]) -> Result<ModelDescription, Error>;
+
 /// What reads the file of each of [`VERSIONS`].
-const READ: [fn(&[u8]) -> Result<ModelDescription, Error>; VERSIONS.len()] =
-    [|bytes| v2::read(bytes).map(ModelDescription::from)];
+const READ: [Read; VERSIONS.len()] = [|bytes| v2::read(bytes).map(ModelDescription::from)];
 
 /// The most findings that [`ModelDescription::check`] tells; one more sentence counts the rest.
 pub const MOST_FINDINGS: usize = v2::MOST_FINDINGS;
