@@ -266,9 +266,10 @@ pub fn run_into<C: Component>(
         give(run.time(), run.row())?;
         progress(step + 1);
     }
-    // A step that was ended has begun: its row has what was before it.
     if ended.is_none() {
         run.show_end(plan);
+    } else {
+        run.show_before();
     }
     give(plan.time(run.steps()), run.row())?;
     run.terminate(plan)?;
@@ -380,6 +381,14 @@ impl<C: Component> Run<C> {
     #[inline]
     fn record(&mut self) {
         for (value, place) in self.row.iter_mut().zip(&self.recorded) {
+            *value = self.values[*place];
+        }
+    }
+
+    /// Makes the row of a step that has begun and was ended: what it records of the time before it.
+    fn show_before(&mut self) {
+        let count = self.values.len() / 2;
+        for (value, place) in self.row.iter_mut().zip(&self.recorded).filter(|(_, place)| **place >= count) {
             *value = self.values[*place];
         }
     }

@@ -14,6 +14,8 @@ struct Sum {
     values: [f64; 3],
     log: Rc<RefCell<Vec<String>>>,
     fails_at: f64,
+    /// At `fails_at` it ends the simulation, which is no failure.
+    ends: bool,
     /// Its output is its input at once.
     passes_on: bool,
 }
@@ -61,6 +63,9 @@ impl Component for Sum {
     }
 
     fn step(&mut self, time: f64, size: f64) -> Result<()> {
+        if time == self.fails_at && self.ends {
+            bail!(Terminated);
+        }
         if time == self.fails_at {
             bail!("it refuses: no more");
         }
@@ -127,7 +132,8 @@ fn ring(exchange: Exchange) -> Plan {
 
 fn run_it(plan: &Plan, fails_at: f64) -> (Result<Recording>, Vec<String>) {
     let log = Rc::default();
-    let component = |name| Sum { name, values: [0.0; 3], log: Rc::clone(&log), fails_at, passes_on: false };
+    let component =
+        |name| Sum { name, values: [0.0; 3], log: Rc::clone(&log), fails_at, ends: false, passes_on: false };
     let result = run(plan, &mut [component("A"), component("B")], |_| {});
     (result, log.take())
 }
@@ -164,8 +170,14 @@ fn a_start_value_goes_through_a_chain_in_whatever_order_it_is() {
     let first = |exchange| {
         let columns = vec![column("C.IN", (0, 1), false)];
         let plan = Plan { members: members.clone(), columns, ..ring(exchange) };
-        let component =
-            |name| Sum { name, values: [0.0; 3], log: Rc::default(), fails_at: f64::NAN, passes_on: name != "A" };
+        let component = |name| Sum {
+            name,
+            values: [0.0; 3],
+            log: Rc::default(),
+            fails_at: f64::NAN,
+            ends: false,
+            passes_on: name != "A",
+        };
         let recording = run(&plan, &mut names.map(component), |_| {}).unwrap();
         rows(&recording)[0].1[0]
     };
@@ -219,13 +231,25 @@ fn an_output_that_no_fmu_reads_stands_at_its_time() {
     };
     let columns = vec![Column { is_unread: true, ..column("A.OUT", (0, 0), false) }];
     let plan = Plan { members: vec![alone], columns, ..ring(Exchange::Sequential) };
-    let component = || Sum { name: "A", values: [0.0; 3], log: Rc::default(), fails_at: f64::NAN, passes_on: false };
+    let component =
+        || Sum { name: "A", values: [0.0; 3], log: Rc::default(), fails_at: f64::NAN, ends: false, passes_on: false };
     let recording = run(&plan, &mut [component()], |_| {}).unwrap();
     assert_eq!(rows(&recording), [(0.0, vec![1.0]), (0.5, vec![11.0]), (1.0, vec![21.0])]);
     // In the row of a call, it is what the call gives.
     let mut calls = Run::begin(&plan, vec![component()], Some(1.0)).unwrap();
     calls.step(&plan).unwrap();
     assert_eq!((calls.time(), calls.row()), (0.0, &[11.0][..]));
+}
+
+#[test]
+fn the_row_of_a_step_that_is_ended_has_what_was_there_before_it() {
+    let component =
+        |name| Sum { name, values: [0.0; 3], log: Rc::default(), fails_at: 0.5, ends: true, passes_on: false };
+    let recording = run(&ring(Exchange::Parallel), &mut [component("A"), component("B")], |_| {}).unwrap();
+    // After the first step both outputs are 11; no inputs were recorded in the second one.
+    let expected = [(0.0, vec![10.0, 1.0, 1.0, 10.0]), (0.5, vec![10.0, 11.0, 1.0, 11.0])];
+    assert_eq!(rows(&recording), expected);
+    assert_eq!(recording.ended.unwrap(), "A: the FMU ended the simulation");
 }
 
 #[test]
@@ -253,7 +277,8 @@ fn a_recording_that_does_not_fit_into_the_memory_is_refused() {
 #[test]
 fn progress_is_told_after_each_step() {
     let log = Rc::default();
-    let component = |name| Sum { name, values: [0.0; 3], log: Rc::clone(&log), fails_at: f64::NAN, passes_on: false };
+    let component =
+        |name| Sum { name, values: [0.0; 3], log: Rc::clone(&log), fails_at: f64::NAN, ends: false, passes_on: false };
     let mut told = Vec::new();
     run(&ring(Exchange::Sequential), &mut [component("A"), component("B")], |done| told.push(done)).unwrap();
     assert_eq!(told, [1, 2]);
