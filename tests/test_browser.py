@@ -127,6 +127,17 @@ def test_axe_finds_nothing_on_open_menus_and_found_places(show):
         page.goto("about:blank")
 
 
+@pytest.mark.parametrize("width", [DESKTOP, 760])
+def test_a_menu_opens_below_its_word_and_within_the_page(show, width):
+    page = show("docs/tool.html", width)
+    for menu in page.locator("details.menu").all():
+        menu.locator("summary").click()
+        word, opened = menu.locator("summary").bounding_box(), menu.locator(".parts").bounding_box()
+        assert opened["x"] == word["x"] and opened["y"] >= word["y"] + word["height"]
+        assert opened["x"] + opened["width"] <= width
+    page.goto("about:blank")
+
+
 def test_what_is_found_is_cut_between_words_and_says_so(show):
     page = show("docs/tool.html")
     page.get_by_role("searchbox").fill("CONT_C holds a process value")
