@@ -44,6 +44,7 @@ def differences(instance, row):
 def test_both_measured_blocks_have_recordings_and_all_are_replayed():
     assert {trace.name[:6] for trace in TRACES} == {"CONT_C", "CONT_S"}
     calls = sum(len(rows(trace)) for trace in TRACES)
+    assert calls > 700
     for page in ("README.md", "tests/README.md"):
         text = (TRACES[0].parents[2] / page).read_text("utf-8")
         assert f"| {calls} recorded calls, every bit" in text or f"recorded calls of real blocks, replayed | {calls} |" in text, calls

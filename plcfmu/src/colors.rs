@@ -15,9 +15,7 @@ pub fn of(table: &Table) -> Result<Colors> {
 
 fn colors(table: &Table, known: impl Fn(&str) -> Option<usize>) -> Result<Colors> {
     let (roles, _) = run::dialog::of(table).context("the dialog of the block")?;
-    let process_value = roles.shown_process_value.as_deref().or(roles.process_value.as_deref());
-    let roles = [roles.setpoint.as_deref(), process_value, roles.manipulated_value.as_deref()];
-    Ok(Colors::of(table, roles, known))
+    Ok(Colors::of(table, roles.signals().map(|role| role.map(String::as_str)), known))
 }
 
 /// The colour that a variable of this name has on the page of the first block or plant of this program that draws it.

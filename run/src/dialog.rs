@@ -215,6 +215,16 @@ fn check(table: &Table, groups: &[Group]) -> Result<()> {
 }
 
 impl Roles {
+    /// The process value that is compared with the setpoint: the one that is drawn, if a block names it apart.
+    pub fn compared_process_value(&self) -> Option<&String> {
+        self.shown_process_value.as_ref().or(self.process_value.as_ref())
+    }
+
+    /// Setpoint, process value and manipulated value of a loop, as they are drawn.
+    pub fn signals(&self) -> [Option<&String>; 3] {
+        [self.setpoint.as_ref(), self.compared_process_value(), self.manipulated_value.as_ref()]
+    }
+
     /// By what a controller drives a plant: the manipulated value, the pulses.
     pub fn driving(&self) -> impl Iterator<Item = &String> {
         self.manipulated_value.iter().chain(&self.pulses)

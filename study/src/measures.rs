@@ -274,13 +274,13 @@ fn signals(given: &Signals, first: &str, roles: Option<&Roles>) -> Signals {
     // The roles of a plant name what it takes and gives, not the signals of a loop.
     let Some(roles) = roles.filter(|roles| roles.setpoint.is_some()) else { return given.clone() };
     let full = |name: &String| format!("{first}.{name}");
-    let either = |given: &Option<String>, role: &Option<String>| given.clone().or_else(|| role.as_ref().map(full));
-    let process_value = roles.shown_process_value.clone().or_else(|| roles.process_value.clone());
+    let either = |given: &Option<String>, role: Option<&String>| given.clone().or_else(|| role.map(full));
+    let [setpoint, process_value, manipulated_value] = roles.signals();
     let pulses = || (!roles.pulses.is_empty()).then(|| roles.pulses.iter().map(full).collect());
     Signals {
-        setpoint: either(&given.setpoint, &roles.setpoint),
-        process_value: either(&given.process_value, &process_value),
-        manipulated_value: either(&given.manipulated_value, &roles.manipulated_value),
+        setpoint: either(&given.setpoint, setpoint),
+        process_value: either(&given.process_value, process_value),
+        manipulated_value: either(&given.manipulated_value, manipulated_value),
         pulses: given.pulses.clone().or_else(pulses),
     }
 }

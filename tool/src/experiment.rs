@@ -277,9 +277,9 @@ impl<'a> Bench<'a> {
                 "{fmu} has no manual value that steps its output: move the actuator by hand and identify from the run"
             );
         };
-        let shown = roles.shown_process_value.as_ref().or(roles.process_value.as_ref());
-        let process_value =
-            shown.with_context(|| format!("{fmu} does not say which of its variables is its process value"))?;
+        let process_value = roles
+            .compared_process_value()
+            .with_context(|| format!("{fmu} does not say which of its variables is its process value"))?;
         let name = |variable: &String| format!("{}.{variable}", controller.name);
         let is_free = |setpoint: &String| record.connections().iter().all(|(_, to)| to != setpoint);
         let setpoint_name = roles.setpoint.as_ref().map(name).filter(is_free);

@@ -245,11 +245,11 @@ fn source(picture: &str) -> Result<String> {
 /// The curves of the first member: setpoint and process value, manipulated value, pulses.
 fn curves(record: &Record, roles: &Roles) -> Result<Option<String>> {
     let Some(member) = record.setup().members.first() else { return Ok(None) };
-    let process_value = roles.shown_process_value.as_ref().or(roles.process_value.as_ref());
+    let [setpoint, process_value, manipulated_value] = roles.signals();
     let manual = roles.manual.as_ref().map(|(switch, _)| switch);
     let mut panels = [
-        Vec::from_iter([roles.setpoint.as_ref(), process_value].into_iter().flatten()),
-        Vec::from_iter(&roles.manipulated_value),
+        Vec::from_iter([setpoint, process_value].into_iter().flatten()),
+        Vec::from_iter(manipulated_value),
         Vec::from_iter(roles.pulses.iter().chain(manual)),
     ];
     let full = |name: &str| format!("{}.{name}", member.name);
@@ -260,10 +260,9 @@ fn curves(record: &Record, roles: &Roles) -> Result<Option<String>> {
     }
     let view = record.view(&View { run: None, variables, from: None, to: None, points: POINTS })?;
     // The colours of the pages of the FMUs.
-    let of_roles = [roles.setpoint.as_ref(), process_value, roles.manipulated_value.as_ref()];
     let mut lanes = Vec::new();
     let mut color = |name: &String| {
-        let role = of_roles.iter().position(|role| *role == Some(name));
+        let role = roles.signals().iter().position(|role| *role == Some(name));
         role.map(|role| Colors::OF_ROLES[role]).unwrap_or_else(|| {
             lanes.push(Colors::free(true, &lanes));
             lanes[lanes.len() - 1]
@@ -272,7 +271,7 @@ fn curves(record: &Record, roles: &Roles) -> Result<Option<String>> {
     let mut columns = view.values.into_iter().zip(view.units);
     let [controlled, manipulated, switches] = panels.map(|names| {
         let curve = |(name, (values, unit)): (&String, (Vec<f64>, Option<String>))| {
-            let is_input = roles.setpoint.as_ref() == Some(name);
+            let is_input = setpoint == Some(name);
             (Curve { name: name.clone(), values, is_input, color: Some(color(name)) }, unit)
         };
         let (curves, units): (Vec<_>, Vec<_>) = names.into_iter().zip(&mut columns).map(curve).unzip();

@@ -47,12 +47,12 @@ impl Signals {
         let column = |name: &String| record.column(&format!("{}.{name}", controller.name));
         let values = |column: usize| record.trace().column(column, calls.clone()).collect::<Vec<_>>();
         let unit = |column: usize| record.columns()[column].unit.clone();
-        let needed = |role: &Option<String>, what: &str| {
+        let needed = |role: Option<&String>, what: &str| {
             let missing = || format!("{} does not say which of its variables is its {what}", controller.fmu);
-            column(role.as_ref().with_context(missing)?)
+            column(role.with_context(missing)?)
         };
-        let setpoint = needed(&roles.setpoint, "setpoint")?;
-        let process_value = needed(&roles.shown_process_value.or(roles.process_value), "process value")?;
+        let setpoint = needed(roles.setpoint.as_ref(), "setpoint")?;
+        let process_value = needed(roles.compared_process_value(), "process value")?;
         let manipulated_value = roles.manipulated_value.as_ref().map(column).transpose()?;
         let pulses = roles.pulses.iter().map(column).collect::<Result<Vec<_>>>()?;
         let manual = roles.manual.as_ref().map(|(switch, _)| column(switch)).transpose()?;

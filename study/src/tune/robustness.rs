@@ -140,9 +140,9 @@ impl Linear {
         let Some((switch, manual)) = &roles.manual else {
             bail!("{fmu} has no manual value that could step");
         };
-        let process_value = roles.shown_process_value.as_ref().or(roles.process_value.as_ref());
-        let process_value =
-            process_value.with_context(|| format!("{fmu} does not say which variable is its process value"))?;
+        let process_value = roles
+            .compared_process_value()
+            .with_context(|| format!("{fmu} does not say which variable is its process value"))?;
         let from = step.from.unwrap_or_else(|| self.controller.value(manual));
         let [switch, manual, process_value] = [switch, manual, process_value].map(|of| format!("{name}.{of}"));
         let to = step.to.unwrap_or(from + HEIGHT);
