@@ -482,7 +482,7 @@ def test_after_a_step_test_what_comes_next_stands_in_one_place_in_sight(tool):
     assert values["TIC101.PV"] == pytest.approx(values["TIC101.SP_INT"], abs=0.05) and not values["TIC101.MAN_ON"]
 
 
-@pytest.mark.parametrize("state", ["t = 599 s, 600 calls", "t = 2182 s, at rest, 2183 calls"])
+@pytest.mark.parametrize("state", ["t = 599 s, 600 calls", "t = 2182 s, at rest, 2183 calls", "t = 2182 s, swings, 2183 calls"])
 def test_on_a_laptop_the_state_of_the_run_is_read_to_its_end_and_no_unit_is_under_a_button(open_tool, state):
     page = open_tool((1280, 800))
     open_example(page, "Furnace with a continuous")
@@ -709,6 +709,18 @@ def test_a_file_that_is_opened_beside_a_loop_is_seen_at_once(open_tool):
     page.locator("#help-button").click()
     box = page.locator("#help").bounding_box()
     assert box["x"] > 320 and bottom(box) <= page.viewport_size["height"]
+
+
+def test_a_furnace_with_the_start_values_of_its_controller_keeps_swinging_and_is_not_said_to_rest(open_tool):
+    page = open_tool((1366, 768))
+    open_example(page, "Furnace with a continuous")
+    for name, value in [("GAIN", "2"), ("TI", "20")]:
+        page.locator(f"#field-{name}").fill(value)
+        page.locator(f"#field-{name}").press("Enter")
+    page.get_by_role("button", name="Reset", exact=True).click()
+    page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.locator("#run .status").get_by_text(", swings, ").wait_for()
 
 
 def test_a_run_as_fast_as_it_goes_that_never_rests_ends_and_says_so(open_tool):

@@ -24,6 +24,9 @@ const REST: f64 = 0.005;
 const SETTLED: f64 = 0.001;
 /// Such a run has so many calls at least: a dead time is no rest.
 const WATCHED: usize = 200;
+/// It swings if the last third of it is wider than the band of 2 % to both sides in which a step counts as settled, of all that it has
+/// moved in the run.
+const BAND: f64 = 0.04;
 /// It has moved if it is this many times the noise away.
 const MOVED: f64 = 8.0;
 /// How many periods of a relay are waited for; the first of them do not count.
@@ -107,8 +110,10 @@ pub struct Settle {
 pub struct Settled {
     /// Where the run is now.
     pub state: State,
-    /// Whether the loop rests; otherwise all calls were made, or the run has failed.
+    /// Whether the loop rests.
     pub is_at_rest: bool,
+    /// Whether it swings evenly instead, and would go on so. If neither, all calls were made, or the run has failed.
+    pub swings: bool,
 }
 
 /// Makes calls until process value and manipulated value rest since the user has done something last, or on the whole do so where they
@@ -125,13 +130,19 @@ pub fn settle(home: &dyn Home, session: &mut Session, request: &Settle) -> Resul
         left -= calls;
         let record = session.record(None)?;
         let done = record.done().last().map_or(0.0, |done| record.time(done.call));
-        let is_at_rest = Signals::of(home, record, Some(request.from.max(done)), None).is_ok_and(|signals| {
+        let signals = |from| Signals::of(home, record, from, None);
+        let resting = signals(Some(request.from.max(done))).ok().filter(|signals| {
             watched = signals.times.len();
-            let Signals { process_value, manipulated_value, .. } = &signals;
+            let Signals { process_value, manipulated_value, .. } = signals;
             watched >= WATCHED && [process_value, manipulated_value].iter().all(|values| is_at_rest(values, SETTLED))
         });
-        if is_at_rest || left == 0 || state.failure.is_some() {
-            return Ok(Settled { is_at_rest: is_at_rest && state.failure.is_none(), state });
+        if resting.is_some() || left == 0 || state.failure.is_some() {
+            let resting = resting.filter(|_| state.failure.is_none());
+            let swings = match &resting {
+                Some(watched) => swings(&watched.process_value, &signals(None)?.process_value),
+                None => false,
+            };
+            return Ok(Settled { is_at_rest: resting.is_some() && !swings, swings, state });
         }
     }
 }
@@ -425,9 +436,21 @@ fn is_at_rest(values: &[f64], part: f64) -> bool {
     }
     let last = &values[values.len() * 2 / 3..];
     let (first, second) = last.split_at(last.len() / 2);
-    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
     let seen = 3.0 * noise(values) / (first.len().max(1) as f64).sqrt();
-    values.len() >= FIRST && (mean(second) - mean(first)).abs() <= part * (high - low) + seen
+    values.len() >= FIRST && (mean(second) - mean(first)).abs() <= part * width(values) + seen
+}
+
+/// Whether values that are at rest on the whole swing, by more than noise and by what can be seen of `all` values of the run.
+fn swings(values: &[f64], all: &[f64]) -> bool {
+    let magnitude = values.iter().fold(0.0_f64, |magnitude, value| magnitude.max(value.abs()));
+    let unseen = (BAND * width(all)).max(SETTLED * magnitude).max(MOVED * noise(values));
+    width(&values[values.len() * 2 / 3..]) > unseen
+}
+
+/// From the lowest to the highest of values.
+fn width(values: &[f64]) -> f64 {
+    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+    high - low
 }
 
 #[cfg(test)]

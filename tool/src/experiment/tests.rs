@@ -81,7 +81,7 @@ fn a_run_until_the_loop_rests_ends_where_it_does_and_says_so() {
     let settled = settle(&home, &mut session, &Settle { calls: 20_000, from }).unwrap();
     let number = |settled: &Settled, name: &str| number_of(settled.state.values[name]);
     // The setpoint is 30, the plant has a gain of 1.5: 20 % hold it there.
-    assert!(settled.is_at_rest && settled.state.calls < 2000, "{}", settled.state.calls);
+    assert!(settled.is_at_rest && !settled.swings && settled.state.calls < 2000, "{}", settled.state.calls);
     assert!((number(&settled, "P.TEMP") - 30.0).abs() < 0.1 && (number(&settled, "C.OUT") - 20.0).abs() < 0.1);
     // What is done then is waited for anew, 200 calls at least.
     let before = settled.state.calls;
@@ -93,6 +93,19 @@ fn a_run_until_the_loop_rests_ends_where_it_does_and_says_so() {
     session.send(&Values::from([("C.SP".into(), Value::Number(30.0))])).unwrap();
     let settled = settle(&home, &mut session, &Settle { calls: 150, from }).unwrap();
     assert!(!settled.is_at_rest);
+}
+
+#[test]
+fn a_loop_that_swings_for_ever_is_not_said_to_rest() {
+    let home = TestHome::default();
+    let mut session = session(&home);
+    let from = session.state().unwrap().time;
+    // With TI far below the delay of a call the loop is unstable, until the limits of the output hold its swing.
+    let unstable = [("C.GAIN", 0.7), ("C.TI", 0.004)].map(|(name, value)| (name.to_string(), Value::Number(value)));
+    session.send(&Values::from(unstable)).unwrap();
+    let settled = settle(&home, &mut session, &Settle { calls: 20_000, from }).unwrap();
+    assert_eq!((settled.is_at_rest, settled.swings), (false, true), "{}", settled.state.calls);
+    assert!(settled.state.calls < 20_000);
 }
 
 #[test]

@@ -735,8 +735,10 @@ from: number, };
 export type Settled = {
 /** Where the run is now. */
 state: State,
-/** Whether the loop rests; otherwise all calls were made, or the run has failed. */
-is_at_rest: boolean, };
+/** Whether the loop rests. */
+is_at_rest: boolean,
+/** Whether it swings evenly instead, and would go on so. If neither, all calls were made, or the run has failed. */
+swings: boolean, };
 
 /** What to run: a controller first, then its plant and what else there is. */
 export type Setup = {

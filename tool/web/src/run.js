@@ -212,12 +212,14 @@ async function run() {
       }
       const calls = Math.max(Math.min(due, chunk, MOST_CALLS), 1);
       const begun = performance.now();
-      if (!isUntilRest) await store.calls(calls);
-      else if ((await store.settle(calls, clock.calls * step())) && running === mine) {
-        ended = "at rest";
-        pause();
-        return;
-      }
+      if (isUntilRest) {
+        const rests = await store.settle(calls, clock.calls * step());
+        if (rests && running === mine) {
+          ended = rests;
+          pause();
+          return;
+        }
+      } else await store.calls(calls);
       const took = Math.max(performance.now() - begun, 0.05);
       // A chunk grows slowly and shrinks at once.
       const fitting = Math.floor((calls * CHUNK) / took);

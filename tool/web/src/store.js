@@ -503,20 +503,20 @@ export const store = {
   },
 
   /**
-   * Makes calls until the loop rests.
+   * Makes calls until the loop rests, or swings evenly.
    *
    * @param {number} calls at most
    * @param {number} from when the user has started it
-   * @returns {Promise<boolean>} whether it rests
+   * @returns {Promise<string>} which of them it does; empty: neither
    */
   async settle(calls, from) {
-    let isAtRest = false;
-    const settled = ask({ do: "settle", calls, from }).then(({ state, is_at_rest }) => {
-      isAtRest = is_at_rest;
+    let rests = "";
+    const settled = ask({ do: "settle", calls, from }).then(({ state, is_at_rest, swings }) => {
+      rests = is_at_rest ? "at rest" : swings ? "swings" : "";
       return state;
     });
     await store.take(settled);
-    return isAtRest;
+    return rests;
   },
 
   /**
