@@ -85,6 +85,32 @@ def test_quiet_leaves_results_and_errors(plcfmu):
     assert plcfmu("-q", "params", "missing.awl").stderr.startswith("error: missing.awl cannot be read")
 
 
+@pytest.mark.parametrize(
+    ("out", "given"),
+    [
+        ("all.json", ["params", "loops.awl", "--out=all.json"]),
+        ("prove.scl", ["prove", "CONT_C", "--calls=10", "--out=prove.scl"]),
+        ("fast.fmu", ["preset", FMUS[0], "--set=GAIN=3", "--out=fast.fmu"]),
+        ("loop.ssp", ["ssp", *FMUS, *LOOP, "--out=loop.ssp"]),
+        ("one.fmu", ["merge", FMUS[1], FMUS[1], "--out=one.fmu"]),
+        ("o.csv", ["run", FMUS[1], "--stop=2", "--out=o.csv"]),
+        ("o.svg", ["run", FMUS[1], "--stop=2", "--plot=o.svg"]),
+        ("o.toml", ["run", FMUS[1], "--stop=2", "--save=o.toml"]),
+    ],
+    ids=lambda given: given if isinstance(given, str) else given[0],
+)
+def test_a_file_that_takes_the_place_of_another_is_noted(plcfmu, tmp_path, out, given):
+    (tmp_path / "loops.awl").write_text('DATA_BLOCK "TIC1" CONT_C BEGIN GAIN := 2.0; END_DATA_BLOCK\n')
+    note = f"note: {out} was replaced\n"
+    first = plcfmu(*given)
+    assert first.returncode == 0 and "replaced" not in first.stderr, first.stderr
+    # Whatever the file had, such as comments.
+    (tmp_path / out).write_text("by hand")
+    assert note in plcfmu(*given).stderr
+    assert (tmp_path / out).read_bytes() != b"by hand"
+    assert note not in plcfmu(*given, "--quiet").stderr
+
+
 def test_colour_is_for_terminals_and_for_whoever_asks(plcfmu):
     assert "\x1b" not in plcfmu("params", "missing.awl").stderr
     assert plcfmu("params", "missing.awl", "--color=always").stderr.startswith("\x1b[1m\x1b[31merror:\x1b[0m missing.awl ")

@@ -1,6 +1,6 @@
 //! `plcfmu merge`: one FMU for several platforms out of FMUs for one each.
 
-use super::print;
+use super::{print, replacing};
 use crate::package::check;
 use crate::package::merge::{self, Files};
 use anyhow::{Context, Result, ensure};
@@ -33,15 +33,12 @@ pub fn run(options: &Options) -> Result<()> {
     }
     let joined = merge::join_all(packages)?;
     let bytes = archive::write(&joined)?;
-    temporary::place(
-        &options.out,
-        |file| Ok(file.write_all(&bytes)?),
-        |path| {
-            let report = check::check(&mut Package::open(path)?);
-            ensure!(report.errors.is_empty(), report.errors.join("; "));
-            Ok(())
-        },
-    )?;
+    let check = |path: &Path| {
+        let report = check::check(&mut Package::open(path)?);
+        ensure!(report.errors.is_empty(), report.errors.join("; "));
+        Ok(())
+    };
+    replacing(&options.out, || temporary::place(&options.out, |file| Ok(file.write_all(&bytes)?), check))?;
     let platforms: Vec<String> = merge::platforms(&joined).into_iter().collect();
     let size = bytes.len().div_ceil(1000);
     print(&format!("{}  {}  {size} kB\n", options.out.display(), platforms.join(" ")))

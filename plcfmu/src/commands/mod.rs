@@ -22,11 +22,12 @@ pub mod test;
 pub mod tool;
 pub mod tune_study;
 
-use crate::tell::plain;
+use crate::tell::{self, plain};
 use anyhow::{Context, Result};
 use host::library::PREFIX;
 use host::package::binary::Binary;
 use std::io::{ErrorKind, Write, stdout};
+use std::path::Path;
 
 /// The longest name that is printed of a foreign FMU, in characters.
 const LONGEST_NAME: usize = 60;
@@ -37,6 +38,17 @@ fn print(text: &str) -> Result<()> {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).context("standard output cannot be written"),
         _ => Ok(()),
     }
+}
+
+/// Writes a file that the user has named, and notes if it has taken the place of another: comments in that, and what was changed in
+/// it by hand, are gone.
+fn replacing(file: &Path, write: impl FnOnce() -> Result<()>) -> Result<()> {
+    let was_there = file.is_file();
+    write()?;
+    if was_there {
+        tell::note(&format!("{} was replaced", file.display()));
+    }
+    Ok(())
 }
 
 /// Rows of cells in columns as wide as their widest cell.

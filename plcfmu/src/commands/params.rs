@@ -1,7 +1,7 @@
 //! `plcfmu params`: the values of a PLC's parameter files, shown, converted and compared.
 
 use super::loops::Arguments;
-use super::{aligned, print, told_once};
+use super::{aligned, print, replacing, told_once};
 use crate::exit::Differs;
 use crate::parameter_file::{check_target, format_of};
 use crate::tell::{self, plain};
@@ -89,14 +89,15 @@ fn compare(options: &Options, other: &str, before: &[Loop], blocks: &[Arc<Block>
 fn write(target: &str, options: &Options, loops: &[Loop]) -> Result<()> {
     check_target(target)?;
     let Arguments { files, fmus, .. } = &options.loops;
+    let file = Path::new(target);
     temporary::check_outputs(
-        [Path::new(target)],
+        [file],
         fmus.iter().map(PathBuf::as_path).chain(files.iter().map(|file| Path::new(file.as_str()))),
     )?;
     let format = format_of(target)?;
     let origin = format!("Made by plcfmu {} from {}", env!("CARGO_PKG_VERSION"), files.join(", "));
     let bytes = parameters::write(format, loops, &origin).map_err(|error| anyhow::anyhow!("{target}: {error}"))?;
-    temporary::place(Path::new(target), |file| file.write_all(&bytes).context("writing"), |_| Ok(()))?;
+    replacing(file, || temporary::place(file, |to| to.write_all(&bytes).context("writing"), |_| Ok(())))?;
     if format == Format::Dump {
         tell::remark(&format!(
             "{target}: outputs are 0, and the memory of the block behind them is not known and not there"

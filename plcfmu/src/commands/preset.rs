@@ -2,7 +2,7 @@
 
 use super::loops::{self, Arguments};
 use super::study::interruption;
-use super::{aligned, print, told_once};
+use super::{aligned, print, replacing, told_once};
 use crate::exit::Unreadable;
 use crate::package::check;
 use crate::package::preset::{Original, Preset, identifier};
@@ -129,7 +129,11 @@ pub fn run(options: &Options) -> Result<()> {
     start(&made)?;
     let pending = made.iter().map(|Made { preset, path, .. }| write(preset, path)).collect::<Result<Vec<_>>>()?;
     for preset in pending {
-        preset.finish()?;
+        // In a folder, presets are renewed like what a build makes.
+        match options.out.as_deref().filter(|_| name.is_some()) {
+            Some(file) => replacing(file, || preset.finish())?,
+            None => preset.finish()?,
+        }
     }
     tell_of(&made, options.json)?;
     found.finish()

@@ -1,6 +1,6 @@
 //! `plcfmu prove`: a source that compares a PLC's own block with the law of ours, and what it found.
 
-use super::print;
+use super::{print, replacing};
 use crate::exit::{Differs, Unreadable};
 use crate::parameter_file::is_plc;
 use crate::tell;
@@ -85,7 +85,7 @@ fn write(options: &Options) -> Result<()> {
         format!("the libraries of STEP 7 have no {name}: name the function block of your project with --block FB200")
     })?;
     let source = prove::print(&tape, &names, dialect);
-    temporary::place(out, |file| Ok(file.write_all(source.as_bytes())?), |_| Ok(()))?;
+    replacing(out, || temporary::place(out, |file| Ok(file.write_all(source.as_bytes())?), |_| Ok(())))?;
     let (bytes, blocks) = tape.size(dialect);
     let kilobytes = |bytes: usize| format!("{} KB", bytes.div_ceil(1024));
     let seconds = tape.calls as f64 / 100.0;

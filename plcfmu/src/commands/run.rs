@@ -4,7 +4,7 @@ mod chart;
 mod kept;
 
 use super::study::interruption;
-use super::{system, time_limit, told_once};
+use super::{replacing, system, time_limit, told_once};
 use crate::exit::Unreadable;
 use crate::progress::Progress;
 use crate::tell;
@@ -20,6 +20,7 @@ use run::master::write_header;
 use run::plan::Plan;
 use run::system::System;
 use serde_json::{Map, Value, json};
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -139,15 +140,12 @@ pub fn run(options: &Options) -> Result<()> {
         }
         Some(file) => {
             let mut simulated = None;
-            let placed = temporary::place(
-                file,
-                |to| {
-                    let done = simulated.insert(simulate(options, &run, &plan, Some(to), every, is_drawn));
-                    ensure!(done.is_ok(), "the run has failed");
-                    Ok(())
-                },
-                |_| Ok(()),
-            );
+            let record = |to: &mut BufWriter<&File>| {
+                let done = simulated.insert(simulate(options, &run, &plan, Some(to), every, is_drawn));
+                ensure!(done.is_ok(), "the run has failed");
+                Ok(())
+            };
+            let placed = replacing(file, || temporary::place(file, record, |_| Ok(())));
             // Why the run has failed says more than that there is no file.
             match simulated {
                 Some(Err(error)) => return Err(error),
@@ -170,7 +168,7 @@ pub fn run(options: &Options) -> Result<()> {
     if let (Some(file), Some(is_svg)) = (&options.plot, is_svg) {
         let names: Vec<_> = system.members.iter().map(|fmu| fmu.name.as_str()).collect();
         let picture = chart::draw(&kept, &plan, names.join(", "), !system.record.is_empty(), is_svg)?;
-        temporary::place(file, |to| Ok(to.write_all(&picture.bytes)?), |_| Ok(()))?;
+        replacing(file, || temporary::place(file, |to| Ok(to.write_all(&picture.bytes)?), |_| Ok(())))?;
         let left_out = match picture.left_out {
             0 => String::new(),
             count => format!(": {count} variables have no room in it; --record chooses what is drawn"),
@@ -180,7 +178,7 @@ pub fn run(options: &Options) -> Result<()> {
     }
     if let Some(path) = &options.save {
         let text = file::write(&system.as_in(temporary::folder(path)))?;
-        temporary::place(path, |to| Ok(to.write_all(text.as_bytes())?), |_| Ok(()))?;
+        replacing(path, || temporary::place(path, |to| Ok(to.write_all(text.as_bytes())?), |_| Ok(())))?;
         lines.push(path.display().to_string());
         written.push(path);
     }

@@ -1,6 +1,6 @@
 //! `plcfmu ssp`: packs FMUs, their values and connections as an SSP file.
 
-use super::{print, system};
+use super::{print, replacing, system};
 use crate::package::ssp::{self, Version};
 use crate::tell;
 use anyhow::{Result, bail, ensure};
@@ -49,7 +49,7 @@ pub fn run(options: &Options) -> Result<()> {
     for remark in system.remarks.iter().chain(&ssp.remarks) {
         tell::remark(remark);
     }
-    temporary::place(out, |to| Ok(to.write_all(&ssp.bytes)?), |_| Ok(()))?;
+    replacing(out, || temporary::place(out, |to| Ok(to.write_all(&ssp.bytes)?), |_| Ok(())))?;
     print(&format!(
         "{}: {} components with {} connectors, {} connections, {} FMUs\n",
         out.display(),
