@@ -269,6 +269,37 @@ def test_a_foreign_fmu_is_refused_with_the_way_to_run_it(page, tmp_path):
     page.get_by_text("Open it with plcfmu tool other.fmu").wait_for()
 
 
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("0,60,20\n1,60,21\n", "line 1 has values, and no line before it names them: write a header above it, such as time,SP,PV,LMN"),
+        ("time,SP,PV\n0,60,20\n1,60,2x\n2,60,22\n", 'line 3, column 3 (PV): "2x" is neither a number'),
+        (b"PK\3\4" + bytes(range(1, 256)), "the file is not a text, it has the character"),
+    ],
+    ids=["without a header", "a typing error", "no text"],
+)
+def test_a_file_that_is_no_recording_is_refused_when_it_is_chosen(page, text, why):
+    open_file(page, "step.csv", text)
+    page.get_by_text(why).wait_for()
+    # There are no tabs yet.
+    assert page.get_by_text("see Replay and Tune").count() == 0
+    new_loop(page, "CONT_C", "TIC1")
+    page.get_by_role("tab", name="Replay").click()
+    chosen = text if isinstance(text, bytes) else text.encode()
+    page.set_input_files("#replay-file", {"name": "step.csv", "mimeType": "text/csv", "buffer": chosen})
+    page.locator("#notices").get_by_text(why).wait_for()
+    assert page.get_by_role("button", name="Replay", exact=True).count() == 0
+
+
+def test_a_recording_that_is_opened_before_a_loop_waits_for_it(page):
+    open_file(page, "step.csv", "time,SP_INT,PV_IN,LMN\n0,60,20,80\n1,60,,80\n")
+    page.get_by_text("step.csv is a recording: open or make a loop, then see Replay and Tune.").wait_for()
+    new_loop(page, "CONT_C", "TIC1")
+    page.get_by_role("tab", name="Replay").click()
+    page.get_by_role("button", name="Replay", exact=True).click()
+    page.get_by_text("Line 3, column PV_IN: there is no value: the value before it counts.").wait_for()
+
+
 def test_files_are_dropped_anywhere(page):
     drop = """(text) => {
         const data = new DataTransfer();

@@ -57,6 +57,18 @@ pub struct Column {
 }
 
 impl Column {
+    /// Where values are missing among these rows: `Line 5, column PV: there is no value (nor in 2 rows after it)`. The lines are those of
+    /// the table.
+    pub(crate) fn missing(&self, rows: impl Iterator<Item = usize>, lines: &[usize]) -> Option<String> {
+        let mut missing = rows.filter(|row| self.values[*row].is_nan());
+        let first = missing.next()?;
+        let more = match missing.count() {
+            0 => String::new(),
+            more => format!(" (nor in {more} row{} after it)", if more == 1 { "" } else { "s" }),
+        };
+        Some(format!("Line {}, column {}: there is no value{more}", lines[first], self.name))
+    }
+
     /// How far the true value may be from a value as it is written: half of the last digit. A column whose values have up to
     /// three decimals, 0.125, may be off by 0.0005; one with six digits of any size, 123.456 and 0.00123456, by half of the
     /// sixth digit of the value.
@@ -90,12 +102,9 @@ impl Table {
         Layout::of(text)?.read()
     }
 
-    /// The names of a file's columns as its header has them, with their units.
-    ///
-    /// # Errors
-    /// The text is not a CSV file.
-    pub fn headers(text: &str) -> Result<Vec<String>> {
-        Ok(Layout::of(text)?.header.into_iter().map(|header| header.written).collect())
+    /// The names of its columns as the header has them, with their units.
+    pub fn headers(self) -> Vec<String> {
+        self.columns.into_iter().map(|column| column.header).collect()
     }
 
     /// How many rows there are.
@@ -199,7 +208,6 @@ struct Layout<'a> {
     header: Vec<Header>,
     /// How many records of `text` come before the values.
     skip: usize,
-    remarks: Vec<String>,
 }
 
 /// The name of a column and what belongs to it.
@@ -229,6 +237,11 @@ impl<'a> Layout<'a> {
         }
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         // Before anything is made of it.
+        // DOS ends a file with U+001A.
+        let is_binary = |c: &char| c.is_control() && !c.is_whitespace() && *c != '\u{1a}';
+        if let Some(found) = text.chars().take(LONGEST_LINE).find(is_binary) {
+            bail!("the file is not a text, it has the character {found:?}: export the recording as CSV");
+        }
         if let Some(line) = text.lines().take(SAMPLE).position(|line| line.len() > LONGEST_LINE) {
             bail!("line {} has more than {LONGEST_LINE} bytes: this is not a CSV file", line + 1);
         }
@@ -260,17 +273,17 @@ impl<'a> Layout<'a> {
         let width = usual_width(&sample);
         let titles = sample.iter().position(|record| record.len() >= width).unwrap_or(0);
         let is_value = |cell: &String| number::is_value(cell) || clock::parse(cell, false).is_some();
-        let mut remarks = Vec::new();
         let first = &sample[titles];
         let (header, mut skip) = if first.iter().any(is_value) && !first.iter().any(|cell| is_name(cell)) {
             let comment: Vec<_> = comment.map(|line| fields(line, separator)).unwrap_or_default();
-            let header = if comment.len() == first.len() {
-                comment
-            } else {
-                remarks.push("The file has no header: its columns are called column 1, column 2 and so on.".into());
-                (1..=first.len()).map(|number| format!("column {number}")).collect()
-            };
-            (header, titles)
+            if comment.len() != first.len() {
+                bail!(
+                    "line {} has values, and no line before it names them: write a header above it, such as time{c}SP{c}PV{c}LMN",
+                    line + titles,
+                    c = separator as char
+                );
+            }
+            (comment, titles)
         } else {
             (first.clone(), titles + 1)
         };
@@ -294,7 +307,7 @@ impl<'a> Layout<'a> {
             }
             skip += 1;
         }
-        Ok(Layout { text: rest, line, separator, header, skip, remarks })
+        Ok(Layout { text: rest, line, separator, header, skip })
     }
 
     /// The rows after the header, each with its line.
@@ -312,7 +325,7 @@ impl<'a> Layout<'a> {
         Ok(())
     }
 
-    fn read(mut self) -> Result<Table> {
+    fn read(self) -> Result<Table> {
         let style = self.style()?;
         let width = self.header.len();
         let mut columns: Vec<Cells> = (0..width).map(|_| Cells::default()).collect();
@@ -348,15 +361,15 @@ impl<'a> Layout<'a> {
             }
             Ok(())
         })?;
+        let mut table = Table { columns: Vec::new(), lines, remarks: Vec::new() };
         if let Some((line, found)) = short {
-            self.remarks.push(format!(
+            table.remarks.push(format!(
                 "Line {line}, the last one, has {found} values instead of {width}: it was cut off and is left out."
             ));
         }
-        if lines.is_empty() {
+        if table.lines.is_empty() {
             bail!("the file has a header and no rows of values: a row for each call is needed");
         }
-        let mut table = Table { columns: Vec::new(), lines, remarks: self.remarks };
         clock::join(&mut columns);
         for (number, (header, cells)) in self.header.into_iter().zip(columns).enumerate() {
             table.columns.extend(cells.column(number, header, &mut table.remarks)?);

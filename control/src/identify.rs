@@ -19,8 +19,8 @@ mod least_squares;
 mod methods;
 mod step;
 
-use crate::csv::Table;
 use crate::csv::names::{MANIPULATED_VALUES, PROCESS_VALUES};
+use crate::csv::{Column, Table};
 use crate::process::Process;
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
@@ -251,10 +251,13 @@ pub fn of_csv(request: &Request) -> Result<Identified> {
     let output = column(output, "process value", &PROCESS_VALUES)?;
     let used = format!("The manipulated value is {}, the process value {}.", input.header, output.header);
     let (from, to) = (from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY));
-    let mut rows: Vec<usize> = (0..table.rows())
-        .filter(|row| (from..=to).contains(&times.seconds[*row]))
-        .filter(|row| input.values[*row].is_finite() && output.values[*row].is_finite())
-        .collect();
+    let mut rows: Vec<usize> = (0..table.rows()).filter(|row| (from..=to).contains(&times.seconds[*row])).collect();
+    let missing = |column: &Column| {
+        let missing = column.missing(rows.iter().copied(), &table.lines)?;
+        Some(format!("{missing}: left out. Complete the file if the step is there."))
+    };
+    let missing: Vec<String> = [input, output].into_iter().filter_map(missing).collect();
+    rows.retain(|row| input.values[*row].is_finite() && output.values[*row].is_finite());
     // Several rows of one time: the last one counts.
     let latest: Vec<bool> = (0..rows.len())
         .map(|place| rows.get(place + 1).is_none_or(|next| times.seconds[*next] > times.seconds[rows[place]]))
@@ -266,6 +269,7 @@ pub fn of_csv(request: &Request) -> Result<Identified> {
     let recorded = Recorded { times: &seconds, input: &input, output: &output };
     let mut identified = of(&recorded, request.method, request.is_integrating)?;
     identified.remarks.insert(0, used);
+    identified.remarks.extend(missing);
     identified.remarks.extend(times.remark);
     identified.remarks.extend(table.remarks);
     Ok(identified)

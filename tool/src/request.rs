@@ -159,11 +159,11 @@ requests! { |home, session|
     Ratio(of: tune::RatioRequest) -> Ratio = tune::ratio(&of.heating, &of.cooling)?;
     /// The mean of a block's pulses over an input.
     Characteristic(of: characteristic::Request) -> Characteristics = characteristic::characteristics(home, &of.member)?;
-    /// The names of a CSV file's columns, as its header has them.
+    /// The names of a CSV file's columns, as its header has them; what is wrong with the file otherwise.
     Columns {
         /// The file's text.
         text: String,
-    } -> Vec<String> = csv::Table::headers(&text)?;
+    } -> Vec<String> = csv::Table::read(&text)?.headers();
     /// A recorded file through the block.
     Replay(of: replay::Request) -> Replayed = replay::replay(home, &of)?;
     /// The files in which a preset differs from its block's FMU.

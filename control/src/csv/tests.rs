@@ -133,6 +133,11 @@ fn errors_name_line_and_column() {
     );
     assert!(error("time,PV\n0,1\n1,2,5\n2,3\n").starts_with("line 3 has 3 values, and the header has 2 columns"));
     assert!(error("time,PV,SP\n0,1,2\n1,2\n2,3,4\n").starts_with("line 3 has 2 values, and the header has 3 columns"));
+    assert_eq!(
+        error("PK\u{3}\u{4}\u{14}time,PV\n0,1\n"),
+        "the file is not a text, it has the character '\\u{3}': export the recording as CSV"
+    );
+    assert_eq!(read("time,PV\n0,1\n1,2\n\u{1a}").rows(), 2);
     assert!(error("").contains("empty"));
     assert!(error("# only a comment").contains("no rows"));
     assert!(error("time,PV\n").contains("no rows of values"));
@@ -163,8 +168,10 @@ fn columns_of_texts_and_lines_above_the_header_are_left_out() {
     assert_eq!(names, ["time", "PV"]);
     assert_eq!(table.remarks, ["The column quality has texts and is left out."]);
     assert_eq!(table.lines, [4, 5, 6]);
-    let table = read("0;1\n1;2\n");
-    assert_eq!(table.columns[1].name, "column 2");
+    assert_eq!(
+        error("Trend export\n0;1\n1;2\n"),
+        "line 2 has values, and no line before it names them: write a header above it, such as time;SP;PV;LMN"
+    );
     let table = read("# time,PV\n0,1\n1,2\n");
     assert_eq!(table.columns[1].name, "PV");
 }

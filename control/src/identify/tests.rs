@@ -453,6 +453,25 @@ fn a_csv_file_of_the_plant_is_read_by_its_columns() {
     let identified = of_csv(&request(data(Some("Ventil"), None))).unwrap();
     assert_found(&identified, &lag(2.0, 10.0, 3.0), 0.001, "CSV");
     let error = |data| format!("{:#}", of_csv(&request(data)).unwrap_err());
+    // Line 1 is the header.
+    let mut lines: Vec<&str> = text.lines().collect();
+    let (begin, _) = lines[10].rsplit_once(';').unwrap();
+    let empty = format!("{begin};");
+    lines[10] = &empty;
+    let holed = Data::Csv {
+        text: lines.join("\n"),
+        time: None,
+        input: Some("Ventil".into()),
+        output: Some("Temperatur".into()),
+        from: None,
+        to: None,
+    };
+    let identified = of_csv(&request(holed)).unwrap();
+    assert_found(&identified, &lag(2.0, 10.0, 3.0), 0.01, "a CSV with a hole");
+    assert_eq!(
+        identified.remarks[1],
+        "Line 11, column Temperatur: there is no value: left out. Complete the file if the step is there."
+    );
     let message = error(data(None, None));
     assert!(
         message.starts_with(
@@ -471,7 +490,7 @@ fn columns_of_a_csv_file_are_found_by_their_usual_names_or_as_the_header_writes_
     for ((time, input), output) in record.times.iter().zip(&record.input).zip(&record.output) {
         text += &format!("{time:.3};50;{output:.6};{input:.3}\n").replace('.', ",");
     }
-    let headers = crate::csv::Table::headers(&text).unwrap();
+    let headers = crate::csv::Table::read(&text).unwrap().headers();
     assert_eq!(headers, ["Zeit [s]", "Sollwert [°C]", "Istwert [°C]", "TIC1.Stellwert [%]"]);
     let column = |at: usize| Some(headers[at].clone());
     for (time, input, output) in [(None, None, None), (column(0), column(3), column(2))] {

@@ -116,6 +116,10 @@ impl Recording {
         let scaled = |value: &f64| if scale < 1.0 { value / (1.0 / scale).round() } else { value * scale };
         let mut values: Vec<f64> = of.values.iter().map(scaled).collect();
         let is_input = variable.role.is_settable();
+        remarks.extend(of.missing(0..values.len(), &csv.lines).map(|missing| {
+            let instead = if is_input { "the value before it counts" } else { "nothing is compared there" };
+            format!("{missing}: {instead}. Complete the file, or cut the rows out.")
+        }));
         if is_input {
             let mut before = block.settings[row];
             for (value, line) in values.iter_mut().zip(&csv.lines) {

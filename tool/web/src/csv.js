@@ -4,7 +4,7 @@
  * @typedef {object} Recording
  * @property {string} name the file's name
  * @property {string} text
- * @property {string[]} columns the names of the columns; none if the text is no CSV file
+ * @property {string[]} columns the names of the columns
  */
 
 import { element } from "tool/dom.js";
@@ -28,7 +28,7 @@ export async function recordingOf(file) {
     );
   }
   const text = decoded(new Uint8Array(await file.arrayBuffer()));
-  return { name: file.name, text, columns: await ask({ do: "columns", text }).catch(() => []) };
+  return { name: file.name, text, columns: await ask({ do: "columns", text }) };
 }
 
 /** @param {Uint8Array} bytes */

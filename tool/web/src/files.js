@@ -114,7 +114,7 @@ async function open(file) {
   const name = file.name.toLowerCase();
   if (name.endsWith(".csv")) {
     store.emit("csv", await recordingOf(file));
-    store.say(`${file.name} is a recording: see Replay and Tune.`);
+    store.say(`${file.name} is a recording: ${store.loop ? "" : "open or make a loop, then "}see Replay and Tune.`);
   } else if (name.endsWith(".fmu")) {
     limit(file, LIMITS.fmu);
     await openFmu(file);
