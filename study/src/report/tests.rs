@@ -47,11 +47,11 @@ impl Sample {
         let rows = [([4.0, 100.0], None), ([8.0, 300.0], None), ([f64::NAN; 2], error), ([12.0, 200.0], None)];
         for (run, (figures, error)) in rows.into_iter().enumerate() {
             let run = run as f64 + 1.0;
-            results.push(&[run, 10.0 * run], &Row { figures: figures.to_vec(), error });
+            results.push(&[run, 10.0 * run], &Row { figures: figures.to_vec(), error }).unwrap();
         }
         let expectation = |text: &&str| {
             let expectation = Expectation::parse(text, &results.figures).unwrap();
-            let verdict = expectation.verdict(&results);
+            let verdict = expectation.verdict(&results).unwrap();
             (expectation, verdict)
         };
         Sample {
@@ -63,7 +63,7 @@ impl Sample {
                 manipulated_value: Some("PID.LMN".into()),
                 pulses: None,
             },
-            summary: Summary::of(&results, MOST_RUNS),
+            summary: Summary::of(&results, MOST_RUNS).unwrap(),
             verdicts: expected.iter().map(expectation).collect(),
             curves: vec![(1, recording(80.0)), (3, recording(65.0)), (0, recording(60.0))],
             ran: Ran {
@@ -130,7 +130,7 @@ fn the_curves_are_those_of_the_worst_the_middle_and_the_best_run() {
 
 #[test]
 fn the_command_prints_percentiles_failures_and_verdicts() {
-    let text = text(&Sample::new(&["overshoot < 10 %", "p50(iae) < 1000"]).report());
+    let text = text(&Sample::new(&["overshoot < 10 %", "p50(iae) < 1000"]).report()).unwrap();
     let expected = "\
 furnace <A>: 4 runs, 1 failed
                   5 %  median  95 %  worst  run
@@ -152,9 +152,9 @@ met: p50(iae) < 1000
 fn runs_without_a_figure_are_counted_and_named() {
     let mut results = Results::new(Vec::new(), vec![quantity("settling", "s")]);
     for value in [1.0, f64::NAN, 3.0, f64::NAN, f64::NAN, f64::NAN] {
-        results.push(&[], &Row { figures: vec![value], error: None });
+        results.push(&[], &Row { figures: vec![value], error: None }).unwrap();
     }
-    let summary = Summary::of(&results, MOST_RUNS);
+    let summary = Summary::of(&results, MOST_RUNS).unwrap();
     let sentence = absent_text(&summary, &summary.figures[0]).unwrap();
     assert_eq!(sentence, "4 runs have no settling: runs 1, 3, 4 and 1 more");
 }
