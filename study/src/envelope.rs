@@ -33,19 +33,28 @@ fn chosen(count: u64) -> Vec<u64> {
 }
 
 impl Envelope {
-    /// That of the process value; none without one, or if there are too few runs. `point` gives the point of a run.
+    /// That of the process value; none without one, or if there are too few runs. The runs are made again with new instances, and
+    /// `again` gets the figures of each.
     ///
     /// # Errors
-    /// A worker cannot be started.
-    pub fn of(pool: &mut Pool, experiment: &Experiment, is_failed: impl Fn(u64) -> bool) -> Result<Option<Envelope>> {
+    /// A worker cannot be started, or an error of `again`.
+    pub fn of(
+        pool: &mut Pool,
+        experiment: &Experiment,
+        is_failed: impl Fn(u64) -> bool,
+        mut again: impl FnMut(u64, &[f64]) -> Result<()>,
+    ) -> Result<Option<Envelope>> {
         let runs: Vec<u64> = chosen(experiment.count()).into_iter().filter(|run| !is_failed(*run)).collect();
         let times = experiment.trace_times();
         if (runs.len() as u64) < *RUNS.start() || times.is_empty() {
             return Ok(None);
         }
         let mut traces = Vec::new();
-        pool.traces(runs.len() as u64, &|place| experiment.point(runs[place as usize]), &mut |_, row| {
-            traces.extend(Some(row.figures).filter(|_| row.error.is_none()));
+        pool.traces(runs.len() as u64, &|place| experiment.point(runs[place as usize]), &mut |place, mut row| {
+            if row.error.is_none() {
+                traces.push(row.figures.split_off(experiment.figures.len()));
+                again(runs[place as usize], &row.figures)?;
+            }
             Ok(())
         })?;
         Ok(Envelope::of_traces(times, &traces))

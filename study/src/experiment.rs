@@ -45,7 +45,7 @@ impl Detail {
 pub enum Gives {
     /// The figures.
     Figures,
-    /// The process value at the times [`Experiment::trace_times`].
+    /// The figures that new instances come to, and behind them the process value at the times [`Experiment::trace_times`].
     Trace,
 }
 
@@ -283,16 +283,16 @@ impl<C: Reset> Executor<C> {
         gives: Gives,
         mut instantiate: impl FnMut(usize) -> Result<C>,
     ) -> Vec<Row> {
-        if points.len() > 1 && self.make(points, &mut instantiate).is_ok() {
+        if points.len() > 1 && self.make(points, gives, &mut instantiate).is_ok() {
             return (0..points.len()).map(|number| self.row_of(number, gives)).collect();
         }
         let mut row = |point: &Vec<f64>| {
             let is_reset = !self.runs.is_empty();
             let point = std::slice::from_ref(point);
-            let mut made = self.make(point, &mut instantiate);
+            let mut made = self.make(point, gives, &mut instantiate);
             if made.is_err() && is_reset {
                 // Why a run fails must not depend on the runs before it.
-                made = self.make(point, &mut instantiate);
+                made = self.make(point, gives, &mut instantiate);
             }
             let Err(error) = made else { return self.row_of(0, gives) };
             let error = format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ");
@@ -305,10 +305,10 @@ impl<C: Reset> Executor<C> {
     fn row_of(&mut self, number: usize, gives: Gives) -> Row {
         let Experiment { measures, plan, .. } = &self.experiment;
         let traces = &mut self.traces[number];
-        let figures = match gives {
-            Gives::Figures => measures.end(traces, plan),
-            Gives::Trace => measures.process_values(traces),
-        };
+        let mut figures = measures.end(traces, plan);
+        if gives == Gives::Trace {
+            figures.extend(measures.process_values(traces));
+        }
         Row { figures, error: None }
     }
 
@@ -370,7 +370,7 @@ impl<C: Reset> Executor<C> {
     pub fn check_reset(&mut self, mut instantiate: impl FnMut(usize) -> Result<C>) -> Option<String> {
         let (first, second) = (self.experiment.point(0), self.experiment.point(1.min(self.experiment.count() - 1)));
         let mut values = |executor: &mut Self, point: Vec<f64>| {
-            let is_made = executor.make(&[point], &mut instantiate).is_ok();
+            let is_made = executor.make(&[point], Gives::Figures, &mut instantiate).is_ok();
             let mut bits = DefaultHasher::new();
             let recorded = executor.traces[0].columns.iter().flatten();
             recorded.for_each(|value| bits.write_u64(value.to_bits()));
@@ -391,10 +391,15 @@ impl<C: Reset> Executor<C> {
     }
 
     /// Makes the runs of points, side by side as far as it goes; then their traces are there.
-    fn make(&mut self, points: &[Vec<f64>], instantiate: &mut impl FnMut(usize) -> Result<C>) -> Result<()> {
+    fn make(
+        &mut self,
+        points: &[Vec<f64>],
+        gives: Gives,
+        instantiate: &mut impl FnMut(usize) -> Result<C>,
+    ) -> Result<()> {
         let Executor { experiment, traces, .. } = self;
         let mut used = std::mem::take(&mut self.runs);
-        if self.is_reset_wrong {
+        if self.is_reset_wrong || gives == Gives::Trace {
             used.clear();
         }
         let stop = stop(&experiment.plan);

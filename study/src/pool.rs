@@ -199,7 +199,8 @@ impl Pool {
         self.make(count, point, Gives::Figures, sink)
     }
 
-    /// The same for rows whose values are those of the process value at [`Experiment::trace_times`].
+    /// The same for rows that are made by new instances and have, behind the figures, the process value at
+    /// [`Experiment::trace_times`].
     ///
     /// # Errors
     /// A worker cannot be started, or an error of `each`.

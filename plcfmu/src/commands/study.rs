@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum;
 use host::package::temporary;
 use run::master::Recording;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -64,6 +64,10 @@ pub struct Options {
     /// the same sources, runs without, to the same bits and faster
     #[arg(long)]
     exact_door: bool,
+    /// Make each run with new instances of the FMUs instead of resetting those of the run before: for an FMU that keeps something
+    /// across a reset
+    #[arg(long, conflicts_with = "resume")]
+    new_instances: bool,
     /// Go on with a study that was interrupted; a finished one is not repeated
     #[arg(long)]
     resume: bool,
@@ -147,10 +151,14 @@ pub fn run(options: &Options) -> Result<()> {
     });
     let verdicts = verdicts.collect::<Result<Vec<_>>>()?;
     let summary = Summary::of(&results, WORST)?;
-    let curves = curves(&mut pool, &results, &out, &options.curves, &report::curves_wanted(&summary, main))?;
+    let mut again = Again { results: &results, runs: BTreeMap::new() };
+    let wanted = report::curves_wanted(&summary, main);
+    let curves = curves(&mut pool, &mut again, &out, &options.curves, &wanted)?;
     let experiment = pool.experiment().clone();
-    let envelope = Envelope::of(&mut pool, &experiment, |run| results.errors.contains_key(&run))?;
+    let is_failed = |run| results.errors.contains_key(&run);
+    let envelope = Envelope::of(&mut pool, &experiment, is_failed, |run, figures| again.compare(run, figures))?;
     ensure_going(&pool)?;
+    again.warning().iter().for_each(|warning| tell::warning(warning));
     output::write(&options.format.file(&out), options.format, &results)?;
     let ran = Ran::of(&reading, &experiment)?;
     let report = Report {
@@ -201,7 +209,7 @@ fn start(options: &Options, reading: &study::read::Reading, interrupted: Arc<Ato
         limit: Duration::from_secs_f64(options.time_limit),
         exact_door: options.exact_door,
         interrupted,
-        renews: reading.renews,
+        renews: if options.new_instances { Some(true) } else { reading.renews },
         ..defaults
     };
     let pool = Pool::start(&reading.job, &pool_options);
@@ -347,12 +355,12 @@ fn results(pool: &Pool, parts: &Parts, out: &Path) -> Result<Results> {
 /// One that cannot be had costs nothing but itself.
 fn curves(
     pool: &mut Pool,
-    results: &Results,
+    again: &mut Again,
     out: &Path,
     named: &[u64],
     wanted: &[u64],
 ) -> Result<Vec<(u64, Recording)>> {
-    let mut curves = Vec::new();
+    let (mut curves, results) = (Vec::new(), again.results);
     study::clear(&out.join("curves"), |name| name.starts_with("run_") && name.ends_with(".csv"))?;
     for run in named.iter().chain(wanted).copied().collect::<BTreeSet<_>>() {
         if results.errors.contains_key(&run) {
@@ -369,13 +377,8 @@ fn curves(
                 continue;
             }
         };
-        if let Some(figures) = figures
-            && let Some(difference) = difference(results, run, &figures)?
-        {
-            tell::warning(&format!(
-                "run {run}: {difference}: an FMU keeps something across a reset, so rows of the table may be \
-                 wrong; report it to the maker of the FMU"
-            ));
+        if let Some(figures) = figures {
+            again.compare(run, &figures)?;
         }
         if is_named {
             let file = out.join("curves").join(format!("run_{run}.csv"));
@@ -404,16 +407,39 @@ fn drawn(recording: Recording) -> Recording {
     drawn
 }
 
-/// The first figure of a run that is another one with new instances.
-fn difference(results: &Results, run: u64, anew: &[f64]) -> Result<Option<String>> {
-    let row = results.figures_of(run)?;
-    let pairs = results.figures.iter().zip(row.iter().zip(anew));
-    let mut differing = pairs.filter(|(_, (row, anew))| row != anew && !(row.is_nan() && anew.is_nan()));
-    Ok(differing.next().map(|(figure, (row, anew))| {
-        let [row, anew] =
-            [row, anew].map(|value| if value.is_nan() { "no value".into() } else { format!("{value:?}") });
-        format!("{} is {row} in the table and {anew} with new instances", figure.name)
-    }))
+/// The runs that are made again with new instances, for curves and the envelope of all: where an FMU keeps something across a reset, they
+/// come to something else.
+struct Again<'a> {
+    results: &'a Results,
+    /// For each of them the first figure that is another one in the table.
+    runs: BTreeMap<u64, Option<String>>,
+}
+
+impl Again<'_> {
+    /// Compares the figures of a run.
+    fn compare(&mut self, run: u64, anew: &[f64]) -> Result<()> {
+        let row = self.results.figures_of(run)?;
+        let pairs = self.results.figures.iter().zip(row.iter().zip(anew));
+        let mut differing = pairs.filter(|(_, (row, anew))| row != anew && !(row.is_nan() && anew.is_nan()));
+        let difference = differing.next().map(|(figure, (row, anew))| {
+            let [row, anew] =
+                [row, anew].map(|value| if value.is_nan() { "no value".into() } else { format!("{value:?}") });
+            format!("{} is {row} in the table and {anew} with new instances", figure.name)
+        });
+        self.runs.insert(run, difference);
+        Ok(())
+    }
+
+    /// What the user should know if a figure differs.
+    fn warning(&self) -> Option<String> {
+        let mut differing = self.runs.iter().filter_map(|(run, difference)| Some((run, difference.as_ref()?)));
+        let (run, difference) = differing.next()?;
+        let (differing, count) = (1 + differing.count(), self.runs.len());
+        Some(format!(
+            "run {run}: {difference}; of {count} runs that were made again, {differing} differ: an FMU keeps something across a \
+             reset, so rows of the table may be wrong: repeat the study with --new-instances, and report it to the maker of the FMU"
+        ))
+    }
 }
 
 /// Writes the files of the results beside their table, in place of older ones.
@@ -470,15 +496,18 @@ mod tests {
         let quantity = |name: &str| study::results::Quantity { name: name.into(), unit: None };
         let mut results = Results::new(Vec::new(), vec![quantity("rise"), quantity("iae")]);
         results.push(&[], &Row { figures: vec![f64::NAN, 1.5], error: None }).unwrap();
-        assert_eq!(difference(&results, 0, &[f64::NAN, 1.5]).unwrap(), None);
-        assert_eq!(
-            difference(&results, 0, &[f64::NAN, 0.1]).unwrap().as_deref(),
-            Some("iae is 1.5 in the table and 0.1 with new instances")
-        );
-        assert_eq!(
-            difference(&results, 0, &[2.0, 1.5]).unwrap().as_deref(),
-            Some("rise is no value in the table and 2.0 with new instances")
-        );
+        results.push(&[], &Row { figures: vec![2.0, 1.5], error: None }).unwrap();
+        let mut again = Again { results: &results, runs: BTreeMap::new() };
+        again.compare(0, &[f64::NAN, 1.5]).unwrap();
+        assert_eq!(again.warning(), None);
+        again.compare(1, &[2.0, 0.1]).unwrap();
+        let warning = again.warning().unwrap();
+        let said =
+            "run 1: iae is 1.5 in the table and 0.1 with new instances; of 2 runs that were made again, 1 differ:";
+        assert!(warning.starts_with(said) && warning.contains("--new-instances"), "{warning}");
+        again.compare(0, &[2.0, 1.5]).unwrap();
+        let warning = again.warning().unwrap();
+        assert!(warning.starts_with("run 0: rise is no value in the table and 2.0 with new instances;"), "{warning}");
     }
 
     #[test]

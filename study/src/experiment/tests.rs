@@ -539,6 +539,22 @@ fn instances_that_cannot_be_reset_are_replaced_by_new_ones_for_each_run() {
 }
 
 #[test]
+fn a_trace_has_the_figures_of_new_instances_and_the_process_value_behind_them() {
+    let experiment = experiment(vec![axis("C.GAIN", values(&[0.5, 2.0, 4.0]))]);
+    let (_, mut sound) = faulty(Fault::None);
+    let (instances, mut make) = faulty(Fault::ResetKeepsState);
+    let mut executor = Executor::new(experiment.clone());
+    for point in points(&experiment) {
+        let expected = Executor::new(experiment.clone()).row(&point, &mut sound);
+        let row = executor.rows(&[point], Gives::Trace, &mut make).remove(0);
+        let (figures, trace) = row.figures.split_at(experiment.figures.len());
+        assert_eq!(bits(&Row { figures: figures.into(), error: None }), bits(&expected));
+        assert_eq!(trace.len(), experiment.trace_times().len());
+    }
+    assert_eq!(instances.get(), 3);
+}
+
+#[test]
 fn there_are_never_two_instances_of_an_fmu() {
     let experiment = experiment(vec![axis("C.TI", values(&[10.0, 0.5, 20.0]))]);
     let (_instances, mut make) = faulty(Fault::OneInstance);
