@@ -190,7 +190,7 @@ fn the_page_shows_everything_and_loads_nothing() {
         "HEATER: it &lt;broke&gt;\u{fffd}",
         "normal, mean 2.5, deviation 1, not below 1",
         "4 samples at random, seed 7.",
-        "iae is 300 °C s in the worst run, 200 °C s in the median run, 100 °C s in the best run",
+        "iae is 300 °C s (worst), 200 °C s (median), 100 °C s (best); 1 of 4 runs have none",
         "iae rises with HEATER.GAIN (0.50) and PID.TI (0.50)",
         "overshoot of 3 runs: 4 to 12 %",
         ">overshoot &lt; 10 %</text>",
