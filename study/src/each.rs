@@ -188,6 +188,7 @@ mod tests {
         let reading = Reading {
             name: "all".into(),
             description: String::new(),
+            fmus: None,
             job: Job { study: Study { axes, ..Study::default() }, ..Job::default() },
             tune: Some(toml::from_str("each = true").unwrap()),
             tables: vec![(1, table)],

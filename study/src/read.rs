@@ -23,7 +23,7 @@ use host::child::OWN;
 use run::file::{self, Entries, Event, Node, ReadParameters, Reader, Word, plain};
 use run::system::{Place, Setting, System, Value};
 use serde::Deserialize;
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 use toml::{Spanned, Table};
 
 /// How many samples there may be.
@@ -41,6 +41,8 @@ pub struct Reading {
     pub description: String,
     /// What to run.
     pub job: Job,
+    /// The folder of the FMUs, from that of the file, if it was named.
+    pub fmus: Option<String>,
     /// Its table `[tune]`, for `plcfmu tune-study`.
     pub tune: Option<Table>,
     /// The axes whose rows are those of a file, by their numbers.
@@ -296,7 +298,23 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
     let description = content.description.map(Spanned::into_inner).unwrap_or_default();
     let description = description.rsplit(['/', '\\']).next().unwrap_or_default().to_string();
     let tune = content.tune.map(Spanned::into_inner);
-    Ok(Reading { name, description, job: Job { system, study }, tune, tables, renews: None, places })
+    let fmus = fmus.map(|fmus| relative(fmus, path.parent().unwrap_or(Path::new(""))));
+    Ok(Reading { name, description, fmus, job: Job { system, study }, tune, tables, renews: None, places })
+}
+
+/// A path from a folder: the same on each machine where both lie in the same way. As it is given if they are not there, or have no folder
+/// in common.
+fn relative(path: &Path, folder: &Path) -> String {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let from_folder = || {
+        let (path, folder) = (path.canonicalize().ok()?, folder.canonicalize().ok()?);
+        let common = path.components().zip(folder.components()).take_while(|(one, other)| one == other).count();
+        let up = folder.components().skip(common).map(|_| Component::ParentDir);
+        let found: PathBuf = up.chain(path.components().skip(common)).collect();
+        (common > 0).then(|| if found.as_os_str().is_empty() { PathBuf::from(".") } else { found })
+    };
+    // With / on every platform.
+    from_folder().unwrap_or_else(|| path.to_path_buf()).display().to_string().replace('\\', "/")
 }
 
 /// The system of a study's loop.
@@ -511,6 +529,18 @@ mod tests {
         ] {
             assert_eq!(place(error), expected, "{error}");
         }
+    }
+
+    #[test]
+    fn a_folder_is_named_from_that_of_the_study() {
+        let place = tempfile::tempdir().unwrap();
+        let [studies, fmus] = ["plant/studies", "target/fmu"].map(|name| place.path().join(name));
+        for folder in [&studies, &fmus] {
+            fs::create_dir_all(folder).unwrap();
+        }
+        assert_eq!(relative(&fmus, &studies), "../../target/fmu");
+        assert_eq!(relative(&studies, &studies), ".");
+        assert_eq!(relative(Path::new("none"), &studies), "none");
     }
 
     const CORRELATED: &str = "loop = \"loop.toml\"\nsampling = \"sobol\"\n\
