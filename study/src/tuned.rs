@@ -1,7 +1,8 @@
 //! What a search has found: as text, and in files.
 
+use crate::expect::with_unit;
 use crate::results::Quantity;
-use crate::tune::{Candidate, Outcome, Over};
+use crate::tune::{Candidate, Constraint, Outcome, Over};
 use crate::tuning::Tuning;
 use anyhow::{Result, anyhow};
 use blocks::table::number::to_value;
@@ -30,8 +31,30 @@ pub struct Found<'a> {
 }
 
 impl Found<'_> {
-    fn best(&self) -> &Candidate {
+    pub(crate) fn best(&self) -> &Candidate {
         &self.outcome.candidates[self.outcome.best]
+    }
+
+    /// Which constraints keep the figure from being better, and which the present settings break, so that theirs may be better; none if
+    /// there are no such constraints.
+    pub(crate) fn of_constraints(&self) -> Option<String> {
+        let one = |constraint: &Constraint| {
+            let text = &constraint.0.text;
+            let value = constraint.value(&self.present.rows);
+            let now = if value.is_nan() {
+                "not known for every plant".into()
+            } else {
+                with_unit(value, &self.tuning.figures[constraint.0.figure])
+            };
+            match (constraint.is_active(&self.best().rows), constraint.holds(&self.present.rows)) {
+                (true, true) => Some(format!("{text} is active")),
+                (true, false) => Some(format!("{text} is active, and the present settings break it ({now})")),
+                (false, false) => Some(format!("the present settings break {text} ({now})")),
+                (false, true) => None,
+            }
+        };
+        let all: Vec<String> = self.tuning.problem.constraints.iter().filter_map(one).collect();
+        (!all.is_empty()).then(|| all.join("; "))
     }
 
     /// Why there is no result, if there is none.
