@@ -106,26 +106,24 @@ fn chosen(of: &Distribution) -> Vec<(&'static str, u64)> {
 }
 
 /// Writes `summary.json`, `summary.html` and the folder `pictures`, each file beside its place and renamed. Gives a sentence for
-/// each picture that cannot be drawn.
+/// each picture that cannot be drawn or written: it costs nothing but itself.
 ///
 /// # Errors
-/// A file cannot be written.
+/// `summary.json` or `summary.html` cannot be written.
 pub fn write(folder: &Path, report: &Report) -> Result<Vec<String>> {
     let (pictures, mut problems) = pictures(report)?;
-    let mut files = vec![
-        (folder.join("summary.json"), json(report)?.into_bytes()),
-        (folder.join("summary.html"), html(report, &pictures)?.into_bytes()),
-    ];
+    let place = |path: &Path, content: &[u8]| temporary::place(path, |to| Ok(to.write_all(content)?), |_| Ok(()));
+    place(&folder.join("summary.json"), json(report)?.as_bytes())?;
+    place(&folder.join("summary.html"), html(report, &pictures)?.as_bytes())?;
     for (picture, png) in pictures.iter().zip(drawn(&pictures)) {
         let path = |ending: &str| folder.join("pictures").join(format!("{}.{ending}", picture.name));
-        files.push((path("svg"), picture.svg.clone().into_bytes()));
-        match png {
-            Ok(png) => files.push((path("png"), png)),
-            Err(error) => problems.push(format!("there is no {}: {error:#}", path("png").display())),
+        let written = [
+            (path("svg"), place(&path("svg"), picture.svg.as_bytes())),
+            (path("png"), png.and_then(|png| place(&path("png"), &png))),
+        ];
+        for (path, written) in written {
+            problems.extend(written.err().map(|error| format!("there is no {}: {error:#}", path.display())));
         }
-    }
-    for (path, content) in &files {
-        temporary::place(path, |writer| Ok(writer.write_all(content)?), |_| Ok(()))?;
     }
     Ok(problems)
 }

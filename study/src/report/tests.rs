@@ -264,3 +264,17 @@ fn a_report_is_a_page_a_file_for_programs_and_pictures() {
     }
     junit::write(&folder.path().join("junit.xml"), &sample.report()).unwrap();
 }
+
+#[test]
+fn pictures_that_cannot_be_written_cost_nothing_but_themselves() {
+    let folder = tempfile::tempdir().unwrap();
+    // A file is in the place of their folder.
+    fs::write(folder.path().join("pictures"), "").unwrap();
+    let problems = write(folder.path(), &Sample::new(&[]).report()).unwrap();
+    // Curves, the scatter plot and two histograms, each as SVG and PNG.
+    assert_eq!(problems.len(), 8, "{problems:?}");
+    assert!(problems[0].starts_with("there is no ") && problems[0].contains("curves.svg: "), "{}", problems[0]);
+    for name in ["summary.json", "summary.html"] {
+        assert!(fs::metadata(folder.path().join(name)).unwrap().len() > 500, "{name}");
+    }
+}
