@@ -340,7 +340,7 @@ pub fn text(report: &Report) -> String {
     for of in &summary.figures {
         let percent =
             |wanted: f64| of.percentiles.iter().find(|(percent, _)| *percent == wanted).map(|(_, value)| *value);
-        let number = |value: Option<f64>| value.map_or_else(|| "-".to_string(), |value| pictures::told_bare(of, value));
+        let number = |value: Option<f64>| value.map_or_else(|| "-".to_string(), |value| number(of, value));
         let worst = of.worst.first();
         let value = worst.map(|run| report.results.figures_of(*run)[of_column(summary, of)]);
         rows.push([
@@ -391,6 +391,15 @@ pub fn text(report: &Report) -> String {
         }
     }
     printable(&text)
+}
+
+/// A value of a figure in a table: with the digits that its spread tells, and six at most.
+fn number(of: &Distribution, value: f64) -> String {
+    shorter(pictures::told_bare(of, value), short(value))
+}
+
+fn shorter(one: String, other: String) -> String {
+    if other.len() < one.len() { other } else { one }
 }
 
 fn of_column(summary: &Summary, of: &Distribution) -> usize {
@@ -681,7 +690,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
     };
     let cells = |run: u64| results.point(run).iter().map(|value| short(*value)).collect();
     let figure = |(column, of): (usize, &Distribution)| {
-        let number = |value: Option<f64>| value.map_or_else(String::new, |value| pictures::told_bare(of, value));
+        let number = |value: Option<f64>| value.map_or_else(String::new, |value| number(of, value));
         let percentiles = of.percentiles.iter().map(|(_, value)| Some(*value));
         let percentiles: Vec<Option<f64>> = percentiles.chain(std::iter::repeat(None)).take(PERCENTS.len()).collect();
         let all = [of.min].into_iter().chain(percentiles).chain([of.max, of.mean, of.deviation]);
@@ -701,9 +710,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
                 .collect(),
             absent: absent_texts(report, column),
             histogram: histogram.map(|picture| picture.svg.as_str()),
-            worst: worst
-                .map(|run| (*run, pictures::told_bare(of, results.figures_of(*run)[column]), cells(*run)))
-                .collect(),
+            worst: worst.map(|run| (*run, self::number(of, results.figures_of(*run)[column]), cells(*run))).collect(),
             is_lower_better: crate::summary::is_lower_better(&of.figure.name),
         }
     };
@@ -748,7 +755,9 @@ fn intervals(report: &Report) -> Vec<(String, Vec<String>)> {
             let place = PERCENTS.iter().position(|percent| *percent == wanted)?;
             let (low, high) = (*of.intervals.get(place)?)?;
             // The spread of the figure would make one number of both ends.
-            Some(format!("{} to {}", within(low, high - low), within(high, high - low)))
+            let ends = [low, high].map(|end| shorter(within(end, high - low), short(end)));
+            let ends = if ends[0] == ends[1] { [low, high].map(|end| within(end, high - low)) } else { ends };
+            Some(ends.join(" to "))
         };
         let cells = [5.0, 50.0, 95.0].map(|percent| cell(percent).unwrap_or_else(|| "too few runs".into()));
         (seen(&pictures::axis(&of.figure)), cells.to_vec())

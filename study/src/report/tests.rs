@@ -210,6 +210,9 @@ fn numbers_have_the_digits_of_their_spread_and_an_interval_those_of_its_width() 
     let report = Report { results: &results, summary: &summary, main: Some(0), curves: &[], ..sample.report() };
     assert_eq!(intervals(&report)[0].1[1], "147.91 to 150.01");
     let lines = text(&report);
+    assert_eq!(number(&summary.figures[0], 150.0), "150");
+    let narrow = Distribution { min: Some(179.9961), max: Some(179.9972), ..Distribution::default() };
+    assert_eq!(number(&narrow, 179.99648), "179.996");
     assert!(lines.contains("travel in %  144.5     149  153.4  153.9   99"), "{lines}");
 }
 
