@@ -313,13 +313,15 @@ mod tests {
         let drawing = of(&points, false);
         let crosses = drawing.split(" d=\"").find(|path| path.contains("l6 6m0-6l-6 6")).unwrap();
         let places = crosses.split('M').filter_map(|cross| cross.split_once("l6 6m0-6")?.0.split_once(' '));
-        let heights: BTreeMap<i64, usize> = places.fold(BTreeMap::new(), |mut heights, (_, y)| {
-            *heights.entry(y.parse::<f64>().unwrap().round() as i64).or_default() += 1;
-            heights
-        });
+        let places = places.map(|(x, y)| (x.parse::<f64>().unwrap(), y.parse::<f64>().unwrap().round() as i64));
+        let mut heights = BTreeMap::<i64, Vec<f64>>::new();
+        places.for_each(|(x, y)| heights.entry(y).or_default().push(x));
         // Each of the eight rows without values is marked from the left to the right: 653 pixels in cells of 10.
         assert_eq!(heights.len(), 8, "{heights:?}");
-        assert!(heights.values().all(|count| (60..=67).contains(count)), "{heights:?}");
+        for row in heights.values() {
+            let (first, last) = (row[0], row[row.len() - 1]);
+            assert!((60..=67).contains(&row.len()) && first < LEFT + 10.0 && last > WIDTH - RIGHT - 20.0, "{row:?}");
+        }
         assert!(drawing.contains("×: where 800 runs are without settling"));
     }
 }
