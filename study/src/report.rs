@@ -117,13 +117,9 @@ pub fn write(folder: &Path, report: &Report) -> Result<Vec<String>> {
     place(&folder.join("summary.html"), html(report, &pictures)?.as_bytes())?;
     for (picture, png) in pictures.iter().zip(drawn(&pictures)) {
         let path = |ending: &str| folder.join("pictures").join(format!("{}.{ending}", picture.name));
-        let written = [
-            (path("svg"), place(&path("svg"), picture.svg.as_bytes())),
-            (path("png"), png.and_then(|png| place(&path("png"), &png))),
-        ];
-        for (path, written) in written {
-            problems.extend(written.err().map(|error| format!("there is no {}: {error:#}", path.display())));
-        }
+        let png = png.with_context(|| format!("there is no {}", path("png").display()));
+        let written = [place(&path("svg"), picture.svg.as_bytes()), png.and_then(|png| place(&path("png"), &png))];
+        problems.extend(written.into_iter().filter_map(Result::err).map(|error| format!("{error:#}")));
     }
     Ok(problems)
 }
