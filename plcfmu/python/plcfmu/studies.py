@@ -110,7 +110,8 @@ class StudyResult:
             parts.append(f"<p>{text(one['expectation'])}: {verdict}</p>")
         parts.append("<table><tr><th>Figure</th><th>5 %</th><th>Median</th><th>95 %</th><th>Worst run</th></tr>")
         for figure in summary["figures"]:
-            unit = f" in {figure['unit']}" if figure["unit"] else ""
+            # As in the pictures below.
+            unit = f" in {figure['unit']}".replace("degC", "°C") if figure["unit"] else ""
             numbers = [figure["percentiles"].get(name) for name in ("p5", "p50", "p95")]
             cells = [text(figure["name"] + unit), *("" if number is None else f"{number:.6g}" for number in numbers)]
             worst = figure["worst"][:1]
