@@ -5,7 +5,7 @@ use crate::scale::{Scale, is_drawn};
 use crate::svg::Pixels;
 use modeldescription::digits::short;
 use modeldescription::units;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 // In pixels.
@@ -24,6 +24,8 @@ const CELL: f64 = 6.0;
 const MOST_CROSSES: usize = 500;
 /// The width and the height of such a cell, that of a cross and a gap.
 const CROSS_CELL: f64 = 10.0;
+/// Points that are nearer to each other are one.
+const POINT: f64 = 0.01;
 /// A grid with at most this many values along an axis has them as its ticks.
 const MOST_TICKS: usize = 8;
 
@@ -66,15 +68,12 @@ pub fn svg(scatter: &Scatter) -> anyhow::Result<String> {
     let [horizontal, vertical] = [axis(scatter.horizontal, |point| point.0), axis(scatter.vertical, |point| point.1)];
     let mut field = Field { title: scatter.title, horizontal, vertical, left: LEFT, top: TOP, height: HEIGHT };
     let grid = if scatter.is_curve { None } else { grid(&mut field, drawable.clone()) };
-    let points: Vec<(f64, f64, f64)> = drawable
-        .clone()
-        .filter(|(_, _, value)| is_drawn(*value))
-        .map(|(x, y, value)| (field.x(*x), field.y(*y), *value))
-        .collect();
-    let mut drawn = cells(&points, 0.01);
-    let size = if grid.is_none() && drawn.len() > MOST_POINTS { Some((CELL, CELL)) } else { grid };
-    if grid.is_none() && size.is_some() {
-        drawn = cells(&points, CELL);
+    let of_value = drawable.clone().filter(|(_, _, value)| is_drawn(*value));
+    let points = of_value.map(|(x, y, value)| (field.x(*x), field.y(*y), *value));
+    let are_many = grid.is_none() && fill_more(points.clone(), POINT, MOST_POINTS);
+    let size = if are_many { Some((CELL, CELL)) } else { grid };
+    let mut drawn = cells(points.clone(), if are_many { CELL } else { POINT });
+    if are_many {
         drawn.iter_mut().for_each(|(x, y, _)| (*x, *y) = (*x + CELL / 2.0, *y + CELL / 2.0));
     }
     let level = |value: f64| {
@@ -112,10 +111,10 @@ pub fn svg(scatter: &Scatter) -> anyhow::Result<String> {
     let mut shapes: Vec<Shape> =
         paths.into_iter().enumerate().filter(|(_, path)| !path.is_empty()).map(class).collect();
     let without = drawable.filter(|(_, _, value)| !is_drawn(*value));
-    let without: Vec<(f64, f64, f64)> = without.map(|(x, y, _)| (field.x(*x), field.y(*y), 0.0)).collect();
-    let mut marked = cells(&without, 0.01);
-    if marked.len() > MOST_CROSSES {
-        marked = cells(&without, CROSS_CELL);
+    let without = without.map(|(x, y, _)| (field.x(*x), field.y(*y), 0.0));
+    let are_many = fill_more(without.clone(), POINT, MOST_CROSSES);
+    let mut marked = cells(without.clone(), if are_many { CROSS_CELL } else { POINT });
+    if are_many {
         marked.iter_mut().for_each(|(x, y, _)| (*x, *y) = (*x + CROSS_CELL / 2.0, *y + CROSS_CELL / 2.0));
     }
     let mut crosses = String::new();
@@ -125,8 +124,8 @@ pub fn svg(scatter: &Scatter) -> anyhow::Result<String> {
     if !crosses.is_empty() {
         shapes.push(Shape { class: "curve-7".into(), color: "#000000", path: crosses, style: Style::Line(1.2) });
     }
-    let mean_of = (drawn.len() < points.len()).then_some(if size.is_some() { "a cell" } else { "a point" });
-    let labels = keys(scatter, mean_of, (without.len(), marked.len()), &mut shapes);
+    let mean_of = (drawn.len() < points.count()).then_some(if size.is_some() { "a cell" } else { "a point" });
+    let labels = keys(scatter, mean_of, (without.count(), marked.len()), &mut shapes);
     field.svg(&shapes, &labels)
 }
 
@@ -140,27 +139,25 @@ fn grid<'a>(field: &mut Field, points: impl Iterator<Item = &'a (f64, f64, f64)>
     let (horizontal, vertical) = (&field.horizontal, &field.vertical);
     let (width, columns) = pitch(points.clone().map(|point| horizontal.place(point.0)))?;
     let (height, rows) = pitch(points.clone().map(|point| vertical.place(point.1)))?;
-    let mut places: Vec<(i64, i64)> = points
-        .clone()
-        .map(|(x, y, _)| {
-            let number = |axis: &Axis, value: f64, pitch: f64| ((axis.place(value) - axis.scale.from) / pitch).round();
-            (number(horizontal, *x, width) as i64, number(vertical, *y, height) as i64)
-        })
-        .collect();
-    places.sort_unstable();
-    places.dedup();
     let [wide, high] = [(WIDTH - LEFT - RIGHT) / columns as f64, HEIGHT / rows as f64];
-    if places.len() != columns * rows || wide < CELL || high < CELL {
+    if wide < CELL || high < CELL {
         return None;
     }
-    let [x, y]: [Vec<f64>; 2] = [points.clone().map(|point| point.0).collect(), points.map(|point| point.1).collect()];
-    for (axis, mut values, pitch, count) in
-        [(&mut field.horizontal, x, width, columns), (&mut field.vertical, y, height, rows)]
+    let number = |axis: &Axis, value: f64, pitch: f64| ((axis.place(value) - axis.scale.from) / pitch).round() as i64;
+    let place = |(x, y, _): &(f64, f64, f64)| (number(horizontal, *x, width), number(vertical, *y, height));
+    let places: BTreeSet<(i64, i64)> = points.clone().map(place).collect();
+    if places.len() != columns * rows {
+        return None;
+    }
+    for (axis, is_across, pitch, count) in
+        [(&mut field.horizontal, true, width, columns), (&mut field.vertical, false, height, rows)]
     {
+        let mut values: Vec<f64> = points.clone().map(|(x, y, _)| if is_across { *x } else { *y }).collect();
         values.sort_unstable_by(f64::total_cmp);
         let (from, to) = (axis.place(values[0]), axis.place(values[values.len() - 1]));
         axis.scale = Scale { from: from - pitch / 2.0, to: to + pitch / 2.0 };
         if count <= MOST_TICKS {
+            values.dedup_by(|a, b| a.to_bits() == b.to_bits());
             let mut ticks: Vec<(f64, String)> = values.into_iter().map(|value| (value, short(value))).collect();
             ticks.dedup_by(|a, b| a.1 == b.1);
             axis.ticks = Some(ticks);
@@ -169,12 +166,25 @@ fn grid<'a>(field: &mut Field, points: impl Iterator<Item = &'a (f64, f64, f64)>
     Some((wide, high))
 }
 
+/// In which cell of a size a point is.
+fn cell(x: f64, y: f64, size: f64) -> (i64, i64) {
+    (((x - LEFT) / size).floor() as i64, ((y - TOP) / size).floor() as i64)
+}
+
+/// Whether points are in more cells of this size than so many.
+fn fill_more(mut points: impl Iterator<Item = (f64, f64, f64)>, size: f64, most: usize) -> bool {
+    let mut cells = BTreeSet::new();
+    points.any(|(x, y, _)| {
+        cells.insert(cell(x, y, size));
+        cells.len() > most
+    })
+}
+
 /// The cells of this size that have points: left, top and the mean of their values, column by column.
-fn cells(points: &[(f64, f64, f64)], size: f64) -> Vec<(f64, f64, f64)> {
+fn cells(points: impl Iterator<Item = (f64, f64, f64)>, size: f64) -> Vec<(f64, f64, f64)> {
     let mut cells = BTreeMap::<(i64, i64), (f64, f64)>::new();
     for (x, y, value) in points {
-        let cell = (((x - LEFT) / size).floor() as i64, ((y - TOP) / size).floor() as i64);
-        let (sum, count) = cells.entry(cell).or_default();
+        let (sum, count) = cells.entry(cell(x, y, size)).or_default();
         (*sum, *count) = (*sum + value, *count + 1.0);
     }
     let place = |((column, row), (sum, count)): ((i64, i64), (f64, f64))| {

@@ -48,7 +48,7 @@ pub(crate) const RESOLUTION: f64 = f64::EPSILON * 1000.0;
 const MOST_CALLS: f64 = 4_294_967_296.0;
 
 /// The time of one block. Positions are milliseconds since the start.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Clock {
     /// Start time in seconds.
     pub(crate) start: f64,

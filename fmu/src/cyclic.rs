@@ -1,7 +1,13 @@
 //! What an instance calls every CYCLE: a block whose table is compiled in, or a program whose table is known at run time only.
 
-use blocks::table::{Reader, Writer};
+use blocks::table::Abreast;
 use blocks::{Block, LReal, Real, Stored, Table, Time, Value};
+
+/// As [`blocks::table::Reader`].
+pub type Reader<B> = fn(&<B as Cyclic>::Abreast, &mut [f64]);
+
+/// As [`blocks::table::Writer`].
+pub type Writer<B> = fn(&mut <B as Cyclic>::Abreast, &[f64]) -> bool;
 
 macro_rules! cyclic {
     ($( $(#[$doc:meta])* fn $this:ident.$name:ident($($receiver:tt)+) ($($argument:ident: $type:ty),*) $(-> $result:ty)? = $Trait:ident; )*) => {
@@ -13,6 +19,12 @@ macro_rules! cyclic {
         pub trait Cyclic: Clone + Send + 'static {
             /// Whether every call comes to its end. A block's does; a program may stop.
             const IS_SURE: bool = true;
+
+            /// Whether the table has a `mean` row. A program's has none.
+            const HAS_MEAN: bool = false;
+
+            /// As [`Block::Abreast`].
+            type Abreast: Abreast<Self>;
 
             /// The table.
             fn table(&self) -> &Table;
@@ -46,6 +58,10 @@ macro_rules! cyclic {
         }
 
         impl<B: Block> Cyclic for B {
+            const HAS_MEAN: bool = B::TABLE.mean.is_some();
+
+            type Abreast = B::Abreast;
+
             #[inline(always)]
             fn table(&self) -> &Table {
                 B::TABLE

@@ -41,8 +41,8 @@
 //! which calls fall into a step, [`session`] makes them, [`mean`] averages the pulse over them; [`instance`] gives and takes
 //! values by number, [`state`] says what is allowed when, [`component`] saves states, [`preset`] reads other start values,
 //! [`door`] catches panics and logs; [`refusal`] says why a call is refused, and [`interface`] describes the library and [`table`] the block. [`ordinary`] is
-//! the shortcut for what a host does in every cycle. [`v2`] is FMI 2.0 for co-simulation over this core: a table of C
-//! functions, which shares its unsafe code with other versions in `pointers`.
+//! the shortcut for what a host does in every cycle, and [`abreast`] the same for several instances at once. [`v2`] is FMI 2.0 for
+//! co-simulation over this core: a table of C functions, which shares its unsafe code with other versions in `pointers`.
 //!
 //! Data flows one way: `v2` makes references of pointers, the door checks the state, the session asks the clock, and the
 //! block's law computes. Between the C function and the law there is no dynamic dispatch and no allocation.
@@ -50,6 +50,7 @@
 //! All of this works over [`cyclic::Cyclic`], which every block is. A program that is known at run time only will be another
 //! one, and its library another [`component::Library`].
 
+pub mod abreast;
 pub mod clock;
 pub mod component;
 pub mod cyclic;

@@ -8,8 +8,9 @@
 //! | here | the checked one |
 //! |---|---|
 //! | [`Door::try_ordinary`] | [`Door::enter`] |
-//! | [`Instance::get_ordinary`], [`Instance::set_ordinary`], [`Instance::write_ordinary`] | [`Instance::get`], [`Instance::set`] |
+//! | [`Instance::get_ordinary`], [`Instance::set_ordinary`] | [`Instance::get`], [`Instance::set`] |
 //! | [`Instance::make_ordinary_step`], [`Session::make_ordinary_step`] | [`Instance::do_step`], [`Session::step`] |
+//! | [`Abreast`](crate::abreast::Abreast), of several instances at once | [`Instance::set`], [`Instance::do_step`], [`Instance::get`] |
 //! | [`Clock::make_ordinary_step`], [`Clock::check_and_make_ordinary_step`] | [`Clock::advance`] |
 
 use crate::clock::{Clock, MOST_DRIFT, RESOLUTION, ROUNDINGS, SAME};
@@ -18,11 +19,10 @@ use crate::cyclic::Cyclic;
 use crate::door::{Door, Host};
 use crate::host_type::{HostType, Version};
 use crate::instance::Instance;
-use crate::mean::Mean;
 use crate::refusal::Answer;
 use crate::session::Session;
 use crate::state::{Function, State};
-use blocks::table::{Writer, number};
+use blocks::table::number;
 use blocks::{Kind, Role, Table, Value};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -76,12 +76,6 @@ impl<B: Cyclic> Instance<B> {
     #[inline(always)]
     pub fn set_ordinary<V: Version, T: HostType<V>>(&mut self, references: &[u32], values: &[T]) -> bool {
         T::set_ordinary(&mut self.session.block, references, values)
-    }
-
-    /// Writes a variable by its [`Cyclic::writer`].
-    #[inline(always)]
-    pub fn write_ordinary(&mut self, write: Writer<B>, value: f64) -> bool {
-        write(&mut self.session.block, value)
     }
 
     /// Makes a step from a call to the next.
@@ -266,9 +260,7 @@ impl<B: Cyclic> Session<B> {
             && self.extrapolations.is_empty()
             && (self.clock.make_ordinary_step(tc, h) || self.clock.check_and_make_ordinary_step(tc, h));
         if is_ordinary {
-            let mut mean = Mean::default();
-            self.call(&mut mean);
-            Self::show_mean(&mut self.block, mean);
+            Self::call_once(&mut self.block);
         }
         is_ordinary
     }

@@ -115,7 +115,7 @@ impl<B: Cyclic> Session<B> {
             for input in &self.extrapolations {
                 write(&mut self.block, input.row, input.at(t));
             }
-            self.call(&mut mean);
+            Self::call(&mut self.block, &mut mean);
         }
         for input in &self.extrapolations {
             write(&mut self.block, input.row, input.value);
@@ -125,16 +125,24 @@ impl<B: Cyclic> Session<B> {
     }
 
     #[inline(always)]
-    pub(crate) fn call(&mut self, mean: &mut Mean) {
-        self.block.call();
-        if self.block.table().mean.is_some() {
-            mean.add(self.block.pulse());
+    fn call(block: &mut B, mean: &mut Mean) {
+        block.call();
+        if B::HAS_MEAN {
+            mean.add(block.pulse());
         }
     }
 
+    /// Makes the call of a step that has one.
     #[inline(always)]
-    pub(crate) fn show_mean(block: &mut B, mean: Mean) {
-        if block.table().mean.is_some() {
+    pub(crate) fn call_once(block: &mut B) {
+        let mut mean = Mean::default();
+        Self::call(block, &mut mean);
+        Self::show_mean(block, mean);
+    }
+
+    #[inline(always)]
+    fn show_mean(block: &mut B, mean: Mean) {
+        if B::HAS_MEAN {
             block.set_mean(mean.percent(block.pulse()));
         }
     }

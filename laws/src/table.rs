@@ -131,6 +131,10 @@ impl Table {
         } else {
             input.parse::<keyword::memory>()?;
             let ident = input.parse()?;
+            // How blocks stand side by side is of no account here.
+            if input.parse::<Option<Token![in]>>()?.is_some() {
+                input.parse::<Ident>()?;
+            }
             braced!(part in input);
             let mut members = Vec::new();
             while !part.is_empty() {

@@ -51,21 +51,25 @@
 //! assert!((boiler.temp - (100.0 - 80.0 * (-1.0_f64).exp())).abs() < 1e-9);
 //! ```
 
+mod delay;
 mod kept;
 
 use blocks::{LReal, Stored, Time, Word};
+pub use delay::Delay;
 pub use kept::Kept;
 
 /// The mathematics of the plants: the same bits on every platform.
 pub use libm::{exp, expm1 as exp_m1, log as ln};
 
 /// A TIME in seconds; 0 for a negative one.
+#[inline(always)]
 pub fn seconds(time: Time) -> LReal {
     LReal::from(time.milliseconds().max(0)) / 1000.0
 }
 
 /// `x` within `low` ... `high`; NaN gives `low`. Unlike `f64::clamp` it accepts `low` above `high`, and gives one of
 /// them.
+#[inline(always)]
 pub fn limited(x: LReal, low: LReal, high: LReal) -> LReal {
     if x > high {
         high
@@ -124,7 +128,9 @@ pub fn lags(values: [LReal; 2], target: LReal, time_constants: [LReal; 2], secon
 /// assert!((often - plants::dynamics::lag(0.0, 1.0, 5.0, 2.0)).abs() < 1e-15);
 /// ```
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Lag(Kept<2, Way>);
+pub struct Lag {
+    way: Kept<2, Way>,
+}
 
 impl Lag {
     /// Where `value` is after `seconds`.
@@ -134,7 +140,7 @@ impl Lag {
             return value;
         }
         let way =
-            self.0.of([time_constant, seconds], |[time_constant, seconds]| Way::of(passed(seconds, time_constant)));
+            self.way.of([time_constant, seconds], |[time_constant, seconds]| Way::of(passed(seconds, time_constant)));
         way.from(value, target)
     }
 }
@@ -142,7 +148,11 @@ impl Lag {
 /// [`lags`] for the memory of a block: it computes `exp` only where a time constant or the duration has changed since the
 /// last step.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Lags(Kept<3, Ways>);
+pub struct Lags {
+    ways: Kept<3, Ways>,
+}
+
+blocks::lane!(Lags { ways: Kept<3, Ways>, });
 
 impl Lags {
     /// Where `values` are after `seconds`.
@@ -154,47 +164,53 @@ impl Lags {
         [first, second]: [LReal; 2],
         seconds: LReal,
     ) -> [LReal; 2] {
-        if seconds <= 0.0 || seconds.is_nan() {
-            return values;
-        }
-        self.0
-            .of([first, second, seconds], |[first, second, seconds]| Ways::of([first, second], seconds))
-            .from(values, target)
+        let ways =
+            self.ways.of([first, second, seconds], |[first, second, seconds]| Ways::of([first, second], seconds));
+        let after = ways.from(values, target);
+        if seconds > 0.0 { after } else { values }
+    }
+
+    /// Whether such a [`step`](Lags::step) computes nothing that it keeps.
+    #[inline(always)]
+    pub fn are_steady(&self, [first, second]: [LReal; 2], seconds: LReal) -> bool {
+        self.ways.get([first, second, seconds]).1
     }
 }
 
 /// The way that a lag goes in a time.
-#[derive(Clone, Copy, Debug)]
-enum Way {
-    /// All of it at once.
-    Whole,
-    /// This share of it.
-    Share(LReal),
+#[derive(Clone, Copy, Debug, Default)]
+struct Way {
+    /// All of it, at once.
+    is_whole: bool,
+    /// The share of it, if not all.
+    share: LReal,
 }
+
+blocks::lane!(Way { is_whole: bool, share: LReal });
 
 impl Way {
     /// The way in this many time constants.
     fn of(passed: LReal) -> Way {
-        if passed == LReal::INFINITY { Way::Whole } else { Way::Share(share(passed)) }
+        Way { is_whole: passed == LReal::INFINITY, share: share(passed) }
     }
 
-    #[inline]
+    #[inline(always)]
     fn from(self, value: LReal, target: LReal) -> LReal {
-        match self {
-            Way::Whole => target,
-            Way::Share(share) => value + (target - value) * share,
-        }
+        let part = value + (target - value) * self.share;
+        if self.is_whole { target } else { part }
     }
 }
 
 /// The ways that two lags in series go in a time.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Ways {
     first: Way,
     second: Way,
     /// What is left of the first lag's start in the second.
     through: LReal,
 }
+
+blocks::lane!(Ways { first: Way, second: Way, through: LReal });
 
 impl Ways {
     fn of(time_constants: [LReal; 2], seconds: LReal) -> Ways {
@@ -207,13 +223,11 @@ impl Ways {
         Ways { first: Way::of(h1), second: Way::of(h2), through }
     }
 
-    #[inline]
+    #[inline(always)]
     fn from(self, [first, second]: [LReal; 2], target: LReal) -> [LReal; 2] {
         let first_after = self.first.from(first, target);
-        match self.second {
-            Way::Whole => [first_after, first_after],
-            Way::Share(share) => [first_after, second + (target - second) * share + (first - target) * self.through],
-        }
+        let second_after = second + (target - second) * self.second.share + (first - target) * self.through;
+        [first_after, if self.second.is_whole { first_after } else { second_after }]
     }
 }
 
@@ -237,122 +251,16 @@ fn share(passed: LReal) -> LReal {
 /// assert_eq!(plants::dynamics::analog(500.0, 0.0, 400.0).value(), 27648);
 /// assert_eq!(plants::dynamics::analog(-1.0, 0.0, 400.0).value(), 0);
 /// ```
+#[inline(always)]
 pub fn analog(value: LReal, at_0: LReal, at_100: LReal) -> Word {
-    if at_0 == at_100 {
-        return Word::new(0);
-    }
     let counts = limited((value - at_0) / (at_100 - at_0) * 27648.0, 0.0, 27648.0);
-    // Not negative, so cutting off the fraction rounds half up.
-    Word::new((counts + 0.5) as i16)
-}
-
-/// Transport delay of a signal that is held for a cycle: what goes in comes out `delay` seconds later, exactly.
-///
-/// If the delay is not a multiple of the cycle, the output changes within the cycle: it has two parts, and the plant
-/// after it is solved for one part and then the other. The delay may change from cycle to cycle, from 0 to the longest
-/// that [`Delay::new`] was given; then values on their way arrive as if the new delay had always applied.
-///
-/// ```
-/// use blocks::Time;
-/// use plants::dynamics::Delay;
-///
-/// let cycle = Time::ms(100);
-/// let mut delay = Delay::new(0.25, cycle, 0.0);
-/// assert_eq!(delay.step(7.0, 0.25, cycle), [(0.05, 0.0), (0.05, 0.0)]);
-/// assert_eq!(delay.step(7.0, 0.25, cycle), [(0.05, 0.0), (0.05, 0.0)]);
-/// assert_eq!(delay.step(7.0, 0.25, cycle), [(0.05, 0.0), (0.05, 7.0)]);
-/// assert_eq!(delay.step(7.0, 0.25, cycle), [(0.05, 7.0), (0.05, 7.0)]);
-/// ```
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Delay {
-    /// What went in, one value a cycle, in a ring.
-    line: Vec<LReal>,
-    /// Where the next value goes.
-    next: u32,
-    /// How far back the output is.
-    back: Kept<3, Back>,
-}
-
-/// How far back the output of a delay is.
-#[derive(Clone, Copy, Debug)]
-struct Back {
-    /// In whole cycles.
-    cycles: usize,
-    /// The part of the present cycle, in seconds, in which the output is a cycle older still, and the rest of the cycle.
-    durations: [LReal; 2],
-}
-
-impl Delay {
-    /// The longest delay in cycles: 8 MB of memory. A longer one is cut to it; [`Delay::check`] says so beforehand.
-    pub const LONGEST: u32 = 1_000_000;
-
-    /// A delay line for delays of up to `longest` seconds, rounded up to whole cycles, filled with `past`. Only this
-    /// function allocates memory: call it in the restart of a block.
-    pub fn new(longest: LReal, cycle: Time, past: LReal) -> Delay {
-        let length = (cycles(longest, cycle).ceil() as usize).min(Delay::LONGEST as usize) + 1;
-        Delay { line: vec![past; length], next: 0, back: Kept::default() }
-    }
-
-    /// For [`Law::check`](blocks::Law::check): is there memory for delays of up to `longest` seconds?
-    ///
-    /// # Errors
-    /// A sentence that names the parameter, its value and the remedy.
-    pub fn check(parameter: &str, longest: LReal, cycle: Time) -> Result<(), String> {
-        if cycles(longest, cycle) <= LReal::from(Delay::LONGEST) {
-            return Ok(());
-        }
-        let most = LReal::from(Delay::LONGEST) * seconds(cycle);
-        Err(format!(
-            "{parameter} is {longest} s: with a CYCLE of {} ms there is memory for {most} s; make {parameter} \
-             shorter or CYCLE longer",
-            cycle.milliseconds()
-        ))
-    }
-
-    /// Takes the input of this cycle and gives what comes out during it: twice a duration in seconds and the value
-    /// for that long. Either duration may be 0; their sum is the cycle. Allocates nothing.
-    ///
-    /// A delay within a billionth of a cycle of a whole number of cycles is that number. A line that was not made by
-    /// [`Delay::new`] delays nothing.
-    #[inline]
-    pub fn step(&mut self, input: LReal, delay: LReal, cycle: Time) -> [(LReal, LReal); 2] {
-        let length = self.line.len();
-        if length == 0 {
-            return [(0.0, input), (seconds(cycle), input)];
-        }
-        let now = self.next as usize;
-        self.line[now] = input;
-        self.next = if now + 1 == length { 0 } else { self.next + 1 };
-
-        let numbers = [delay, LReal::from(cycle.milliseconds()), (length - 1) as LReal];
-        let Back { cycles, durations } =
-            self.back.of(numbers, |[delay, cycle, longest]| Back::of(delay, Time::ms(cycle as i32), longest));
-        // A delay of the whole line has no part that reaches further back: `cycles + 1` then goes round, for no time.
-        let value = |back: usize| self.line[if back > now { now + length - back } else { now - back }];
-        [(durations[0], value(cycles + 1)), (durations[1], value(cycles))]
-    }
-}
-
-impl Back {
-    /// Of a delay in seconds, at most `longest` cycles.
-    fn of(delay: LReal, cycle: Time, longest: LReal) -> Back {
-        let whole_cycle = seconds(cycle);
-        let delay = limited(cycles(delay, cycle), 0.0, longest);
-        let cycles = delay as usize;
-        let part = whole_cycle * (delay - cycles as LReal);
-        Back { cycles, durations: [part, whole_cycle - part] }
-    }
-}
-
-/// A delay in cycles, free of the rounding of its division: 0.3 s are 3 cycles of 0.1 s, not 2.9999999999999996.
-fn cycles(delay: LReal, cycle: Time) -> LReal {
-    const ROUNDING: LReal = 1e-9;
-    if cycle <= Time::ZERO {
-        return 0.0;
-    }
-    let cycles = delay / seconds(cycle);
-    let whole = (cycles + ROUNDING) as u64 as LReal;
-    if (cycles - whole).abs() <= ROUNDING { whole } else { cycles }
+    // Not negative, so cutting off the fraction rounds half up. Adding 2^52 leaves no bit for a fraction, and the low bits are the
+    // integer next to the sum: `as i16` would be no vector instruction.
+    const INTEGERS_ONLY: LReal = 4_503_599_627_370_496.0;
+    let shifted = (counts + 0.5) + INTEGERS_ONLY;
+    let is_above = shifted - INTEGERS_ONLY > counts + 0.5;
+    let word = shifted.to_bits() as i16 - i16::from(is_above);
+    Word::new(if at_0 == at_100 { 0 } else { word })
 }
 
 impl Stored for Lag {
@@ -368,18 +276,6 @@ impl Stored for Lags {
 
     fn read(_bytes: &mut &[u8]) -> Option<Self> {
         Some(Lags::default())
-    }
-}
-
-impl Stored for Delay {
-    fn write(&self, bytes: &mut Vec<u8>) {
-        self.line.write(bytes);
-        self.next.write(bytes);
-    }
-
-    fn read(bytes: &mut &[u8]) -> Option<Self> {
-        let delay = Delay { line: Stored::read(bytes)?, next: Stored::read(bytes)?, back: Kept::default() };
-        ((delay.next as usize) < delay.line.len().max(1)).then_some(delay)
     }
 }
 
@@ -489,102 +385,6 @@ mod tests {
     }
 
     /// What comes out at the start of each cycle and of each cycle's second part, with 1, 2, 3 ... going in.
-    fn counted(delay: LReal, longest: LReal, cycle: Time, count: usize) -> Vec<[(LReal, LReal); 2]> {
-        let mut line = Delay::new(longest, cycle, 0.0);
-        (1..=count).map(|input| line.step(input as LReal, delay, cycle)).collect()
-    }
-
-    #[test]
-    fn a_delay_of_whole_cycles_comes_out_whole() {
-        // 0.3 / 0.1 is 2.9999999999999996.
-        let out = counted(0.3, 0.3, Time::ms(100), 5);
-        let after: Vec<_> = out.iter().map(|parts| parts[1]).collect();
-        assert_eq!(after, [(0.1, 0.0), (0.1, 0.0), (0.1, 0.0), (0.1, 1.0), (0.1, 2.0)]);
-        assert!(out.iter().all(|parts| parts[0].0 == 0.0));
-    }
-
-    #[test]
-    fn a_delay_between_whole_cycles_changes_within_the_cycle() {
-        // 2.25 s in cycles of 1 s: the input of the first cycle comes out from 0.25 s within the third on.
-        let out = counted(2.25, 10.0, Time::ms(1000), 4);
-        assert_eq!(out[2], [(0.25, 0.0), (0.75, 1.0)]);
-        assert_eq!(out[3], [(0.25, 1.0), (0.75, 2.0)]);
-        // Shorter than a cycle.
-        assert_eq!(counted(0.5, 0.5, Time::ms(2000), 2)[1], [(0.5, 1.0), (1.5, 2.0)]);
-    }
-
-    #[test]
-    fn no_delay_and_a_negative_one_pass_the_input_on() {
-        for delay in [0.0, -3.0, LReal::NAN] {
-            let out = counted(delay, 0.0, Time::ms(1000), 3);
-            assert_eq!(out.iter().map(|parts| parts[1]).collect::<Vec<_>>(), [(1.0, 1.0), (1.0, 2.0), (1.0, 3.0)]);
-        }
-    }
-
-    #[test]
-    fn a_delay_beyond_the_longest_is_the_longest() {
-        assert_eq!(counted(9.0, 2.0, Time::ms(1000), 6), counted(2.0, 2.0, Time::ms(1000), 6));
-    }
-
-    #[test]
-    fn a_delay_tuned_while_running_counts_back_from_now() {
-        let cycle = Time::ms(1000);
-        let mut line = Delay::new(5.0, cycle, 0.0);
-        for input in 1..=6 {
-            line.step(LReal::from(input), 4.0, cycle);
-        }
-        assert_eq!(line.step(7.0, 1.0, cycle)[1], (1.0, 6.0));
-        assert_eq!(line.step(8.0, 5.0, cycle)[1], (1.0, 3.0));
-    }
-
-    #[test]
-    fn a_delay_line_saved_and_read_back_goes_on_alike() {
-        let cycle = Time::ms(100);
-        let mut line = Delay::new(0.25, cycle, 1.0);
-        for input in 0..7 {
-            line.step(LReal::from(input), 0.25, cycle);
-        }
-        let mut bytes = Vec::new();
-        line.write(&mut bytes);
-        let mut rest = &bytes[..];
-        let mut again = Delay::read(&mut rest).unwrap();
-        assert!(rest.is_empty());
-        for input in [8.0, 9.0, 10.0, 11.0] {
-            assert_eq!(line.step(input, 0.25, cycle), again.step(input, 0.25, cycle));
-        }
-    }
-
-    #[test]
-    fn a_damaged_delay_line_is_refused_or_at_least_never_read_out_of_bounds() {
-        let cycle = Time::ms(100);
-        let mut bytes = Vec::new();
-        Delay::new(0.25, cycle, 1.0).write(&mut bytes);
-        // The line holds four values, at the places 0 to 3.
-        for next in [4, 200] {
-            *bytes.iter_mut().nth_back(3).unwrap() = next;
-            assert_eq!(Delay::read(&mut &bytes[..]), None, "the next value's place {next} lies outside");
-        }
-        for length in 0..4 {
-            let mut short = Delay { line: vec![0.0; length], next: 0, ..Delay::default() };
-            for input in 0..9 {
-                let [_, (seconds, _)] = short.step(LReal::from(input), 1e9, cycle);
-                assert_eq!(seconds, 0.1);
-            }
-        }
-    }
-
-    #[test]
-    fn a_delay_too_long_for_its_memory_is_refused_with_the_remedy() {
-        assert_eq!(Delay::check("DELAY_MAX", 1e6, Time::ms(1000)), Ok(()));
-        assert_eq!(
-            Delay::check("DELAY_MAX", 60_000.0, Time::ms(10)).unwrap_err(),
-            "DELAY_MAX is 60000 s: with a CYCLE of 10 ms there is memory for 10000 s; make DELAY_MAX shorter or \
-             CYCLE longer"
-        );
-        assert_eq!(Delay::new(1e300, Time::ms(10), 0.0).line.len(), 1_000_001);
-        assert_eq!(Delay::new(1.0, Time::ZERO, 0.0).line.len(), 1);
-    }
-
     #[test]
     fn seconds_are_exact_to_a_double() {
         assert_eq!(seconds(Time::ms(100)), 0.1);

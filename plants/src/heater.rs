@@ -1,7 +1,7 @@
 //! HEATER: an electrically heated furnace, a plant for CONT_C.
 
-use crate::dynamics::{Delay, Lags, analog, limited};
-use blocks::{Law, Response};
+use crate::dynamics::{Delay, Kept, Lags, analog, limited};
+use blocks::{LReal, Law, Response};
 
 blocks::block! {
     /// Electrically heated furnace with a door: heating power in, temperature out, behind two lags and a transport delay.
@@ -218,9 +218,11 @@ blocks::block! {
             t_furn: LReal, from t_start, unit "degC";
         }
     }
-    memory Memory {
+    memory Memory in lanes {
         /// Heating power on its way to the furnace.
         power: Delay;
+        /// The loss as a multiple of that with the door closed, and the time constant of the furnace with it.
+        loss: Kept<3, [LReal; 2]>;
         /// Furnace and sensor, in either part of a cycle.
         lags: [Lags; 2];
     }
@@ -254,20 +256,41 @@ impl Law for Heater {
         self.show([self.t_start; 2]);
     }
 
+    #[inline(always)]
     fn call(&mut self) {
         let power = limited(self.power, 0.0, 100.0);
-        let loss = 1.0 + limited(self.door, 0.0, 100.0) / 100.0 * self.door_loss.max(0.0) / 100.0;
-        let mut temperatures = [self.t_furn, self.temp];
-        let parts = self.memory.power.step(power, self.delay_tm, self.cycle);
-        for ((duration, power), lags) in parts.into_iter().zip(&mut self.memory.lags) {
-            let target = self.t_amb + self.rise * power / 100.0 / loss;
-            temperatures = lags.step(temperatures, target, [self.furn_tm / loss, self.sens_tm], duration);
-        }
+        let [loss, furn_tm] = self.memory.loss.of([self.door, self.door_loss, self.furn_tm], Heater::loss);
+        let [(first, power), (second, power_after)] = self.memory.power.step(power, self.delay_tm, self.cycle);
+        let target = |power: LReal| self.t_amb + self.rise * power / 100.0 / loss;
+        let time_constants = [furn_tm, self.sens_tm];
+        let [lags, lags_after] = &mut self.memory.lags;
+        let temperatures = lags.step([self.t_furn, self.temp], target(power), time_constants, first);
+        let temperatures = lags_after.step(temperatures, target(power_after), time_constants, second);
         self.show(temperatures);
+    }
+
+    #[inline(always)]
+    fn is_steady(&self) -> bool {
+        let ([_, furn_tm], is_loss_steady) = self.memory.loss.get([self.door, self.door_loss, self.furn_tm]);
+        let ([first, second], is_delay_steady) = self.memory.power.durations(self.delay_tm, self.cycle);
+        let time_constants = [furn_tm, self.sens_tm];
+        let [lags, lags_after] = &self.memory.lags;
+        // Each of them, whatever the others are, is what a vector can do.
+        is_loss_steady
+            & is_delay_steady
+            & lags.are_steady(time_constants, first)
+            & lags_after.are_steady(time_constants, second)
     }
 }
 
 impl Heater {
+    /// The loss as a multiple of that with the door closed, and the time constant of the furnace with it.
+    fn loss([door, door_loss, furn_tm]: [LReal; 3]) -> [LReal; 2] {
+        let loss = 1.0 + limited(door, 0.0, 100.0) / 100.0 * door_loss.max(0.0) / 100.0;
+        [loss, furn_tm / loss]
+    }
+
+    #[inline(always)]
     fn show(&mut self, [t_furn, temp]: [f64; 2]) {
         self.t_furn = t_furn;
         self.temp = temp;

@@ -211,7 +211,7 @@ blocks::block! {
             pv_per: Word, from pv_0 pv_per_0 pv_per_100;
         }
     }
-    memory Memory {
+    memory Memory in lanes {
         /// Manipulated values on their way.
         u: Delay;
         /// Both lags, in either part of a cycle.
@@ -261,6 +261,7 @@ impl Law for Process {
         self.show(self.pv_0);
     }
 
+    #[inline(always)]
     fn call(&mut self) {
         let mut pv = self.pv;
         let parts = self.memory.u.step(self.u + self.load, self.dead_tm, self.cycle);
@@ -274,14 +275,23 @@ impl Law for Process {
         }
         self.show(if self.integ { pv } else { self.pv_0 + self.memory.x2 });
     }
+
+    #[inline(always)]
+    fn is_steady(&self) -> bool {
+        let ([first, second], is_delay_steady) = self.memory.u.durations(self.dead_tm, self.cycle);
+        let [lags, lags_after] = &self.memory.lags;
+        is_delay_steady & lags.are_steady([self.t1, self.t2], first) & lags_after.are_steady([self.t1, self.t2], second)
+    }
 }
 
 /// What a lag holds back of the integral while it changes by `change`.
+#[inline(always)]
 fn held(time_constant: f64, change: f64) -> f64 {
     if change == 0.0 { 0.0 } else { time_constant.max(0.0) * change }
 }
 
 impl Process {
+    #[inline(always)]
     fn show(&mut self, pv: f64) {
         self.pv = pv;
         self.pv_per = analog(pv, self.pv_per_0, self.pv_per_100);

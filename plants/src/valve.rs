@@ -383,7 +383,7 @@ struct Run {
 }
 
 /// How much passes the valve, at a position and with the pressure as it is.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Passage {
     /// The natural logarithm of CURVE.
     steepness: f64,

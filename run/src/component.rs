@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 pub use modeldescription::Type;
+use std::any::Any;
 use std::error::Error;
 use std::fmt;
 use std::ops::Range;
@@ -54,16 +55,6 @@ pub struct Written {
     pub values: Vec<f64>,
 }
 
-impl Written {
-    /// Takes the values of the present step from those of the run.
-    #[inline(always)]
-    pub fn gather(&mut self, values: &[f64]) {
-        for (value, source) in self.values.iter_mut().zip(&self.sources) {
-            *value = values[*source];
-        }
-    }
-}
-
 /// What a run needs of an instance of an FMU.
 pub trait Component {
     /// Start of the simulation in seconds, and its end if that is known.
@@ -96,20 +87,31 @@ pub trait Component {
     /// # Errors
     /// The FMU refuses; [`Terminated`].
     fn step(&mut self, time: f64, size: f64) -> Result<()>;
-    /// Learns which inputs are connected and what is read after each step, for [`cycle`](Component::cycle).
-    fn wire(&mut self, _wiring: &Wiring) {}
-    /// Writes the connected inputs, steps, and reads what others need, from and into the values of the run: what
-    /// [`write`](Component::write), [`step`](Component::step) and [`read`](Component::read) do, in fewer instructions. False, as by
-    /// default, leaves it to those; nothing but inputs is written then.
-    #[inline]
-    fn cycle(&mut self, _values: &mut [f64], _time: f64, _size: f64) -> bool {
-        false
+    /// Itself, to stand among the others of [`abreast`](Component::abreast); none, as by default, if there is no such thing.
+    fn any(&mut self) -> Option<&mut dyn Any> {
+        None
+    }
+    /// This one and others of the same kind, a member of each of several runs, as what makes their ordinary steps side by side; none,
+    /// as by default, if there is no such thing.
+    fn abreast<'a>(&'a mut self, _others: Vec<&'a mut dyn Any>, _wiring: &Wiring) -> Option<Box<dyn Abreast + 'a>> {
+        None
     }
     /// Ends the simulation.
     ///
     /// # Errors
     /// The FMU refuses.
     fn terminate(&mut self) -> Result<()>;
+}
+
+/// A member of each of several runs, which make the same steps side by side.
+pub trait Abreast {
+    /// Whether nothing that is checked in a step can fail in this one but the values of inputs.
+    fn is_ordinary(&self, time: f64, size: f64) -> bool;
+    /// Writes the connected inputs, makes a step that is ordinary, and reads what others need, for all runs. `values` has a value of
+    /// each run for each place in the values of a run. False if a value is refused; only inputs are written then.
+    fn cycle(&mut self, values: &mut [f64], time: f64, size: f64) -> bool;
+    /// Gives the components what they have come to.
+    fn end(self: Box<Self>);
 }
 
 /// An instance that can be used for one simulation after the other.
@@ -145,13 +147,16 @@ macro_rules! forward_component {
                 }
             )*
 
-            fn wire(&mut $self, wiring: &$crate::component::Wiring) {
-                $crate::component::Component::wire($target, wiring);
+            fn any(&mut $self) -> Option<&mut dyn std::any::Any> {
+                $crate::component::Component::any($target)
             }
 
-            #[inline]
-            fn cycle(&mut $self, values: &mut [f64], time: f64, size: f64) -> bool {
-                $crate::component::Component::cycle($target, values, time, size)
+            fn abreast<'abreast>(
+                &'abreast mut $self,
+                others: Vec<&'abreast mut dyn std::any::Any>,
+                wiring: &$crate::component::Wiring,
+            ) -> Option<Box<dyn $crate::component::Abreast + 'abreast>> {
+                $crate::component::Component::abreast($target, others, wiring)
             }
         }
     };

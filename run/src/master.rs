@@ -18,6 +18,8 @@
 //! [`Run`] gives the same rows but for one thing: a row is a call of the first member, the controller, so that its outputs are
 //! those that the call gave, whether anybody reads them or not.
 
+mod abreast;
+
 use crate::component::{Component, Read, Reset, Terminated, Type, Wiring, Written};
 use crate::plan::{Assignment, Column, MemberPlan, Plan, ROUNDING};
 use crate::system::Exchange;
@@ -344,19 +346,16 @@ impl<C: Component> Run<C> {
         let time = plan.time(self.steps);
         (self.time, self.stepped) = (time, 0);
         self.keep();
-        let due = time + ROUNDING * plan.step;
+        let due = due(plan, time);
         for (member, (of, own)) in self.members.iter_mut().zip(&plan.members).enumerate() {
             self.at = member;
             if of.next <= due {
                 of.assign_due(own, due).map_err(|error| at_time(error, own, time))?;
             }
-            if !of.component.cycle(&mut self.values, time, plan.step) {
-                of.write_inputs(&self.values).map_err(|error| at_time(error, own, time))?;
-                of.component.step(time, plan.step).map_err(|error| in_step(error, own))?;
-                self.stepped = member + 1;
-                of.observe(&mut self.values).map_err(|error| after_step(error, own, time))?;
-            }
+            of.write_inputs(&self.values).map_err(|error| at_time(error, own, time))?;
+            of.component.step(time, plan.step).map_err(|error| in_step(error, own))?;
             self.stepped = member + 1;
+            of.observe(&mut self.values).map_err(|error| after_step(error, own, time))?;
         }
         self.end_step();
         Ok(())
@@ -422,7 +421,7 @@ impl<C: Component> Run<C> {
         assert_eq!(others.len() + 1, plan.members.len(), "each member has a component");
         assert_eq!(self.members[0].wiring.own.len(), plan.members[0].observed.references.len(), "the same is observed");
         let before = self.members.split_off(1);
-        let first = self.members[0].rewire(Wiring::of(plan, 0));
+        let first = std::mem::replace(&mut self.members[0].wiring, Wiring::of(plan, 0));
         self.members.extend(others.into_iter().enumerate().map(|(other, of)| Running::of(plan, other + 1, of)));
         let values = self.values.clone();
         self.values.truncate(first.own.end);
@@ -431,7 +430,7 @@ impl<C: Component> Run<C> {
         if exchanged.is_err() {
             self.members.truncate(1);
             self.members.extend(before);
-            self.members[0].rewire(first);
+            self.members[0].wiring = first;
             self.values = values;
         } else {
             self.recorded = recorded(plan, false);
@@ -557,6 +556,11 @@ impl Wiring {
     }
 }
 
+/// What is set by this time is set in the step that begins at `time`, in seconds.
+fn due(plan: &Plan, time: f64) -> f64 {
+    time + ROUNDING * plan.step
+}
+
 /// How many values all members have.
 fn count(plan: &Plan) -> usize {
     first_value(plan, plan.members.len())
@@ -587,9 +591,8 @@ fn recorded(plan: &Plan, of_times: bool) -> Vec<usize> {
 }
 
 impl<C: Component> Running<C> {
-    fn of(plan: &Plan, member: usize, mut component: C) -> Running<C> {
+    fn of(plan: &Plan, member: usize, component: C) -> Running<C> {
         let wiring = Wiring::of(plan, member);
-        component.wire(&wiring);
         let mut running = Running { component, wiring, events: 0, next: f64::NAN, pending: Vec::new() };
         running.expect_next(&plan.members[member]);
         running
@@ -598,12 +601,6 @@ impl<C: Component> Running<C> {
     /// Notes when the next event is.
     fn expect_next(&mut self, own: &MemberPlan) {
         self.next = own.events.get(self.events).map_or(f64::INFINITY, |(at, _)| *at);
-    }
-
-    /// Gives the wiring that it had.
-    fn rewire(&mut self, wiring: Wiring) -> Wiring {
-        self.component.wire(&wiring);
-        std::mem::replace(&mut self.wiring, wiring)
     }
 
     /// Sets what is set by this time, in seconds. Few steps set anything.
@@ -631,7 +628,9 @@ impl<C: Component> Running<C> {
     #[inline(always)]
     fn write_inputs(&mut self, values: &[f64]) -> Result<()> {
         for group in &mut self.wiring.written {
-            group.gather(values);
+            for (value, source) in group.values.iter_mut().zip(&group.sources) {
+                *value = values[*source];
+            }
             self.component.write(group.kind, &group.references, &group.values)?;
         }
         Ok(())

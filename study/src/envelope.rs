@@ -44,7 +44,7 @@ impl Envelope {
             return Ok(None);
         }
         let mut traces = Vec::new();
-        pool.traces(runs.len() as u64, &|place| experiment.point(runs[place as usize]), &mut |_, _, row| {
+        pool.traces(runs.len() as u64, &|place| experiment.point(runs[place as usize]), &mut |_, row| {
             traces.extend(Some(row.figures).filter(|_| row.error.is_none()));
             Ok(())
         })?;

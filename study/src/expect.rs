@@ -102,12 +102,17 @@ impl Comparison {
     }
 }
 
+/// At most this many runs are named with their settings.
+pub(crate) const MOST_RUNS: usize = 10;
+
 /// What came of an expectation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Verdict {
-    /// The runs that fail: first those without the figure, then those with the value furthest from the bound,
-    /// at the end those that failed. Empty if the expectation is of all runs together and is met.
-    pub offending: Vec<u64>,
+    /// The first ten of the runs that fail, and why each does: first those without the figure, then those with the value furthest from
+    /// the bound, at the end those that failed. Empty if the expectation is of all runs together and is met.
+    pub offending: Vec<(u64, String)>,
+    /// How many fail.
+    pub count: usize,
     /// What is wrong, a sentence; none if it is met.
     pub problem: Option<String>,
     /// How many runs meet it, if it is of each run.
@@ -141,11 +146,14 @@ impl Expectation {
     }
 
     /// Whether the runs meet it.
-    pub fn verdict(&self, results: &Results) -> Verdict {
-        let figure = &results.figures[self.figure];
-        let value = |run: u64| results.figures_of(run)[self.figure];
-        let mut offending: Vec<u64> =
-            (0..results.count()).filter(|run| !self.comparison.holds(value(*run), self.bound)).collect();
+    ///
+    /// # Errors
+    /// The results of a large study cannot be read.
+    pub fn verdict(&self, results: &Results) -> Result<Verdict> {
+        let values = results.figure(self.figure)?;
+        let value = |run: u64| values[run as usize];
+        let runs = results.count();
+        let mut offending: Vec<u64> = (0..runs).filter(|run| !self.comparison.holds(value(*run), self.bound)).collect();
         let worth = |run: &u64| match (results.errors.contains_key(run), value(*run).is_nan()) {
             (true, _) => (2, 0.0),
             (false, true) => (0, 0.0),
@@ -155,28 +163,29 @@ impl Expectation {
             let ((first, a), (second, b)) = (worth(a), worth(b));
             first.cmp(&second).then(b.total_cmp(&a))
         });
-        let runs = results.count();
-        let hits = (self.of == Of::Each).then(|| runs - offending.len() as u64);
+        let count = offending.len();
+        let named = offending.iter().take(MOST_RUNS).map(|run| (*run, self.reason(results, *run, value(*run))));
+        let named: Vec<(u64, String)> = named.collect();
+        let hits = (self.of == Of::Each).then(|| runs - count as u64);
         let problem = if self.of == Of::Each {
-            offending.first().map(|worst| {
-                let count = offending.len();
+            named.first().map(|(worst, reason)| {
                 let (fail, which) = if count == 1 { ("fails", "") } else { ("fail", "worst: ") };
-                format!("{count} of {} {fail}; {which}run {worst}: {}", runs_text(runs), self.reason(results, *worst))
+                format!("{count} of {} {fail}; {which}run {worst}: {reason}", runs_text(runs))
             })
         } else {
-            self.problem_of_all(results, figure)
+            drop(offending);
+            self.problem_of_all(results, &values)
         };
-        if problem.is_none() {
-            offending.clear();
-        }
-        Verdict { offending, problem, hits }
+        let (offending, count) = if problem.is_some() { (named, count) } else { (Vec::new(), 0) };
+        Ok(Verdict { offending, count, problem, hits })
     }
 
     /// What is wrong with the value of all runs together.
-    fn problem_of_all(&self, results: &Results, figure: &Quantity) -> Option<String> {
-        let absent = results.figure(self.figure).filter(|value| value.is_nan()).count();
-        let replaced = |value: f64| if value.is_nan() { self.comparison.worst() } else { value };
-        let mut values: Vec<f64> = results.figure(self.figure).map(replaced).collect();
+    fn problem_of_all(&self, results: &Results, values: &[f64]) -> Option<String> {
+        let figure = &results.figures[self.figure];
+        let absent = values.iter().filter(|value| value.is_nan()).count();
+        let replaced = |value: &f64| if value.is_nan() { self.comparison.worst() } else { *value };
+        let mut values: Vec<f64> = values.iter().map(replaced).collect();
         values.sort_unstable_by(f64::total_cmp);
         let (name, value) = match self.of {
             Of::Mean => ("mean".to_string(), mean(&values)),
@@ -211,9 +220,9 @@ impl Expectation {
     }
 
     /// Why a run fails: its value, that it has none, or its error.
-    pub fn reason(&self, results: &Results, run: u64) -> String {
+    fn reason(&self, results: &Results, run: u64, value: f64) -> String {
         let figure = &results.figures[self.figure];
-        match (results.errors.get(&run), results.figures_of(run)[self.figure]) {
+        match (results.errors.get(&run), value) {
             (Some(error), _) => format!("it failed: {error}"),
             (None, value) if value.is_nan() => match figures::find(&figure.name) {
                 Some(known) => format!("no {}, since {}", figure.name, known.absent),
@@ -342,9 +351,13 @@ mod tests {
         for row in rows {
             let (overshoot, settling) = row.unwrap_or((NONE, NONE));
             let error = row.is_none().then(|| "PLANT: division by zero".to_string());
-            results.push(&[], &Row { figures: vec![overshoot, settling, NONE, NONE, NONE], error });
+            results.push(&[], &Row { figures: vec![overshoot, settling, NONE, NONE, NONE], error }).unwrap();
         }
         results
+    }
+
+    fn runs(verdict: &Verdict) -> Vec<u64> {
+        verdict.offending.iter().map(|(run, _)| *run).collect()
     }
 
     fn parse(text: &str) -> Expectation {
@@ -397,18 +410,25 @@ mod tests {
     fn runs_without_the_figure_and_failed_runs_fail() {
         let results = results(&[Some((12.5, 1.0)), Some((5.0, 1.0)), None, Some((NONE, 1.0)), Some((30.0, 1.0))]);
         let expectation = parse("overshoot < 10 %");
-        let verdict = expectation.verdict(&results);
-        assert_eq!(verdict.offending, [3, 4, 0, 2]);
+        let verdict = expectation.verdict(&results).unwrap();
+        assert_eq!((runs(&verdict), verdict.count), (vec![3, 4, 0, 2], 4));
         assert_eq!(
             verdict.problem.unwrap(),
             "4 of 5 runs fail; worst: run 3: no overshoot, since the process value does not reach the setpoint"
         );
-        assert_eq!(expectation.reason(&results, 4), "overshoot is 30 %");
-        assert_eq!(expectation.reason(&results, 2), "it failed: PLANT: division by zero");
+        assert_eq!(verdict.offending[1].1, "overshoot is 30 %");
+        assert_eq!(verdict.offending[3].1, "it failed: PLANT: division by zero");
         assert_eq!(
-            parse("settling == 1").verdict(&results).problem.unwrap(),
+            parse("settling == 1").verdict(&results).unwrap().problem.unwrap(),
             "1 of 5 runs fails; run 2: it failed: PLANT: division by zero"
         );
+    }
+
+    #[test]
+    fn ten_of_the_runs_that_fail_are_named_and_all_are_counted() {
+        let rows: Vec<_> = (0..25).map(|run| Some((f64::from(run), 1.0))).collect();
+        let verdict = parse("overshoot < 5 %").verdict(&results(&rows)).unwrap();
+        assert_eq!((runs(&verdict), verdict.count, verdict.hits), ((15..25).rev().collect(), 20, Some(5)));
     }
 
     #[test]
@@ -421,22 +441,22 @@ mod tests {
             "min(settling) >= 1",
             "p50(overshoot) > 8",
         ] {
-            let Verdict { offending, problem, .. } = parse(met).verdict(&results);
+            let Verdict { offending, problem, .. } = parse(met).verdict(&results).unwrap();
             assert_eq!((offending, problem), (Vec::new(), None), "{met}");
         }
         assert_eq!(
-            ["overshoot < 10", "mean(overshoot) < 8"].map(|text| parse(text).verdict(&results).hits),
+            ["overshoot < 10", "mean(overshoot) < 8"].map(|text| parse(text).verdict(&results).unwrap().hits),
             [Some(2), None]
         );
-        assert_eq!(parse("overshoot < 10").verdict(&results).offending, [1]);
-        assert_eq!(parse("overshoot > 9").verdict(&results).offending, [2, 0]);
+        assert_eq!(runs(&parse("overshoot < 10").verdict(&results).unwrap()), [1]);
+        assert_eq!(runs(&parse("overshoot > 9").verdict(&results).unwrap()), [2, 0]);
     }
 
     #[test]
     fn a_percentile_counts_a_run_without_the_figure_as_the_worst() {
         let rows: Vec<_> = (0..=10).map(|run| Some((f64::from(run), if run < 9 { 1.0 } else { NONE }))).collect();
         let results = results(&rows);
-        let problem = |text: &str| parse(text).verdict(&results).problem;
+        let problem = |text: &str| parse(text).verdict(&results).unwrap().problem;
         assert_eq!(problem("p80(settling) < 2 s"), None);
         assert_eq!(
             problem("p90(settling) < 2 s").unwrap(),
@@ -452,7 +472,7 @@ mod tests {
             "settling has no least value: 2 of 11 runs have no settling"
         );
         assert_eq!(problem("p95(overshoot) < 9 %").unwrap(), "the 95th percentile of overshoot is 9.5 %");
-        assert_eq!(parse("p95(overshoot) < 9 %").verdict(&results).offending, [10, 9]);
+        assert_eq!(runs(&parse("p95(overshoot) < 9 %").verdict(&results).unwrap()), [10, 9]);
         assert_eq!(problem("mean(overshoot) > 5").unwrap(), "the mean of overshoot is 5 %");
     }
 

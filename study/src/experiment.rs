@@ -235,12 +235,14 @@ fn recorded<'a>(names: impl Iterator<Item = &'a String>) -> Vec<Recorded> {
     names.map(|name| Recorded::from(name.as_str())).collect()
 }
 
-/// Makes runs one after the other with the same instances, which are reset between them.
+/// Makes runs with the same instances, which are reset between them.
 #[derive(Debug)]
 pub struct Executor<C> {
     experiment: Experiment,
-    run: Option<Run<C>>,
-    traces: Traces,
+    /// With the instances that were used.
+    runs: Vec<Run<C>>,
+    /// Of the last runs, in their order.
+    traces: Vec<Traces>,
     /// Each run needs new instances, since reset ones compute something else.
     is_reset_wrong: bool,
 }
@@ -248,7 +250,7 @@ pub struct Executor<C> {
 impl<C: Reset> Executor<C> {
     /// For an experiment.
     pub fn new(experiment: Experiment) -> Executor<C> {
-        Executor { experiment, run: None, traces: Traces::default(), is_reset_wrong: false }
+        Executor { experiment, runs: Vec::new(), traces: vec![Traces::default()], is_reset_wrong: false }
     }
 
     /// Makes each run with new instances, as after a [`check_reset`](Executor::check_reset) that finds a difference.
@@ -267,30 +269,47 @@ impl<C: Reset> Executor<C> {
     /// # Panics
     /// The point has not a value for each coordinate.
     pub fn row(&mut self, point: &[f64], instantiate: impl FnMut(usize) -> Result<C>) -> Row {
-        self.row_of(point, Gives::Figures, instantiate)
+        self.rows(&[point.to_vec()], Gives::Figures, instantiate).remove(0)
     }
 
-    /// The same with the values that are wanted.
+    /// Makes the runs of points, each with instances of its own, side by side if these can do it; the rows have the values that are
+    /// wanted, the same whatever runs are made together.
     ///
     /// # Panics
     /// As [`Executor::row`].
-    pub fn row_of(&mut self, point: &[f64], gives: Gives, mut instantiate: impl FnMut(usize) -> Result<C>) -> Row {
-        let is_reset = self.run.is_some();
-        let mut figures = self.figures(point, &mut instantiate, |_| {});
-        if figures.is_err() && is_reset {
-            // Why a run fails must not depend on the runs before it.
-            figures = self.figures(point, &mut instantiate, |_| {});
+    pub fn rows(
+        &mut self,
+        points: &[Vec<f64>],
+        gives: Gives,
+        mut instantiate: impl FnMut(usize) -> Result<C>,
+    ) -> Vec<Row> {
+        if points.len() > 1 && self.make(points, &mut instantiate).is_ok() {
+            return (0..points.len()).map(|number| self.row_of(number, gives)).collect();
         }
-        match figures {
-            Ok(_) if gives == Gives::Trace => {
-                Row { figures: self.experiment.measures.process_values(&self.traces), error: None }
+        let mut row = |point: &Vec<f64>| {
+            let is_reset = !self.runs.is_empty();
+            let point = std::slice::from_ref(point);
+            let mut made = self.make(point, &mut instantiate);
+            if made.is_err() && is_reset {
+                // Why a run fails must not depend on the runs before it.
+                made = self.make(point, &mut instantiate);
             }
-            Ok(figures) => Row { figures, error: None },
-            Err(error) => {
-                let error = format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ");
-                Row { figures: vec![f64::NAN; self.experiment.figures.len()], error: Some(error) }
-            }
-        }
+            let Err(error) = made else { return self.row_of(0, gives) };
+            let error = format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ");
+            Row { figures: vec![f64::NAN; self.experiment.figures.len()], error: Some(error) }
+        };
+        points.iter().map(&mut row).collect()
+    }
+
+    /// The row of one of the last runs.
+    fn row_of(&mut self, number: usize, gives: Gives) -> Row {
+        let Experiment { measures, plan, .. } = &self.experiment;
+        let traces = &mut self.traces[number];
+        let figures = match gives {
+            Gives::Figures => measures.end(traces, plan),
+            Gives::Trace => measures.process_values(traces),
+        };
+        Row { figures, error: None }
     }
 
     /// The same with new instances, and with what the run records: the signals of the loop, what figures are taken of, and what
@@ -309,14 +328,15 @@ impl<C: Reset> Executor<C> {
         mut receive: impl FnMut(Recording) -> Result<()>,
     ) -> Result<Option<Vec<f64>>> {
         // Some FMUs allow one instance in a process.
-        self.run = None;
+        self.runs.clear();
         self.experiment.set(point);
         let Experiment { plan: measured, recording: plan, measures, .. } = &self.experiment;
         let place = |name: &String| plan.columns.iter().position(|column| column.name == *name).unwrap_or_default();
         let places: Vec<usize> = measured.columns.iter().map(|column| place(&column.name)).collect();
         let mut kept = detail.thinned(plan.columns.clone(), plan.steps + 1);
         let piece = PIECE / plan.columns.len().max(1);
-        measures.begin(&mut self.traces);
+        let traces = &mut self.traces[0];
+        measures.begin(traces);
         let mut before: Option<Vec<f64>> = None;
         let mut row = vec![0.0; places.len()];
         let ended = master::run_into(
@@ -330,7 +350,7 @@ impl<C: Reset> Executor<C> {
                     for (place, value) in places.iter().zip(&mut row) {
                         *value = if plan.columns[*place].is_unread { values[*place] } else { before[*place] };
                     }
-                    self.traces.push(&row);
+                    traces.push(&row);
                 }
                 before = Some(values.to_vec());
                 kept.take(piece).map_or(Ok(()), &mut receive)
@@ -340,7 +360,7 @@ impl<C: Reset> Executor<C> {
         let mut last = kept.recording();
         last.ended = ended;
         receive(last)?;
-        Ok((!has_ended).then(|| measures.end(&mut self.traces, plan)))
+        Ok((!has_ended).then(|| measures.end(traces, plan)))
     }
 
     /// Compares what reset instances compute with what new ones do: the run of the second point after that of the first. If any
@@ -349,18 +369,19 @@ impl<C: Reset> Executor<C> {
     /// Gives a sentence for the user if they differ.
     pub fn check_reset(&mut self, mut instantiate: impl FnMut(usize) -> Result<C>) -> Option<String> {
         let (first, second) = (self.experiment.point(0), self.experiment.point(1.min(self.experiment.count() - 1)));
-        let mut values = |executor: &mut Self, point: &[f64]| {
+        let mut values = |executor: &mut Self, point: Vec<f64>| {
+            let is_made = executor.make(&[point], &mut instantiate).is_ok();
             let mut bits = DefaultHasher::new();
-            let hash = |row: &[f64]| row.iter().for_each(|value| bits.write_u64(value.to_bits()));
-            let figures = executor.figures(point, &mut instantiate, hash);
-            (bits.finish(), figures.is_err())
+            let recorded = executor.traces[0].columns.iter().flatten();
+            recorded.for_each(|value| bits.write_u64(value.to_bits()));
+            (bits.finish(), is_made)
         };
-        self.run = None;
-        values(self, &first);
-        let is_reset = self.run.is_some();
-        let after_reset = values(self, &second);
-        self.run = None;
-        let anew = values(self, &second);
+        self.runs.clear();
+        values(self, first);
+        let is_reset = !self.runs.is_empty();
+        let after_reset = values(self, second.clone());
+        self.runs.clear();
+        let anew = values(self, second);
         self.is_reset_wrong = is_reset && after_reset != anew;
         self.is_reset_wrong.then(|| {
             "an FMU computes something else after a reset than a new instance does: each run gets new \
@@ -369,34 +390,53 @@ impl<C: Reset> Executor<C> {
         })
     }
 
-    /// The figures of a point. `observe` gets what each step records.
-    fn figures(
-        &mut self,
-        point: &[f64],
-        instantiate: &mut impl FnMut(usize) -> Result<C>,
-        mut observe: impl FnMut(&[f64]),
-    ) -> Result<Vec<f64>> {
-        self.experiment.set(point);
-        let plan = &self.experiment.plan;
-        let stop = stop(plan);
-        let used = self.run.take().filter(|_| !self.is_reset_wrong);
-        let mut run = match used {
-            Some(mut run) => {
-                run.restart(plan, Some(stop))?;
-                run
-            }
-            None => Run::begin(plan, instances(plan, instantiate)?, Some(stop))?,
-        };
-        let measures = &self.experiment.measures;
-        measures.begin(&mut self.traces);
-        for _ in 0..plan.steps {
-            run.step(plan)?;
-            self.traces.push(run.row());
-            observe(run.row());
+    /// Makes the runs of points, side by side as far as it goes; then their traces are there.
+    fn make(&mut self, points: &[Vec<f64>], instantiate: &mut impl FnMut(usize) -> Result<C>) -> Result<()> {
+        let Executor { experiment, traces, .. } = self;
+        let mut used = std::mem::take(&mut self.runs);
+        if self.is_reset_wrong {
+            used.clear();
         }
-        run.terminate(plan)?;
-        self.run = Some(run);
-        Ok(measures.end(&mut self.traces, plan))
+        let stop = stop(&experiment.plan);
+        let mut runs = Vec::with_capacity(points.len());
+        traces.resize_with(points.len(), Traces::default);
+        for (point, traces) in points.iter().zip(&mut *traces) {
+            experiment.measures.begin(traces);
+            experiment.set(point);
+            let plan = &experiment.plan;
+            runs.push(match used.pop() {
+                Some(mut run) => {
+                    run.restart(plan, Some(stop))?;
+                    run
+                }
+                None => Run::begin(plan, instances(plan, &mut *instantiate)?, Some(stop))?,
+            });
+        }
+        let mut columns = experiment.measures.abreast();
+        let mut is_abreast = true;
+        while is_abreast && runs.iter().any(|run| run.steps() < experiment.plan.steps) {
+            let record = |column: usize, values: &[f64]| columns.push(column, values, traces);
+            is_abreast = Run::steps_abreast(&mut runs, &experiment.plan, record)?.is_some();
+            columns.finish(traces);
+            // Then each run for itself: one step, at which something is set, or all that there are.
+            for ((run, point), traces) in runs.iter_mut().zip(points).zip(&mut *traces) {
+                experiment.set(point);
+                let plan = &experiment.plan;
+                while run.steps() < plan.steps {
+                    run.step(plan)?;
+                    traces.push(run.row());
+                    if is_abreast {
+                        break;
+                    }
+                }
+            }
+        }
+        for run in &mut runs {
+            run.terminate(&experiment.plan)?;
+        }
+        runs.extend(used);
+        self.runs = runs;
+        Ok(())
     }
 }
 

@@ -1,8 +1,7 @@
 //! The results of a finished study in their folder: with `--resume`, its runs are not made again.
 
 use super::hash;
-use super::output::{self, Format};
-use crate::results::Row;
+use super::output::{self, Format, Take};
 use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
@@ -37,16 +36,16 @@ struct Summary {
     table: Table,
 }
 
-/// The rows of a study that has left its results in a folder; none if no study has left any. The table has this many coordinates
-/// and figures.
+/// The rows of a study that has left its results in a folder, one after the other; `false` if no study has left any. The table has
+/// this many coordinates and figures.
 ///
 /// # Errors
-/// The results are those of another study, or the table is not the one that the study has written; what to do.
-pub fn rows(out: &Path, fingerprint: &str, coordinates: usize, figures: usize) -> Result<Option<Vec<Row>>> {
+/// The results are those of another study, or the table is not the one that the study has written; what to do. An error of `each`.
+pub fn rows(out: &Path, fingerprint: &str, coordinates: usize, figures: usize, each: &mut Take) -> Result<bool> {
     const REMEDY: &str = "name another folder with --out, or start over without --resume";
     let path = out.join("summary.json");
     if !path.exists() {
-        return Ok(None);
+        return Ok(false);
     }
     let text = fs::read(&path).with_context(|| format!("{} cannot be read", path.display()))?;
     let Some(summary) = serde_json::from_slice::<Summary>(&text).ok().filter(|of| of.fingerprint == fingerprint) else {
@@ -65,30 +64,39 @@ pub fn rows(out: &Path, fingerprint: &str, coordinates: usize, figures: usize) -
         "{} has changed since the study has written it: {REMEDY}",
         table.display()
     );
-    Ok(Some(output::read(&table, format, coordinates, figures)?))
+    output::read(&table, format, coordinates, figures, each)?;
+    Ok(true)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::results::{Quantity, Results};
+    use crate::results::{Quantity, Results, Row};
 
     #[test]
     fn results_of_another_study_and_a_changed_table_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path();
-        assert_eq!(rows(out, "f", 1, 1).unwrap(), None);
+        let rows = |fingerprint: &str| {
+            let mut rows = Vec::new();
+            let mut each = |row| {
+                rows.push(row);
+                Ok(())
+            };
+            super::rows(out, fingerprint, 1, 1, &mut each).map(|is_there| is_there.then_some(rows))
+        };
+        assert_eq!(rows("f").unwrap(), None);
         let quantity = |name: &str| vec![Quantity { name: name.into(), unit: None }];
         let mut results = Results::new(quantity("C.GAIN"), quantity("iae"));
         let row = Row { figures: vec![0.1], error: None };
-        results.push(&[2.0], &row);
+        results.push(&[2.0], &row).unwrap();
         output::write(&Format::Csv.file(out), Format::Csv, &results).unwrap();
         let table = Table::of(out, Format::Csv).unwrap();
         let summary = serde_json::json!({ "fingerprint": "f", "table": table });
         fs::write(out.join("summary.json"), summary.to_string()).unwrap();
-        assert_eq!(rows(out, "f", 1, 1).unwrap(), Some(vec![row]));
+        assert_eq!(rows("f").unwrap(), Some(vec![row]));
 
-        let error = |fingerprint: &str| rows(out, fingerprint, 1, 1).unwrap_err().to_string();
+        let error = |fingerprint: &str| rows(fingerprint).unwrap_err().to_string();
         assert!(error("g").contains("has the results of another study"), "{}", error("g"));
         fs::write(Format::Csv.file(out), "run,C.GAIN,iae,error\n0,2.0,0.2,\n").unwrap();
         assert!(error("f").contains("runs.csv has changed since the study has written it"), "{}", error("f"));

@@ -14,6 +14,7 @@
 mod axes;
 pub mod bundle;
 mod check;
+mod columns;
 mod correlation;
 pub mod distribution;
 pub mod each;

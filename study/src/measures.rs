@@ -43,7 +43,37 @@ pub(super) struct Traces {
     /// When steps begin, also those after the run.
     times: Vec<f64>,
     /// What the steps recorded, for each column.
-    columns: Vec<Vec<f64>>,
+    pub columns: Vec<Vec<f64>>,
+}
+
+/// What several runs recorded in the last steps that they made side by side: for each column, step by step, a value of each run.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Abreast(Vec<Vec<f64>>);
+
+impl Abreast {
+    /// Takes in what a step recorded in a column.
+    #[inline]
+    pub fn push(&mut self, column: usize, values: &[f64], traces: &mut [Traces]) {
+        self.0[column].extend_from_slice(values);
+        // No more than what stays in the cache.
+        if self.0[column].len() >= 512 {
+            self.give(column, traces);
+        }
+    }
+
+    /// Hands over what there is of a column.
+    fn give(&mut self, column: usize, traces: &mut [Traces]) {
+        let count = traces.len();
+        for (number, of) in traces.iter_mut().enumerate() {
+            of.columns[column].extend(self.0[column].iter().skip(number).step_by(count));
+        }
+        self.0[column].clear();
+    }
+
+    /// Hands over everything.
+    pub fn finish(&mut self, traces: &mut [Traces]) {
+        (0..self.0.len()).for_each(|column| self.give(column, traces));
+    }
 }
 
 impl Traces {
@@ -220,6 +250,11 @@ impl Measures {
         }
         self.figures.push(Quantity { name: name.into(), unit });
         Ok(())
+    }
+
+    /// What takes in the columns of runs side by side.
+    pub fn abreast(&self) -> Abreast {
+        Abreast(vec![Vec::new(); self.columns.len()])
     }
 
     /// Begins a run.

@@ -26,6 +26,9 @@ use std::sync::Arc;
 /// This many rows a row group of Parquet has.
 const ROW_GROUP: u64 = 1 << 17;
 
+/// How many lines of CSV are made from one piece of each column.
+const LINES: usize = 1 << 12;
+
 /// The column with the names of loops. Those of coordinates have a dot.
 const LOOP: &str = "loop";
 
@@ -73,41 +76,51 @@ pub fn write_csv(to: &mut impl Write, results: &Results) -> Result<()> {
         write!(to, ",{}", field(name))?;
     }
     writeln!(to, ",error")?;
-    for run in 0..results.count() {
-        write!(to, "{run}")?;
-        if let Some(loops) = &results.loops {
-            write!(to, ",{}", field(loops.of(run)))?;
-        }
-        for value in results.point(run) {
-            write!(to, ",{value:?}")?;
-        }
-        for value in results.figures_of(run) {
-            if value.is_nan() {
-                write!(to, ",")?;
-            } else {
-                write!(to, ",{value:?}")?;
+    for first in (0..results.count()).step_by(LINES) {
+        let runs = first..(first + LINES as u64).min(results.count());
+        let columns = (0..results.width()).map(|column| results.column(column, runs.clone()));
+        let columns = columns.collect::<Result<Vec<_>>>()?;
+        let (coordinates, figures) = columns.split_at(results.coordinates.len());
+        for (place, run) in runs.enumerate() {
+            write!(to, "{run}")?;
+            if let Some(loops) = &results.loops {
+                write!(to, ",{}", field(loops.of(run)))?;
             }
+            for column in coordinates {
+                write!(to, ",{:?}", column[place])?;
+            }
+            for column in figures {
+                let value = column[place];
+                if value.is_nan() {
+                    write!(to, ",")?;
+                } else {
+                    write!(to, ",{value:?}")?;
+                }
+            }
+            writeln!(to, ",{}", results.errors.get(&run).map_or_else(String::new, |error| field(error)))?;
         }
-        writeln!(to, ",{}", results.errors.get(&run).map_or_else(String::new, |error| field(error)))?;
     }
     Ok(())
 }
 
-/// Reads the rows of a table that [`write()`] has written, with this many coordinates and figures.
+/// Takes the next row of a table.
+pub type Take<'a> = dyn FnMut(Row) -> Result<()> + 'a;
+
+/// Reads the rows of a table that [`write()`] has written, with this many coordinates and figures, one after the other.
 ///
 /// # Errors
-/// The file cannot be read, or it is damaged.
-pub fn read(path: &Path, format: Format, coordinates: usize, figures: usize) -> Result<Vec<Row>> {
+/// The file cannot be read, or it is damaged, or an error of `each`.
+pub fn read(path: &Path, format: Format, coordinates: usize, figures: usize, each: &mut Take) -> Result<()> {
     let shown = || path.display().to_string();
     let file = File::open(path).with_context(shown)?;
-    let rows = match format {
-        Format::Parquet => read_parquet(file, coordinates, figures),
-        Format::Csv => read_csv(BufReader::new(file), coordinates, figures),
+    let read = match format {
+        Format::Parquet => read_parquet(file, coordinates, figures, each),
+        Format::Csv => read_csv(BufReader::new(file), coordinates, figures, each),
     };
-    rows.with_context(shown)
+    read.with_context(shown)
 }
 
-fn read_csv(from: impl BufRead, coordinates: usize, figures: usize) -> Result<Vec<Row>> {
+fn read_csv(from: impl BufRead, coordinates: usize, figures: usize, each: &mut Take) -> Result<()> {
     let mut lines = from.lines().enumerate();
     let header = lines.next().map(|(_, line)| line).transpose()?.unwrap_or_default();
     let has_loops = header.split(',').nth(1) == Some(LOOP);
@@ -122,8 +135,10 @@ fn read_csv(from: impl BufRead, coordinates: usize, figures: usize) -> Result<Ve
         let figures = fields.by_ref().take(figures).map(number).collect::<Option<_>>()?;
         Some(Row { figures, error: Some(unquoted(fields.next()?)).filter(|error| !error.is_empty()) })
     };
-    let rows = lines.map(|(number, line)| row(&line?).with_context(|| format!("line {} is damaged", number + 1)));
-    rows.collect()
+    for (number, line) in lines {
+        each(row(&line?).with_context(|| format!("line {} is damaged", number + 1))?)?;
+    }
+    Ok(())
 }
 
 /// Where the comma after the first field of a line of CSV is.
@@ -135,7 +150,7 @@ fn end_of_field(line: &str) -> Option<usize> {
     })
 }
 
-fn read_parquet(from: File, coordinates: usize, figures: usize) -> Result<Vec<Row>> {
+fn read_parquet(from: File, coordinates: usize, figures: usize, each: &mut Take) -> Result<()> {
     let reader = SerializedFileReader::new(from)?;
     // The number of the run, and of a table of loops the name.
     let columns = reader.metadata().file_metadata().schema_descr().columns();
@@ -147,7 +162,10 @@ fn read_parquet(from: File, coordinates: usize, figures: usize) -> Result<Vec<Ro
             .collect(),
         error: row.get_string(leading + coordinates + figures).ok().cloned(),
     };
-    reader.get_row_iter(None)?.map(|read| Ok(row(&read?))).collect()
+    for read in reader.get_row_iter(None)? {
+        each(row(&read?))?;
+    }
+    Ok(())
 }
 
 /// The text of a field of CSV.
@@ -236,13 +254,12 @@ fn write_column(to: &mut ColumnWriter, place: usize, results: &Results, runs: Ra
             to.write_batch(&numbers, None, None)?;
         }
         ColumnWriter::DoubleColumnWriter(to) if place <= coordinates => {
-            let values: Vec<f64> = runs.map(|run| results.point(run)[place - 1]).collect();
-            to.write_batch(&values, None, None)?;
+            to.write_batch(&results.column(place - 1, runs)?, None, None)?;
         }
         ColumnWriter::DoubleColumnWriter(to) => {
-            let values: Vec<f64> = runs.map(|run| results.figures_of(run)[place - 1 - coordinates]).collect();
+            let values = results.column(place - 1, runs)?;
             let is_there: Vec<i16> = values.iter().map(|value| i16::from(!value.is_nan())).collect();
-            let values: Vec<f64> = values.into_iter().filter(|value| !value.is_nan()).collect();
+            let values: Vec<f64> = values.iter().copied().filter(|value| !value.is_nan()).collect();
             to.write_batch(&values, Some(&is_there), None)?;
         }
         ColumnWriter::ByteArrayColumnWriter(to) => {
@@ -267,10 +284,10 @@ mod tests {
             vec![quantity("C.GAIN", None), quantity("P.LAG", Some("s"))],
             vec![quantity("rise", Some("s")), quantity("overshoot", Some("%"))],
         );
-        results.push(&[0.1, 30.0], &Row { figures: vec![1.0 / 3.0, f64::NAN], error: None });
+        results.push(&[0.1, 30.0], &Row { figures: vec![1.0 / 3.0, f64::NAN], error: None }).unwrap();
         let error = Some("P: \"dry\", twice".into());
-        results.push(&[1e-300, -0.0], &Row { figures: vec![f64::NAN, f64::NAN], error });
-        results.push(&[2.0, 5.0], &Row { figures: vec![f64::INFINITY, 4.0], error: None });
+        results.push(&[1e-300, -0.0], &Row { figures: vec![f64::NAN, f64::NAN], error }).unwrap();
+        results.push(&[2.0, 5.0], &Row { figures: vec![f64::INFINITY, 4.0], error: None }).unwrap();
         results
     }
 
@@ -306,7 +323,7 @@ mod tests {
             assert_eq!(row.get_long(0).unwrap(), run as i64);
             let value = |column| row.get_double(column).unwrap_or(f64::NAN);
             let error = row.get_string(5).ok().cloned();
-            read.push(&[value(1), value(2)], &Row { figures: vec![value(3), value(4)], error });
+            read.push(&[value(1), value(2)], &Row { figures: vec![value(3), value(4)], error }).unwrap();
         }
         let mut from_parquet = Vec::new();
         write_csv(&mut from_parquet, &read).unwrap();
@@ -347,9 +364,8 @@ mod tests {
             write(&path, format, &results).unwrap();
             let mut read_back = Results::new(results.coordinates.clone(), results.figures.clone());
             read_back.loops = results.loops.clone();
-            for (run, row) in (0..).zip(read(&path, format, 2, 2).unwrap()) {
-                read_back.push(results.point(run), &row);
-            }
+            let mut each = |row: Row| read_back.push(&results.point(read_back.count())?, &row);
+            read(&path, format, 2, 2, &mut each).unwrap();
             let csv = |results: &Results| {
                 let mut csv = Vec::new();
                 write_csv(&mut csv, results).unwrap();

@@ -4,17 +4,20 @@
 //! rows in the format of postcard, and the SHA-256 of all that. Anyone can make parts of a study, on any machine; those of
 //! one folder may overlap.
 
+use crate::Writer;
 use crate::results::Row;
 use anyhow::{Context, Result, bail, ensure};
 use host::package::temporary;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::fs;
-use std::io::Write;
+use std::fs::{self, File};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Take, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+use tempfile::SpooledTempFile;
 
 /// What a part begins with.
 const MAGIC: &[u8] = b"plcfmu part 1\n";
@@ -22,8 +25,14 @@ const MAGIC: &[u8] = b"plcfmu part 1\n";
 /// A SHA-256 in bytes.
 const HASH: usize = 32;
 
-/// This many rows a part has at most.
-const MOST_ROWS: usize = 1 << 18;
+/// A part is written when its rows take this many bytes.
+const MOST_BYTES: u64 = 1 << 22;
+
+/// Rows of at most this many bytes are kept in memory, more of them in a file without a name.
+const MOST_IN_MEMORY: usize = 1 << 23;
+
+/// How many bytes of a part are read at once.
+const PIECE: u64 = 1 << 16;
 
 /// A part is written after so much time at the latest, and in a long study after this share of its time.
 const LATEST: (Duration, u32) = (Duration::from_secs(1), 100);
@@ -39,48 +48,156 @@ struct Header {
     end: u64,
 }
 
+/// Rows that follow each other, as they are in a part.
+#[derive(Debug)]
+pub struct Rows {
+    count: u64,
+    size: u64,
+    encoded: SpooledTempFile,
+}
+
+impl Default for Rows {
+    fn default() -> Rows {
+        Rows { count: 0, size: 0, encoded: SpooledTempFile::new(MOST_IN_MEMORY) }
+    }
+}
+
+impl Rows {
+    /// Adds the next row.
+    ///
+    /// # Errors
+    /// There is no room for it in the folder of temporary files.
+    pub fn push(&mut self, row: &Row) -> Result<()> {
+        let bytes = postcard::to_stdvec(row)?;
+        self.encoded.write_all(&bytes).with_context(|| {
+            let folder = std::env::temp_dir();
+            format!("the rows of a part cannot be written in {}: make room there", folder.display())
+        })?;
+        self.count += 1;
+        self.size += bytes.len() as u64;
+        Ok(())
+    }
+}
+
 /// Writes a part beside its place, and renames it.
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write(path: &Path, fingerprint: &str, first: u64, rows: &[Row]) -> Result<()> {
-    let header = Header { fingerprint: fingerprint.into(), first, end: first + rows.len() as u64 };
-    let mut bytes = MAGIC.to_vec();
-    serde_json::to_writer(&mut bytes, &header)?;
-    bytes.push(b'\n');
-    let mut bytes = postcard::to_extend(rows, bytes)?;
-    let hash = Sha256::digest(&bytes);
-    bytes.extend_from_slice(&hash);
-    temporary::place(path, |to| Ok(to.write_all(&bytes)?), |_| Ok(()))
+pub fn write(path: &Path, fingerprint: &str, first: u64, rows: &mut Rows) -> Result<()> {
+    let header = Header { fingerprint: fingerprint.into(), first, end: first + rows.count };
+    let mut head = MAGIC.to_vec();
+    serde_json::to_writer(&mut head, &header)?;
+    head.push(b'\n');
+    // A list in the format of postcard begins with its length.
+    let head = postcard::to_extend(&rows.count, head)?;
+    temporary::place(
+        path,
+        |to| {
+            let mut digest = Sha256::new();
+            rows.encoded.rewind()?;
+            let mut from = head.chain(&mut rows.encoded);
+            io::copy(&mut from, &mut Both(Writer(&mut digest), &mut *to))?;
+            Ok(to.write_all(&digest.finalize())?)
+        },
+        |_| Ok(()),
+    )
 }
 
-/// The content of a part: which runs, and their rows.
+/// Writes the same to two places.
+struct Both<A, B>(A, B);
+
+impl<A: Write, B: Write> Write for Both<A, B> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write_all(bytes)?;
+        self.1.write_all(bytes)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()?;
+        self.1.flush()
+    }
+}
+
+/// A part that is neither damaged nor of another study.
+struct Part {
+    runs: Range<u64>,
+    rows: Encoded,
+}
+
+/// Values in the format of postcard, one behind the other, of which a piece is in memory.
+struct Encoded {
+    from: Take<File>,
+    piece: Vec<u8>,
+    /// Where in the piece the next one begins.
+    next: usize,
+}
+
+impl Encoded {
+    /// The next value; none if there is no whole one.
+    fn next<T: DeserializeOwned>(&mut self) -> Result<Option<T>> {
+        loop {
+            match postcard::take_from_bytes(&self.piece[self.next..]) {
+                Ok((value, rest)) => {
+                    self.next = self.piece.len() - rest.len();
+                    return Ok(Some(value));
+                }
+                Err(postcard::Error::DeserializeUnexpectedEnd) => {
+                    self.piece.drain(..self.next);
+                    self.next = 0;
+                    if Read::by_ref(&mut self.from).take(PIECE).read_to_end(&mut self.piece)? == 0 {
+                        return Ok(None);
+                    }
+                }
+                Err(_) => return Ok(None),
+            }
+        }
+    }
+}
+
+/// Opens a part, and reads all of it once to see whether it is whole.
 ///
 /// # Errors
 /// It is damaged, or of another study; what to do.
-pub fn read(path: &Path, fingerprint: &str) -> Result<(Range<u64>, Vec<Row>)> {
+fn open(path: &Path, fingerprint: &str) -> Result<Part> {
     let shown = path.display();
-    let bytes = fs::read(path).with_context(|| format!("{shown} cannot be read"))?;
-    let damaged = || format!("{shown} is damaged: delete it, and its runs are made again");
-    let content = bytes.strip_prefix(MAGIC).with_context(|| {
-        format!("{shown} is not a part of a study of this version of plcfmu: name another folder with --out, or omit --resume")
-    })?;
+    let unread = || format!("{shown} cannot be read");
+    let damaged = || damaged(path);
+    let mut file = File::open(path).with_context(unread)?;
+    let size = file.metadata().with_context(unread)?.len();
+    let mut head = Vec::new();
+    (&file).take(MAGIC.len() as u64).read_to_end(&mut head).with_context(unread)?;
     ensure!(
-        content.len() > HASH && Sha256::digest(&bytes[..bytes.len() - HASH])[..] == bytes[bytes.len() - HASH..],
-        damaged()
+        head == MAGIC,
+        "{shown} is not a part of a study of this version of plcfmu: name another folder with --out, or omit --resume"
     );
-    let content = &content[..content.len() - HASH];
-    let line = content.iter().position(|byte| *byte == b'\n').with_context(damaged)?;
-    let header: Header = serde_json::from_slice(&content[..line]).with_context(damaged)?;
+    let content = size.saturating_sub((MAGIC.len() + HASH) as u64);
+    let mut digest = Sha256::new_with_prefix(MAGIC);
+    io::copy(&mut (&file).take(content), &mut Writer(&mut digest)).with_context(unread)?;
+    let mut hash = Vec::new();
+    file.read_to_end(&mut hash).with_context(unread)?;
+    ensure!(content > 0 && digest.finalize()[..] == hash[..], damaged());
+    file.seek(SeekFrom::Start(MAGIC.len() as u64)).with_context(unread)?;
+    let mut line = Vec::new();
+    let mut content = BufReader::new(file.take(content));
+    content.read_until(b'\n', &mut line).with_context(unread)?;
+    let header: Header = serde_json::from_slice(&line).with_context(damaged)?;
     if header.fingerprint != fingerprint {
         bail!(
             "{shown} is of another study: the study, an FMU or plcfmu has changed since; name another folder with --out, or \
              start over without --resume"
         );
     }
-    let rows: Vec<Row> = postcard::from_bytes(&content[line + 1..]).with_context(damaged)?;
-    ensure!(header.first.checked_add(rows.len() as u64) == Some(header.end), damaged());
-    Ok((header.first..header.end, rows))
+    let piece = content.buffer().to_vec();
+    let mut rows = Encoded { from: content.into_inner(), piece, next: 0 };
+    let count: u64 = rows.next().with_context(unread)?.with_context(damaged)?;
+    ensure!(header.first.checked_add(count) == Some(header.end), damaged());
+    Ok(Part { runs: header.first..header.end, rows })
+}
+
+/// What to do with a part that is damaged.
+fn damaged(path: &Path) -> String {
+    format!("{} is damaged: delete it, and its runs are made again", path.display())
 }
 
 /// The parts of a study in a folder.
@@ -112,7 +229,7 @@ impl Parts {
             .collect::<Result<Vec<_>>>()?;
         paths.retain(|path| path.extension().is_some_and(|extension| extension == "part"));
         for path in paths {
-            let (runs, _) = read(&path, fingerprint)?;
+            let runs = open(&path, fingerprint)?.runs;
             parts.files.insert((runs.start, runs.end), path);
         }
         Ok(parts)
@@ -143,8 +260,8 @@ impl Parts {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn add(&mut self, first: u64, rows: &[Row]) -> Result<()> {
-        let end = first + rows.len() as u64;
+    pub fn add(&mut self, first: u64, rows: &mut Rows) -> Result<()> {
+        let end = first + rows.count;
         let path = self.folder.join(format!("{first}-{end}.part"));
         write(&path, &self.fingerprint, first, rows)?;
         self.files.insert((first, end), path);
@@ -161,8 +278,9 @@ impl Parts {
             if *end <= next {
                 continue;
             }
-            let (_, rows) = read(path, &self.fingerprint)?;
-            for (run, row) in (*first..).zip(rows) {
+            let mut rows = open(path, &self.fingerprint)?.rows;
+            for run in *first..*end {
+                let row = rows.next()?.with_context(|| damaged(path))?;
                 if run == next {
                     each(run, row)?;
                     next += 1;
@@ -187,7 +305,7 @@ impl Parts {
 pub struct Collector<'a> {
     parts: &'a mut Parts,
     first: u64,
-    rows: Vec<Row>,
+    rows: Rows,
     began: Instant,
     written: Instant,
 }
@@ -196,20 +314,19 @@ impl Collector<'_> {
     /// For rows of a study that begins or goes on now.
     pub fn new(parts: &mut Parts) -> Collector<'_> {
         let now = Instant::now();
-        Collector { parts, first: 0, rows: Vec::new(), began: now, written: now }
+        Collector { parts, first: 0, rows: Rows::default(), began: now, written: now }
     }
 
     /// Adds the row of a run.
     ///
     /// # Errors
     /// A part cannot be written.
-    pub fn push(&mut self, run: u64, row: Row) -> Result<()> {
-        if self.is_due() || self.rows.len() >= MOST_ROWS || self.first + self.rows.len() as u64 != run {
+    pub fn push(&mut self, run: u64, row: &Row) -> Result<()> {
+        if self.is_due() || self.rows.size >= MOST_BYTES || self.first + self.rows.count != run {
             self.flush()?;
             self.first = run;
         }
-        self.rows.push(row);
-        Ok(())
+        self.rows.push(row)
     }
 
     /// Writes what there is if it has waited long enough.
@@ -229,9 +346,9 @@ impl Collector<'_> {
     /// # Errors
     /// The part cannot be written.
     pub fn flush(&mut self) -> Result<()> {
-        if !self.rows.is_empty() {
-            self.parts.add(self.first, &self.rows)?;
-            self.rows.clear();
+        if self.rows.count > 0 {
+            self.parts.add(self.first, &mut self.rows)?;
+            self.rows = Rows::default();
         }
         self.written = Instant::now();
         Ok(())
@@ -242,9 +359,14 @@ impl Collector<'_> {
 mod tests {
     use super::*;
 
-    fn rows(runs: Range<u64>) -> Vec<Row> {
-        let error = |run| (run % 3 == 0).then(|| format!("run {run}"));
-        runs.map(|run| Row { figures: vec![run as f64, f64::NAN], error: error(run) }).collect()
+    fn row(run: u64) -> Row {
+        Row { figures: vec![run as f64, f64::NAN], error: run.is_multiple_of(3).then(|| format!("run {run}")) }
+    }
+
+    fn rows(runs: Range<u64>) -> Rows {
+        let mut rows = Rows::default();
+        runs.for_each(|run| rows.push(&row(run)).unwrap());
+        rows
     }
 
     fn collected(parts: &Parts) -> Vec<(u64, f64)> {
@@ -263,10 +385,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut parts = Parts::open(folder.path(), "f", false).unwrap();
         for runs in [6..9, 0..4, 2..5] {
-            parts.add(runs.start, &rows(runs)).unwrap();
+            parts.add(runs.start, &mut rows(runs)).unwrap();
         }
         assert_eq!(parts.missing(10), [5..6, 9..10]);
-        parts.add(5, &rows(5..10)).unwrap();
+        parts.add(5, &mut rows(5..10)).unwrap();
         let mut again = Parts::open(folder.path(), "f", true).unwrap();
         assert_eq!(again.missing(10), []);
         assert_eq!(collected(&again), (0..10).map(|run| (run, run as f64)).collect::<Vec<_>>());
@@ -277,7 +399,7 @@ mod tests {
     #[test]
     fn a_part_of_another_study_is_refused_unless_the_study_begins_anew() {
         let folder = tempfile::tempdir().unwrap();
-        Parts::open(folder.path(), "one", false).unwrap().add(0, &rows(0..4)).unwrap();
+        Parts::open(folder.path(), "one", false).unwrap().add(0, &mut rows(0..4)).unwrap();
         let error = Parts::open(folder.path(), "other", true).unwrap_err().to_string();
         assert!(error.contains("0-4.part is of another study") && error.contains("without --resume"), "{error}");
         assert_eq!(collected(&Parts::open(folder.path(), "other", false).unwrap()), []);
@@ -287,7 +409,7 @@ mod tests {
     fn a_damaged_part_is_refused_by_name() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("parts/0-4.part");
-        write(&path, "f", 0, &rows(0..4)).unwrap();
+        write(&path, "f", 0, &mut rows(0..4)).unwrap();
         let whole = fs::read(&path).unwrap();
         let mut flipped = whole.clone();
         flipped[whole.len() - HASH - 1] ^= 1;
@@ -306,10 +428,56 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut parts = Parts::open(folder.path(), "f", false).unwrap();
         let mut collector = Collector::new(&mut parts);
-        for (run, row) in (0..3).zip(rows(0..3)).chain((7..9).zip(rows(7..9))) {
-            collector.push(run, row).unwrap();
+        for run in (0..3).chain(7..9) {
+            collector.push(run, &row(run)).unwrap();
         }
         collector.flush().unwrap();
         assert_eq!(parts.missing(10), [3..7, 9..10]);
+    }
+
+    #[test]
+    fn a_part_is_a_list_of_rows_in_the_format_of_postcard() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("6-8.part");
+        write(&path, "f", 6, &mut rows(6..8)).unwrap();
+        let mut expected = b"plcfmu part 1\n{\"fingerprint\":\"f\",\"first\":6,\"end\":8}\n".to_vec();
+        expected.extend(postcard::to_stdvec(&vec![row(6), row(7)]).unwrap());
+        expected.extend_from_slice(&Sha256::digest(&expected));
+        assert_eq!(fs::read(&path).unwrap(), expected);
+    }
+
+    #[test]
+    fn rows_across_the_pieces_in_which_a_part_is_read_are_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut parts = Parts::open(folder.path(), "f", false).unwrap();
+        let long = "dry ".repeat(PIECE as usize);
+        let given = |run: u64| Row { error: (run == 3000).then(|| long.clone()), ..row(run) };
+        let mut rows = Rows::default();
+        (0..9000).for_each(|run| rows.push(&given(run)).unwrap());
+        parts.add(0, &mut rows).unwrap();
+        let mut count = 0;
+        Parts::open(folder.path(), "f", true)
+            .unwrap()
+            .rows(|run, row| {
+                assert!(run == count && row.figures[0] == run as f64 && row.error == given(run).error, "{run}");
+                count += 1;
+                Ok(())
+            })
+            .unwrap();
+        assert_eq!(count, 9000);
+    }
+
+    #[test]
+    fn no_part_is_much_larger_than_what_may_wait() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut parts = Parts::open(folder.path(), "f", false).unwrap();
+        let mut collector = Collector::new(&mut parts);
+        // 8 kB each.
+        let row = Row { figures: vec![0.5; 1000], error: None };
+        (0..600).for_each(|run| collector.push(run, &row).unwrap());
+        collector.flush().unwrap();
+        assert_eq!(parts.missing(600), []);
+        let sizes: Vec<u64> = parts.files.values().map(|path| fs::metadata(path).unwrap().len()).collect();
+        assert!(sizes.len() > 1 && sizes.iter().all(|size| *size < MOST_BYTES + 10_000), "{sizes:?}");
     }
 }

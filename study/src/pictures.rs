@@ -138,20 +138,24 @@ pub fn scatter(
     let strongest = summary.strongest(figure);
     let Some(&first) = strongest.first() else { return Ok(None) };
     let second = strongest.get(1).copied();
-    let mut values: Vec<f64> = results.figure(figure).filter(|value| is_drawn(*value)).collect();
-    values.sort_unstable_by(f64::total_cmp);
-    let (Some(low), Some(high)) = (percentile(&values, 5.0), percentile(&values, 95.0)) else { return Ok(None) };
-    if values.len() < 2 {
+    let values = results.figure(figure)?;
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|value| is_drawn(*value)).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let (Some(low), Some(high)) = (percentile(&sorted, 5.0), percentile(&sorted, 95.0)) else { return Ok(None) };
+    if sorted.len() < 2 {
         return Ok(None);
     }
-    let point = |run: u64| {
-        let (point, value) = (results.point(run), results.figures_of(run)[figure]);
-        (point[first], second.map_or(value, |second| point[second]), value)
-    };
-    let points: Vec<(f64, f64, f64)> = (0..results.count()).map(point).collect();
+    drop(sorted);
+    // One column after the other, since each is as large as all runs.
+    let mut points: Vec<(f64, f64, f64)> = values.iter().map(|value| (0.0, *value, *value)).collect();
+    drop(values);
+    points.iter_mut().zip(&*results.coordinate(first)?).for_each(|(point, x)| point.0 = *x);
+    if let Some(second) = second {
+        points.iter_mut().zip(&*results.coordinate(second)?).for_each(|(point, y)| point.1 = *y);
+    }
     let of_coordinate = |number: usize| coordinates.get(number).copied().unwrap_or_default();
     let is_map = strongest.iter().all(|number| of_coordinate(*number).is_listed);
-    let best = if is_map { best_place(results, figure, &strongest) } else { None };
+    let best = if is_map { best_place(results, figure, &strongest, &points) } else { None };
     let title = best.unwrap_or_else(|| dependence(results, of, &strongest));
     let [across, up] = [Some(first), second].map(|number| match number {
         Some(number) => (axis(&results.coordinates[number]), of_coordinate(number).is_logarithmic),
@@ -182,22 +186,27 @@ pub fn scatter(
 /// It cannot be drawn.
 pub fn tornado(results: &Results, summary: &Summary, figure: usize) -> Result<Option<String>> {
     let of = &summary.figures[figure];
-    let value = |run: u64| results.figures_of(run)[figure];
-    let runs: Vec<u64> = (0..results.count()).filter(|run| is_drawn(value(*run))).collect();
-    let Some(middle) = of.mean.filter(|_| runs.len() >= FEW_RUNS) else { return Ok(None) };
-    let bar = |(number, coordinate): (usize, &Quantity)| {
-        let at = |run: &u64| results.point(*run)[number];
-        let mut sorted: Vec<f64> = runs.iter().map(at).collect();
+    let values = results.figure(figure)?;
+    let count = values.iter().filter(|value| is_drawn(**value)).count();
+    let Some(middle) = of.mean.filter(|_| count >= FEW_RUNS) else { return Ok(None) };
+    let ends = |places: &[f64]| {
+        // The coordinate and the figure of each run that has the figure.
+        let runs = || places.iter().copied().zip(values.iter().copied()).filter(|(_, value)| is_drawn(*value));
+        let mut sorted: Vec<f64> = runs().map(|(at, _)| at).collect();
         sorted.sort_unstable_by(f64::total_cmp);
         let (low, high) = (percentile(&sorted, 20.0)?, percentile(&sorted, 80.0)?);
         let mean_of = |is_in: &dyn Fn(f64) -> bool| {
-            let values: Vec<f64> = runs.iter().filter(|run| is_in(at(run))).map(|run| value(*run)).collect();
+            let values: Vec<f64> = runs().filter(|(at, _)| is_in(*at)).map(|(_, value)| value).collect();
             mean(&values)
         };
         let ends = [mean_of(&|at| at <= low)?, mean_of(&|at| at >= high)?];
-        (sorted.first() < sorted.last()).then(|| Bar { name: coordinate.name.clone(), ends })
+        (sorted.first() < sorted.last()).then_some(ends)
     };
-    let mut bars: Vec<Bar> = results.coordinates.iter().enumerate().filter_map(bar).collect();
+    let mut bars: Vec<Bar> = Vec::new();
+    for (number, coordinate) in results.coordinates.iter().enumerate() {
+        let ends = ends(&results.coordinate(number)?);
+        bars.extend(ends.map(|ends| Bar { name: coordinate.name.clone(), ends }));
+    }
     let width = |bar: &Bar| (bar.ends[1] - bar.ends[0]).abs();
     bars.sort_by(|one, other| width(other).total_cmp(&width(one)));
     bars.truncate(MOST_BARS);
@@ -229,33 +238,34 @@ fn dependence(results: &Results, of: &Distribution, coordinates: &[usize]) -> St
     if text.is_empty() { format!("{name} neither rises nor falls with one setting alone") } else { text }
 }
 
-/// At which of their values a figure is the best, in the mean of the runs there.
-fn best_place(results: &Results, figure: usize, coordinates: &[usize]) -> Option<String> {
-    let mut places: Vec<(Vec<f64>, f64)> = (0..results.count())
-        .map(|run| {
-            let point = coordinates.iter().map(|number| results.point(run)[*number]).collect();
-            (point, results.figures_of(run)[figure])
-        })
-        .collect();
-    places.sort_by(|(one, _), (other, _)| one.partial_cmp(other).unwrap_or(std::cmp::Ordering::Equal));
+/// At which of their values a figure is the best, in the mean of the runs there. `points` are those of the scatter plot: the values
+/// of the first and the second coordinate, if there are two, and the figure.
+fn best_place(results: &Results, figure: usize, coordinates: &[usize], points: &[(f64, f64, f64)]) -> Option<String> {
+    let place = |run: u32| {
+        let (x, y, _) = points[run as usize];
+        (x, if coordinates.len() > 1 { y } else { 0.0 })
+    };
+    let mut order: Vec<u32> = (0..).take(points.len()).collect();
+    order.sort_by(|one, other| place(*one).partial_cmp(&place(*other)).unwrap_or(std::cmp::Ordering::Equal));
     let name = &results.figures[figure].name;
-    let mean = |runs: &[(Vec<f64>, f64)]| runs.iter().map(|(_, value)| value).sum::<f64>() / runs.len() as f64;
-    let means = places.chunk_by(|one, other| one.0 == other.0).map(|runs| (&runs[0].0, mean(runs)));
-    let means: Vec<(&Vec<f64>, f64)> = means.filter(|(_, mean)| mean.is_finite()).collect();
-    let by_value = |one: &&(&Vec<f64>, f64), other: &&(&Vec<f64>, f64)| one.1.total_cmp(&other.1);
+    let mean = |runs: &[u32]| runs.iter().map(|run| points[*run as usize].2).sum::<f64>() / runs.len() as f64;
+    let means = order.chunk_by(|one, other| place(*one) == place(*other)).map(|runs| (place(runs[0]), mean(runs)));
+    let means: Vec<((f64, f64), f64)> = means.filter(|(_, mean)| mean.is_finite()).collect();
+    let by_value = |one: &&((f64, f64), f64), other: &&((f64, f64), f64)| one.1.total_cmp(&other.1);
     let (least, greatest) = (means.iter().min_by(by_value)?, means.iter().max_by(by_value)?);
     let (word, (best, _)) = if is_lower_better(name) { ("lowest", least) } else { ("highest", greatest) };
     (least.1 < greatest.1).then_some(())?;
-    let at = coordinates.iter().zip(best.iter()).map(|(number, value)| {
+    let at = coordinates.iter().zip([best.0, best.1]).map(|(number, value)| {
         let Quantity { name, unit } = &results.coordinates[*number];
         let unit = unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
-        format!("{name} = {}{unit}", within(*value, value.abs()))
+        format!("{name} = {}{unit}", within(value, value.abs()))
     });
     Some(format!("{name} is {word} at {}", at.collect::<Vec<_>>().join(" and ")))
 }
 
 /// The curves of some runs in one chart: what the figure is of above what the controller does, in front of the `envelope` of
-/// many runs. `runs` have a word each, such as `worst`, and the name of their loop if there are `loops`. What is outside of the figures' window is shaded, and the band in
+/// many runs. `values` are the figures of the `runs`, which have a word each, such as `worst`, and the name of their loop if there are `loops`;
+/// `absent` of all `count` runs have no such figure. What is outside of the figures' window is shaded, and the band in
 /// which the first run counts as settled is marked. None if nothing of the loop is recorded.
 ///
 /// # Errors
@@ -263,7 +273,7 @@ fn best_place(results: &Results, figure: usize, coordinates: &[usize]) -> Option
 pub fn curves(
     signals: &Signals,
     window: Window,
-    (of, values): (&Distribution, &[f64]),
+    (of, values, [absent, count]): (&Distribution, &[f64], [u64; 2]),
     runs: &[(&str, u64, &Recording)],
     loops: Option<&Loops>,
     envelope: Option<&Envelope>,
@@ -344,19 +354,19 @@ pub fn curves(
     if panels.is_empty() && lanes.is_empty() {
         return Ok(None);
     }
-    let absent = values.iter().filter(|value| value.is_nan()).count() as u64;
-    let value = |(word, run, _): &(&str, u64, &Recording)| {
-        let value = values.get(*run as usize).map_or_else(String::new, |value| told(of, *value));
+    let value = |((word, ..), value): (&(&str, u64, &Recording), &f64)| {
+        let value = told(of, *value);
         match runs.len() {
             1 => value,
             _ if absent > 0 => format!("{value} ({word})"),
             _ => format!("{value} in the {word} run"),
         }
     };
-    let mut title = format!("{} is {}", of.figure.name, runs.iter().map(value).collect::<Vec<_>>().join(", "));
+    let mut title =
+        format!("{} is {}", of.figure.name, runs.iter().zip(values).map(value).collect::<Vec<_>>().join(", "));
     if absent > 0 {
         // The worst of those that have it is no worst run.
-        title += &format!("; {absent} of {} none", have(values.len() as u64));
+        title += &format!("; {absent} of {} none", have(count));
     }
     let window = shown_window.filter(|(from, to)| Some(from) != times.first() || Some(to) != times.last());
     let over = window.map(|_| "time in s; the figures are of what is not shaded".to_string());
@@ -379,20 +389,20 @@ mod tests {
     fn results(points: &[[f64; 2]], width: usize, figure: &str, values: &[f64]) -> Results {
         let mut results = Results::new(["P.A", "P.B"].map(quantity)[..width].to_vec(), vec![quantity(figure)]);
         for (point, value) in points.iter().zip(values) {
-            results.push(&point[..width], &Row { figures: vec![*value], error: None });
+            results.push(&point[..width], &Row { figures: vec![*value], error: None }).unwrap();
         }
         results
     }
 
     fn of(values: &[f64]) -> Option<String> {
         let results = results(&vec![[0.0; 2]; values.len()], 0, "settling", values);
-        histogram(&Summary::of(&results, 1), 0, values, &[]).unwrap()
+        histogram(&Summary::of(&results, 1).unwrap(), 0, values, &[]).unwrap()
     }
 
     fn over(points: &[[f64; 2]], width: usize, values: &[f64], is_listed: bool) -> Option<String> {
         let results = results(points, width, "settling", values);
         let coordinates = [Coordinate { is_logarithmic: false, is_listed }; 2];
-        scatter(&results, &Summary::of(&results, 1), 0, &coordinates).unwrap()
+        scatter(&results, &Summary::of(&results, 1).unwrap(), 0, &coordinates).unwrap()
     }
 
     fn has(drawing: &str, text: &str) -> bool {
@@ -424,14 +434,14 @@ mod tests {
         let points: Vec<[f64; 2]> = (0..25).map(|run| [f64::from(run % 5), f64::from(run / 5)]).collect();
         let values: Vec<f64> = points.iter().map(|[a, b]| 10.0 * b - a).collect();
         let results = results(&points, 2, "settling", &values);
-        let drawing = tornado(&results, &Summary::of(&results, 1), 0).unwrap().unwrap();
+        let drawing = tornado(&results, &Summary::of(&results, 1).unwrap(), 0).unwrap().unwrap();
         // b = 0 and 4, each with the mean of a: -2 and 38.
         assert!(has(&drawing, "settling moves most with P.B: -2 to 38 s"), "{drawing}");
         assert!(drawing.find(">P.B<") < drawing.find(">P.A<") && has(&drawing, "mean of settling in s"));
         let few = super::tests::results(&points[..19], 2, "settling", &values);
-        assert_eq!(tornado(&few, &Summary::of(&few, 1), 0).unwrap(), None);
+        assert_eq!(tornado(&few, &Summary::of(&few, 1).unwrap(), 0).unwrap(), None);
         let constant = super::tests::results(&points, 2, "settling", &[3.0; 25]);
-        let summary = Summary::of(&constant, 1);
+        let summary = Summary::of(&constant, 1).unwrap();
         assert_eq!(tornado(&constant, &summary, 0).unwrap(), None);
         assert_eq!(super::constant(&summary.figures[0]).unwrap(), "settling is 3 s in every run");
     }
@@ -476,10 +486,11 @@ mod tests {
         let (worst, best) = (recording(80.0), recording(60.0));
         let runs = [("worst", 1, &worst), ("best", 0, &best)];
         let values = [1.0, 3.0];
+        let of_runs = [values[1], values[0]];
         let draw = |signals: &Signals, figure: &str, loops: Option<&Loops>, envelope: Option<&Envelope>| {
             let results = results(&[[0.0; 2]; 2], 0, figure, &values);
-            let summary = Summary::of(&results, 1);
-            curves(signals, Window::default(), (&summary.figures[0], &values), &runs, loops, envelope).unwrap()
+            let summary = Summary::of(&results, 1).unwrap();
+            curves(signals, Window::default(), (&summary.figures[0], &of_runs, [0, 2]), &runs, loops, envelope).unwrap()
         };
         let times = vec![0.0, 2.0];
         let envelope = Envelope { runs: 200, times, low: vec![20.0; 2], high: vec![70.0; 2] };
@@ -502,8 +513,10 @@ mod tests {
         let absent = {
             let values = [1.0, 3.0, f64::NAN];
             let results = results(&[[0.0; 2]; 3], 0, "settling", &values);
-            let summary = Summary::of(&results, 1);
-            curves(&signals, Window::default(), (&summary.figures[0], &values), &runs, None, None).unwrap().unwrap()
+            let summary = Summary::of(&results, 1).unwrap();
+            curves(&signals, Window::default(), (&summary.figures[0], &[3.0, 1.0], [1, 3]), &runs, None, None)
+                .unwrap()
+                .unwrap()
         };
         assert!(has(&absent, "settling is 3 s (worst), 1 s (best); 1 of 3 runs have none"));
         let loops = Loops { names: vec!["TIC101".into(), "TIC102".into()], runs: 1 };

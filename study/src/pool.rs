@@ -26,8 +26,8 @@ const CHUNK: Duration = Duration::from_millis(300);
 /// The largest chunk.
 const LARGEST_CHUNK: u64 = 1 << 16;
 
-/// This many values of points and rows may wait for an earlier row.
-const MOST_WAITING: u64 = 1 << 23;
+/// Rows with this many values may wait for an earlier row: 8 MB, and as much again for what holds them.
+const MOST_WAITING: u64 = 1 << 20;
 
 /// How to make runs.
 #[derive(Clone, Debug)]
@@ -65,11 +65,11 @@ impl Options {
 
 /// Where rows go, in the order of their numbers.
 pub trait Sink {
-    /// The next row, with its number and point.
+    /// The next row, with its number.
     ///
     /// # Errors
     /// It cannot be kept: no more runs are made.
-    fn row(&mut self, number: u64, point: &[f64], row: Row) -> Result<()>;
+    fn row(&mut self, number: u64, row: Row) -> Result<()>;
 
     /// There has been no row for a while.
     ///
@@ -80,15 +80,15 @@ pub trait Sink {
     }
 }
 
-/// Takes the next row, with its number and point.
-pub type Receive<'a> = dyn FnMut(u64, &[f64], Row) -> Result<()> + 'a;
+/// Takes the next row, with its number.
+pub type Receive<'a> = dyn FnMut(u64, Row) -> Result<()> + 'a;
 
 /// A function as a sink.
 struct Each<'a>(&'a mut Receive<'a>);
 
 impl Sink for Each<'_> {
-    fn row(&mut self, number: u64, point: &[f64], row: Row) -> Result<()> {
-        (self.0)(number, point, row)
+    fn row(&mut self, number: u64, row: Row) -> Result<()> {
+        (self.0)(number, row)
     }
 }
 
@@ -282,15 +282,15 @@ impl Slot {
 struct Batch {
     /// The number of the first.
     first: u64,
-    rows: Vec<(Vec<f64>, Row)>,
+    rows: Vec<Row>,
 }
 
 impl Batch {
     /// Gives the number of the run after the last.
     fn hand_on(self, sink: &mut dyn Sink) -> Result<u64> {
         let mut number = self.first;
-        for (point, row) in self.rows {
-            sink.row(number, &point, row)?;
+        for row in self.rows {
+            sink.row(number, row)?;
             number += 1;
         }
         Ok(number)
@@ -332,8 +332,8 @@ impl Shared {
             }
             next = self.moved.wait_timeout(next, TICK).map_or_else(|error| error.into_inner().0, |of| of.0);
         }
-        // The last chunks are small, so that all workers are busy until the end.
-        let fair = (self.count - next.first).div_ceil(2 * self.jobs);
+        // The last chunks are small, so that all workers are busy until the end, and no chunk is so large that its rows make others wait.
+        let fair = (self.count - next.first).min(self.most_waiting).div_ceil(2 * self.jobs);
         let first = next.first;
         next.first += wanted.min(fair).max(1);
         Some(first..next.first)
@@ -426,8 +426,8 @@ impl Maker<'_> {
                     self.keep_printed(next, &listening, &end);
                     let error = format!("{}, twice", listening.text(&end, self.starter));
                     let row = Row { figures: vec![f64::NAN; self.figures], error: Some(error) };
-                    let point = points.remove(0);
-                    hand_in(sender, &mut next, vec![(point, row)]);
+                    points.remove(0);
+                    hand_in(sender, &mut next, vec![row]);
                 }
             }
             points.extend(rest);
@@ -447,7 +447,7 @@ impl Maker<'_> {
 }
 
 /// Hands in the next rows.
-fn hand_in(sender: &Sender<Result<Batch>>, next: &mut u64, rows: Vec<(Vec<f64>, Row)>) {
+fn hand_in(sender: &Sender<Result<Batch>>, next: &mut u64, rows: Vec<Row>) {
     let first = *next;
     *next += rows.len() as u64;
     // Whoever does not listen any more has an error already, and stops the others.
@@ -464,7 +464,7 @@ mod tests {
     }
 
     fn batch(first: u64, count: u64) -> Result<Batch> {
-        let rows = (first..first + count).map(|run| (vec![run as f64], Row { figures: vec![1.0], error: None }));
+        let rows = (first..first + count).map(|run| Row { figures: vec![run as f64], error: None });
         Ok(Batch { first, rows: rows.collect() })
     }
 
@@ -473,8 +473,8 @@ mod tests {
         batches.into_iter().for_each(|batch| sender.send(batch).unwrap());
         drop(sender);
         let mut numbers = Vec::new();
-        let mut each = |number: u64, point: &[f64], _: Row| {
-            assert_eq!(point, [number as f64]);
+        let mut each = |number: u64, row: Row| {
+            assert_eq!(row.figures, [number as f64]);
             numbers.push(number);
             Ok(())
         };
@@ -505,6 +505,8 @@ mod tests {
                 .all(|pair| pair[0].end == pair[1].start && pair[1].clone().count() <= pair[0].clone().count())
         );
         assert_eq!(chunks.last().cloned(), Some(99..100));
+        // Both workers together have at most half of what may wait for an earlier row.
+        assert_eq!(super::tests::shared(1_000_000, 2, 20).take(40, &never), Some(0..5));
         never.store(true, Ordering::Relaxed);
         assert_eq!(super::tests::shared(100, 2, 1000).take(40, &never), None);
     }

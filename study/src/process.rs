@@ -71,19 +71,15 @@ impl Worker {
         }
     }
 
-    /// Makes runs. `each` gets the rows with their points, which are taken from `points`. Gives why it has ended before there
+    /// Makes runs. `each` gets the rows, whose points are taken from `points`. Gives why it has ended before there
     /// was a row for each.
-    pub fn rows(
-        &mut self,
-        points: &mut Vec<Vec<f64>>,
-        gives: Gives,
-        mut each: impl FnMut(Vec<(Vec<f64>, Row)>),
-    ) -> Option<End> {
+    pub fn rows(&mut self, points: &mut Vec<Vec<f64>>, gives: Gives, mut each: impl FnMut(Vec<Row>)) -> Option<End> {
         self.0.send(&Request::Rows(points.clone(), gives));
         while !points.is_empty() {
             match self.reply() {
                 Ok(Reply::Rows(rows)) if rows.len() <= points.len() => {
-                    each(points.drain(..rows.len()).zip(rows).collect());
+                    points.drain(..rows.len());
+                    each(rows);
                 }
                 Ok(_) => return Some(self.0.disturbed()),
                 Err(end) => return Some(end),

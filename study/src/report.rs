@@ -4,7 +4,7 @@
 mod what;
 
 use crate::envelope::Envelope;
-use crate::expect::{Expectation, Of, Verdict, runs_text, with_unit};
+use crate::expect::{Expectation, MOST_RUNS, Of, Verdict, runs_text, with_unit};
 use crate::finished::Table;
 use crate::interval;
 use crate::pictures::{self, Coordinate};
@@ -32,8 +32,6 @@ use std::path::Path;
 use std::thread;
 use what::{AxisPart, RanPart, axis_part, correlation_text, is_sampled};
 
-/// At most this many runs are named with their settings.
-const MOST_RUNS: usize = 10;
 /// This many for figures that are not the main one.
 const FEW_RUNS: usize = 3;
 
@@ -157,12 +155,14 @@ fn pictures(report: &Report) -> Result<(Vec<Picture>, Vec<String>)> {
                 runs.push((word, run, recording));
             }
         }
-        let values: Vec<f64> = report.results.figure(main).collect();
+        let values = runs.iter().map(|(_, run, _)| report.value(main, *run));
+        let values = values.collect::<Result<Vec<f64>>>()?;
+        let absent = report.results.figure(main)?.iter().filter(|value| value.is_nan()).count() as u64;
         let window = report.job.study.window;
         let svg = pictures::curves(
             report.signals,
             window,
-            (of, &values),
+            (of, &values, [absent, report.summary.runs]),
             &runs,
             report.results.loops.as_ref(),
             report.envelope,
@@ -177,7 +177,7 @@ fn pictures(report: &Report) -> Result<(Vec<Picture>, Vec<String>)> {
         ));
     }
     for (column, of) in report.summary.figures.iter().enumerate() {
-        let values: Vec<f64> = report.results.figure(column).collect();
+        let values = report.results.figure(column)?;
         let svg = pictures::histogram(report.summary, column, &values, &limits(report, column));
         drawn.push((format!("histogram_{}", file_name(&of.figure.name)), Some(column), svg));
     }
@@ -239,21 +239,21 @@ fn seen(text: &str) -> String {
 }
 
 /// The first ten of `count` runs with what is to be said of them, and their settings.
-pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item = (u64, String)>) -> String {
+pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item = (u64, String)>) -> Result<String> {
     let mut text = String::new();
     for (run, reason) in runs.take(MOST_RUNS) {
         let line_end = if text.is_empty() { "" } else { "\n" };
         let _ = write!(text, "{line_end}run {run}: {reason}");
         if !results.coordinates.is_empty() {
             let of = results.loops.as_ref().map_or_else(String::new, |loops| format!("{}: ", loops.of(run)));
-            let _ = write!(text, "\n    {of}{}", settings(results, run));
+            let _ = write!(text, "\n    {of}{}", settings(results, run)?);
         }
     }
     let more = count.saturating_sub(MOST_RUNS);
     if more > 0 {
         let _ = write!(text, "\nand {more} more");
     }
-    text
+    Ok(text)
 }
 
 /// Whether a file has the name of a picture of a study.
@@ -263,9 +263,9 @@ pub fn is_picture(name: &str) -> bool {
 }
 
 /// What a run was given: `FURNACE.GAIN = 1.2, PID.TI = 20 s`.
-fn settings(results: &Results, run: u64) -> String {
-    let setting = |(of, value): (&Quantity, &f64)| format!("{} = {}", of.name, with_unit(*value, of));
-    results.coordinates.iter().zip(results.point(run)).map(setting).collect::<Vec<_>>().join(", ")
+fn settings(results: &Results, run: u64) -> Result<String> {
+    let setting = |(of, value): (&Quantity, f64)| format!("{} = {}", of.name, with_unit(value, of));
+    Ok(results.coordinates.iter().zip(results.point(run)?).map(setting).collect::<Vec<_>>().join(", "))
 }
 
 /// Runs by their numbers: `run 1`, `runs 1, 2, 3 and 7 more`.
@@ -293,25 +293,32 @@ impl Report<'_> {
         Yield { of: of.into(), hits, share: hits as f64 / runs.max(1) as f64, interval }
     }
 
+    /// A figure of a run.
+    fn value(&self, figure: usize, run: u64) -> Result<f64> {
+        Ok(self.results.figures_of(run)?[figure])
+    }
+
     /// The shares of runs whose variables stay within their limits.
-    fn yields(&self) -> Vec<Yield> {
+    fn yields(&self) -> Result<Vec<Yield>> {
         let figures = self.results.figures.iter().enumerate();
         let of = figures.filter_map(|(column, of)| Some((column, of.name.strip_suffix(".violation")?)));
         of.map(|(column, name)| {
-            let hits = self.results.figure(column).filter(|time| *time == 0.0).count() as u64;
-            self.share(&format!("{name} within its limits"), hits)
+            let hits = self.results.figure(column)?.iter().filter(|time| **time == 0.0).count() as u64;
+            Ok(self.share(&format!("{name} within its limits"), hits))
         })
         .collect()
     }
 
     /// Sobol's indices of a figure, by the axes with a distribution; none if the study is not made for them.
-    fn indices(&self, figure: usize) -> Option<Vec<(String, Index)>> {
+    fn indices(&self, figure: usize) -> Result<Option<Vec<(String, Index)>>> {
         let study = &self.job.study;
+        if study.sampling != Sampling::Saltelli {
+            return Ok(None);
+        }
         let names = study.axes.iter().filter(|axis| is_sampled(&axis.along)).map(|axis| axis.variables.join(", "));
         let names: Vec<String> = names.collect();
-        let indices =
-            sobol::indices(self.results, figure, names.len()).filter(|_| study.sampling == Sampling::Saltelli);
-        Some(names.into_iter().zip(indices?).collect())
+        let indices = sobol::indices(self.results, figure, names.len())?;
+        Ok(indices.map(|indices| names.into_iter().zip(indices).collect()))
     }
 
     /// What is wrong with the runs that failed, a sentence; none if no run failed.
@@ -325,7 +332,10 @@ impl Report<'_> {
 }
 
 /// What the command prints: the percentiles, what failed, and the verdicts.
-pub fn text(report: &Report) -> String {
+///
+/// # Errors
+/// The results of a large study cannot be read.
+pub fn text(report: &Report) -> Result<String> {
     let summary = report.summary;
     let mut text = format!("{}: {}", report.name, runs_text(summary.runs));
     if summary.failed > 0 {
@@ -333,12 +343,12 @@ pub fn text(report: &Report) -> String {
     }
     text.push('\n');
     let mut rows = vec![["", "5 %", "median", "95 %", "worst", "run"].map(str::to_string)];
-    for of in &summary.figures {
+    for (column, of) in summary.figures.iter().enumerate() {
         let percent =
             |wanted: f64| of.percentiles.iter().find(|(percent, _)| *percent == wanted).map(|(_, value)| *value);
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_string(), |value| number(of, value));
         let worst = of.worst.first();
-        let value = worst.map(|run| report.results.figures_of(*run)[of_column(summary, of)]);
+        let value = worst.map(|run| report.value(column, *run)).transpose()?;
         rows.push([
             pictures::axis(&of.figure),
             number(percent(5.0)),
@@ -358,7 +368,7 @@ pub fn text(report: &Report) -> String {
         text.push('\n');
     }
     for column in 0..summary.figures.len() {
-        for sentence in absent_texts(report, column) {
+        for sentence in absent_texts(report, column)? {
             let _ = writeln!(text, "  {sentence}");
         }
     }
@@ -366,7 +376,7 @@ pub fn text(report: &Report) -> String {
         let runs = &failure.runs[..failure.runs.len().min(FEW_RUNS)];
         let _ = writeln!(text, "  failed: {}: {}", numbers(runs, failure.count), failure.reason);
     }
-    for of in report.yields() {
+    for of in report.yields()? {
         let _ = writeln!(text, "  {}: {} of the runs", of.of, of.text());
     }
     for (expectation, verdict) in report.verdicts {
@@ -379,14 +389,13 @@ pub fn text(report: &Report) -> String {
                 if let Some(hits) = verdict.hits {
                     let _ = writeln!(text, "    {} of the runs meet it", report.share("", hits).text());
                 }
-                let runs = verdict.offending.iter().map(|run| (*run, expectation.reason(report.results, *run)));
-                for line in listed(report.results, verdict.offending.len(), runs).lines() {
+                for line in listed(report.results, verdict.count, verdict.offending.iter().cloned())?.lines() {
                     let _ = writeln!(text, "    {line}");
                 }
             }
         }
     }
-    printable(&text)
+    Ok(printable(&text))
 }
 
 /// A value of a figure in a table: with the digits that its spread tells, and six at most.
@@ -398,14 +407,11 @@ fn shorter(one: String, other: String) -> String {
     if other.len() < one.len() { other } else { one }
 }
 
-fn of_column(summary: &Summary, of: &Distribution) -> usize {
-    summary.figures.iter().position(|other| std::ptr::eq(other, of)).unwrap_or(0)
-}
-
 /// Which runs did not fail and yet have no such figure, and in which it is infinite: neither counts in what is said of the others.
-fn absent_texts(report: &Report, column: usize) -> Vec<String> {
+fn absent_texts(report: &Report, column: usize) -> Result<Vec<String>> {
     let (summary, of) = (report.summary, &report.summary.figures[column]);
-    let infinite = (0..).zip(report.results.figure(column)).filter(|(_, value)| value.is_infinite());
+    let values = report.results.figure(column)?;
+    let infinite = (0..).zip(values.iter()).filter(|(_, value)| value.is_infinite());
     let infinite: Vec<u64> = infinite.map(|(run, _)| run).collect();
     let have = |count: u64| if count == 1 { "has" } else { "have" };
     let sentence = |count: u64, runs: &[u64], what: String| {
@@ -416,7 +422,7 @@ fn absent_texts(report: &Report, column: usize) -> Vec<String> {
     let name = &of.figure.name;
     let absent = (without > count).then(|| sentence(without - count, &of.absent, format!("no {name}")));
     let infinite = (count > 0).then(|| sentence(count, &infinite, format!("an infinite {name}, which does not count")));
-    absent.into_iter().chain(infinite).collect()
+    Ok(absent.into_iter().chain(infinite).collect())
 }
 
 /// Names with values, in their order.
@@ -536,15 +542,19 @@ struct OffendingDocument {
 /// `summary.json`.
 fn json(report: &Report) -> Result<String> {
     let (study, summary, results) = (&report.job.study, report.summary, report.results);
-    let settings = |run: u64| {
-        Pairs(results.coordinates.iter().map(|of| of.name.clone()).zip(results.point(run).iter().copied()).collect())
+    let settings = |run: u64| -> Result<Pairs<f64>> {
+        let names = results.coordinates.iter().map(|of| of.name.clone());
+        Ok(Pairs(names.zip(results.point(run)?).collect()))
     };
-    let figure = |(column, of): (usize, &Distribution)| {
-        let document = |run: u64| RunDocument { run, value: results.figures_of(run)[column], settings: settings(run) };
+    let figure = |column: usize| -> Result<FigureDocument> {
+        let of = &summary.figures[column];
+        let document = |run: u64| -> Result<RunDocument> {
+            Ok(RunDocument { run, value: report.value(column, run)?, settings: settings(run)? })
+        };
         let correlations = summary.coordinates.iter().map(|of| of.name.clone()).zip(of.correlations.iter().copied());
-        FigureDocument {
-            name: &summary.figures[column].figure.name,
-            unit: summary.figures[column].figure.unit.as_deref(),
+        Ok(FigureDocument {
+            name: &of.figure.name,
+            unit: of.figure.unit.as_deref(),
             count: of.count,
             min: of.min,
             percentiles: Pairs(of.percentiles.iter().map(|(percent, value)| (format!("p{percent}"), *value)).collect()),
@@ -556,28 +566,27 @@ fn json(report: &Report) -> Result<String> {
             mean: of.mean,
             deviation: of.deviation,
             correlations: Pairs(correlations.collect()),
-            sobol: report.indices(column).map(Pairs),
-            best: of.best.map(document),
-            median: of.middle.map(document),
-            worst: of.worst.iter().copied().map(document).collect(),
-            absent: &summary.figures[column].absent,
-        }
+            sobol: report.indices(column)?.map(Pairs),
+            best: of.best.map(document).transpose()?,
+            median: of.middle.map(document).transpose()?,
+            worst: of.worst.iter().copied().map(document).collect::<Result<_>>()?,
+            absent: &of.absent,
+        })
     };
-    let expectation = |(expectation, verdict): &'_ (Expectation, Verdict)| {
-        let offending = |run: &u64| OffendingDocument {
-            run: *run,
-            reason: expectation.reason(results, *run),
-            settings: settings(*run),
+    let expectation = |number: usize| -> Result<ExpectationDocument> {
+        let (of, verdict) = &report.verdicts[number];
+        let offending = |(run, reason): &(u64, String)| -> Result<OffendingDocument> {
+            Ok(OffendingDocument { run: *run, reason: reason.clone(), settings: settings(*run)? })
         };
-        (verdict.problem.is_none(), verdict.offending.iter().take(MOST_RUNS).map(offending).collect::<Vec<_>>())
+        Ok(ExpectationDocument {
+            expectation: &of.text,
+            met: verdict.problem.is_none(),
+            problem: verdict.problem.as_deref(),
+            share: verdict.hits.map(|hits| report.share(&of.text, hits)),
+            count: verdict.count,
+            runs: verdict.offending.iter().map(offending).collect::<Result<_>>()?,
+        })
     };
-    let expectations = report.verdicts.iter().map(|pair| {
-        let (met, runs) = expectation(pair);
-        let (of, verdict) = pair;
-        let problem = verdict.problem.as_deref();
-        let share = verdict.hits.map(|hits| report.share(&of.text, hits));
-        ExpectationDocument { expectation: &of.text, met, problem, share, count: verdict.offending.len(), runs }
-    });
     let document = Document {
         study: report.name,
         fingerprint: report.fingerprint,
@@ -593,9 +602,9 @@ fn json(report: &Report) -> Result<String> {
         sampling: study.sampling,
         coordinates: &summary.coordinates,
         main: report.main.map(|main| summary.figures[main].figure.name.as_str()),
-        figures: summary.figures.iter().enumerate().map(figure).collect(),
-        expectations: expectations.collect(),
-        limits: report.yields(),
+        figures: (0..summary.figures.len()).map(figure).collect::<Result<_>>()?,
+        expectations: (0..report.verdicts.len()).map(expectation).collect::<Result<_>>()?,
+        limits: report.yields()?,
     };
     let mut text = serde_json::to_string_pretty(&document).context("the summary cannot be written as JSON")?;
     text.push('\n');
@@ -630,7 +639,7 @@ struct Page<'a> {
     is_independent: bool,
     /// The axes with Sobol's indices, and of each figure the indices of each.
     index_names: Vec<String>,
-    indices: Vec<(String, Vec<(String, String)>)>,
+    indices: Vec<IndexRow>,
     /// Whether there is any rank correlation.
     has_influence: bool,
     failures: Vec<(String, String)>,
@@ -669,23 +678,25 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         failed => format!("; {failed} failed."),
     };
     about.push_str(&failed);
-    let expectation = |(of, verdict): &(Expectation, Verdict)| ExpectationPart {
-        text: printable(&of.text),
-        is_met: verdict.problem.is_none(),
-        share: verdict.hits.map_or_else(String::new, |hits| report.share("", hits).text()),
-        problem: match (&verdict.problem, of.of) {
-            (Some(problem), _) => seen(problem),
-            (None, Of::Each) => "every run meets it".into(),
-            (None, _) => String::new(),
-        },
-        runs: seen(&listed(
-            results,
-            verdict.offending.len(),
-            verdict.offending.iter().map(|run| (*run, of.reason(results, *run))),
-        )),
+    let expectation = |(of, verdict): &(Expectation, Verdict)| -> Result<ExpectationPart> {
+        let runs = listed(results, verdict.count, verdict.offending.iter().cloned())?;
+        Ok(ExpectationPart {
+            text: printable(&of.text),
+            is_met: verdict.problem.is_none(),
+            share: verdict.hits.map_or_else(String::new, |hits| report.share("", hits).text()),
+            problem: match (&verdict.problem, of.of) {
+                (Some(problem), _) => seen(problem),
+                (None, Of::Each) => "every run meets it".into(),
+                (None, _) => String::new(),
+            },
+            runs: seen(&runs),
+        })
     };
-    let cells = |run: u64| results.point(run).iter().map(|value| short(*value)).collect();
-    let figure = |(column, of): (usize, &Distribution)| {
+    let figure = |(column, of): (usize, &Distribution)| -> Result<FigurePart> {
+        let row = |run: &u64| -> Result<_> {
+            let cells = results.point(*run)?.into_iter().map(short).collect();
+            Ok((*run, number(of, report.value(column, *run)?), cells))
+        };
         let number = |value: Option<f64>| value.map_or_else(String::new, |value| number(of, value));
         let percentiles = of.percentiles.iter().map(|(_, value)| Some(*value));
         let percentiles: Vec<Option<f64>> = percentiles.chain(std::iter::repeat(None)).take(PERCENTS.len()).collect();
@@ -693,7 +704,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         let most = if report.main == Some(column) { MOST_RUNS } else { FEW_RUNS };
         let worst = of.worst.iter().take(most);
         let histogram = pictures.iter().find(|picture| picture.figure == Some(column));
-        FigurePart {
+        Ok(FigurePart {
             name: printable(&of.figure.name),
             anchor: format!("figure-{column}"),
             title: seen(&pictures::axis(&of.figure)),
@@ -704,11 +715,11 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
                 .iter()
                 .map(|correlation| correlation.map_or_else(String::new, |correlation| format!("{correlation:.2}")))
                 .collect(),
-            absent: absent_texts(report, column),
+            absent: absent_texts(report, column)?,
             histogram: histogram.map(|picture| picture.svg.as_str()),
-            worst: worst.map(|run| (*run, self::number(of, results.figures_of(*run)[column]), cells(*run))).collect(),
+            worst: worst.map(row).collect::<Result<_>>()?,
             is_lower_better: crate::summary::is_lower_better(&of.figure.name),
-        }
+        })
     };
     let failures = summary.failures.iter().map(|of| (numbers(&of.runs, of.count), printable(&of.reason)));
     let has_samples = study.axes.iter().any(|axis| is_sampled(&axis.along));
@@ -718,11 +729,12 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         Sampling::Sobol => "as a Sobol sequence",
         Sampling::Saltelli => "as a Sobol sequence for Sobol's indices",
     };
-    let index_names = (0..summary.figures.len()).find_map(|column| report.indices(column)).unwrap_or_default();
+    let index_names = (0..summary.figures.len()).find_map(|column| report.indices(column).transpose());
+    let index_names = index_names.transpose()?.unwrap_or_default();
     let page = Page {
         name: printable(report.name),
         about,
-        expectations: report.verdicts.iter().map(expectation).collect(),
+        expectations: report.verdicts.iter().map(expectation).collect::<Result<_>>()?,
         pictures: pictures.iter().filter(|of| of.figure.is_none()).map(|of| of.svg.as_str()).collect(),
         main: report.main.map(|main| printable(&summary.figures[main].figure.name)),
         constant: report.main.and_then(|main| pictures::constant(&summary.figures[main])).map(|text| seen(&text)),
@@ -730,12 +742,12 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         correlations: correlation_text(&study.correlations),
         sampling: has_samples.then(|| format!("{} samples {sampling}, seed {}.", study.samples, study.seed)),
         percents: PERCENTS.iter().map(|percent| format!("{percent} %")).collect(),
-        yields: report.yields().iter().map(|of| (printable(&of.of), of.text())).collect(),
+        yields: report.yields()?.iter().map(|of| (printable(&of.of), of.text())).collect(),
         intervals: intervals(report),
         is_independent: report.is_independent(),
         index_names: index_names.into_iter().map(|(name, _)| printable(&name)).collect(),
-        indices: indices(report),
-        figures: summary.figures.iter().enumerate().map(figure).collect(),
+        indices: indices(report)?,
+        figures: summary.figures.iter().enumerate().map(figure).collect::<Result<_>>()?,
         has_influence: summary.figures.iter().any(|of| of.correlations.iter().any(Option::is_some)),
         coordinates: summary.coordinates.iter().map(|of| seen(&pictures::axis(of))).collect(),
         failures: failures.collect(),
@@ -762,13 +774,18 @@ fn intervals(report: &Report) -> Vec<(String, Vec<String>)> {
     if report.is_independent() { figures.map(row).collect() } else { Vec::new() }
 }
 
+/// A figure, and for each axis the first-order index and the total one.
+type IndexRow = (String, Vec<(String, String)>);
+
 /// Of each figure that varies in a study for Sobol's indices the indices of each axis: the first-order one and the total one.
-fn indices(report: &Report) -> Vec<(String, Vec<(String, String)>)> {
+fn indices(report: &Report) -> Result<Vec<IndexRow>> {
     let cell = |value: f64, error: f64| format!("{value:.2} ± {error:.2}");
     let cells = |of: Index| (cell(of.first, of.first_error), cell(of.total, of.total_error));
     let row = |(column, of): (usize, &Distribution)| {
-        let indices = report.indices(column)?;
-        Some((printable(&of.figure.name), indices.into_iter().map(|(_, of)| cells(of)).collect()))
+        let row = |indices: Vec<(String, Index)>| {
+            (printable(&of.figure.name), indices.into_iter().map(|(_, of)| cells(of)).collect())
+        };
+        report.indices(column).map(|indices| indices.map(row)).transpose()
     };
     report.summary.figures.iter().enumerate().filter_map(row).collect()
 }

@@ -9,6 +9,7 @@
 //! that of M. J. W. Jansen (1999).
 
 use crate::results::Results;
+use anyhow::Result;
 use serde::Serialize;
 
 /// How far the end of a 95 % interval is from its middle, in standard deviations.
@@ -34,9 +35,11 @@ pub fn runs_of_sample(axes: usize) -> u64 {
 
 /// The indices of each of so many axes for a figure, by the number of its column; none if it does not vary, or if a run has no
 /// value.
-pub fn indices(results: &Results, figure: usize, axes: usize) -> Option<Vec<Index>> {
-    let values: Vec<f64> = results.figure(figure).collect();
-    of_values(&values, axes)
+///
+/// # Errors
+/// The results of a large study cannot be read.
+pub fn indices(results: &Results, figure: usize, axes: usize) -> Result<Option<Vec<Index>>> {
+    Ok(of_values(&results.figure(figure)?, axes))
 }
 
 fn of_values(values: &[f64], axes: usize) -> Option<Vec<Index>> {

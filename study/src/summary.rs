@@ -7,14 +7,19 @@
 //! variable, `FMU.VARIABLE.min`: of this the highest is the best. For `FMU.VARIABLE.mean` and `FMU.VARIABLE.last`, of which neither end is better, the
 //! highest value counts as the worst.
 
+use crate::columns::Spill;
 use crate::interval;
 use crate::results::{Quantity, Results};
+use anyhow::Result;
 use control::figures;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Which percentiles a summary has.
 pub const PERCENTS: [f64; 7] = [1.0, 5.0, 25.0, 50.0, 75.0, 95.0, 99.0];
+
+/// At most this many bytes of the orders of coordinates are kept in memory.
+const MOST_BYTES: usize = 1 << 22;
 
 /// A summary. The same results give the same summary, bit for bit.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
@@ -77,7 +82,10 @@ pub struct Distribution {
 impl Summary {
     /// The summary of results. Of each figure it names the `worst` worst runs, and as many of those that failed for a reason or
     /// have no figure.
-    pub fn of(results: &Results, worst: usize) -> Summary {
+    ///
+    /// # Errors
+    /// The results of a large study cannot be read.
+    pub fn of(results: &Results, worst: usize) -> Result<Summary> {
         let mut reasons: BTreeMap<&str, Vec<u64>> = BTreeMap::new();
         for (run, reason) in &results.errors {
             reasons.entry(reason).or_default().push(*run);
@@ -89,18 +97,15 @@ impl Summary {
         };
         let mut failures: Vec<Failure> = reasons.into_iter().map(failure).collect();
         failures.sort_by_key(|failure| (std::cmp::Reverse(failure.count), failure.runs.first().copied()));
-        let orders: Vec<Vec<u64>> = (0..results.coordinates.len())
-            .map(|column| ascending(results.count(), |run| results.point(run)[column]))
-            .collect();
-        Summary {
+        let orders = Orders::of(results)?;
+        let figures = 0..results.figures.len();
+        Ok(Summary {
             runs: results.count(),
             failed: results.errors.len() as u64,
             failures,
             coordinates: results.coordinates.clone(),
-            figures: (0..results.figures.len())
-                .map(|column| Distribution::of(results, column, &orders, worst))
-                .collect(),
-        }
+            figures: figures.map(|column| Distribution::of(results, column, &orders, worst)).collect::<Result<_>>()?,
+        })
     }
 
     /// The two coordinates with the strongest correlation with a figure, the stronger one first; fewer if there are fewer
@@ -119,29 +124,66 @@ pub fn is_lower_better(figure: &str) -> bool {
     figures::find(figure).map_or(!figure.ends_with(".min"), |known| known.is_lower_better)
 }
 
-/// The runs whose value is a finite number, by this value.
-fn ascending(count: u64, value: impl Fn(u64) -> f64) -> Vec<u64> {
-    let mut rated: Vec<(f64, u64)> = (0..count).map(|run| (value(run), run)).collect();
+/// The runs whose value is a finite number, by this value. A study has fewer runs than 2^32.
+fn ascending(values: &[f64]) -> Vec<u32> {
+    let mut rated: Vec<(f64, u32)> = values.iter().copied().zip(0..).collect();
     rated.retain(|(value, _)| value.is_finite());
     // Adding 0 makes -0 a 0, which is the same number.
     rated.sort_unstable_by(|a, b| (a.0 + 0.0).total_cmp(&(b.0 + 0.0)).then(a.1.cmp(&b.1)));
-    rated.into_iter().map(|(_, run)| run).collect()
+    // A list of its own: collected, it would keep the room of the other one.
+    let mut order = Vec::with_capacity(rated.len());
+    order.extend(rated.into_iter().map(|(_, run)| run));
+    order
+}
+
+/// The runs in ascending order of each coordinate, which each figure needs. Those of many runs and coordinates are in a file.
+struct Orders {
+    runs: Spill,
+    /// Where those of a coordinate begin, and how many they are.
+    places: Vec<(u64, usize)>,
+}
+
+impl Orders {
+    fn of(results: &Results) -> Result<Orders> {
+        let mut orders = Orders { runs: Spill::new(MOST_BYTES, results.folder()), places: Vec::new() };
+        for column in 0..results.coordinates.len() {
+            let order = ascending(&results.coordinate(column)?);
+            orders.places.push((orders.runs.append(order.iter().map(|run| run.to_le_bytes()))?, order.len()));
+        }
+        Ok(orders)
+    }
+
+    fn of_coordinate(&self, column: usize) -> Result<Vec<u32>> {
+        let (begin, count) = self.places[column];
+        let mut order = Vec::with_capacity(count);
+        self.runs.read(begin, count, u32::from_le_bytes, &mut order)?;
+        Ok(order)
+    }
 }
 
 impl Distribution {
-    /// `orders` are the runs in ascending order of each coordinate.
-    fn of(results: &Results, column: usize, orders: &[Vec<u64>], worst: usize) -> Distribution {
-        let value = |run: u64| results.figures_of(run)[column];
-        let order = ascending(results.count(), value);
-        let sorted: Vec<f64> = order.iter().map(|run| value(*run)).collect();
+    fn of(results: &Results, column: usize, orders: &Orders, worst: usize) -> Result<Distribution> {
+        let (mut distribution, ranks) = Distribution::alone(results, column, worst)?;
+        for coordinate in 0..results.coordinates.len() {
+            let order = orders.of_coordinate(coordinate)?;
+            distribution.correlations.push(ranks.correlation(order, &results.coordinate(coordinate)?));
+        }
+        Ok(distribution)
+    }
+
+    /// Without correlations, but with the ranks for them.
+    fn alone(results: &Results, column: usize, worst: usize) -> Result<(Distribution, Ranks)> {
+        let values = results.figure(column)?;
+        let value = |run: &u32| values[*run as usize];
+        let order = ascending(&values);
+        let sorted: Vec<f64> = order.iter().map(value).collect();
         let figure = results.figures[column].clone();
         // From both ends the run with the lower number comes first where values are equal.
-        let lowest = || order.iter().copied();
-        let highest = || order.chunk_by(|a, b| value(*a) == value(*b)).rev().flatten().copied();
+        let lowest = || order.iter().map(|run| u64::from(*run));
+        let highest = || order.chunk_by(|a, b| value(a) == value(b)).rev().flatten().map(|run| u64::from(*run));
         let is_lower_better = is_lower_better(&figure.name);
-        let absent = (0..results.count()).filter(|run| value(*run).is_nan() && !results.errors.contains_key(run));
-        let ranks = Ranks::of(&order, results.count(), value);
-        Distribution {
+        let absent = (0..).zip(&*values).filter(|(run, value)| value.is_nan() && !results.errors.contains_key(run));
+        let distribution = Distribution {
             count: order.len() as u64,
             min: sorted.first().copied(),
             percentiles: PERCENTS
@@ -153,16 +195,14 @@ impl Distribution {
             mean: mean(&sorted),
             deviation: deviation(&sorted),
             best: if is_lower_better { lowest().next() } else { highest().next() },
-            middle: order.get(order.len() / 2).copied(),
+            middle: order.get(order.len() / 2).map(|run| u64::from(*run)),
             worst: if is_lower_better { highest().take(worst).collect() } else { lowest().take(worst).collect() },
-            absent: absent.take(worst).collect(),
-            correlations: orders
-                .iter()
-                .enumerate()
-                .map(|(coordinate, order)| ranks.correlation(order, |run| results.point(run)[coordinate]))
-                .collect(),
+            absent: absent.map(|(run, _)| run).take(worst).collect(),
+            correlations: Vec::new(),
             figure,
-        }
+        };
+        drop(sorted);
+        Ok((distribution, Ranks::of(&order, &values)))
     }
 }
 
@@ -214,21 +254,21 @@ struct Ranks {
 
 impl Ranks {
     /// `order` has the runs with a figure in the order of its value.
-    fn of(order: &[u64], runs: u64, value: impl Fn(u64) -> f64) -> Ranks {
-        let mut ranks = vec![f64::NAN; runs as usize];
-        shared_ranks(order, value, |run, rank| ranks[run as usize] = rank);
+    fn of(order: &[u32], values: &[f64]) -> Ranks {
+        let mut ranks = vec![f64::NAN; values.len()];
+        shared_ranks(order, values, |run, rank| ranks[run as usize] = rank);
         Ranks { ranks, count: order.len() }
     }
 
     /// The correlation with the ranks of a coordinate; `order` has all runs in the order of its value.
-    fn correlation(&self, order: &[u64], value: impl Fn(u64) -> f64) -> Option<f64> {
-        let order: Vec<u64> = order.iter().copied().filter(|run| !self.ranks[*run as usize].is_nan()).collect();
+    fn correlation(&self, mut order: Vec<u32>, values: &[f64]) -> Option<f64> {
+        order.retain(|run| !self.ranks[*run as usize].is_nan());
         if order.len() < self.count || self.count < 2 {
             return None;
         }
         let mean = (self.count - 1) as f64 / 2.0;
         let (mut both, mut own, mut other) = (0.0, 0.0, 0.0);
-        shared_ranks(&order, value, |run, rank| {
+        shared_ranks(&order, values, |run, rank| {
             let (a, b) = (self.ranks[run as usize] - mean, rank - mean);
             (both, own, other) = (both + a * b, own + a * a, other + b * b);
         });
@@ -237,9 +277,9 @@ impl Ranks {
 }
 
 /// Tells the rank of each run.
-fn shared_ranks(order: &[u64], value: impl Fn(u64) -> f64, mut tell: impl FnMut(u64, f64)) {
+fn shared_ranks(order: &[u32], values: &[f64], mut tell: impl FnMut(u32, f64)) {
     let mut first = 0;
-    for equal in order.chunk_by(|a, b| value(*a) == value(*b)) {
+    for equal in order.chunk_by(|a, b| values[*a as usize] == values[*b as usize]) {
         let rank = first as f64 + (equal.len() - 1) as f64 / 2.0;
         equal.iter().for_each(|run| tell(*run, rank));
         first += equal.len();
@@ -256,14 +296,14 @@ mod tests {
         let quantity = |name: &str| Quantity { name: name.into(), unit: None };
         let mut results = Results::new(vec![quantity("P.GAIN")], vec![quantity(figure)]);
         for (point, value) in values {
-            results.push(&[*point], &Row { figures: vec![*value], error: None });
+            results.push(&[*point], &Row { figures: vec![*value], error: None }).unwrap();
         }
         results
     }
 
     fn of(figure: &str, values: &[f64]) -> Distribution {
         let values: Vec<(f64, f64)> = values.iter().map(|value| (0.0, *value)).collect();
-        Summary::of(&results(figure, &values), 3).figures.remove(0)
+        Summary::of(&results(figure, &values), 3).unwrap().figures.remove(0)
     }
 
     #[test]
@@ -311,9 +351,9 @@ mod tests {
     fn what_cannot_be_said_and_what_failed_do_not_count_and_are_named() {
         let mut results = results("settling", &[(1.0, 5.0), (2.0, f64::NAN), (3.0, 7.0)]);
         for reason in ["b", "a", "b"] {
-            results.push(&[4.0], &Row { figures: vec![f64::NAN], error: Some(reason.into()) });
+            results.push(&[4.0], &Row { figures: vec![f64::NAN], error: Some(reason.into()) }).unwrap();
         }
-        let summary = Summary::of(&results, 1);
+        let summary = Summary::of(&results, 1).unwrap();
         assert_eq!((summary.runs, summary.failed), (6, 3));
         let failures: Vec<_> = summary
             .failures
@@ -330,7 +370,8 @@ mod tests {
 
     #[test]
     fn a_coordinate_correlates_by_rank() {
-        let correlation = |values: &[(f64, f64)]| Summary::of(&results("iae", values), 1).figures[0].correlations[0];
+        let correlation =
+            |values: &[(f64, f64)]| Summary::of(&results("iae", values), 1).unwrap().figures[0].correlations[0];
         // A curve that rises counts as much as a line; a run without the figure does not count.
         assert_eq!(correlation(&[(1.0, 1.0), (2.0, 8.0), (9.0, f64::NAN), (3.0, 1000.0)]), Some(1.0));
         assert_eq!(correlation(&[(1.0, 3.0), (2.0, 2.0), (3.0, 1.0)]), Some(-1.0));
@@ -348,8 +389,8 @@ mod tests {
         for (point, value) in
             [([1.0, 4.0, 2.0], 1.0), ([1.0, 3.0, 1.0], 2.0), ([1.0, 2.0, 4.0], 3.0), ([1.0, 1.0, 3.0], 4.0)]
         {
-            results.push(&point, &Row { figures: vec![value], error: None });
+            results.push(&point, &Row { figures: vec![value], error: None }).unwrap();
         }
-        assert_eq!(Summary::of(&results, 1).strongest(0), [1, 2]);
+        assert_eq!(Summary::of(&results, 1).unwrap().strongest(0), [1, 2]);
     }
 }

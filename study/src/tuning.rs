@@ -165,7 +165,7 @@ impl Tuning {
             [plants[plant].as_slice(), &batch[candidate]].concat()
         };
         let mut rows = Vec::new();
-        self.pool.rows((batch.len() * plants.len()) as u64, &point, &mut |_, _, row| {
+        self.pool.rows((batch.len() * plants.len()) as u64, &point, &mut |_, row| {
             rows.push(row);
             Ok(())
         })?;

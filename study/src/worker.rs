@@ -34,6 +34,12 @@ pub const ROLE: &str = "worker";
 /// How long rows wait for others before they are sent.
 pub const FLUSH: Duration = Duration::from_millis(2);
 
+/// This many runs of linked blocks are made side by side: as many as there are lanes.
+pub const ABREAST: usize = blocks::table::abreast::LANES;
+
+/// Runs side by side record this many values at most.
+const MOST_RECORDED: usize = 1 << 23;
+
 /// What a worker is to do. The first request is [`Request::Begin`].
 #[derive(Debug, Deserialize, Serialize)]
 pub enum Request {
@@ -130,7 +136,10 @@ pub fn run(folder: &Path, find: Find) -> Result<()> {
         };
         channel.send(&Reply::Ready(ready))?;
         let flush = if is_prompt { Duration::ZERO } else { FLUSH };
-        let serving = Serving { experiment, renews, flush };
+        let is_linked = matches!(members, Members::Linked(_));
+        let recorded = experiment.plan.steps.saturating_mul(experiment.plan.columns.len()).max(1);
+        let abreast = if is_linked && !is_prompt { (MOST_RECORDED / recorded).clamp(1, ABREAST) } else { 1 };
+        let serving = Serving { experiment, renews, flush, abreast };
         match members {
             Members::Linked(members) => {
                 let instantiate = |member: usize| {
@@ -247,6 +256,8 @@ struct Serving {
     renews: bool,
     /// How long rows wait for others.
     flush: Duration,
+    /// How many runs are made side by side.
+    abreast: usize,
 }
 
 impl Serving {
@@ -270,8 +281,8 @@ impl Serving {
                 }
                 Request::Rows(points, gives) => {
                     let (mut rows, mut flushed) = (Vec::new(), Instant::now());
-                    for point in &points {
-                        rows.push(executor.row_of(point, gives, &mut instantiate));
+                    for points in points.chunks(self.abreast) {
+                        rows.extend(executor.rows(points, gives, &mut instantiate));
                         if flushed.elapsed() >= self.flush {
                             output.send(&Reply::Rows(std::mem::take(&mut rows)))?;
                             flushed = Instant::now();

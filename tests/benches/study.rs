@@ -28,7 +28,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::Instant;
-use study::experiment::{Executor, Experiment};
+use study::experiment::{Executor, Experiment, Gives};
 use study::worker;
 use study::{Along, Axis, Job, Study};
 use tests::setting;
@@ -40,6 +40,9 @@ const STEP: f64 = 0.1;
 
 /// Steps in one measurement: short, so that others on the machine seldom interrupt it.
 const STEPS: usize = 3000;
+
+/// How many runs are made side by side, as a worker of a study makes them.
+const ABREAST: usize = worker::ABREAST;
 
 /// The loop with a control cycle of this many seconds.
 fn system(folder: &Path, step: f64, steps: usize) -> Result<System> {
@@ -253,7 +256,7 @@ fn compare(folder: &Path, fmus: &Fmus, temporary: &Path) -> Result<()> {
     let (mut rows, mut bare_rows) = (Vec::with_capacity(3 * STEPS), Vec::with_capacity(3 * STEPS));
     let mut linked_rows = rows.clone();
     let (mut by_run, mut by_study, mut alone) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut by_linked_run, mut by_linked_study) = (Vec::new(), Vec::new());
+    let (mut by_linked_run, mut by_linked_study, mut abreast) = (Vec::new(), Vec::new(), Vec::new());
     let mut by_masters = vec![Vec::new(); masters.len()];
     for number in 0..measurements {
         by_run.push(steps(&mut run, &plan, &mut rows)?);
@@ -265,6 +268,12 @@ fn compare(folder: &Path, fmus: &Fmus, temporary: &Path) -> Result<()> {
         let mut linked_row = None;
         by_linked_study
             .push(time(STEPS, || linked_row = Some(linked_executor.row(&point, |member| fmus.linked(member)))));
+        let points: Vec<_> = (0..ABREAST).map(|run| vec![point[0] + run as f64]).collect();
+        let mut rows_abreast = Vec::new();
+        abreast.push(time(STEPS * ABREAST, || {
+            rows_abreast = linked_executor.rows(&points, Gives::Figures, |member| fmus.linked(member));
+        }));
+        assert!(linked_row.as_ref().is_some_and(|row| bits(&row.figures) == bits(&rows_abreast[0].figures)));
         let [row, linked_row] = [row, linked_row].map(|row| row.expect("it was made"));
         assert!(row.error.is_none() && bits(&row.figures) == bits(&linked_row.figures), "both compute the same");
         for (master, times) in masters.iter_mut().zip(&mut by_masters) {
@@ -281,6 +290,7 @@ fn compare(folder: &Path, fmus: &Fmus, temporary: &Path) -> Result<()> {
     all.push(("a run of a study, with reset and figures", &by_study));
     all.push(("the loop with linked blocks", &by_linked_run));
     all.push(("a run of a study with linked blocks", &by_linked_study));
+    all.push(("each of 16 runs side by side", &abreast));
     all.extend(masters.iter().zip(&by_masters).map(|(master, times)| (master.name, times)));
     for (name, times) in all {
         let ratio = |to: &[f64]| median(&times.iter().zip(to).map(|(time, to)| time / to).collect::<Vec<_>>());

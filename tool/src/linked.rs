@@ -2,28 +2,27 @@
 //! instance behind one, and what it says has the same words.
 
 use anyhow::{Context, Result, anyhow, ensure};
-use blocks::table::{Reader, Writer};
 use blocks::{Block, Role};
+use fmu::abreast;
 use fmu::component::{self, Fresh, Origin};
-use fmu::cyclic::Cyclic;
+use fmu::cyclic::{Cyclic, Reader, Writer};
 use fmu::host_type::HostType;
 use fmu::refusal::Refusal;
 use fmu::state::Function;
 use fmu::table::Fingerprint;
 use fmu::v2::value::Boolean;
 use fmu::v2::{Fmi2, status_name};
-use run::component::{Component, Reset, Type, Wiring};
+use run::component::{Abreast, Component, Reset, Type, Wiring};
+use std::any::Any;
 use std::ffi::c_int;
+use std::iter;
+
+/// Fewer instances are faster one by one: side by side, lanes cost the same whether something is in them or not.
+const FEWEST: usize = 4;
 
 /// An instance.
 pub struct Instance<B> {
     component: component::Component<B>,
-    /// What writes the connected inputs, and where their values are in those of the run.
-    inputs: Vec<(Writer<B>, usize)>,
-    /// What reads what others need, and where it goes.
-    outputs: Vec<(Reader<B>, usize)>,
-    /// Whether there is such a function for each of them.
-    is_wired: bool,
     /// Integers and Booleans on their way; kept, so that a step allocates nothing.
     integers: Vec<c_int>,
     booleans: Vec<Boolean>,
@@ -50,8 +49,7 @@ impl<B: Cyclic> Instance<B> {
             "{name:?} is empty or contains a NUL: give the instance a name"
         );
         let component = component::Component::new(origin, true);
-        let (inputs, outputs) = (Vec::new(), Vec::new());
-        Ok(Instance { component, inputs, outputs, is_wired: false, integers: Vec::new(), booleans: Vec::new() })
+        Ok(Instance { component, integers: Vec::new(), booleans: Vec::new() })
     }
 
     /// What it calls, with its present values.
@@ -193,10 +191,14 @@ impl<B: Cyclic> Component for Instance<B> {
             .with_context(|| format!("at {time:?} s, step {size:?} s"))
     }
 
-    fn wire(&mut self, wiring: &Wiring) {
+    fn any(&mut self) -> Option<&mut dyn Any> {
+        Some(self)
+    }
+
+    fn abreast<'a>(&'a mut self, others: Vec<&'a mut dyn Any>, wiring: &Wiring) -> Option<Box<dyn Abreast + 'a>> {
         // The page is small rather than fast: functions for each variable of each block would be a fiftieth of it.
-        if cfg!(target_family = "wasm") {
-            return;
+        if cfg!(target_family = "wasm") || others.len() + 1 < FEWEST {
+            return None;
         }
         let rows = self.block().table().rows;
         let writer = |(reference, source): (&u32, &usize)| {
@@ -205,27 +207,16 @@ impl<B: Cyclic> Component for Instance<B> {
             Some((B::writer(*reference as usize).filter(|_| is_tunable)?, *source))
         };
         let reader = |(reference, place): (&u32, usize)| Some((B::reader(*reference as usize)?, place));
-        let inputs: Option<Vec<_>> =
-            wiring.written.iter().flat_map(|of| of.references.iter().zip(&of.sources)).map(writer).collect();
-        let outputs: Option<Vec<_>> =
-            wiring.read.iter().flat_map(|of| of.references.iter().zip(of.places.clone())).map(reader).collect();
-        self.is_wired = inputs.is_some() && outputs.is_some();
-        (self.inputs, self.outputs) = (inputs.unwrap_or_default(), outputs.unwrap_or_default());
-    }
-
-    #[inline]
-    fn cycle(&mut self, values: &mut [f64], time: f64, size: f64) -> bool {
-        let instance = &mut self.component.instance;
-        let is_made = self.is_wired
-            && instance.allows_ordinary(&Function::fmi2SetReal)
-            && self.inputs.iter().all(|(write, source)| instance.write_ordinary(*write, values[*source]))
-            && self.make_ordinary_step(time, size);
-        if is_made {
-            for (read, place) in &self.outputs {
-                values[*place] = read(self.block());
-            }
-        }
-        is_made
+        let inputs = wiring.written.iter().flat_map(|of| of.references.iter().zip(&of.sources)).map(writer);
+        let outputs = wiring.read.iter().flat_map(|of| of.references.iter().zip(of.places.clone())).map(reader);
+        let (inputs, outputs) = (inputs.collect::<Option<_>>()?, outputs.collect::<Option<_>>()?);
+        let others = others.into_iter().map(<dyn Any>::downcast_mut::<Instance<B>>).collect::<Option<Vec<_>>>()?;
+        let instances = iter::once(self).chain(others).map(|of| {
+            let instance = &mut of.component.instance;
+            instance.allows_ordinary(&Function::fmi2DoStep).then_some(instance)
+        });
+        let instances = abreast::Abreast::of(instances.collect::<Option<Vec<_>>>()?)?;
+        Some(Box::new(Lanes { instances, inputs, outputs }))
     }
 
     fn terminate(&mut self) -> Result<()> {
@@ -236,6 +227,36 @@ impl<B: Cyclic> Component for Instance<B> {
     }
 }
 
+/// Instances that make their steps side by side.
+struct Lanes<'a, B: Cyclic> {
+    instances: abreast::Abreast<'a, B>,
+    /// What writes the connected inputs, and where their values are in those of a run.
+    inputs: Vec<(Writer<B>, usize)>,
+    /// What reads what others need, and where it goes.
+    outputs: Vec<(Reader<B>, usize)>,
+}
+
+impl<B: Cyclic> Abreast for Lanes<'_, B> {
+    fn is_ordinary(&self, time: f64, size: f64) -> bool {
+        self.instances.is_ordinary(time, size)
+    }
+
+    fn cycle(&mut self, values: &mut [f64], time: f64, size: f64) -> bool {
+        let count = self.instances.count();
+        let of = |place: usize| place * count..(place + 1) * count;
+        let is_made = self.inputs.iter().all(|(write, source)| self.instances.write(*write, &values[of(*source)]))
+            && make_ordinary_step(&mut self.instances, time, size);
+        if is_made {
+            self.outputs.iter().for_each(|(read, place)| self.instances.read(*read, &mut values[of(*place)]));
+        }
+        is_made
+    }
+
+    fn end(self: Box<Self>) {
+        self.instances.end();
+    }
+}
+
 impl<B: Cyclic> Reset for Instance<B> {
     fn reset(&mut self) -> Result<()> {
         self.call(&Function::fmi2Reset, |component| {
@@ -243,4 +264,11 @@ impl<B: Cyclic> Reset for Instance<B> {
             Ok(())
         })
     }
+}
+
+/// Makes an ordinary step, compiled once for each set of vector instructions that processors have: the same operations, so the same
+/// bits.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn make_ordinary_step<B: Cyclic>(instances: &mut abreast::Abreast<'_, B>, time: f64, size: f64) -> bool {
+    instances.make_ordinary_step(time, size)
 }

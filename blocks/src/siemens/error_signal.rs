@@ -3,6 +3,7 @@
 use crate::table::{Real, Word};
 
 /// CRP_IN and PV_NORM: an analog word as a process value.
+#[inline(always)]
 pub(crate) fn process_value(pv_per: Word, pv_fac: Real, pv_off: Real) -> Real {
     // The REAL next to 100/27648. A division would differ in the last bit for one word in five (measured).
     const PERCENT_PER_COUNT: Real = 0.003616898;
@@ -10,6 +11,7 @@ pub(crate) fn process_value(pv_per: Word, pv_fac: Real, pv_off: Real) -> Real {
 }
 
 /// DEADBAND: errors within `-width ... width` are 0, larger ones lose the width.
+#[inline(always)]
 pub(crate) fn dead_band(x: Real, width: Real) -> Real {
     if x < -width {
         x + width

@@ -54,7 +54,7 @@ macro_rules! block {
                 $( start: $($started:ident = $started_kind:ident($started_value:expr)),+; )?
             }
         )* } )?
-        $( memory $Memory:ident { $(
+        $( memory $Memory:ident $(in $lanes:ident)? { $(
             $(#[doc = $memory_doc:literal])*
             $memory:ident: $memory_type:ty;
         )* } )?
@@ -111,12 +111,16 @@ macro_rules! block {
 
         impl $Block {
             /// Sets outputs, locals and memory to 0 / FALSE; does not touch the inner blocks.
+            #[inline(always)]
             pub fn clear(&mut self) {
                 $($( $crate::block!(@clear $section self.$name); )*)*
                 $( self.$mean = 0.0; )?
                 $( self.memory = $Memory::default(); )?
             }
         }
+
+        $crate::block!(@lanes [$($($lanes)?)?] $Block { $($([$section] $name: $crate::$kind,)*)* $(memory: $Memory,)? }
+            $($Memory { $($memory: $memory_type,)* })?);
 
         const _: () = {
             #[allow(unused_imports)]
@@ -192,6 +196,8 @@ macro_rules! block {
             impl Block for $Block {
                 // That of the crate which is compiled.
                 const CODE: Option<&'static str> = option_env!("PLCFMU_CODE");
+
+                type Abreast = $crate::block!(@abreast $($($lanes)?)?);
 
                 const TABLE: &'static Table = &Table {
                     name: $NAME,
@@ -279,20 +285,23 @@ macro_rules! block {
 
                 fn reader(index: usize) -> Option<Reader<Self>> {
                     match index {
-                        $($( At::$name => Some(|block| number::number(Value::$kind(block.$name))), )*)*
-                        $( index if index == COUNT - 1 => Some(|block| block.$mean), )?
+                        $($( At::$name => Some(|blocks, numbers| {
+                            blocks.read(numbers, |of| &of.$name, |value: $crate::$kind| number::number(Value::$kind(value)));
+                        }), )*)*
+                        $( index if index == COUNT - 1 => Some(|blocks, numbers| {
+                            blocks.read(numbers, |of| &of.$mean, |value: $crate::LReal| value);
+                        }), )?
                         _ => None,
                     }
                 }
 
                 fn writer(index: usize) -> Option<Writer<Self>> {
                     match index {
-                        $($( At::$name => Some(|block, number| match number::to_value(number, Kind::$kind) {
-                            Ok(Value::$kind(value)) => {
-                                block.$name = value;
-                                true
-                            }
-                            _ => false,
+                        $($( At::$name => Some(|blocks, numbers| {
+                            blocks.write(numbers, |of| &mut of.$name, |number| match number::to_value(number, Kind::$kind) {
+                                Ok(Value::$kind(value)) => Some(value),
+                                _ => None,
+                            })
                         }), )*)*
                         _ => None,
                     }
@@ -326,6 +335,13 @@ macro_rules! block {
         };
     };
 
+    (@abreast) => { $crate::table::abreast::Apart<Self> };
+    (@abreast lanes) => { $crate::table::abreast::Lanes<Self> };
+    (@lanes [] $($rest:tt)*) => {};
+    (@lanes [lanes] $Block:ident $fields:tt $Memory:ident $memory:tt) => {
+        $crate::lane!($Memory $memory);
+        $crate::lane!($Block $fields);
+    };
     (@start $kind:ident) => { <$crate::$kind>::default() };
     (@start $kind:ident $start:expr) => { $start };
     (@value $kind:ident) => { Value::zero(Kind::$kind) };

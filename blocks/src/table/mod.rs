@@ -65,6 +65,7 @@ macro_rules! named {
         }
     };
 }
+pub mod abreast;
 mod block;
 #[doc(hidden)]
 pub mod docs;
@@ -78,6 +79,7 @@ mod stored;
 mod tests;
 mod types;
 
+pub use abreast::Abreast;
 pub use kind::{Class, Form, Kind};
 #[doc(hidden)]
 pub use parts::{check_restart_values, copy, cycle_row, help, inner_rows, nest, short_text, text, tunable, upper};
@@ -97,6 +99,12 @@ pub trait Law {
 
     /// One call, as a cyclic interrupt makes it: reads inputs and parameters, writes outputs and memory.
     fn call(&mut self);
+
+    /// Whether the next call is one that a compiler can make for several blocks at once, see [`abreast`]: it does not restart,
+    /// and does not compute again what follows from settings. Only for blocks with a `memory ... in lanes`.
+    fn is_steady(&self) -> bool {
+        true
+    }
 
     /// Refuses parameters with which the block cannot run; called once, before the restart.
     ///
@@ -118,11 +126,12 @@ pub trait Law {
     }
 }
 
-/// What gives a number of a block, as [`Block::reader`] finds it.
-pub type Reader<B> = fn(&B) -> f64;
+/// What gives a number of each of some blocks side by side, as [`Block::reader`] finds it.
+pub type Reader<B> = fn(&<B as Block>::Abreast, &mut [f64]);
 
-/// What writes a number to a block, as [`Block::writer`] finds it; false, and nothing is changed, if the number is out of range.
-pub type Writer<B> = fn(&mut B, f64) -> bool;
+/// What writes a number to each of some blocks side by side, as [`Block::writer`] finds it; false if one of the numbers is out of range:
+/// that block, and those behind it, may have any value then.
+pub type Writer<B> = fn(&mut <B as Block>::Abreast, &[f64]) -> bool;
 
 /// What [`block!`](crate::block!) makes of a table: its rows as data, and access to the values by row number.
 pub trait Block: Law + Stored + Clone + Default + Send + 'static {
@@ -131,6 +140,9 @@ pub trait Block: Law + Stored + Clone + Default + Send + 'static {
 
     /// A hash of the sources of the crate that has the block, see [`CODE`](crate::CODE).
     const CODE: Option<&'static str>;
+
+    /// Several blocks, which are called together.
+    type Abreast: Abreast<Self>;
 
     /// The time between two calls.
     fn cycle(&self) -> Time;
@@ -155,10 +167,10 @@ pub trait Block: Law + Stored + Clone + Default + Send + 'static {
     /// The place of the LREAL in row `index`, as [`Block::real_mut`].
     fn lreal_mut(&mut self, index: usize) -> Option<&mut LReal>;
 
-    /// What gives the number in row `index`, as [`number`](number::number) makes it of the value; `None` for a row of an inner block.
+    /// What gives the numbers in row `index`, as [`number`](number::number) makes it of the value; `None` for a row of an inner block.
     fn reader(index: usize) -> Option<Reader<Self>>;
 
-    /// What writes a number to row `index`, whatever its role, as [`to_value`](number::to_value) makes a value of it; `None` for a row of
+    /// What writes numbers to row `index`, whatever its role, as [`to_value`](number::to_value) makes a value of it; `None` for a row of
     /// an inner block.
     fn writer(index: usize) -> Option<Writer<Self>>;
 

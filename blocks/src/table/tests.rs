@@ -329,18 +329,22 @@ fn an_lreal_is_read_and_written_as_any_value_and_no_other_row_is_one() {
 fn a_reader_and_a_writer_do_what_a_host_does_with_numbers() {
     let mut count = 0;
     for (index, row) in Outer::TABLE.rows.iter().enumerate() {
-        let (mut block, mut other) = (Outer::default(), Outer::default());
+        let mut other = Outer::default();
+        let mut blocks = <Outer as Block>::Abreast::of(vec![Outer::default(); 2]);
         let (reader, writer) = (Outer::reader(index), Outer::writer(index));
         let is_own = row.path[0].is_empty();
         assert_eq!(reader.is_some(), is_own, "{}", row.full_name());
         let (Some(read), Some(write)) = (reader, writer) else { continue };
         for number in [1.0, 0.0, -7.0, 0.25, 40_000.0, 1e39, f64::NAN, f64::INFINITY] {
             let value = number::to_value(number, row.kind);
-            assert_eq!(write(&mut block, number), value.is_ok(), "{} = {number}", row.full_name());
+            assert_eq!(write(&mut blocks, &[0.0, number]), value.is_ok(), "{} = {number}", row.full_name());
             value.into_iter().for_each(|value| assert!(other.set(index, value)));
-            assert_eq!(format!("{block:?}"), format!("{other:?}"), "{} = {number}", row.full_name());
-            assert_eq!(Some(read(&block)), block.get(index).map(number::number), "{} = {number}", row.full_name());
+            let mut numbers = [f64::NAN; 2];
+            read(&blocks, &mut numbers);
+            let now = other.get(index).map(number::number).unwrap();
+            assert_eq!(numbers, [0.0, now], "{} = {number}", row.full_name());
         }
+        assert_eq!(format!("{:?}", blocks.into_blocks()[1]), format!("{other:?}"), "{}", row.full_name());
         count += 1;
     }
     assert_eq!(count, 5);

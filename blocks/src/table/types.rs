@@ -31,11 +31,13 @@ impl Time {
     }
 
     /// The duration in seconds as the blocks compute it: `real(t) / 1000.0` in binary32.
+    #[inline(always)]
     pub fn seconds(self) -> Real {
         self.0 as Real / 1000.0
     }
 
     /// The count of milliseconds as a REAL, rounded to nearest even.
+    #[inline(always)]
     pub fn real(self) -> Real {
         self.0 as Real
     }
@@ -57,6 +59,7 @@ impl Word {
     }
 
     /// The word as a REAL.
+    #[inline(always)]
     pub fn real(self) -> Real {
         Real::from(self.0)
     }
@@ -66,21 +69,23 @@ impl Word {
 ///
 /// A number beyond 32 bits is not converted: its REAL bit pattern stays in the accumulator (measured). NaN gives -1
 /// (observed).
+#[inline(always)]
 pub fn rnd(x: Real) -> i32 {
-    // Adding 1.5 * 2^52 leaves no bit for a fraction, so the sum is rounded by the addition itself. That needs no
-    // instruction which old processors lack, and is exact for every 32-bit result.
+    // Adding 1.5 * 2^52 leaves no bit for a fraction, so the sum is rounded by the addition itself, and its low bits are the
+    // integer. That needs no instruction which old processors lack, and is exact for every 32-bit result.
     const INTEGERS_ONLY: f64 = 6_755_399_441_055_744.0;
     const TWO_TO_31: Real = 2_147_483_648.0;
     if x.is_nan() {
         -1
     } else if (-TWO_TO_31..TWO_TO_31).contains(&x) {
-        ((f64::from(x) + INTEGERS_ONLY) - INTEGERS_ONLY) as i32
+        (f64::from(x) + INTEGERS_ONLY).to_bits() as i32
     } else {
         x.to_bits() as i32
     }
 }
 
 /// The low word of a 32-bit result, read as an INT.
+#[inline(always)]
 pub const fn low_word(x: i32) -> Int {
     x as i16
 }

@@ -19,6 +19,7 @@ pub use manifest::{CPUS, FILE, Manifest};
 pub use table::TextPlace;
 pub use wrong::Wrong;
 
+use blocks::table::abreast::Apart;
 use blocks::table::{fingerprint, start};
 use blocks::{LReal, Real, Table, Time, Value};
 use fmu::component::{Fresh, Library, Origin};
@@ -161,6 +162,8 @@ impl Program {
 
 impl Cyclic for Program {
     const IS_SURE: bool = false;
+
+    type Abreast = Apart<Program>;
 
     fn table(&self) -> &Table {
         self.loaded.table

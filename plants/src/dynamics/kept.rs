@@ -1,5 +1,6 @@
 //! What follows from settings, kept from call to call.
 
+use blocks::table::abreast::Lane;
 use blocks::{LReal, Stored};
 
 /// A value that is computed from numbers, and computed again only when one of them has changed: for `exp` and the like of
@@ -19,7 +20,11 @@ use blocks::{LReal, Stored};
 #[derive(Clone, Copy, Debug)]
 pub struct Kept<const N: usize, T> {
     from: [LReal; N],
-    value: Option<T>,
+    value: T,
+    /// There is a value.
+    is_there: bool,
+    /// In a lane: it is asked for in steady calls only, which have compared the numbers before.
+    is_sure: bool,
 }
 
 impl<const N: usize, T: Copy> Kept<N, T> {
@@ -27,26 +32,41 @@ impl<const N: usize, T: Copy> Kept<N, T> {
     /// kept value always with the same.
     #[inline(always)]
     pub fn of(&mut self, numbers: [LReal; N], compute: fn([LReal; N]) -> T) -> T {
-        // By their bits, NaN is equal to itself, and -0 differs from 0.
-        let is_same = (0..N).all(|place| self.from[place].to_bits() == numbers[place].to_bits());
-        match self.value {
-            Some(value) if is_same => value,
-            _ => self.compute(numbers, compute),
-        }
+        if self.is_sure || self.is_of(numbers) { self.value } else { self.compute(numbers, compute) }
+    }
+
+    /// The value that is kept, and whether it is the one for these numbers.
+    #[inline(always)]
+    pub fn get(&self, numbers: [LReal; N]) -> (T, bool) {
+        (self.value, self.is_of(numbers))
+    }
+
+    /// The value for the last numbers, if there were any.
+    #[inline(always)]
+    pub fn last(&self) -> Option<T> {
+        self.is_there.then_some(self.value)
+    }
+
+    #[inline(always)]
+    fn is_of(&self, numbers: [LReal; N]) -> bool {
+        // By their bits, NaN is equal to itself, and -0 differs from 0. All of them, whatever the first ones are, is what a vector can do.
+        let is_other =
+            |is_other: bool, place: usize| is_other | (self.from[place].to_bits() != numbers[place].to_bits());
+        self.is_there & !(0..N).fold(false, is_other)
     }
 
     #[cold]
     fn compute(&mut self, numbers: [LReal; N], compute: fn([LReal; N]) -> T) -> T {
         let value = compute(numbers);
-        *self = Kept { from: numbers, value: Some(value) };
+        *self = Kept { from: numbers, value, is_there: true, is_sure: false };
         value
     }
 }
 
-impl<const N: usize, T> Default for Kept<N, T> {
+impl<const N: usize, T: Default> Default for Kept<N, T> {
     /// Nothing is computed yet.
     fn default() -> Self {
-        Kept { from: [0.0; N], value: None }
+        Kept { from: [0.0; N], value: T::default(), is_there: false, is_sure: false }
     }
 }
 
@@ -57,12 +77,40 @@ impl<const N: usize, T> PartialEq for Kept<N, T> {
     }
 }
 
-impl<const N: usize, T> Stored for Kept<N, T> {
+impl<const N: usize, T: Default> Stored for Kept<N, T> {
     fn write(&self, _bytes: &mut Vec<u8>) {}
 
     fn read(_bytes: &mut &[u8]) -> Option<Self> {
         Some(Kept::default())
     }
+}
+
+/// A call that computes the value anew is not steady.
+impl<const N: usize, T: Copy + Lane> Lane for Kept<N, T> {
+    type Lanes = (<[LReal; N] as Lane>::Lanes, T::Lanes, <bool as Lane>::Lanes);
+
+    fn lanes() -> Self::Lanes {
+        (<[LReal; N]>::lanes(), T::lanes(), bool::lanes())
+    }
+
+    fn put(self, (from, value, is_there): &mut Self::Lanes, lane: usize) {
+        self.from.put(from, lane);
+        self.value.put(value, lane);
+        self.is_there.put(is_there, lane);
+    }
+
+    fn take(lanes: &mut Self::Lanes, lane: usize) -> Self {
+        Kept { is_sure: false, ..Self::load(lanes, lane) }
+    }
+
+    #[inline(always)]
+    fn load((from, value, is_there): &Self::Lanes, lane: usize) -> Self {
+        let is_there = Lane::load(is_there, lane);
+        Kept { from: Lane::load(from, lane), value: Lane::load(value, lane), is_there, is_sure: true }
+    }
+
+    #[inline(always)]
+    fn store(self, _lanes: &mut Self::Lanes, _lane: usize, _is_steady: bool) {}
 }
 
 #[cfg(test)]

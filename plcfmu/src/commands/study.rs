@@ -21,7 +21,7 @@ use study::expect::{Expectation, Verdict};
 use study::experiment::{Detail, Experiment};
 use study::finished::{self, Table};
 use study::output::Format;
-use study::parts::{self, Collector, Parts};
+use study::parts::{self, Collector, Parts, Rows};
 use study::pool::{self, Pool};
 use study::ran::Ran;
 use study::report::{self, Report};
@@ -138,15 +138,15 @@ pub fn run(options: &Options) -> Result<()> {
         Some(results) => results,
         None => {
             make_runs(&mut pool, &mut parts)?;
-            results(&pool, &parts)?
+            results(&pool, &parts, &out)?
         }
     };
     let verdicts = expectations.into_iter().map(|expectation| {
-        let verdict = expectation.verdict(&results);
-        (expectation, verdict)
+        let verdict = expectation.verdict(&results)?;
+        Ok((expectation, verdict))
     });
-    let verdicts: Vec<_> = verdicts.collect();
-    let summary = Summary::of(&results, WORST);
+    let verdicts = verdicts.collect::<Result<Vec<_>>>()?;
+    let summary = Summary::of(&results, WORST)?;
     let curves = curves(&mut pool, &results, &out, &options.curves, &report::curves_wanted(&summary, main))?;
     let experiment = pool.experiment().clone();
     let envelope = Envelope::of(&mut pool, &experiment, |run| results.errors.contains_key(&run))?;
@@ -169,7 +169,7 @@ pub fn run(options: &Options) -> Result<()> {
     };
     write(&out, options, &report)?;
     parts.remove()?;
-    print(&report::text(&report))?;
+    print(&report::text(&report)?)?;
     print(&format!(
         "{}: a row for each run\n{}\n",
         options.format.file(&out).display(),
@@ -231,16 +231,13 @@ fn make_part(pool: &mut Pool, runs: &Range<u64>, part: &Path, fingerprint: &str)
     let count = pool.experiment().count();
     ensure!(runs.end <= count, "the study has the runs 0 to {}, not {}..{}", count - 1, runs.start, runs.end);
     let experiment = pool.experiment().clone();
-    let mut rows = Vec::new();
+    let mut rows = Rows::default();
     let point = |run| experiment.point(runs.start + run);
-    pool.rows(runs.end - runs.start, &point, &mut |_, _, row| {
-        rows.push(row);
-        Ok(())
-    })?;
+    pool.rows(runs.end - runs.start, &point, &mut |_, row| rows.push(&row))?;
     if pool.is_interrupted() {
         bail!(Interrupted("nothing was written".into()));
     }
-    parts::write(part, fingerprint, runs.start, &rows)
+    parts::write(part, fingerprint, runs.start, &mut rows)
 }
 
 /// Makes the runs that no part has.
@@ -272,10 +269,10 @@ struct Kept<'a> {
 }
 
 impl pool::Sink for Kept<'_> {
-    fn row(&mut self, place: u64, _: &[f64], row: Row) -> Result<()> {
+    fn row(&mut self, place: u64, row: Row) -> Result<()> {
         self.done += 1;
         self.progress.set(self.done as usize);
-        self.collector.push(self.missing.run(place), row)
+        self.collector.push(self.missing.run(place), &row)
     }
 
     fn idle(&mut self) -> Result<()> {
@@ -321,39 +318,33 @@ fn finished(
         return Ok(None);
     }
     let count = experiment.count();
-    let rows = finished::rows(out, fingerprint, experiment.coordinates.len(), experiment.figures.len());
-    let rows = match rows {
-        Ok(Some(rows)) => rows,
-        Ok(None) => return Ok(None),
+    let (mut results, mut rows) = (experiment.results().kept_in(out), 0);
+    let mut each = |row: Row| {
+        rows += 1;
+        // What are too many is said below.
+        if rows <= count { results.push(&experiment.point(rows - 1), &row) } else { Ok(()) }
+    };
+    let (coordinates, figures) = (experiment.coordinates.len(), experiment.figures.len());
+    match finished::rows(out, fingerprint, coordinates, figures, &mut each) {
+        Ok(true) => {}
+        Ok(false) => return Ok(None),
         // The parts replace these results.
         Err(_) if !parts.are_empty() => return Ok(None),
         Err(error) => {
             parts.remove()?;
             return Err(error);
         }
-    };
-    ensure!(
-        rows.len() as u64 == count,
-        "{} has {} of {count} runs: start over without --resume",
-        out.display(),
-        rows.len()
-    );
-    tell::remark(&format!("{} has all {count} runs of this study: no run is repeated", out.display()));
-    let mut results = experiment.results();
-    for (run, row) in (0..).zip(rows) {
-        results.push(&experiment.point(run), &row);
     }
+    ensure!(rows == count, "{} has {rows} of {count} runs: start over without --resume", out.display());
+    tell::remark(&format!("{} has all {count} runs of this study: no run is repeated", out.display()));
     Ok(Some(results))
 }
 
-/// All rows with their points.
-fn results(pool: &Pool, parts: &Parts) -> Result<Results> {
+/// All rows with their points, which are kept in `out` if they are many.
+fn results(pool: &Pool, parts: &Parts, out: &Path) -> Result<Results> {
     let experiment = pool.experiment();
-    let mut results = experiment.results();
-    parts.rows(|run, row| {
-        results.push(&experiment.point(run), &row);
-        Ok(())
-    })?;
+    let mut results = experiment.results().kept_in(out);
+    parts.rows(|run, row| results.push(&experiment.point(run), &row))?;
     Ok(results)
 }
 
@@ -374,7 +365,7 @@ fn curves(
             continue;
         }
         let is_named = named.contains(&run);
-        let made = pool.curve(results.point(run), if is_named { Detail::All } else { Detail::Drawn });
+        let made = pool.curve(&results.point(run)?, if is_named { Detail::All } else { Detail::Drawn });
         ensure_going(pool)?;
         let (mut recording, figures) = match made {
             Ok(made) => made,
@@ -384,7 +375,7 @@ fn curves(
             }
         };
         if let Some(figures) = figures
-            && let Some(difference) = difference(results, run, &figures)
+            && let Some(difference) = difference(results, run, &figures)?
         {
             tell::warning(&format!(
                 "run {run}: {difference}: an FMU keeps something across a reset, so rows of the table may be \
@@ -423,12 +414,15 @@ fn drawn(recording: Recording) -> Recording {
 }
 
 /// The first figure of a run that is another one with new instances.
-fn difference(results: &Results, run: u64, anew: &[f64]) -> Option<String> {
-    let pairs = results.figures.iter().zip(results.figures_of(run).iter().zip(anew));
+fn difference(results: &Results, run: u64, anew: &[f64]) -> Result<Option<String>> {
+    let row = results.figures_of(run)?;
+    let pairs = results.figures.iter().zip(row.iter().zip(anew));
     let mut differing = pairs.filter(|(_, (row, anew))| row != anew && !(row.is_nan() && anew.is_nan()));
-    let (figure, (row, anew)) = differing.next()?;
-    let [row, anew] = [row, anew].map(|value| if value.is_nan() { "no value".into() } else { format!("{value:?}") });
-    Some(format!("{} is {row} in the table and {anew} with new instances", figure.name))
+    Ok(differing.next().map(|(figure, (row, anew))| {
+        let [row, anew] =
+            [row, anew].map(|value| if value.is_nan() { "no value".into() } else { format!("{value:?}") });
+        format!("{} is {row} in the table and {anew} with new instances", figure.name)
+    }))
 }
 
 /// Writes the files of the results beside their table, in place of older ones.
@@ -486,14 +480,14 @@ mod tests {
     fn a_run_that_is_another_one_with_new_instances_is_told() {
         let quantity = |name: &str| study::results::Quantity { name: name.into(), unit: None };
         let mut results = Results::new(Vec::new(), vec![quantity("rise"), quantity("iae")]);
-        results.push(&[], &Row { figures: vec![f64::NAN, 1.5], error: None });
-        assert_eq!(difference(&results, 0, &[f64::NAN, 1.5]), None);
+        results.push(&[], &Row { figures: vec![f64::NAN, 1.5], error: None }).unwrap();
+        assert_eq!(difference(&results, 0, &[f64::NAN, 1.5]).unwrap(), None);
         assert_eq!(
-            difference(&results, 0, &[f64::NAN, 0.1]).as_deref(),
+            difference(&results, 0, &[f64::NAN, 0.1]).unwrap().as_deref(),
             Some("iae is 1.5 in the table and 0.1 with new instances")
         );
         assert_eq!(
-            difference(&results, 0, &[2.0, 1.5]).as_deref(),
+            difference(&results, 0, &[2.0, 1.5]).unwrap().as_deref(),
             Some("rise is no value in the table and 2.0 with new instances")
         );
     }

@@ -49,11 +49,11 @@ impl Sample {
         let rows = [([4.0, 100.0], None), ([8.0, 300.0], None), ([f64::NAN; 2], error), ([12.0, 200.0], None)];
         for (run, (figures, error)) in rows.into_iter().enumerate() {
             let run = run as f64 + 1.0;
-            results.push(&[run, 10.0 * run], &Row { figures: figures.to_vec(), error });
+            results.push(&[run, 10.0 * run], &Row { figures: figures.to_vec(), error }).unwrap();
         }
         let expectation = |text: &&str| {
             let expectation = Expectation::parse(text, &results.figures).unwrap();
-            let verdict = expectation.verdict(&results);
+            let verdict = expectation.verdict(&results).unwrap();
             (expectation, verdict)
         };
         Sample {
@@ -65,7 +65,7 @@ impl Sample {
                 manipulated_value: Some("PID.LMN".into()),
                 pulses: None,
             },
-            summary: Summary::of(&results, MOST_RUNS),
+            summary: Summary::of(&results, MOST_RUNS).unwrap(),
             verdicts: expected.iter().map(expectation).collect(),
             curves: vec![(1, recording(80.0)), (3, recording(65.0)), (0, recording(60.0))],
             ran: Ran {
@@ -134,7 +134,7 @@ fn the_curves_are_those_of_the_worst_the_middle_and_the_best_run() {
 
 #[test]
 fn the_command_prints_percentiles_failures_and_verdicts() {
-    let text = text(&Sample::new(&["overshoot < 10 %", "p50(iae) < 1000"]).report());
+    let text = text(&Sample::new(&["overshoot < 10 %", "p50(iae) < 1000"]).report()).unwrap();
     let expected = "\
 furnace <A>: 4 runs, 1 failed
                   5 %  median  95 %  worst  run
@@ -156,13 +156,13 @@ met: p50(iae) < 1000
 fn runs_without_a_figure_are_counted_and_named() {
     let mut results = Results::new(Vec::new(), vec![quantity("settling", "s")]);
     for value in [1.0, f64::NAN, 3.0, f64::NAN, f64::NAN, f64::NAN, f64::INFINITY] {
-        results.push(&[], &Row { figures: vec![value], error: None });
+        results.push(&[], &Row { figures: vec![value], error: None }).unwrap();
     }
-    let summary = Summary::of(&results, MOST_RUNS);
+    let summary = Summary::of(&results, MOST_RUNS).unwrap();
     let sample = Sample::new(&[]);
     let report = Report { results: &results, summary: &summary, ..sample.report() };
     assert_eq!(
-        absent_texts(&report, 0),
+        absent_texts(&report, 0).unwrap(),
         [
             "4 runs have no settling: runs 1, 3, 4 and 1 more",
             "1 run has an infinite settling, which does not count: run 6"
@@ -202,14 +202,16 @@ fn numbers_have_the_digits_of_their_spread_and_an_interval_those_of_its_width() 
     let mut results = Results::new(vec![quantity("P.A", "")], vec![quantity("travel", "%")]);
     for run in 0..100 {
         // From 144 to 153.9; the interval of the median is from the 40th to the 61st value.
-        results.push(&[f64::from(run)], &Row { figures: vec![144.0 + f64::from(run) / 10.0 + 0.01234], error: None });
+        results
+            .push(&[f64::from(run)], &Row { figures: vec![144.0 + f64::from(run) / 10.0 + 0.01234], error: None })
+            .unwrap();
     }
-    let summary = Summary::of(&results, 3);
+    let summary = Summary::of(&results, 3).unwrap();
     let mut sample = Sample::new(&[]);
     sample.job.study.correlations.clear();
     let report = Report { results: &results, summary: &summary, main: Some(0), curves: &[], ..sample.report() };
     assert_eq!(intervals(&report)[0].1[1], "147.91 to 150.01");
-    let lines = text(&report);
+    let lines = text(&report).unwrap();
     assert_eq!(number(&summary.figures[0], 150.0), "150");
     let narrow = Distribution { min: Some(179.9961), max: Some(179.9972), ..Distribution::default() };
     assert_eq!(number(&narrow, 179.99648), "179.996");

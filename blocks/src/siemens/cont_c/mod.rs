@@ -184,7 +184,7 @@ crate::block! {
             er: Real;
         }
     }
-    memory Memory {
+    memory Memory in lanes {
         /// Error times gain of the previous call.
         e: Real;
         /// Integral of the previous call.
@@ -208,6 +208,7 @@ impl Law for ContC {
     const CHARACTERISTICS: &'static [Characteristic] = responses::CHARACTERISTICS;
 
     /// Clause 1.
+    #[inline(always)]
     fn restart(&mut self) {
         self.clear();
         self.memory.i = self.i_itlval;
@@ -257,6 +258,7 @@ impl Law for ContC {
 
 impl ContC {
     /// INT: the integral after this call (clauses 5 to 9).
+    #[inline(always)]
     fn integral(&mut self, e: Real) -> Real {
         let memory = &mut self.memory;
         // Clauses 8 and 9.
@@ -302,6 +304,7 @@ impl ContC {
     }
 
     /// DIF: the derivative component of this call (clauses 5 and 10).
+    #[inline(always)]
     fn derivative(&mut self, e: Real) -> Real {
         let memory = &mut self.memory;
         if !self.d_sel || self.man_on {
@@ -324,6 +327,7 @@ impl ContC {
 }
 
 /// CRP_OUT: a manipulated value as an analog word.
+#[inline(always)]
 fn analog_output(lmn: Real) -> Int {
     low_word(rnd(lmn * 276.48))
 }

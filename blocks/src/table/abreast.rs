@@ -1,0 +1,340 @@
+//! Instances of one block side by side, which are called together: one of each of several runs that differ in their values.
+//!
+//! [`Apart`] keeps them as they are. [`Lanes`] keeps them variable by variable, so that the compiler makes a loop over [`LANES`] calls into
+//! vector instructions (SIMD): as many calls at once as a register has numbers. The law is not written again for that. It is taken as it
+//! stands, for one block after the other; a processor adds, multiplies and divides the numbers of a vector register as it does
+//! single ones (IEEE 754), so the bits are the same.
+//!
+//! The compiler can do so where the call of a block is steady ([`Law::is_steady`](crate::Law::is_steady)): a computation with conditions,
+//! without loops over memory and without functions that are not compiled into it. Other calls are made one by one.
+
+use crate::table::{Time, Word};
+use std::array::from_fn;
+
+/// This many blocks stand side by side at most: two vector registers of 256 bits hold as many REALs.
+pub const LANES: usize = 16;
+
+/// Instances of a block that are called together.
+pub trait Abreast<B>: Sized {
+    /// Puts blocks side by side.
+    ///
+    /// # Panics
+    /// There are more than [`LANES`].
+    fn of(blocks: Vec<B>) -> Self;
+
+    /// The blocks, in their order.
+    fn into_blocks(self) -> Vec<B>;
+
+    /// Calls each of them.
+    fn each(&mut self, call: impl Fn(&mut B));
+}
+
+/// Blocks, one after the other.
+#[derive(Debug)]
+pub struct Apart<B>(Vec<B>);
+
+impl<B> Abreast<B> for Apart<B> {
+    fn of(blocks: Vec<B>) -> Apart<B> {
+        Apart(blocks)
+    }
+
+    fn into_blocks(self) -> Vec<B> {
+        self.0
+    }
+
+    #[inline(always)]
+    fn each(&mut self, call: impl Fn(&mut B)) {
+        self.0.iter_mut().for_each(call);
+    }
+}
+
+impl<B> Apart<B> {
+    /// Reads a field of each block as a number.
+    #[inline(always)]
+    pub fn read<T: Copy>(&self, numbers: &mut [f64], field: impl Fn(&B) -> &T, number: impl Fn(T) -> f64) {
+        for (block, to) in self.0.iter().zip(numbers) {
+            *to = number(*field(block));
+        }
+    }
+
+    /// Writes a field of each block; false if one of the numbers has no value.
+    #[inline(always)]
+    pub fn write<T>(
+        &mut self,
+        numbers: &[f64],
+        field: impl Fn(&mut B) -> &mut T,
+        value: impl Fn(f64) -> Option<T>,
+    ) -> bool {
+        self.0
+            .iter_mut()
+            .zip(numbers)
+            .all(|(block, number)| value(*number).map(|value| *field(block) = value).is_some())
+    }
+}
+
+/// What can be kept side by side.
+pub trait Lane: Sized {
+    /// One for each lane.
+    type Lanes;
+
+    /// Lanes that nothing is in.
+    fn lanes() -> Self::Lanes;
+
+    /// Puts it into a lane.
+    fn put(self, lanes: &mut Self::Lanes, lane: usize);
+
+    /// Takes it out of a lane.
+    #[inline(always)]
+    fn take(lanes: &mut Self::Lanes, lane: usize) -> Self {
+        Self::load(lanes, lane)
+    }
+
+    /// What a steady call needs of it.
+    fn load(lanes: &Self::Lanes, lane: usize) -> Self;
+
+    /// Puts back what a call has made of that, if it was a steady one.
+    fn store(self, lanes: &mut Self::Lanes, lane: usize, is_steady: bool);
+
+    /// Does what a steady call leaves to be done, lane by lane.
+    #[inline(always)]
+    fn settle(_lanes: &mut Self::Lanes, _lane: usize) {}
+}
+
+macro_rules! lane_of_numbers {
+    ($( $Type:ty as $Number:ty: $value:ident => $into:expr, $number:ident => $from:expr; )*) => { $(
+        impl Lane for $Type {
+            type Lanes = [$Number; LANES];
+
+            fn lanes() -> Self::Lanes {
+                [Default::default(); LANES]
+            }
+
+            #[inline(always)]
+            fn put(self, lanes: &mut Self::Lanes, lane: usize) {
+                let $value = self;
+                lanes[lane] = $into;
+            }
+
+            #[inline(always)]
+            fn load(lanes: &Self::Lanes, lane: usize) -> Self {
+                let $number = lanes[lane];
+                $from
+            }
+
+            #[inline(always)]
+            fn store(self, lanes: &mut Self::Lanes, lane: usize, is_steady: bool) {
+                // Written in any case, which a vector can do.
+                let before = Self::load(lanes, lane);
+                (if is_steady { self } else { before }).put(lanes, lane);
+            }
+        }
+    )* };
+}
+
+// A condition takes as many bits as what it decides about: no vector has to be widened for it.
+lane_of_numbers! {
+    f32 as f32: value => value, number => number;
+    f64 as f64: value => value, number => number;
+    i32 as i32: value => value, number => number;
+    usize as usize: value => value, number => number;
+    bool as u32: value => u32::from(value), number => number != 0;
+    i16 as i32: value => i32::from(value), number => number as i16;
+    Time as i32: value => value.milliseconds(), number => Time::ms(number);
+    Word as i32: value => i32::from(value.value()), number => Word::new(number as i16);
+}
+
+impl<T: Lane, const N: usize> Lane for [T; N] {
+    type Lanes = [T::Lanes; N];
+
+    fn lanes() -> Self::Lanes {
+        from_fn(|_| T::lanes())
+    }
+
+    #[inline(always)]
+    fn put(self, lanes: &mut Self::Lanes, lane: usize) {
+        lanes.iter_mut().zip(self).for_each(|(lanes, value)| value.put(lanes, lane));
+    }
+
+    #[inline(always)]
+    fn take(lanes: &mut Self::Lanes, lane: usize) -> Self {
+        from_fn(|place| T::take(&mut lanes[place], lane))
+    }
+
+    #[inline(always)]
+    fn load(lanes: &Self::Lanes, lane: usize) -> Self {
+        from_fn(|place| T::load(&lanes[place], lane))
+    }
+
+    #[inline(always)]
+    fn store(self, lanes: &mut Self::Lanes, lane: usize, is_steady: bool) {
+        lanes.iter_mut().zip(self).for_each(|(lanes, value)| value.store(lanes, lane, is_steady));
+    }
+
+    #[inline(always)]
+    fn settle(lanes: &mut Self::Lanes, lane: usize) {
+        lanes.iter_mut().for_each(|lanes| T::settle(lanes, lane));
+    }
+}
+
+impl<T: Lane> Lane for Option<T> {
+    type Lanes = (<bool as Lane>::Lanes, T::Lanes);
+
+    fn lanes() -> Self::Lanes {
+        (bool::lanes(), T::lanes())
+    }
+
+    #[inline(always)]
+    fn put(self, lanes: &mut Self::Lanes, lane: usize) {
+        self.is_some().put(&mut lanes.0, lane);
+        if let Some(value) = self {
+            value.put(&mut lanes.1, lane);
+        }
+    }
+
+    #[inline(always)]
+    fn load(lanes: &Self::Lanes, lane: usize) -> Self {
+        // Read in any case, which a vector can do.
+        bool::load(&lanes.0, lane).then_some(T::load(&lanes.1, lane))
+    }
+
+    #[inline(always)]
+    fn store(self, lanes: &mut Self::Lanes, lane: usize, is_steady: bool) {
+        self.is_some().store(&mut lanes.0, lane, is_steady);
+        if let Some(value) = self {
+            value.store(&mut lanes.1, lane, is_steady);
+        }
+    }
+}
+
+/// Makes a struct a [`Lane`], field by field. Of the rows of a block, `[section] field: Type`, a call writes outputs and locals.
+#[macro_export]
+macro_rules! lane {
+    ($Struct:ident { $( $([$section:ident])? $field:ident: $Type:ty ),* $(,)? }) => {
+        const _: () = {
+            use $crate::table::abreast::Lane;
+
+            /// A field's lanes for each field.
+            #[derive(Debug)]
+            pub struct Lanes { $(
+                /// Those of the field of this name.
+                pub $field: <$Type as Lane>::Lanes,
+            )* }
+
+            impl Lane for $Struct {
+                type Lanes = Lanes;
+
+                fn lanes() -> Lanes {
+                    Lanes { $( $field: <$Type as Lane>::lanes(), )* }
+                }
+
+                #[inline(always)]
+                fn put(self, lanes: &mut Lanes, lane: usize) {
+                    $( <$Type as Lane>::put(self.$field, &mut lanes.$field, lane); )*
+                }
+
+                #[inline(always)]
+                fn take(lanes: &mut Lanes, lane: usize) -> Self {
+                    $Struct { $( $field: <$Type as Lane>::take(&mut lanes.$field, lane), )* }
+                }
+
+                #[inline(always)]
+                fn load(lanes: &Lanes, lane: usize) -> Self {
+                    $Struct { $( $field: <$Type as Lane>::load(&lanes.$field, lane), )* }
+                }
+
+                #[inline(always)]
+                fn store(self, lanes: &mut Lanes, lane: usize, is_steady: bool) {
+                    $( $crate::lane!(@store $($section)? $Type, self.$field, &mut lanes.$field, lane, is_steady); )*
+                }
+
+                #[inline(always)]
+                fn settle(lanes: &mut Lanes, lane: usize) {
+                    $( <$Type as Lane>::settle(&mut lanes.$field, lane); )*
+                }
+            }
+        };
+    };
+    (@store input $($rest:tt)*) => {};
+    (@store parameter $($rest:tt)*) => {};
+    (@store fixed $($rest:tt)*) => {};
+    (@store cycle $($rest:tt)*) => {};
+    (@store output $($rest:tt)*) => { $crate::lane!(@store $($rest)*) };
+    (@store local $($rest:tt)*) => { $crate::lane!(@store $($rest)*) };
+    (@store $Type:ty, $($arguments:expr),*) => { <$Type as Lane>::store($($arguments),*) };
+}
+
+/// Blocks, variable by variable.
+#[derive(Debug)]
+pub struct Lanes<B: Lane> {
+    lanes: B::Lanes,
+    count: usize,
+}
+
+impl<B: Lane + crate::Law> Abreast<B> for Lanes<B> {
+    fn of(blocks: Vec<B>) -> Lanes<B> {
+        let (mut lanes, count) = (B::lanes(), blocks.len());
+        assert!(count <= LANES, "there are more blocks than lanes");
+        blocks.into_iter().enumerate().for_each(|(lane, block)| block.put(&mut lanes, lane));
+        Lanes { lanes, count }
+    }
+
+    fn into_blocks(mut self) -> Vec<B> {
+        (0..self.count).map(|lane| B::take(&mut self.lanes, lane)).collect()
+    }
+
+    #[inline(always)]
+    fn each(&mut self, call: impl Fn(&mut B)) {
+        let mut steady = bool::lanes();
+        // All lanes, so that the compiler knows how many there are: what is in those behind the last block does not count.
+        for lane in 0..LANES {
+            let mut block = B::load(&self.lanes, lane);
+            let is_steady = block.is_steady();
+            call(&mut block);
+            block.store(&mut self.lanes, lane, is_steady);
+            is_steady.put(&mut steady, lane);
+        }
+        for lane in 0..self.count {
+            if bool::load(&steady, lane) {
+                B::settle(&mut self.lanes, lane);
+            } else {
+                let mut block = B::take(&mut self.lanes, lane);
+                call(&mut block);
+                block.put(&mut self.lanes, lane);
+            }
+        }
+    }
+}
+
+impl<B: Lane> Lanes<B> {
+    /// As [`Apart::read`].
+    #[inline(always)]
+    pub fn read<T: Lane>(
+        &self,
+        numbers: &mut [f64],
+        field: impl Fn(&B::Lanes) -> &T::Lanes,
+        number: impl Fn(T) -> f64,
+    ) {
+        let lanes = field(&self.lanes);
+        for (lane, to) in numbers.iter_mut().enumerate().take(LANES) {
+            *to = number(T::load(lanes, lane));
+        }
+    }
+
+    /// As [`Apart::write`].
+    #[inline(always)]
+    pub fn write<T: Lane + Default>(
+        &mut self,
+        numbers: &[f64],
+        field: impl Fn(&mut B::Lanes) -> &mut T::Lanes,
+        value: impl Fn(f64) -> Option<T>,
+    ) -> bool {
+        let (lanes, mut all) = (field(&mut self.lanes), true);
+        // Without an end ahead of time, which a vector does not have.
+        for (lane, number) in numbers.iter().enumerate().take(LANES) {
+            let value = value(*number);
+            all &= value.is_some();
+            value.unwrap_or_default().put(lanes, lane);
+        }
+        all
+    }
+}

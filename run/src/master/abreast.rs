@@ -1,0 +1,86 @@
+//! Runs side by side.
+
+use super::{Run, due};
+use crate::component::{Abreast, Component, Wiring};
+use crate::plan::Plan;
+use std::fmt;
+
+/// Between two events that are fewer steps apart, it is not worth while to bring runs together.
+const FEWEST: usize = 16;
+
+/// An input was refused in a step, which some members have made and others have not: the runs cannot go on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refused;
+
+impl fmt::Display for Refused {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str("an input was refused while runs went side by side")
+    }
+}
+
+impl std::error::Error for Refused {}
+
+impl<C: Component> Run<C> {
+    /// Makes steps of several runs of a plan side by side, which differ in values alone, and says how many: those before the next
+    /// event, unless they are few, as long as all are ordinary ones. Each run is then as after as many times [`Run::step`]. `None` if the
+    /// components cannot do it, or the next step is none of these. `record` gets each column of the plan with its value in each run,
+    /// step by step.
+    ///
+    /// # Errors
+    /// [`Refused`]. A run that is made alone says what is refused.
+    pub fn steps_abreast(
+        runs: &mut [Run<C>],
+        plan: &Plan,
+        mut record: impl FnMut(usize, &[f64]),
+    ) -> Result<Option<usize>, Refused> {
+        let Some(first) = runs.first() else { return Ok(None) };
+        let (begin, count) = (first.steps, runs.len());
+        let next = first.members.iter().map(|member| member.next).fold(f64::INFINITY, f64::min);
+        if next <= due(plan, plan.time(begin + FEWEST)) {
+            return Ok(Some(0));
+        }
+        let recorded = first.recorded.clone();
+        let mut values = vec![0.0; first.values.len() * count];
+        for (number, run) in runs.iter().enumerate() {
+            values.iter_mut().skip(number).step_by(count).zip(&run.values).for_each(|(to, value)| *to = *value);
+        }
+
+        let wirings: Vec<Wiring> = (0..plan.members.len()).map(|member| Wiring::of(plan, member)).collect();
+        let mut members: Vec<Vec<&mut C>> = wirings.iter().map(|_| Vec::with_capacity(count)).collect();
+        for run in &mut *runs {
+            members.iter_mut().zip(&mut run.members).for_each(|(of, member)| of.push(&mut member.component));
+        }
+        let members = members.into_iter().zip(&wirings).map(|(of, wiring)| abreast(of, wiring));
+        let Some(mut members) = members.collect::<Option<Vec<_>>>() else { return Ok(None) };
+        let places = values.len() / 2;
+        let (mut step, mut time) = (begin, plan.time(begin));
+        while step < plan.steps && next > due(plan, time) && members.iter().all(|of| of.is_ordinary(time, plan.step)) {
+            let (now, before) = values.split_at_mut(places);
+            before.copy_from_slice(now);
+            if !members.iter_mut().all(|of| of.cycle(&mut values, time, plan.step)) {
+                return Err(Refused);
+            }
+            for (column, place) in recorded.iter().enumerate() {
+                record(column, &values[place * count..][..count]);
+            }
+            step += 1;
+            time = plan.time(step);
+        }
+        members.into_iter().for_each(Abreast::end);
+
+        for (number, run) in runs.iter_mut().enumerate().filter(|_| step > begin) {
+            run.values.iter_mut().zip(values.iter().skip(number).step_by(count)).for_each(|(to, value)| *to = *value);
+            (run.stepped, run.at, run.time) = (run.members.len(), run.members.len() - 1, plan.time(step - 1));
+            run.steps = step;
+            run.record();
+        }
+        Ok((step > begin).then_some(step - begin))
+    }
+}
+
+/// A member of all runs.
+fn abreast<'a, C: Component>(of: Vec<&'a mut C>, wiring: &Wiring) -> Option<Box<dyn Abreast + 'a>> {
+    let mut of = of.into_iter();
+    let first = of.next()?;
+    first.abreast(of.map(C::any).collect::<Option<_>>()?, wiring)
+}
