@@ -1,10 +1,13 @@
 """`plcfmu study` as a user sees it: the same bytes however the runs are split, interrupted or not; FMUs that refuse, crash or
 hang cost their own run and nothing else; an expectation that is not met is exit code 1."""
 
+import html
 import json
 import os
 import pathlib
 import re
+import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -103,6 +106,7 @@ def with_faulty(faulty, tmp_path):
 def test_the_bytes_do_not_depend_on_how_the_runs_are_split(study, tmp_path):
     done = study("--out=one", "--format=csv", "--jobs=2", "--curves=3,44")
     assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-2:] == [str(pathlib.Path("one/curves") / f"run_{run}.csv") for run in (3, 44)]
     done = study("--bundle=bundle")
     assert done.returncode == 0 and json.loads((tmp_path / "bundle/study.json").read_text())["runs"] == 45
     # The bundle has all that it needs.
@@ -124,6 +128,20 @@ def test_the_bytes_do_not_depend_on_how_the_runs_are_split(study, tmp_path):
     *curves, _ = rows(tmp_path / "one/curves/run_44.csv")
     assert len(curves) == 60
     assert max(float(row["P.TEMP"]) for row in curves) == float(table[44]["P.TEMP.max"])
+
+
+def test_the_command_on_the_page_gives_the_same_bytes_as_it_is_printed(study, command, tmp_path):
+    elsewhere = tmp_path / "plants" / "a study's"
+    elsewhere.mkdir(parents=True)
+    shutil.copy(tmp_path / "loop.toml", elsewhere)
+    shutil.copy(tmp_path / "study.toml", elsewhere / "furnace 1.toml")
+    done = study("--out=first", "--format=csv", "--expect=P.TEMP.max < 90 degC", file="plants/a study's/furnace 1.toml")
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "first/summary.html").read_text(encoding="utf-8")
+    again = shlex.split(html.unescape(re.search(r"with: <code>(.*?)</code>", page)[1]))
+    assert again[:3] == ["plcfmu", "study", "furnace 1.toml"]
+    subprocess.run([command, *again[1:]], cwd=elsewhere, check=True, capture_output=True)
+    assert contents(elsewhere / "furnace 1_results") == contents(tmp_path / "first")
 
 
 EXAMPLES = sorted((pathlib.Path(__file__).parents[1] / "examples" / "studies").glob("*.toml"))

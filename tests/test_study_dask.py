@@ -443,7 +443,22 @@ def result(tmp_path, runs="run,C.GAIN,iae,error\n0,0.5,3.0,\n1,2.0,,dry\n"):
     return plcfmu.StudyResult(tmp_path, summary)
 
 
+def test_a_result_is_a_line_and_what_is_wrong_with_the_call_is_refused_before_anything_runs(tmp_path, monkeypatch):
+    line = repr(result(tmp_path))
+    assert line.endswith("2 runs, 1 failed, 1 of 1 expectations not met>") and "\n" not in line and len(line) < 300
+    called = []
+    monkeypatch.setattr(studies, "_call", lambda program, *given: called.append(given) or (_ for _ in ()).throw(studies.StudyError("stop")))
+    with pytest.raises(ValueError, match="format='xls': there are parquet and csv"):
+        plcfmu.study("study.toml", format="xls")
+    assert not called
+    # One text is one expectation.
+    with pytest.raises(studies.StudyError, match="stop"):
+        plcfmu.study("study.toml", expect="overshoot < 10 %")
+    assert [text for text in called[0] if text.startswith("--expect")] == ["--expect=overshoot < 10 %"]
+
+
 def test_the_runs_are_a_data_frame_of_the_library_that_there_is(tmp_path, monkeypatch):
+    """With stand-ins for pandas and polars, which tests/requirements.txt does not have: what they are called with."""
     runs = result(tmp_path)
     monkeypatch.setitem(sys.modules, "pandas", types.SimpleNamespace(DataFrame=lambda table: ("frame", table)))
     kind, table = runs.frame()

@@ -11,6 +11,8 @@ pub use clock::seconds_of_unit;
 
 use anyhow::{Context, Result, bail};
 use number::Style;
+use std::error::Error;
+use std::fmt;
 
 /// The largest text in bytes.
 pub const LARGEST: usize = 128 << 20;
@@ -23,6 +25,48 @@ const MOST_COLUMNS: usize = 20_000;
 
 /// The longest of the first lines, in bytes.
 const LONGEST_LINE: usize = 1 << 20;
+
+/// What the rows of a file are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum RowsAre {
+    /// Calls of a block, one after the other.
+    Calls,
+    /// Control loops. A column that is named as a variable has a number in each row.
+    Loops,
+}
+
+/// What is wrong in a line of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault {
+    line: usize,
+    /// The number of the column, from 1, and its name; none if it is the whole line.
+    column: Option<(usize, String)>,
+    /// After "line 3" or "line 3, column 2 (PV):".
+    text: String,
+}
+
+impl Fault {
+    /// The same with the file's name: `loops.csv:3:2: PUMP.SPEED: "fast" is no number`.
+    pub fn in_file(&self, file: &str) -> String {
+        let Fault { line, text, .. } = self;
+        match &self.column {
+            Some((number, name)) => format!("{file}:{line}:{number}: {name}: {text}"),
+            None => format!("{file}:{line}:1: the line {text}"),
+        }
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        let Fault { line, text, .. } = self;
+        match &self.column {
+            Some((number, name)) => write!(formatter, "line {line}, column {number} ({name}): {text}"),
+            None => write!(formatter, "line {line} {text}"),
+        }
+    }
+}
+
+impl Error for Fault {}
 
 /// A recorded table.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,6 +86,8 @@ pub struct Column {
     pub name: String,
     /// Its name as the header has it, with the unit.
     pub header: String,
+    /// Its number in the file, from 1.
+    pub number: usize,
     /// The unit that the header has: `PV [degC]`, `PV (degC)` or `PV / degC`.
     pub unit: Option<String>,
     /// Its values, one for each row; TRUE and ON are 1. A value that is missing is NaN.
@@ -99,7 +145,15 @@ impl Table {
     /// # Errors
     /// What is wrong, with line and column, and what to do.
     pub fn read(text: &str) -> Result<Table> {
-        Layout::of(text)?.read()
+        Layout::of(text, RowsAre::Calls)?.read()
+    }
+
+    /// Reads a table with a row for each loop. A column that is named as a variable, `FMU.VARIABLE`, has numbers alone.
+    ///
+    /// # Errors
+    /// As [`Table::read`]; a [`Fault`] if it is about a line.
+    pub fn of_loops(text: &str) -> Result<Table> {
+        Layout::of(text, RowsAre::Loops)?.read()
     }
 
     /// The names of its columns as the header has them, with their units.
@@ -188,7 +242,7 @@ impl Table {
 /// # Errors
 /// The text is no CSV file.
 pub fn texts(text: &str, names: &[&str]) -> Result<Option<Vec<String>>> {
-    let layout = Layout::of(text)?;
+    let layout = Layout::of(text, RowsAre::Loops)?;
     let is_called = |header: &Header| names.contains(&header.name.trim().to_lowercase().as_str());
     let Some(column) = layout.header.iter().position(is_called) else { return Ok(None) };
     let mut texts = Vec::new();
@@ -205,6 +259,7 @@ struct Layout<'a> {
     /// The line in which `text` begins, from 1.
     line: usize,
     separator: u8,
+    rows_are: RowsAre,
     header: Vec<Header>,
     /// How many records of `text` come before the values.
     skip: usize,
@@ -228,7 +283,7 @@ fn reader(text: &str, separator: u8) -> ::csv::Reader<&[u8]> {
 const SAMPLE: usize = 100;
 
 impl<'a> Layout<'a> {
-    fn of(text: &'a str) -> Result<Layout<'a>> {
+    fn of(text: &'a str, rows_are: RowsAre) -> Result<Layout<'a>> {
         if text.len() > LARGEST {
             bail!(
                 "the file has {} bytes; at most {LARGEST} are read: cut out the part of interest, or keep each tenth row",
@@ -259,11 +314,11 @@ impl<'a> Layout<'a> {
             }
             (rest, line) = (&rest[end..], line + 1);
             if rest.is_empty() {
-                bail!("the file has no rows: a header with the columns' names and a row for each call are needed");
+                bail!("the file has no rows: {}", rows_are.needed());
             }
         }
         if rest.trim().is_empty() {
-            bail!("the file is empty: a header with the columns' names and a row for each call are needed");
+            bail!("the file is empty: {}", rows_are.needed());
         }
         let separator = told.unwrap_or_else(|| separator(rest));
         let mut sample = Vec::new();
@@ -277,11 +332,14 @@ impl<'a> Layout<'a> {
         let (header, mut skip) = if first.iter().any(is_value) && !first.iter().any(|cell| is_name(cell)) {
             let comment: Vec<_> = comment.map(|line| fields(line, separator)).unwrap_or_default();
             if comment.len() != first.len() {
-                bail!(
-                    "line {} has values, and no line before it names them: write a header above it, such as time{c}SP{c}PV{c}LMN",
-                    line + titles,
-                    c = separator as char
-                );
+                let c = separator as char;
+                let example = match rows_are {
+                    RowsAre::Calls => format!("time{c}SP{c}PV{c}LMN"),
+                    RowsAre::Loops => format!("loop{c}PUMP.SPEED"),
+                };
+                let text =
+                    format!("has values, and no line before it names them: write a header above it, such as {example}");
+                bail!(Fault { line: line + titles, column: None, text });
             }
             (comment, titles)
         } else {
@@ -299,6 +357,7 @@ impl<'a> Layout<'a> {
             && !units.iter().any(is_value)
             && units.iter().all(|unit| unit.len() <= 12)
             && units.iter().any(|unit| !unit.is_empty())
+            && (rows_are == RowsAre::Calls || header.iter().zip(units).all(is_unit_of_loops))
             && sample.get(skip + 1).is_some_and(|record| record.iter().any(is_value))
         {
             for (header, unit) in header.iter_mut().zip(units) {
@@ -307,7 +366,7 @@ impl<'a> Layout<'a> {
             }
             skip += 1;
         }
-        Ok(Layout { text: rest, line, separator, header, skip })
+        Ok(Layout { text: rest, line, separator, rows_are, header, skip })
     }
 
     /// The rows after the header, each with its line.
@@ -331,19 +390,23 @@ impl<'a> Layout<'a> {
         let mut columns: Vec<Cells> = (0..width).map(|_| Cells::default()).collect();
         let mut lines: Vec<usize> = Vec::new();
         let mut short: Option<(usize, usize)> = None;
+        let incomplete = |line: usize, found: usize| Fault {
+            line,
+            column: None,
+            text: format!("has {found} values, and the header has {width} columns: complete the row, or remove it"),
+        };
         self.each(|line, record| {
             if let Some((line, found)) = short {
-                bail!(
-                    "line {line} has {found} values, and the header has {width} columns: complete the row, or remove it"
-                );
+                bail!(incomplete(line, found));
             }
             if let Some(extra) = record.iter().skip(width).position(|cell| !cell.is_empty()) {
-                bail!(
-                    "line {line} has {} values, and the header has {width} columns (the first without a name: {:?}); if the \
+                let text = format!(
+                    "has {} values, and the header has {width} columns (the first without a name: {:?}); if the \
                      decimal sign is a comma, the separator has to be a semicolon or a tab",
                     record.len(),
                     &record[width + extra]
                 );
+                bail!(Fault { line, column: None, text });
             }
             if record.len() < width {
                 short = Some((line, record.len()));
@@ -363,16 +426,29 @@ impl<'a> Layout<'a> {
         })?;
         let mut table = Table { columns: Vec::new(), lines, remarks: Vec::new() };
         if let Some((line, found)) = short {
+            // A recording ends where the recorder was switched off; a list of loops does not.
+            if self.rows_are == RowsAre::Loops {
+                bail!(incomplete(line, found));
+            }
             table.remarks.push(format!(
                 "Line {line}, the last one, has {found} values instead of {width}: it was cut off and is left out."
             ));
         }
         if table.lines.is_empty() {
-            bail!("the file has a header and no rows of values: a row for each call is needed");
+            bail!("the file has a header and no rows of values: a row for each {} is needed", self.rows_are.noun());
         }
-        clock::join(&mut columns);
+        if self.rows_are == RowsAre::Calls {
+            clock::join(&mut columns);
+        }
         for (number, (header, cells)) in self.header.into_iter().zip(columns).enumerate() {
-            table.columns.extend(cells.column(number, header, &mut table.remarks)?);
+            let is_variable = self.rows_are == RowsAre::Loops && is_variable(&header.name);
+            let Table { lines, remarks, .. } = &mut table;
+            let column = if is_variable {
+                Some(cells.of_variable(number, header, lines)?)
+            } else {
+                cells.column(number, header, remarks)?
+            };
+            table.columns.extend(column);
         }
         if table.columns.is_empty() {
             bail!("the file has no column with numbers");
@@ -477,6 +553,28 @@ impl Cells {
         self.values.push(value);
     }
 
+    /// The column of a variable, which has a number for each of the `lines`.
+    fn of_variable(self, number: usize, header: Header, lines: &[usize]) -> Result<Column> {
+        let wrong = |line: usize, text: String| Fault { line, column: Some((number + 1, header.name.clone())), text };
+        if let Some((line, text)) = &self.text {
+            bail!(wrong(
+                *line,
+                format!(
+                    "{text:?} is neither a number nor TRUE or FALSE: write a number without a unit, or remove the row"
+                )
+            ));
+        }
+        if let Some(row) = self.stamps.iter().position(|stamp| *stamp != clock::Stamp::default()) {
+            let text = "a date or a time of day is no number: write a number, or remove the row".to_string();
+            bail!(wrong(lines[row], text));
+        }
+        if let Some(row) = self.values.iter().position(|value| !value.is_finite()) {
+            bail!(wrong(lines[row], "there is no number: complete the row, or remove it".to_string()));
+        }
+        let column = self.column(number, header, &mut Vec::new())?;
+        column.context("a column of numbers has them")
+    }
+
     /// The column, unless it has no numbers.
     fn column(mut self, number: usize, header: Header, remarks: &mut Vec<String>) -> Result<Option<Column>> {
         let name = header.name;
@@ -488,11 +586,10 @@ impl Cells {
             return Ok(None);
         }
         if let Some((line, text)) = self.text {
-            bail!(
-                "line {line}, column {} ({name}): {text:?} is neither a number nor TRUE or FALSE nor a date; correct it, or \
-                 leave the cell empty",
-                number + 1
+            let text = format!(
+                "{text:?} is neither a number nor TRUE or FALSE nor a date; correct it, or leave the cell empty"
             );
+            bail!(Fault { line, column: Some((number + 1, name)), text });
         }
         let is_clock = self.dates > 0;
         if is_clock && self.numbers > 0 {
@@ -507,6 +604,7 @@ impl Cells {
         Ok(Some(Column {
             name,
             header: header.written,
+            number: number + 1,
             unit: header.unit.or_else(|| (self.literals > 0).then(|| "s".to_string())),
             values: self.values,
             is_clock,
@@ -515,6 +613,30 @@ impl Cells {
             digits: self.digits,
         }))
     }
+}
+
+impl RowsAre {
+    fn noun(self) -> &'static str {
+        match self {
+            RowsAre::Calls => "call",
+            RowsAre::Loops => "loop",
+        }
+    }
+
+    fn needed(self) -> String {
+        format!("a header with the columns' names and a row for each {} are needed", self.noun())
+    }
+}
+
+/// Whether a column is named as a variable, `FMU.VARIABLE`; "Descr. 1" is not.
+fn is_variable(name: &str) -> bool {
+    name.split_once('.').is_some_and(|(fmu, own)| !fmu.is_empty() && !own.is_empty())
+        && !name.contains(char::is_whitespace)
+}
+
+/// Whether a cell below a header may be a unit in a table of loops: one with a name or a damaged number is a loop.
+fn is_unit_of_loops((header, cell): (&Header, &String)) -> bool {
+    if is_variable(&header.name) { !cell.starts_with(|letter: char| letter.is_ascii_digit()) } else { cell.is_empty() }
 }
 
 /// Whether a cell of a header is a name: it has a letter and is no value.

@@ -20,10 +20,12 @@ const KEY: f64 = 26.0;
 const MOST_POINTS: usize = 4000;
 /// The width and the height of such a cell.
 const CELL: f64 = 6.0;
+/// More points without a value than these are put together: one cross for those within a cell of [`CROSS_CELL`].
+const MOST_CROSSES: usize = 500;
+/// The width and the height of such a cell, that of a cross and a gap.
+const CROSS_CELL: f64 = 10.0;
 /// Points that are nearer to each other are one.
 const POINT: f64 = 0.01;
-/// At most this many points without a value are marked.
-const MOST_ABSENT: usize = 500;
 /// A grid with at most this many values along an axis has them as its ticks.
 const MOST_TICKS: usize = 8;
 
@@ -109,15 +111,21 @@ pub fn svg(scatter: &Scatter) -> anyhow::Result<String> {
     let mut shapes: Vec<Shape> =
         paths.into_iter().enumerate().filter(|(_, path)| !path.is_empty()).map(class).collect();
     let without = drawable.filter(|(_, _, value)| !is_drawn(*value));
+    let without = without.map(|(x, y, _)| (field.x(*x), field.y(*y), 0.0));
+    let are_many = fill_more(without.clone(), POINT, MOST_CROSSES);
+    let mut marked = cells(without.clone(), if are_many { CROSS_CELL } else { POINT });
+    if are_many {
+        marked.iter_mut().for_each(|(x, y, _)| (*x, *y) = (*x + CROSS_CELL / 2.0, *y + CROSS_CELL / 2.0));
+    }
     let mut crosses = String::new();
-    for (x, y, _) in without.clone().take(MOST_ABSENT) {
-        write!(crosses, "M{} {}l6 6m0-6l-6 6", Pixels(field.x(*x) - 3.0), Pixels(field.y(*y) - 3.0))?;
+    for (x, y, _) in &marked {
+        write!(crosses, "M{} {}l6 6m0-6l-6 6", Pixels(x - 3.0), Pixels(y - 3.0))?;
     }
     if !crosses.is_empty() {
         shapes.push(Shape { class: "curve-7".into(), color: "#000000", path: crosses, style: Style::Line(1.2) });
     }
     let mean_of = (drawn.len() < points.count()).then_some(if size.is_some() { "a cell" } else { "a point" });
-    let labels = keys(scatter, mean_of, without.count(), &mut shapes);
+    let labels = keys(scatter, mean_of, (without.count(), marked.len()), &mut shapes);
     field.svg(&shapes, &labels)
 }
 
@@ -185,8 +193,8 @@ fn cells(points: impl Iterator<Item = (f64, f64, f64)>, size: f64) -> Vec<(f64, 
     cells.into_iter().map(place).collect()
 }
 
-/// The scale of the colours, and what the marks are.
-fn keys(of: &Scatter, mean_of: Option<&str>, absent: usize, shapes: &mut Vec<Shape>) -> Vec<Label> {
+/// The scale of the colours, and what the marks are. `absent` points without a value have so many `crosses`.
+fn keys(of: &Scatter, mean_of: Option<&str>, (absent, crosses): (usize, usize), shapes: &mut Vec<Shape>) -> Vec<Label> {
     let label =
         |x: f64, text: String| Label { x, y: KEY_Y + 4.0, anchor: "start", text: units::shown(&text), of: None };
     let (low, high) = &of.ends;
@@ -204,8 +212,12 @@ fn keys(of: &Scatter, mean_of: Option<&str>, absent: usize, shapes: &mut Vec<Sha
         end += &format!("; {mark} has the mean of its runs");
     }
     if absent > 0 {
-        let runs = if absent == 1 { "run" } else { "runs" };
-        end += &format!("; ×: {absent} {runs} {}", of.absent);
+        let runs = match absent {
+            1 => "1 run".to_string(),
+            _ if crosses < absent => format!("where {absent} runs are"),
+            _ => format!("{absent} runs"),
+        };
+        end += &format!("; ×: {runs} {}", of.absent);
     }
     vec![label(LEFT, best), label(begin + LEVELS.len() as f64 * KEY + 8.0, end)]
 }
@@ -300,5 +312,26 @@ mod tests {
     fn points_without_a_value_are_crosses() {
         let drawing = of(&[(1.0, 1.0, f64::NAN), (2.0, 5.0, 2.0), (3.0, 1.0, 3.0)], false);
         assert!(drawing.contains("×: 1 run without settling"), "{drawing}");
+    }
+
+    #[test]
+    fn crosses_are_wherever_runs_have_no_value_however_many_there_are() {
+        // Nine rows of 100 points from the bottom to the top; the lowest row alone has values.
+        let points: Vec<_> = (0..900)
+            .map(|run| (f64::from(run % 100), f64::from(run / 100), if run < 100 { 1.0 } else { f64::NAN }))
+            .collect();
+        let drawing = of(&points, false);
+        let crosses = drawing.split(" d=\"").find(|path| path.contains("l6 6m0-6l-6 6")).unwrap();
+        let places = crosses.split('M').filter_map(|cross| cross.split_once("l6 6m0-6")?.0.split_once(' '));
+        let places = places.map(|(x, y)| (x.parse::<f64>().unwrap(), y.parse::<f64>().unwrap().round() as i64));
+        let mut heights = BTreeMap::<i64, Vec<f64>>::new();
+        places.for_each(|(x, y)| heights.entry(y).or_default().push(x));
+        // Each of the eight rows without values is marked from the left to the right: 653 pixels in cells of 10.
+        assert_eq!(heights.len(), 8, "{heights:?}");
+        for row in heights.values() {
+            let (first, last) = (row[0], row[row.len() - 1]);
+            assert!((60..=67).contains(&row.len()) && first < LEFT + 10.0 && last > WIDTH - RIGHT - 20.0, "{row:?}");
+        }
+        assert!(drawing.contains("×: where 800 runs are without settling"));
     }
 }

@@ -45,11 +45,14 @@ impl Progress {
             // What cannot be written on a terminal needs no other end.
             let _ = write!(to, "{}", HumanFloatCount((state.per_sec() * cycles as f64).round()));
         };
+        let runs_rate = |state: &ProgressState, to: &mut dyn fmt::Write| {
+            let _ = write!(to, "{}", rate_of(state.per_sec()));
+        };
         let template =
-            "{bar:30} {percent:>3} %  {human_pos}/{human_len} runs, {per_sec}, {cycles} control cycles/s, {eta} left";
+            "{bar:30} {percent:>3} %  {human_pos}/{human_len} runs, {rate}, {cycles} control cycles/s, {eta} left";
         let bar = Progress::of(length);
         if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style.with_key("cycles", rate));
+            bar.set_style(style.with_key("cycles", rate).with_key("rate", runs_rate));
         }
         bar.set_position(done);
         bar.reset_eta();
@@ -90,8 +93,23 @@ impl Progress {
     }
 }
 
+/// A rate: whole numbers, and two digits of slow runs.
+fn rate_of(per_second: f64) -> String {
+    if per_second >= 10.0 { format!("{}/s", HumanFloatCount(per_second.round())) } else { format!("{per_second:.1}/s") }
+}
+
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rate_has_no_digits_that_nobody_reads() {
+        assert_eq!([2663.8913, 25.49, 0.3].map(rate_of), ["2,664/s", "25/s", "0.3/s"]);
     }
 }

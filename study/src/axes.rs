@@ -380,8 +380,14 @@ fn values(axis: &Axis, targets: &[Target], distributions: &mut usize) -> Result<
             Ok(Values::Shared(list.iter().map(shared).collect::<Result<_>>()?))
         }
         Along::Rows(rows) => {
-            let each = rows.iter().flat_map(|row| targets.iter().zip(row));
-            Ok(Values::Rows(each.map(|(target, given)| number(target, *given)).collect::<Result<_>>()?))
+            let mut all = Vec::new();
+            for (place, row) in rows.iter().enumerate() {
+                let name = axis.names.get(place).map_or_else(String::new, |name| format!(" ({name})"));
+                for (target, given) in targets.iter().zip(row) {
+                    all.push(number(target, *given).with_context(|| format!("row {}{name}", place + 1))?);
+                }
+            }
+            Ok(Values::Rows(all))
         }
         Along::Range { from, to, count, logarithmic } => {
             for target in targets {

@@ -22,6 +22,9 @@ struct Content {
     /// The name of the loop's file.
     #[serde(rename = "loop")]
     description: String,
+    /// The folder of the FMUs, for the page, if it was named.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    fmus: Option<String>,
     fingerprint: String,
     runs: u64,
     /// Whether each run needs new instances, which the maker of the bundle has found out for all parts.
@@ -49,6 +52,7 @@ pub fn write(folder: &Path, reading: &Reading, runs: u64, renews: bool) -> Resul
         version: VERSION,
         name: reading.name.clone(),
         description: reading.description.clone(),
+        fmus: reading.fmus.clone(),
         fingerprint,
         runs,
         renews,
@@ -81,10 +85,10 @@ pub fn open(path: &Path) -> Result<Reading> {
     if fingerprint(&job)? != content.fingerprint {
         bail!("{shown} has changed since it was made, or was made by another version of plcfmu: {again}");
     }
-    let (name, description) = (content.name, content.description);
     Ok(Reading {
-        name,
-        description,
+        name: content.name,
+        description: content.description,
+        fmus: content.fmus,
         job,
         tune: None,
         tables: Vec::new(),
@@ -118,6 +122,7 @@ mod tests {
         let reading = Reading {
             name: "valves".into(),
             description: "valve.toml".into(),
+            fmus: Some("../fmu".into()),
             job: job.clone(),
             tune: None,
             tables: Vec::new(),
@@ -128,8 +133,9 @@ mod tests {
         assert_eq!(fs::read_dir(bundle.join("fmus")).unwrap().count(), 1, "an FMU is there once");
         let moved = folder.path().join("moved");
         fs::rename(&bundle, &moved).unwrap();
-        let Reading { name, description, job: opened, renews, .. } = open(&moved.join("study.json")).unwrap();
+        let Reading { name, description, fmus, job: opened, renews, .. } = open(&moved.join("study.json")).unwrap();
         assert_eq!((name.as_str(), description.as_str(), renews), ("valves", "valve.toml", Some(true)));
+        assert_eq!(fmus.as_deref(), Some("../fmu"));
         assert_eq!(fingerprint(&opened).unwrap(), fingerprint(&job).unwrap());
         assert_eq!(fs::read(&opened.system.members[1].path).unwrap(), b"an FMU");
 

@@ -202,11 +202,32 @@ impl Axis {
         {
             bail!("time = {time:?}: give a time in seconds");
         }
-        self.along.check(self.variables.len())
+        self.along.check(self.variables.len())?;
+        let bounds = Distribution::of(&self.along).filter(|_| self.whole).map(|of| of.bounds());
+        if let Some((min, max)) = bounds.filter(|(min, max)| min.ceil() > max.floor()) {
+            bail!(
+                "{}: no whole number lies between min = {min:?} and max = {max:?}: give bounds with one between them, or remove \
+                 whole",
+                self.along.name()
+            );
+        }
+        Ok(())
     }
 }
 
 impl Along {
+    /// Its key in a study's file.
+    fn name(&self) -> &'static str {
+        match self {
+            Along::Values(_) | Along::Rows(_) => "values",
+            Along::Range { .. } => "range",
+            Along::Uniform { .. } => "uniform",
+            Along::Normal { .. } => "normal",
+            Along::LogNormal { .. } => "log_normal",
+            Along::Triangular { .. } => "triangular",
+        }
+    }
+
     /// How many values it adds to the grid; 1 for a distribution.
     pub(super) fn length(&self) -> u64 {
         match self {

@@ -10,6 +10,7 @@ use crate::sampling::LEAST_PROBABILITY;
 use crate::{Correlation, Study};
 use anyhow::{Context, Result, bail, ensure};
 use libm::sin;
+use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 /// The rows of the mixture, one for each distribution; nothing if no two of them depend on each other.
@@ -33,6 +34,7 @@ pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
     let mut matrix: Vec<Vec<f64>> = (0..drawn.len())
         .map(|row| (0..drawn.len()).map(|column| f64::from(u8::from(row == column))).collect())
         .collect();
+    let mut pairs = BTreeSet::new();
     for of in &study.correlations {
         let [first, second] = [find(of, &of.variables[0])?, find(of, &of.variables[1])?];
         let names = of.variables.join(" and ");
@@ -41,6 +43,10 @@ pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
             of.rank > -1.0 && of.rank < 1.0,
             "correlations: {names}: rank = {:?}: give a number above -1 and below 1",
             of.rank
+        );
+        ensure!(
+            pairs.insert((first.min(second), first.max(second))),
+            "correlations: {names}: their axes have a correlation already: leave one of the two"
         );
         let normal = 2.0 * sin(PI * of.rank / 6.0);
         (matrix[first][second], matrix[second][first]) = (normal, normal);
@@ -129,6 +135,10 @@ mod tests {
                 .starts_with("correlations: they cannot be true together")
         );
         assert!(error(&[(0, 1, 1.0)]).contains("rank = 1.0: give a number above -1 and below 1"));
+        assert_eq!(
+            error(&[(0, 1, 0.9), (1, 0, -0.9)]),
+            "correlations: P.B and P.A: their axes have a correlation already: leave one of the two"
+        );
         assert!(error(&[(1, 1, 0.5)]).contains("belong to the same axis"));
         let mut unknown = study(&[(0, 1, 0.5)]);
         unknown.correlations[0].variables[1] = "P.X".into();

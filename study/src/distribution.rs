@@ -75,17 +75,30 @@ impl Distribution {
         }
     }
 
-    /// The same, or a whole number: of a uniform distribution each from its least to its greatest value with the same probability, of
-    /// other ones the nearest.
-    pub fn quantile_of(&self, probability: f64, is_whole: bool) -> f64 {
+    /// The least and the greatest value; infinite without a bound.
+    pub fn bounds(&self) -> (f64, f64) {
         match *self {
-            Distribution::Uniform { min, max } if is_whole => {
-                let (min, max) = (min.ceil(), max.floor());
-                (min + probability * (max - min + 1.0)).floor().clamp(min, max)
-            }
-            _ if is_whole => self.quantile(probability).round(),
-            _ => self.quantile(probability),
+            Distribution::Uniform { min, max }
+            | Distribution::Truncated { min, max, .. }
+            | Distribution::Triangular { min, max, .. } => (min, max),
+            Distribution::Normal { .. } => (f64::NEG_INFINITY, f64::INFINITY),
+            Distribution::LogNormal { .. } => (0.0, f64::INFINITY),
         }
+    }
+
+    /// The same, or a whole number: of a uniform distribution each from its least to its greatest value with the same probability, of
+    /// other ones the nearest within the bounds, between which there is one.
+    pub fn quantile_of(&self, probability: f64, is_whole: bool) -> f64 {
+        if !is_whole {
+            return self.quantile(probability);
+        }
+        let (min, max) = self.bounds();
+        let (min, max) = (min.ceil(), max.floor());
+        let value = match self {
+            Distribution::Uniform { .. } => (min + probability * (max - min + 1.0)).floor(),
+            _ => self.quantile(probability).round(),
+        };
+        value.max(min).min(max)
     }
 
     /// The value that this share of the distribution is below; `probability` is above 0 and below 1.

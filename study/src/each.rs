@@ -2,7 +2,8 @@
 
 use crate::read::Reading;
 use crate::table::{Rows, Source};
-use crate::tune::Candidate;
+use crate::tune::Constraint;
+use crate::tuned::Found;
 use crate::tuning::Tuning;
 use crate::{Along, Axis};
 use anyhow::{Context, Result, anyhow, bail, ensure};
@@ -23,6 +24,10 @@ pub struct Tuned {
     pub now: Vec<f64>,
     /// The figure that is minimized, with the settings found and with the present ones; none if it has no value.
     pub figure: [Option<f64>; 2],
+    /// The same of what is constrained, for each constraint.
+    pub constraints: Vec<[Option<f64>; 2]>,
+    /// Which constraints are active, and which the present settings break: why the figure may be worse than now.
+    pub remark: Option<String>,
     /// Why the settings are not to be used; none if they keep all constraints.
     pub problem: Option<String>,
 }
@@ -99,13 +104,17 @@ fn values(axis: &Axis, row: usize) -> Vec<Value> {
 
 impl Tuned {
     /// What a search has found for a loop.
-    pub fn of(name: &str, best: &Candidate, present: &Candidate, problem: Option<String>) -> Tuned {
+    pub fn of(name: &str, found: &Found) -> Tuned {
+        let both = [found.best(), found.present];
+        let value = |of: &Constraint| both.map(|one| Some(of.value(&one.rows)).filter(|value| !value.is_nan()));
         Tuned {
             name: name.into(),
-            found: best.values.clone(),
-            now: present.values.clone(),
-            figure: [best.objective, present.objective],
-            problem,
+            found: both[0].values.clone(),
+            now: both[1].values.clone(),
+            figure: both.map(|one| one.objective),
+            constraints: found.tuning.problem.constraints.iter().map(value).collect(),
+            remark: found.of_constraints(),
+            problem: found.problem(),
         }
     }
 
@@ -119,22 +128,29 @@ impl Tuned {
 pub fn columns(tuning: &Tuning) -> Vec<String> {
     let search = tuning.problem.search.iter().flat_map(|of| [of.variable.clone(), format!("{}.now", of.variable)]);
     let figure = &tuning.figures[tuning.problem.minimize].name;
-    search.chain([figure.clone(), format!("{figure}.now")]).collect()
+    let constraints = tuning.problem.constraints.iter().map(|of| &of.0.text);
+    search
+        .chain([figure].into_iter().chain(constraints).flat_map(|name| [name.clone(), format!("{name}.now")]))
+        .collect()
 }
 
 /// The loops as CSV, a row each.
 pub fn csv(columns: &[String], loops: &[Tuned]) -> String {
     let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
-    let mut csv = format!("loop,{},problem\n", columns.join(","));
+    let field = |text: &String| if text.contains([',', '"', '\n']) { quoted(text) } else { text.clone() };
+    let columns: Vec<String> = columns.iter().map(field).collect();
+    let mut csv = format!("loop,{},remark,problem\n", columns.join(","));
     for one in loops {
         let settings = one.found.iter().zip(&one.now).flat_map(|(found, now)| [Some(*found), Some(*now)]);
-        let mut cells: Vec<Option<f64>> = settings.chain(one.figure).collect();
+        let constrained = one.constraints.iter().flatten().copied();
+        let mut cells: Vec<Option<f64>> = settings.chain(one.figure).chain(constrained).collect();
         // A loop without a search has nothing but its problem.
         cells.resize(columns.len(), None);
         let cells: Vec<String> =
             cells.into_iter().map(|value| value.map_or_else(String::new, |value| format!("{value:?}"))).collect();
-        let problem = one.problem.as_deref().map_or_else(String::new, quoted);
-        let _ = writeln!(csv, "{},{},{problem}", quoted(&one.name), cells.join(","));
+        let [remark, problem] =
+            [&one.remark, &one.problem].map(|text| text.as_deref().map_or_else(String::new, quoted));
+        let _ = writeln!(csv, "{},{},{remark},{problem}", quoted(&one.name), cells.join(","));
     }
     csv
 }
@@ -188,6 +204,7 @@ mod tests {
         let reading = Reading {
             name: "all".into(),
             description: String::new(),
+            fmus: None,
             job: Job { study: Study { axes, ..Study::default() }, ..Job::default() },
             tune: Some(toml::from_str("each = true").unwrap()),
             tables: vec![(1, table)],
@@ -206,12 +223,22 @@ mod tests {
     #[test]
     fn the_table_of_results_has_a_row_for_each_loop_those_that_failed_too() {
         let figure = [Some(10.0), None];
-        let tuned = Tuned { name: "A".into(), found: vec![2.0], now: vec![1.0], figure, problem: None };
+        let tuned = Tuned {
+            name: "A".into(),
+            found: vec![2.0],
+            now: vec![1.0],
+            figure,
+            constraints: vec![[Some(1.7), Some(2.5)]],
+            remark: Some("ms < 1.8 is active".into()),
+            problem: None,
+        };
         let failed = Tuned::failed("B", "no \"plant\"".into());
-        let columns = ["C.GAIN", "C.GAIN.now", "iae", "iae.now"].map(String::from);
+        let columns = ["C.GAIN", "C.GAIN.now", "iae", "iae.now", "ms < 1.8", "ms < 1.8.now"].map(String::from);
         assert_eq!(
             csv(&columns, &[tuned, failed]),
-            "loop,C.GAIN,C.GAIN.now,iae,iae.now,problem\n\"A\",2.0,1.0,10.0,,\n\"B\",,,,,\"no \"\"plant\"\"\"\n"
+            "loop,C.GAIN,C.GAIN.now,iae,iae.now,ms < 1.8,ms < 1.8.now,remark,problem\n\
+             \"A\",2.0,1.0,10.0,,1.7,2.5,\"ms < 1.8 is active\",\n\
+             \"B\",,,,,,,,\"no \"\"plant\"\"\"\n"
         );
     }
 }

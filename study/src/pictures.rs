@@ -51,7 +51,14 @@ pub(crate) fn told_bare(of: &Distribution, value: f64) -> String {
     let at = |percent: f64| of.percentiles.iter().find(|(other, _)| *other == percent).map(|(_, value)| *value);
     let spread = at(95.0).zip(at(5.0)).map_or(0.0, |(high, low)| high - low);
     let spread = if spread > 0.0 { spread } else { of.max.zip(of.min).map_or(0.0, |(max, min)| max - min) };
-    within(value, spread)
+    // What differs behind the ninth digit differs by rounding.
+    within(value, if spread < value.abs() * 1e-7 { 0.0 } else { spread })
+}
+
+/// That a figure is the same in all runs that have it; none if it varies, or if no run has it.
+pub fn constant(of: &Distribution) -> Option<String> {
+    let value = of.min.filter(|min| Some(*min) == of.max)?;
+    Some(format!("{} is {} in every run", of.figure.name, told(of, value)))
 }
 
 /// How many runs have which value of a figure, with the percentiles 5, 50 and 95 and with `limits`; none if no run has the figure.
@@ -70,11 +77,11 @@ pub fn histogram(summary: &Summary, figure: usize, values: &[f64], limits: &[Mar
     };
     let marks = [5.0, 50.0, 95.0].into_iter().filter(|_| !is_constant).filter_map(mark);
     let marks: Vec<Mark> = marks.chain(limits.iter().cloned()).collect();
-    histogram::svg(&distributed(summary, of, &sorted), &axis(&of.figure), &sorted, &marks)
+    histogram::svg(&distributed(summary, of, values, &sorted), &axis(&of.figure), &sorted, &marks)
 }
 
-/// What a histogram shows, in a line.
-fn distributed(summary: &Summary, of: &Distribution, sorted: &[f64]) -> String {
+/// What a histogram shows, in a line; `sorted` are those of the values that it has.
+fn distributed(summary: &Summary, of: &Distribution, values: &[f64], sorted: &[f64]) -> String {
     let (name, runs) = (&of.figure.name, runs_text(sorted.len() as u64));
     let at = |percent: f64| percentile(sorted, percent).unwrap_or(f64::NAN);
     let mut title = match (sorted.first(), sorted.last()) {
@@ -86,16 +93,24 @@ fn distributed(summary: &Summary, of: &Distribution, sorted: &[f64]) -> String {
             format!("{name} of {runs}: {} to {}", told_bare(of, *min), told(of, *max))
         }
         _ => {
-            let (word, tail) = if is_lower_better(name) { ("above", at(95.0)) } else { ("below", at(5.0)) };
-            format!("{name}: median {}, {word} {} in 5 % of {runs}", told_bare(of, at(50.0)), told(of, tail))
+            // Not the share of runs above or below it: many runs may have just this value.
+            let (rank, tail) = if is_lower_better(name) { ("95th", at(95.0)) } else { ("5th", at(5.0)) };
+            format!("{name} of {runs}: median {}, {rank} percentile {}", told_bare(of, at(50.0)), told(of, tail))
         }
     };
-    match summary.runs - summary.failed - of.count {
-        0 => {}
-        1 => title += "; 1 run has none",
-        absent => title += &format!("; {absent} runs have none"),
+    let infinite = values.iter().filter(|value| value.is_infinite()).count() as u64;
+    for (count, what) in [(summary.runs - summary.failed - of.count - infinite, "none"), (infinite, "an infinite one")]
+    {
+        if count > 0 {
+            title += &format!("; {} {what}", have(count));
+        }
     }
     title
+}
+
+/// `1 run has`, `2 runs have`
+fn have(count: u64) -> String {
+    format!("{} {}", runs_text(count), if count == 1 { "has" } else { "have" })
 }
 
 /// How the axes of a coordinate are drawn.
@@ -165,7 +180,7 @@ pub fn scatter(
 }
 
 /// How far the mean of a figure moves with each coordinate: that of the runs in its lowest fifth and that of those in its highest
-/// fifth. The coordinate that moves it most is the first. None if nothing varies, or if there are fewer than twenty runs.
+/// fifth. The coordinate that moves it most is the first. None if nothing varies, no coordinate moves it, or there are fewer than twenty runs.
 ///
 /// # Errors
 /// It cannot be drawn.
@@ -195,7 +210,7 @@ pub fn tornado(results: &Results, summary: &Summary, figure: usize) -> Result<Op
     let width = |bar: &Bar| (bar.ends[1] - bar.ends[0]).abs();
     bars.sort_by(|one, other| width(other).total_cmp(&width(one)));
     bars.truncate(MOST_BARS);
-    let Some(Bar { name, ends }) = bars.first() else { return Ok(None) };
+    let Some(Bar { name, ends }) = bars.first().filter(|bar| width(bar) > 0.0) else { return Ok(None) };
     let title =
         format!("{} moves most with {name}: {} to {}", of.figure.name, told_bare(of, ends[0]), told(of, ends[1]));
     let halves = ["lowest fifth of the setting", "highest fifth"];
@@ -205,8 +220,8 @@ pub fn tornado(results: &Results, summary: &Summary, figure: usize) -> Result<Op
 /// With what a figure rises and falls.
 fn dependence(results: &Results, of: &Distribution, coordinates: &[usize]) -> String {
     let name = &of.figure.name;
-    if of.min == of.max && of.count > 0 {
-        return format!("{name} is {} in every run", of.min.map_or_else(String::new, |value| told(of, value)));
+    if let Some(constant) = constant(of) {
+        return constant;
     }
     let known = coordinates.iter().filter_map(|number| Some((*number, of.correlations[*number]?)));
     let strong: Vec<(usize, f64)> = known.filter(|(_, correlation)| correlation.abs() >= WEAK).collect();
@@ -249,7 +264,8 @@ fn best_place(results: &Results, figure: usize, coordinates: &[usize], points: &
 }
 
 /// The curves of some runs in one chart: what the figure is of above what the controller does, in front of the `envelope` of
-/// many runs. `values` are the figures of the `runs`, which have a word each, such as `worst`, and the name of their loop if there are `loops`. What is outside of the figures' window is shaded, and the band in
+/// many runs. `values` are the figures of the `runs`, which have a word each, such as `worst`, and the name of their loop if there are `loops`;
+/// `absent` of all `count` runs have no such figure. What is outside of the figures' window is shaded, and the band in
 /// which the first run counts as settled is marked. None if nothing of the loop is recorded.
 ///
 /// # Errors
@@ -257,7 +273,7 @@ fn best_place(results: &Results, figure: usize, coordinates: &[usize], points: &
 pub fn curves(
     signals: &Signals,
     window: Window,
-    (of, values): (&Distribution, &[f64]),
+    (of, values, [absent, count]): (&Distribution, &[f64], [u64; 2]),
     runs: &[(&str, u64, &Recording)],
     loops: Option<&Loops>,
     envelope: Option<&Envelope>,
@@ -340,9 +356,18 @@ pub fn curves(
     }
     let value = |((word, ..), value): (&(&str, u64, &Recording), &f64)| {
         let value = told(of, *value);
-        if runs.len() == 1 { value } else { format!("{value} in the {word} run") }
+        match runs.len() {
+            1 => value,
+            _ if absent > 0 => format!("{value} ({word})"),
+            _ => format!("{value} in the {word} run"),
+        }
     };
-    let title = format!("{} is {}", of.figure.name, runs.iter().zip(values).map(value).collect::<Vec<_>>().join(", "));
+    let mut title =
+        format!("{} is {}", of.figure.name, runs.iter().zip(values).map(value).collect::<Vec<_>>().join(", "));
+    if absent > 0 {
+        // The worst of those that have it is no worst run.
+        title += &format!("; {absent} of {} none", have(count));
+    }
     let window = shown_window.filter(|(from, to)| Some(from) != times.first() || Some(to) != times.last());
     let over = window.map(|_| "time in s; the figures are of what is not shaded".to_string());
     // Stairs, as without this text.
@@ -387,13 +412,21 @@ mod tests {
     #[test]
     fn a_histogram_says_what_it_shows_with_the_digits_that_the_spread_tells() {
         let drawing = of(&(0..=100).map(|run| 100.0 + f64::from(run) / 10.0 + 0.0123).collect::<Vec<_>>()).unwrap();
-        for text in ["settling: median 105, above 109.5 s in 5 % of 101 runs", "5 %: 100.5 s", "settling in s"] {
+        for text in ["settling of 101 runs: median 105, 95th percentile 109.5 s", "5 %: 100.5 s", "settling in s"] {
             assert!(has(&drawing, text), "{text}");
         }
         assert!(has(&of(&[2.0, f64::NAN, 4.0]).unwrap(), "settling of 2 runs: 2 to 4 s; 1 run has none"));
         let constant = of(&[100.0; 30]).unwrap();
         assert!(has(&constant, "settling is 100 s in all 30 runs") && !constant.contains("median"), "{constant}");
         assert_eq!(of(&[f64::NAN]), None);
+        // A tenth of the runs is at the 95th percentile, and no run is above it.
+        let tied: Vec<f64> = (0..100).map(|run| if run < 10 { 100.0 } else { 63.0 }).collect();
+        assert!(has(&of(&tied).unwrap(), "settling of 100 runs: median 63, 95th percentile 100 s"));
+        let infinite = of(&[2.0, f64::INFINITY, f64::NAN, 4.0]).unwrap();
+        assert!(
+            has(&infinite, "settling of 2 runs: 2 to 4 s; 1 run has none; 1 run has an infinite one"),
+            "{infinite}"
+        );
     }
 
     #[test]
@@ -407,6 +440,10 @@ mod tests {
         assert!(drawing.find(">P.B<") < drawing.find(">P.A<") && has(&drawing, "mean of settling in s"));
         let few = super::tests::results(&points[..19], 2, "settling", &values);
         assert_eq!(tornado(&few, &Summary::of(&few, 1).unwrap(), 0).unwrap(), None);
+        let constant = super::tests::results(&points, 2, "settling", &[3.0; 25]);
+        let summary = Summary::of(&constant, 1).unwrap();
+        assert_eq!(tornado(&constant, &summary, 0).unwrap(), None);
+        assert_eq!(super::constant(&summary.figures[0]).unwrap(), "settling is 3 s in every run");
     }
 
     #[test]
@@ -453,7 +490,7 @@ mod tests {
         let draw = |signals: &Signals, figure: &str, loops: Option<&Loops>, envelope: Option<&Envelope>| {
             let results = results(&[[0.0; 2]; 2], 0, figure, &values);
             let summary = Summary::of(&results, 1).unwrap();
-            curves(signals, Window::default(), (&summary.figures[0], &of_runs), &runs, loops, envelope).unwrap()
+            curves(signals, Window::default(), (&summary.figures[0], &of_runs, [0, 2]), &runs, loops, envelope).unwrap()
         };
         let times = vec![0.0, 2.0];
         let envelope = Envelope { runs: 200, times, low: vec![20.0; 2], high: vec![70.0; 2] };
@@ -473,6 +510,15 @@ mod tests {
         assert_eq!(drawing.matches("class=\"curve-2\"").count(), 4);
         assert_eq!(draw(&Signals::default(), "iae", None, None), None);
         assert!(has(&draw(&Signals::default(), "HEATER.TEMP.max", None, None).unwrap(), "HEATER.TEMP in °C"));
+        let absent = {
+            let values = [1.0, 3.0, f64::NAN];
+            let results = results(&[[0.0; 2]; 3], 0, "settling", &values);
+            let summary = Summary::of(&results, 1).unwrap();
+            curves(&signals, Window::default(), (&summary.figures[0], &[3.0, 1.0], [1, 3]), &runs, None, None)
+                .unwrap()
+                .unwrap()
+        };
+        assert!(has(&absent, "settling is 3 s (worst), 1 s (best); 1 of 3 runs have none"));
         let loops = Loops { names: vec!["TIC101".into(), "TIC102".into()], runs: 1 };
         let drawing = draw(&signals, "iae", Some(&loops), None).unwrap();
         assert!(has(&drawing, "worst: run 1 (TIC102)") && has(&drawing, "best: run 0 (TIC101)"));

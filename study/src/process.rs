@@ -4,7 +4,7 @@ use crate::experiment::{Detail, Gives};
 use crate::results::Row;
 use crate::worker::{ROLE, Ready, Reply, Request};
 use anyhow::{Result, bail};
-use host::child::{self, Prints, Process};
+use host::child::{self, OWN, Prints, Process};
 pub use host::child::{End, TICK};
 use run::master::Recording;
 use std::time::Duration;
@@ -47,7 +47,7 @@ impl Starter {
             Ok(Reply::Refused(error)) => bail!("{error}"),
             Ok(other) => bail!("a worker answered {other:?}"),
             Err(End::Interrupted) => bail!("interrupted"),
-            Err(end) => bail!("{} while it was loaded", worker.text(&end, self)),
+            Err(end) => bail!("{} while the loop was loaded", worker.text(&end, self)),
         }
     }
 }
@@ -66,7 +66,7 @@ impl Worker {
             End::Interrupted => "interrupted".into(),
             End::Ended(what) => {
                 let name = self.0.witness.member().and_then(|at| starter.members.get(at));
-                format!("{} {what}", name.map_or("an FMU", String::as_str))
+                format!("{} {what}", name.map_or(OWN, String::as_str))
             }
         }
     }
@@ -130,5 +130,30 @@ impl Worker {
 
     fn reply(&mut self) -> Result<Reply, End> {
         self.0.receive(|_| false)
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::fs;
+    use std::os::unix::fs::PermissionsExt;
+    use std::sync::Arc;
+
+    #[test]
+    fn an_fmu_that_was_not_called_is_not_to_blame() {
+        let folder = tempfile::tempdir().unwrap();
+        let program = folder.path().join("panics");
+        // As Rust's programs end after a panic.
+        fs::write(&program, "#!/bin/sh\nexit 101\n").unwrap();
+        fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+        let child = child::Starter { program, limit: Duration::from_secs(60), interrupted: Arc::default() };
+        let members = vec!["PUMP".to_string()];
+        let starter = Starter { child, job: "{}".into(), members, renews: false, exact_door: false };
+        let error = starter.start(false).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "a process of plcfmu (the library of no FMU was called) ended its process with exit code 101 while the loop was loaded"
+        );
     }
 }

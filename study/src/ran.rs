@@ -26,6 +26,9 @@ pub struct Ran {
     pub step: f64,
     /// The FMUs.
     pub fmus: Vec<RanFmu>,
+    /// The folder of the FMUs, from that of the study's file, if it was named.
+    #[serde(skip)]
+    pub folder: Option<String>,
     /// What is set at the start, where no axis sets it.
     pub settings: Vec<Set>,
     /// What is set later.
@@ -43,6 +46,8 @@ pub struct RanFmu {
     pub model: String,
     /// The model's version, if it says one.
     pub version: Option<String>,
+    /// The tool that made it, if it says one.
+    pub tool: Option<String>,
     /// The SHA-256 of its file in hexadecimal digits.
     pub sha256: String,
 }
@@ -71,8 +76,13 @@ impl Ran {
         let descriptions = system.members.iter().map(|member| Ok(Package::open(&member.path)?.description));
         let descriptions = descriptions.collect::<Result<Vec<Description>>>()?;
         let fmus = system.members.iter().zip(&descriptions).map(|(member, of)| {
-            let (name, model, version) = (member.name.clone(), of.model_name.clone(), of.version.clone());
-            Ok(RanFmu { name, model, version, sha256: hash(&member.path)? })
+            Ok(RanFmu {
+                name: member.name.clone(),
+                model: of.model_name.clone(),
+                version: of.version.clone(),
+                tool: of.generation_tool.clone(),
+                sha256: hash(&member.path)?,
+            })
         });
         let is_varied = |of: &Setting| experiment.coordinates.iter().any(|other| other.name == of.variable);
         let is_replaced = |of: &Setting| {
@@ -88,6 +98,7 @@ impl Ran {
             stop: plan.time(plan.steps),
             step: plan.step,
             fmus: fmus.collect::<Result<_>>()?,
+            folder: reading.fmus.clone(),
             settings: system.settings.iter().filter(at_start).map(set).collect(),
             events: system.settings.iter().filter(|of| of.time.is_some()).map(set).collect(),
             connections: system.connections.iter().map(|of| (of.from.clone(), of.to.clone())).collect(),

@@ -19,10 +19,11 @@ use crate::table::{self, Rows};
 use crate::tune::SENSITIVITY;
 use crate::{Along, Axis, Correlation, Job, Limit, Sampling, Signals, Study, Taken, Window};
 use anyhow::{Context, Result, anyhow, bail, ensure};
+use host::child::OWN;
 use run::file::{self, Entries, Event, Node, ReadParameters, Reader, Word, plain};
 use run::system::{Place, Setting, System, Value};
 use serde::Deserialize;
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 use toml::{Spanned, Table};
 
 /// How many samples there may be.
@@ -40,6 +41,8 @@ pub struct Reading {
     pub description: String,
     /// What to run.
     pub job: Job,
+    /// The folder of the FMUs, from that of the file, if it was named.
+    pub fmus: Option<String>,
     /// Its table `[tune]`, for `plcfmu tune-study`.
     pub tune: Option<Table>,
     /// The axes whose rows are those of a file, by their numbers.
@@ -58,6 +61,8 @@ pub struct Part {
     /// What they name; anything if it is empty.
     names: String,
     place: Place,
+    /// The file that the place names, if the error is about what is in there.
+    file: Option<String>,
 }
 
 impl Reading {
@@ -71,28 +76,52 @@ fn located(places: &[Part], error: anyhow::Error, path: &Path) -> anyhow::Error 
     let (text, shown) = (format!("{error:#}"), path.display().to_string());
     // The place of a part of the loop's file, for example.
     let has_place = |start: &str| start.rsplitn(3, ':').take(2).all(|number| number.parse::<usize>().is_ok());
-    if text.starts_with(&shown) || text.split(": ").next().is_some_and(has_place) {
+    // What is wrong with this program is nowhere in the file.
+    if text.starts_with(OWN) || text.starts_with(&shown) || text.split(": ").next().is_some_and(has_place) {
         return error;
     }
     let is_about = |part: &&Part| text.starts_with(&part.begins) && text.contains(&part.names);
     let part = places.iter().filter(is_about).max_by_key(|part| (part.begins.len(), part.names.len()));
+    let error = match part.and_then(|part| part.file.clone()) {
+        Some(file) => error.context(file),
+        None => error,
+    };
     error.context(part.map_or(shown, |part| part.place.to_string()))
 }
 
 /// The parts of a file.
-fn places(reader: &Reader, content: &Content, axes: &[Axis]) -> Vec<Part> {
+fn places(reader: &Reader, path: &Path, content: &Content, axes: &[Axis]) -> Vec<Part> {
     let part = |begins: &str, names: &str, span| Part {
         begins: begins.into(),
         names: names.into(),
         place: reader.place(span),
+        file: None,
     };
     let mut parts = Vec::new();
     for (number, (axis, at)) in axes.iter().zip(&content.axes).enumerate() {
-        parts.push(part(&axis.label(number), "", at.span()));
+        let label = axis.label(number);
+        let of = at.get_ref();
+        parts.push(part(&label, "", at.span()));
+        for (name, table) in of.tables() {
+            parts.push(part(&format!("{label}: {name}: "), "", table.span()));
+        }
+        parts.extend(of.time.iter().map(|time| part(&label, "cannot be set at", time.span())));
+        if let Some(file) = &of.file {
+            // Whatever is wrong with such an axis, is wrong with what the file has.
+            let shown = path.with_file_name(file.get_ref()).display().to_string();
+            parts.push(Part { file: Some(shown), ..part(&format!("{label}: "), "", file.span()) });
+        }
     }
     parts.extend(content.axes.first().map(|axis| part("the axes span", "", axis.span())));
-    parts.extend(content.correlations.iter().map(|of| part("correlations", &of.get_ref().variables[0], of.span())));
+    parts.extend(content.correlations.first().map(|of| part("correlations", "", of.span())));
+    for of in &content.correlations {
+        let names = of.get_ref().variables.get_ref().join(" and ");
+        parts.push(part(&format!("correlations: {names}"), "", of.span()));
+    }
     parts.extend(content.samples.iter().map(|of| part("samples", "", of.span())));
+    for (begins, names) in [("sampling", ""), ("", "axes have distributions")] {
+        parts.extend(content.sampling.iter().map(|of| part(begins, names, of.span())));
+    }
     parts.extend(content.signals.iter().map(|of| part("signals", "", of.span())));
     parts.extend(content.window.iter().map(|of| part("window", "", of.span())));
     let values = content.values.iter().map(|of| ("values", &of.get_ref().variable, of.span()));
@@ -104,6 +133,7 @@ fn places(reader: &Reader, content: &Content, axes: &[Axis]) -> Vec<Part> {
     }
     for (key, begins, names) in [
         (&content.step, "the communication step", ""),
+        (&content.step, "a communication step", ""),
         (&content.start, "from ", " communication step "),
         (&content.stop, "from ", " communication step "),
     ] {
@@ -116,13 +146,13 @@ fn places(reader: &Reader, content: &Content, axes: &[Axis]) -> Vec<Part> {
         // What is given says more of the place than its key.
         let begins = if is_key { "[tune]" } else { "[tune]: " }.to_string();
         if let Some((_, own)) = word.split_once('.') {
-            parts.push(Part { begins: begins.clone(), names: own.into(), place: place.clone() });
+            parts.push(Part { begins: begins.clone(), names: own.into(), place: place.clone(), file: None });
         }
         if is_key {
             let begins = format!("[tune]: unknown field `{word}`");
-            parts.push(Part { begins, names: String::new(), place: place.clone() });
+            parts.push(Part { begins, names: String::new(), place: place.clone(), file: None });
         }
-        parts.push(Part { begins, names: word, place });
+        parts.push(Part { begins, names: word, place, file: None });
     }
     // Whatever else is wrong comes with the loop.
     parts.extend(content.description.iter().map(|of| part("", "", of.span())));
@@ -145,12 +175,11 @@ struct Content {
     samples: Option<Spanned<u64>>,
     #[serde(default)]
     seed: u64,
-    #[serde(default)]
-    sampling: Sampling,
+    sampling: Option<Spanned<Sampling>>,
     #[serde(default)]
     axes: Vec<Spanned<AxisOf>>,
     #[serde(default)]
-    correlations: Vec<Spanned<Correlation>>,
+    correlations: Vec<Spanned<CorrelationOf>>,
     signals: Option<Spanned<Signals>>,
     window: Option<Spanned<Window>>,
     #[serde(default)]
@@ -159,6 +188,13 @@ struct Content {
     limits: Vec<Spanned<Limit>>,
     main: Option<Spanned<String>>,
     tune: Option<Spanned<Table>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CorrelationOf {
+    variables: Spanned<Vec<String>>,
+    rank: f64,
 }
 
 #[derive(Deserialize)]
@@ -182,6 +218,20 @@ struct AxisOf {
     triangular: Option<Spanned<Table>>,
 }
 
+impl AxisOf {
+    /// The kinds of values that it has, but for a list, with their keys.
+    fn tables(&self) -> Vec<(&'static str, &Spanned<Table>)> {
+        let tables = [
+            ("range", &self.range),
+            ("uniform", &self.uniform),
+            ("normal", &self.normal),
+            ("log_normal", &self.log_normal),
+            ("triangular", &self.triangular),
+        ];
+        tables.into_iter().filter_map(|(name, table)| Some((name, table.as_ref()?))).collect()
+    }
+}
+
 /// Reads a study from a file. The path of the loop is relative to the folder of the file, those of FMUs as for
 /// [`file::read`].
 ///
@@ -196,7 +246,18 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
     system.stop = seconds(&content.stop)?.or(system.stop);
     system.step = seconds(&content.step)?.or(system.step);
     system.sources.push(path.to_path_buf());
-    replace(&mut system.settings, reader.all_settings(&content.settings, &content.events)?);
+    let settings = reader.all_settings(&content.settings, &content.events)?;
+    for of in &settings {
+        let is_fmu = system.members.iter().any(|member| member.name == of.variable);
+        let place = of.place.as_ref().filter(|_| is_fmu);
+        ensure!(
+            place.is_none(),
+            "{}: {name} is an FMU: name its variable, {name}.VARIABLE = VALUE",
+            place.map_or_else(String::new, Place::to_string),
+            name = of.variable
+        );
+    }
+    replace(&mut system.settings, settings);
     if let Some(samples) = &content.samples {
         let (least, most) = (SAMPLES.start(), SAMPLES.end());
         let place = reader.place(samples.span());
@@ -216,13 +277,15 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
         axes.push(rows.axis.clone());
         tables.push((number, rows));
     }
-    let places = places(&reader, &content, &axes);
+    let correlations = content.correlations.iter().map(|of| correlation(&reader, of.get_ref()));
+    let correlations = correlations.collect::<Result<_>>()?;
+    let places = places(&reader, path, &content, &axes);
     let study = Study {
         axes,
-        correlations: content.correlations.into_iter().map(Spanned::into_inner).collect(),
+        correlations,
         samples: content.samples.map_or(Study::default().samples, Spanned::into_inner),
         seed: content.seed,
-        sampling: content.sampling,
+        sampling: content.sampling.map(Spanned::into_inner).unwrap_or_default(),
         signals: content.signals.map(Spanned::into_inner).unwrap_or_default(),
         window: content.window.map(Spanned::into_inner).unwrap_or_default(),
         values: content.values.into_iter().map(Spanned::into_inner).collect(),
@@ -235,14 +298,33 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
     let description = content.description.map(Spanned::into_inner).unwrap_or_default();
     let description = description.rsplit(['/', '\\']).next().unwrap_or_default().to_string();
     let tune = content.tune.map(Spanned::into_inner);
-    Ok(Reading { name, description, job: Job { system, study }, tune, tables, renews: None, places })
+    let fmus = fmus.map(|fmus| relative(fmus, path.parent().unwrap_or(Path::new(""))));
+    Ok(Reading { name, description, fmus, job: Job { system, study }, tune, tables, renews: None, places })
+}
+
+/// A path from a folder: the same on each machine where both lie in the same way. As it is given if they are not there, or have no folder
+/// in common.
+fn relative(path: &Path, folder: &Path) -> String {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let from_folder = || {
+        let (path, folder) = (path.canonicalize().ok()?, folder.canonicalize().ok()?);
+        let common = path.components().zip(folder.components()).take_while(|(one, other)| one == other).count();
+        let up = folder.components().skip(common).map(|_| Component::ParentDir);
+        let found: PathBuf = up.chain(path.components().skip(common)).collect();
+        (common > 0).then(|| if found.as_os_str().is_empty() { PathBuf::from(".") } else { found })
+    };
+    // With / on every platform.
+    from_folder().unwrap_or_else(|| path.to_path_buf()).display().to_string().replace('\\', "/")
 }
 
 /// The system of a study's loop.
 fn description(reader: &Reader, path: &Path, fmus: Option<&Path>, file: Option<&Spanned<String>>) -> Result<System> {
     let shown = path.display();
     let file = file.with_context(|| {
-        format!("{shown} names no loop: write loop = \"FILE.toml\", a description of the loop as for plcfmu run")
+        let place = reader.place(0..0);
+        format!(
+            "{place}: the study names no loop: write loop = \"FILE.toml\", a description of the loop as for plcfmu run"
+        )
     })?;
     let place = reader.place(file.span());
     let path = path.with_file_name(file.get_ref());
@@ -252,6 +334,17 @@ fn description(reader: &Reader, path: &Path, fmus: Option<&Path>, file: Option<&
         path.display()
     );
     file::read(&path, fmus, reader.parameters())
+}
+
+fn correlation(reader: &Reader, of: &CorrelationOf) -> Result<Correlation> {
+    let variables = of.variables.get_ref();
+    let Ok(pair) = <[String; 2]>::try_from(variables.clone()) else {
+        let (place, count) = (reader.place(of.variables.span()), variables.len());
+        bail!(
+            "{place}: a correlation is of two variables, and variables has {count}: write a table [[correlations]] for each pair"
+        )
+    };
+    Ok(Correlation { variables: pair, rank: of.rank })
 }
 
 /// Puts settings in the place of those of the same variable and time.
@@ -272,15 +365,7 @@ fn axis(reader: &Reader, axis: &Spanned<AxisOf>) -> Result<Axis> {
         (Some(_), Some(_)) => bail!("{place}: an axis has either variable or variables: remove one of them"),
         _ => bail!("{place}: the axis names no variable: write variable = \"FMU.VARIABLE\""),
     };
-    let tables = [
-        ("range", &axis.range),
-        ("uniform", &axis.uniform),
-        ("normal", &axis.normal),
-        ("log_normal", &axis.log_normal),
-        ("triangular", &axis.triangular),
-    ];
-    let tables: Vec<_> = tables.into_iter().filter_map(|(name, table)| Some((name, table.as_ref()?))).collect();
-    let along = match (&axis.values, tables.as_slice()) {
+    let along = match (&axis.values, axis.tables().as_slice()) {
         (Some(values), []) => self::values(reader, values, variables.len())?,
         (None, [(name, table)]) => {
             let one = Table::from_iter([((*name).to_string(), toml::Value::Table(table.get_ref().clone()))]);
@@ -312,8 +397,7 @@ fn of_file(
     (system, fixed): (&System, &[String]),
 ) -> Result<Rows> {
     let place = reader.place(file.span());
-    let kinds = [&axis.range, &axis.uniform, &axis.normal, &axis.log_normal, &axis.triangular];
-    let has_values = axis.values.is_some() || kinds.into_iter().any(Option::is_some);
+    let has_values = axis.values.is_some() || !axis.tables().is_empty();
     ensure!(
         axis.variable.is_none() && axis.variables.is_none() && !has_values && !axis.whole,
         "{place}: the file names the variables and has their values: leave the others out"
@@ -440,6 +524,7 @@ mod tests {
             ("[tune]: unknown field `search`, expected `minimize` or `constraints`", "study.toml:10:8: "),
             ("ms: plant 0: there are only 3 samples", "study.toml:7:1: "),
             ("C.fmu is not an FMU", "study.toml:1:8: "),
+            ("a communication step of 1e-12 s is too small for a run from 0.0 s to 300.0 s", "study.toml:3:8: "),
             ("loop.toml:6:1: C has no variable X", ""),
         ] {
             assert_eq!(place(error), expected, "{error}");
@@ -447,10 +532,69 @@ mod tests {
     }
 
     #[test]
+    fn a_folder_is_named_from_that_of_the_study() {
+        let place = tempfile::tempdir().unwrap();
+        let [studies, fmus] = ["plant/studies", "target/fmu"].map(|name| place.path().join(name));
+        for folder in [&studies, &fmus] {
+            fs::create_dir_all(folder).unwrap();
+        }
+        assert_eq!(relative(&fmus, &studies), "../../target/fmu");
+        assert_eq!(relative(&studies, &studies), ".");
+        assert_eq!(relative(Path::new("none"), &studies), "none");
+    }
+
+    const CORRELATED: &str = "loop = \"loop.toml\"\nsampling = \"sobol\"\n\
+        [[axes]]\nvariable = \"C.A\"\nuniform = { min = 0, max = 1 }\n\
+        [[axes]]\nvariable = \"C.B\"\nuniform = { min = 0, max = 1 }\n\
+        [[correlations]]\nvariables = [\"C.A\", \"C.B\"]\nrank = 0.9\n";
+
+    #[test]
+    fn a_correlation_is_of_two_variables_and_its_errors_are_told_at_it() {
+        let three = CORRELATED.replace("\"C.B\"]", "\"C.B\", \"C.D\"]");
+        assert_eq!(
+            error(&three),
+            "study.toml:10:13: a correlation is of two variables, and variables has 3: write a table [[correlations]] for each pair"
+        );
+        let again = "[[correlations]]\nvariables = [\"C.B\", \"C.A\"]\nrank = -0.9\n";
+        let reading = read_text(&format!("{CORRELATED}{again}")).unwrap();
+        let place = |error: &str| {
+            let text = format!("{:#}", reading.located(anyhow!("{error}"), Path::new("study.toml")));
+            text.rsplit('/').next().unwrap().strip_suffix(error).unwrap().to_string()
+        };
+        let wrong = format!("{:#}", crate::correlation::mixing(&reading.job.study).unwrap_err());
+        assert_eq!(place(&wrong), "study.toml:12:1: ");
+        assert_eq!(place("correlations: they cannot be true together"), "study.toml:9:1: ");
+        assert_eq!(place("sampling = \"saltelli\" needs independent axes"), "study.toml:2:12: ");
+        assert_eq!(place("1200 axes have distributions: a Sobol sequence has 256 at most"), "study.toml:2:12: ");
+    }
+
+    #[test]
+    fn an_error_about_an_axis_is_told_at_its_key_and_one_of_a_table_names_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in [("C.fmu", ""), ("loop.toml", LOOP), ("loops.csv", "loop,C.GIAN\nTIC1,2\n")] {
+            fs::write(folder.path().join(name), text).unwrap();
+        }
+        let path = folder.path().join("study.toml");
+        let text = "loop = \"loop.toml\"\n[[axes]]\nfile = \"loops.csv\"\n[[axes]]\nvariable = \"C.A\"\ntime = 900\nvalues = [1]\n";
+        fs::write(&path, text).unwrap();
+        let reading = read(&path, None, |_, _| unreachable!()).unwrap();
+        let located = |error: &str| {
+            let text = format!("{:#}", reading.located(anyhow!("{error}"), &path));
+            text.replace(&folder.path().join("").display().to_string(), "")
+        };
+        assert_eq!(
+            located("axis 1 (C.GIAN): C has no variable GIAN; did you mean C.GAIN?"),
+            "study.toml:3:8: loops.csv: axis 1 (C.GIAN): C has no variable GIAN; did you mean C.GAIN?"
+        );
+        assert!(located("axis 2 (C.A): C.A cannot be set at 900.0 s").starts_with("study.toml:6:8: axis 2"));
+        assert!(located("axis 2 (C.A): C has no variable A").starts_with("study.toml:4:1: axis 2"));
+    }
+
+    #[test]
     fn what_is_wrong_has_its_place_and_a_remedy() {
         assert_eq!(
             error("stop = 1"),
-            "study.toml names no loop: write loop = \"FILE.toml\", a description of the loop as for plcfmu run"
+            "study.toml:1:1: the study names no loop: write loop = \"FILE.toml\", a description of the loop as for plcfmu run"
         );
         assert!(error("loop = \"none.toml\"").starts_with("study.toml:1:8: there is no file "));
         let axis = |text: &str| error(&format!("loop = \"loop.toml\"\n[[axes]]\n{text}"));
@@ -469,8 +613,22 @@ mod tests {
         assert!(axis("variables = [\"C.A\", \"C.B\"]\nvalues = [[1]]").contains("1 values for 2 variables"));
         let wrong = axis("variable = \"C.A\"\nuniform = { min = 0, most = 1 }");
         assert!(wrong.starts_with("study.toml:4:11: uniform: unknown field `most`"), "{wrong}");
+        assert_eq!(
+            axis("variable = \"C.A\"\nwhole = true\nuniform = { min = 1.2, max = 1.8 }"),
+            "study.toml:5:11: axis 1 (C.A): uniform: no whole number lies between min = 1.2 and max = 1.8: give bounds with one \
+             between them, or remove whole"
+        );
+        for none in [
+            "normal = { mean = 0.5, deviation = 0.2, min = 0.4, max = 0.6 }",
+            "triangular = { min = 1.1, mode = 1.5, max = 1.9 }",
+        ] {
+            assert!(
+                axis(&format!("variable = \"C.A\"\nwhole = true\n{none}")).contains("no whole number lies between"),
+                "{none}"
+            );
+        }
         let wrong = axis("variable = \"C.A\"\nuniform = { min = nan, max = 1 }");
-        assert_eq!(wrong, "study.toml:2:1: axis 1 (C.A): uniform: min = NaN: give a finite number");
+        assert_eq!(wrong, "study.toml:4:11: axis 1 (C.A): uniform: min = NaN: give a finite number");
         let other = |text: &str| error(&format!("loop = \"loop.toml\"\n{text}"));
         // JSON, in which workers get their job, has no NaN: here it still is one.
         assert_eq!(
@@ -485,6 +643,7 @@ mod tests {
         let wrong = axis("variable = \"C.A\"\nvalue = [1]");
         assert!(wrong.starts_with("study.toml:4:1: unknown field `value`, expected one of"), "{wrong}");
         assert!(wrong.ends_with("; did you mean values?"), "{wrong}");
+        assert_eq!(other("[settings]\nC = 3"), "study.toml:3:1: C is an FMU: name its variable, C.VARIABLE = VALUE");
         assert!(error("loop = \"loop.toml\"\nsamples = 0").ends_with("samples is from 1 to 1000000000"));
     }
 }

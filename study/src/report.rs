@@ -1,25 +1,27 @@
 //! What a study writes of its results: a page, a file for programs, pictures, and the text of the command. None of it says
 //! when or on which machine the runs were made, so that the same study gives the same bytes everywhere.
 
+mod what;
+
 use crate::envelope::Envelope;
 use crate::expect::{Expectation, MOST_RUNS, Of, Verdict, runs_text, with_unit};
 use crate::finished::Table;
 use crate::interval;
 use crate::pictures::{self, Coordinate};
-use crate::ran::{Ran, RanFmu, Set};
+use crate::ran::Ran;
 use crate::results::{Quantity, Results};
 use crate::sobol::{self, Index};
 use crate::summary::{Distribution, PERCENTS, Summary};
-use crate::{Along, Axis, Job, Sampling, Signals};
+use crate::{Along, Axis, Correlation, Job, Sampling, Signals};
 use anyhow::{Context, Result, bail};
 use askama::Template;
 use draw::histogram::Mark;
 use draw::picture;
 use host::package::temporary;
-use modeldescription::digits::short;
+use modeldescription::digits::{short, within};
+use modeldescription::units;
 use run::master::Recording;
 use run::plan::near;
-use run::system::Value;
 use serde::{Serialize, Serializer};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -28,9 +30,8 @@ use std::num::NonZero;
 use std::panic::resume_unwind;
 use std::path::Path;
 use std::thread;
+use what::{AxisPart, RanPart, axis_part, correlation_text, is_sampled};
 
-/// At most this many rows of an axis are written out.
-const MOST_ROWS: usize = 40;
 /// This many for figures that are not the main one.
 const FEW_RUNS: usize = 3;
 
@@ -103,26 +104,20 @@ fn chosen(of: &Distribution) -> Vec<(&'static str, u64)> {
 }
 
 /// Writes `summary.json`, `summary.html` and the folder `pictures`, each file beside its place and renamed. Gives a sentence for
-/// each picture that cannot be drawn.
+/// each picture that cannot be drawn or written: it costs nothing but itself.
 ///
 /// # Errors
-/// A file cannot be written.
+/// `summary.json` or `summary.html` cannot be written.
 pub fn write(folder: &Path, report: &Report) -> Result<Vec<String>> {
     let (pictures, mut problems) = pictures(report)?;
-    let mut files = vec![
-        (folder.join("summary.json"), json(report)?.into_bytes()),
-        (folder.join("summary.html"), html(report, &pictures)?.into_bytes()),
-    ];
+    let place = |path: &Path, content: &[u8]| temporary::place(path, |to| Ok(to.write_all(content)?), |_| Ok(()));
+    place(&folder.join("summary.json"), json(report)?.as_bytes())?;
+    place(&folder.join("summary.html"), html(report, &pictures)?.as_bytes())?;
     for (picture, png) in pictures.iter().zip(drawn(&pictures)) {
         let path = |ending: &str| folder.join("pictures").join(format!("{}.{ending}", picture.name));
-        files.push((path("svg"), picture.svg.clone().into_bytes()));
-        match png {
-            Ok(png) => files.push((path("png"), png)),
-            Err(error) => problems.push(format!("there is no {}: {error:#}", path("png").display())),
-        }
-    }
-    for (path, content) in &files {
-        temporary::place(path, |writer| Ok(writer.write_all(content)?), |_| Ok(()))?;
+        let png = png.with_context(|| format!("there is no {}", path("png").display()));
+        let written = [place(&path("svg"), picture.svg.as_bytes()), png.and_then(|png| place(&path("png"), &png))];
+        problems.extend(written.into_iter().filter_map(Result::err).map(|error| format!("{error:#}")));
     }
     Ok(problems)
 }
@@ -162,11 +157,12 @@ fn pictures(report: &Report) -> Result<(Vec<Picture>, Vec<String>)> {
         }
         let values = runs.iter().map(|(_, run, _)| report.value(main, *run));
         let values = values.collect::<Result<Vec<f64>>>()?;
+        let absent = report.results.figure(main)?.iter().filter(|value| value.is_nan()).count() as u64;
         let window = report.job.study.window;
         let svg = pictures::curves(
             report.signals,
             window,
-            (of, &values),
+            (of, &values, [absent, report.summary.runs]),
             &runs,
             report.results.loops.as_ref(),
             report.envelope,
@@ -235,6 +231,11 @@ pub(crate) fn printable(text: &str) -> String {
         letter.is_control() && !matches!(letter, '\n' | '\t') || matches!(letter, '\u{fffe}' | '\u{ffff}')
     };
     text.chars().map(|letter| if is_forbidden(letter) { '\u{fffd}' } else { letter }).collect()
+}
+
+/// A text with units, as the page shows it: with °C, as the pictures.
+fn seen(text: &str) -> String {
+    printable(&units::shown(text))
 }
 
 /// The first ten of `count` runs with what is to be said of them, and their settings.
@@ -345,7 +346,7 @@ pub fn text(report: &Report) -> Result<String> {
     for (column, of) in summary.figures.iter().enumerate() {
         let percent =
             |wanted: f64| of.percentiles.iter().find(|(percent, _)| *percent == wanted).map(|(_, value)| *value);
-        let number = |value: Option<f64>| value.map_or_else(|| "-".to_string(), short);
+        let number = |value: Option<f64>| value.map_or_else(|| "-".to_string(), |value| number(of, value));
         let worst = of.worst.first();
         let value = worst.map(|run| report.value(column, *run)).transpose()?;
         rows.push([
@@ -366,8 +367,8 @@ pub fn text(report: &Report) -> Result<String> {
         }
         text.push('\n');
     }
-    for of in &summary.figures {
-        if let Some(sentence) = absent_text(summary, of) {
+    for column in 0..summary.figures.len() {
+        for sentence in absent_texts(report, column)? {
             let _ = writeln!(text, "  {sentence}");
         }
     }
@@ -397,14 +398,31 @@ pub fn text(report: &Report) -> Result<String> {
     Ok(printable(&text))
 }
 
-/// How many runs did not fail and yet have no such figure; none if there are no such runs.
-fn absent_text(summary: &Summary, of: &Distribution) -> Option<String> {
-    let count = summary.runs - summary.failed - of.count;
-    (count > 0 && !of.absent.is_empty()).then(|| {
-        let have = if count == 1 { "has" } else { "have" };
-        let runs = numbers(&of.absent[..of.absent.len().min(FEW_RUNS)], count);
-        format!("{} {have} no {}: {runs}", runs_text(count), of.figure.name)
-    })
+/// A value of a figure in a table: with the digits that its spread tells, and six at most.
+fn number(of: &Distribution, value: f64) -> String {
+    shorter(pictures::told_bare(of, value), short(value))
+}
+
+fn shorter(one: String, other: String) -> String {
+    if other.len() < one.len() { other } else { one }
+}
+
+/// Which runs did not fail and yet have no such figure, and in which it is infinite: neither counts in what is said of the others.
+fn absent_texts(report: &Report, column: usize) -> Result<Vec<String>> {
+    let (summary, of) = (report.summary, &report.summary.figures[column]);
+    let values = report.results.figure(column)?;
+    let infinite = (0..).zip(values.iter()).filter(|(_, value)| value.is_infinite());
+    let infinite: Vec<u64> = infinite.map(|(run, _)| run).collect();
+    let have = |count: u64| if count == 1 { "has" } else { "have" };
+    let sentence = |count: u64, runs: &[u64], what: String| {
+        let runs = numbers(&runs[..runs.len().min(FEW_RUNS)], count);
+        format!("{} {} {what}: {runs}", runs_text(count), have(count))
+    };
+    let (without, count) = (summary.runs - summary.failed - of.count, infinite.len() as u64);
+    let name = &of.figure.name;
+    let absent = (without > count).then(|| sentence(without - count, &of.absent, format!("no {name}")));
+    let infinite = (count > 0).then(|| sentence(count, &infinite, format!("an infinite {name}, which does not count")));
+    Ok(absent.into_iter().chain(infinite).collect())
 }
 
 /// Names with values, in their order.
@@ -453,6 +471,9 @@ struct Document<'a> {
     failed: u64,
     failures: &'a [crate::summary::Failure],
     axes: &'a [Axis],
+    /// Which distributions depend on each other.
+    #[serde(skip_serializing_if = "<[Correlation]>::is_empty")]
+    correlations: &'a [Correlation],
     samples: u64,
     seed: u64,
     sampling: Sampling,
@@ -575,6 +596,7 @@ fn json(report: &Report) -> Result<String> {
         failed: summary.failed,
         failures: &summary.failures,
         axes: &study.axes,
+        correlations: &study.correlations,
         samples: study.samples,
         seed: study.seed,
         sampling: study.sampling,
@@ -600,7 +622,11 @@ struct Page<'a> {
     /// SVG drawings of the main figure.
     pictures: Vec<&'a str>,
     main: Option<String>,
+    /// That it has the same value in all runs.
+    constant: Option<String>,
     axes: Vec<AxisPart>,
+    /// How the axes correlate.
+    correlations: Option<String>,
     sampling: Option<String>,
     percents: Vec<String>,
     figures: Vec<FigurePart<'a>>,
@@ -620,62 +646,12 @@ struct Page<'a> {
     ran: RanPart<'a>,
 }
 
-/// What was run, and how to run it again.
-struct RanPart<'a> {
-    of: &'a Ran,
-    /// From when to when, in which steps.
-    span: String,
-    fmus: Vec<[String; 4]>,
-    connections: Vec<String>,
-    settings: Vec<String>,
-    events: Vec<(String, String)>,
-    command: String,
-    /// The same with the curves of the worst run.
-    curves: String,
-    fingerprint: &'a str,
-}
-
-impl<'a> RanPart<'a> {
-    fn of(report: &Report<'a>) -> RanPart<'a> {
-        let ran = report.ran;
-        let seconds = |value: f64| format!("{} s", short(value));
-        let fmu = |of: &RanFmu| {
-            let version = of.version.as_deref().unwrap_or_default();
-            [&of.name, &of.model, version, &of.sha256].map(printable)
-        };
-        let event = |of: &Set| (seconds(of.time.unwrap_or_default()), printable(&of.text()));
-        let mut command = format!("plcfmu study {}.toml", report.name);
-        let curves = report.main.and_then(|main| report.summary.figures[main].worst.first());
-        let curves = curves.map_or_else(String::new, |run| format!("{command} --resume --curves {run}"));
-        for (of, _) in report.verdicts {
-            let _ = write!(command, " --expect '{}'", of.text);
-        }
-        RanPart {
-            of: ran,
-            span: format!("from {} to {} in steps of {}", seconds(ran.start), seconds(ran.stop), seconds(ran.step)),
-            fmus: ran.fmus.iter().map(fmu).collect(),
-            connections: ran.connections.iter().map(|(from, to)| printable(&format!("{from} → {to}"))).collect(),
-            settings: ran.settings.iter().map(|of| printable(&of.text())).collect(),
-            events: ran.events.iter().map(event).collect(),
-            command: printable(&command),
-            curves: printable(&curves),
-            fingerprint: report.fingerprint,
-        }
-    }
-}
-
 struct ExpectationPart {
     text: String,
     share: String,
     is_met: bool,
     problem: String,
     runs: String,
-}
-
-struct AxisPart {
-    variables: String,
-    values: String,
-    when: String,
 }
 
 struct FigurePart<'a> {
@@ -686,7 +662,7 @@ struct FigurePart<'a> {
     /// Least, percentiles, greatest, mean, deviation.
     numbers: Vec<String>,
     correlations: Vec<String>,
-    absent: Option<String>,
+    absent: Vec<String>,
     histogram: Option<&'a str>,
     /// What the worst runs have: the number, the figure, the settings.
     worst: Vec<(u64, String, Vec<String>)>,
@@ -709,19 +685,19 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
             is_met: verdict.problem.is_none(),
             share: verdict.hits.map_or_else(String::new, |hits| report.share("", hits).text()),
             problem: match (&verdict.problem, of.of) {
-                (Some(problem), _) => printable(problem),
+                (Some(problem), _) => seen(problem),
                 (None, Of::Each) => "every run meets it".into(),
                 (None, _) => String::new(),
             },
-            runs: printable(&runs),
+            runs: seen(&runs),
         })
     };
     let figure = |(column, of): (usize, &Distribution)| -> Result<FigurePart> {
         let row = |run: &u64| -> Result<_> {
             let cells = results.point(*run)?.into_iter().map(short).collect();
-            Ok((*run, short(report.value(column, *run)?), cells))
+            Ok((*run, number(of, report.value(column, *run)?), cells))
         };
-        let number = |value: Option<f64>| value.map_or_else(String::new, short);
+        let number = |value: Option<f64>| value.map_or_else(String::new, |value| number(of, value));
         let percentiles = of.percentiles.iter().map(|(_, value)| Some(*value));
         let percentiles: Vec<Option<f64>> = percentiles.chain(std::iter::repeat(None)).take(PERCENTS.len()).collect();
         let all = [of.min].into_iter().chain(percentiles).chain([of.max, of.mean, of.deviation]);
@@ -731,7 +707,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         Ok(FigurePart {
             name: printable(&of.figure.name),
             anchor: format!("figure-{column}"),
-            title: printable(&pictures::axis(&of.figure)),
+            title: seen(&pictures::axis(&of.figure)),
             count: of.count,
             numbers: all.map(number).collect(),
             correlations: of
@@ -739,7 +715,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
                 .iter()
                 .map(|correlation| correlation.map_or_else(String::new, |correlation| format!("{correlation:.2}")))
                 .collect(),
-            absent: absent_text(summary, of),
+            absent: absent_texts(report, column)?,
             histogram: histogram.map(|picture| picture.svg.as_str()),
             worst: worst.map(row).collect::<Result<_>>()?,
             is_lower_better: crate::summary::is_lower_better(&of.figure.name),
@@ -761,7 +737,9 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         expectations: report.verdicts.iter().map(expectation).collect::<Result<_>>()?,
         pictures: pictures.iter().filter(|of| of.figure.is_none()).map(|of| of.svg.as_str()).collect(),
         main: report.main.map(|main| printable(&summary.figures[main].figure.name)),
+        constant: report.main.and_then(|main| pictures::constant(&summary.figures[main])).map(|text| seen(&text)),
         axes: study.axes.iter().map(axis_part).collect(),
+        correlations: correlation_text(&study.correlations),
         sampling: has_samples.then(|| format!("{} samples {sampling}, seed {}.", study.samples, study.seed)),
         percents: PERCENTS.iter().map(|percent| format!("{percent} %")).collect(),
         yields: report.yields()?.iter().map(|of| (printable(&of.of), of.text())).collect(),
@@ -771,7 +749,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         indices: indices(report)?,
         figures: summary.figures.iter().enumerate().map(figure).collect::<Result<_>>()?,
         has_influence: summary.figures.iter().any(|of| of.correlations.iter().any(Option::is_some)),
-        coordinates: summary.coordinates.iter().map(|of| printable(&pictures::axis(of))).collect(),
+        coordinates: summary.coordinates.iter().map(|of| seen(&pictures::axis(of))).collect(),
         failures: failures.collect(),
         ran: RanPart::of(report),
     };
@@ -784,10 +762,13 @@ fn intervals(report: &Report) -> Vec<(String, Vec<String>)> {
         let cell = |wanted: f64| {
             let place = PERCENTS.iter().position(|percent| *percent == wanted)?;
             let (low, high) = (*of.intervals.get(place)?)?;
-            Some(format!("{} to {}", pictures::told_bare(of, low), pictures::told_bare(of, high)))
+            // The spread of the figure would make one number of both ends.
+            let ends = [low, high].map(|end| shorter(within(end, high - low), short(end)));
+            let ends = if ends[0] == ends[1] { [low, high].map(|end| within(end, high - low)) } else { ends };
+            Some(ends.join(" to "))
         };
         let cells = [5.0, 50.0, 95.0].map(|percent| cell(percent).unwrap_or_else(|| "too few runs".into()));
-        (printable(&pictures::axis(&of.figure)), cells.to_vec())
+        (seen(&pictures::axis(&of.figure)), cells.to_vec())
     };
     let figures = report.summary.figures.iter().filter(|of| of.count > 0);
     if report.is_independent() { figures.map(row).collect() } else { Vec::new() }
@@ -807,50 +788,6 @@ fn indices(report: &Report) -> Result<Vec<IndexRow>> {
         report.indices(column).map(|indices| indices.map(row)).transpose()
     };
     report.summary.figures.iter().enumerate().filter_map(row).collect()
-}
-
-fn is_sampled(along: &Along) -> bool {
-    !matches!(along, Along::Values(_) | Along::Rows(_) | Along::Range { .. })
-}
-
-/// An axis in words.
-fn axis_part(axis: &Axis) -> AxisPart {
-    let value = |value: &Value| match value {
-        Value::Boolean(value) => value.to_string(),
-        Value::Number(value) => short(*value),
-    };
-    let list = |values: &[Value]| values.iter().map(value).collect::<Vec<_>>().join(", ");
-    let ends = |min: Option<f64>, max: Option<f64>| match (min, max) {
-        (Some(min), Some(max)) => format!(", from {} to {}", short(min), short(max)),
-        (Some(min), None) => format!(", not below {}", short(min)),
-        (None, Some(max)) => format!(", not above {}", short(max)),
-        (None, None) => String::new(),
-    };
-    let mut values = match &axis.along {
-        Along::Values(values) if values.len() > MOST_ROWS => format!("{} values", values.len()),
-        Along::Values(values) => list(values),
-        Along::Rows(rows) if rows.len() > MOST_ROWS => format!("{} rows", rows.len()),
-        Along::Rows(rows) => rows.iter().map(|row| format!("({})", list(row))).collect::<Vec<_>>().join(", "),
-        Along::Range { from, to, count, logarithmic } => {
-            let ratios = if *logarithmic { ", with equal ratios" } else { "" };
-            format!("{count} values from {} to {}{ratios}", short(*from), short(*to))
-        }
-        Along::Uniform { min, max } => format!("uniform from {} to {}", short(*min), short(*max)),
-        Along::Normal { mean, deviation, min, max } => {
-            format!("normal, mean {}, deviation {}{}", short(*mean), short(*deviation), ends(*min, *max))
-        }
-        Along::LogNormal { median, deviation } => {
-            format!("log-normal, median {}, deviation of the logarithm {}", short(*median), short(*deviation))
-        }
-        Along::Triangular { min, mode, max } => {
-            format!("triangular from {} to {}, mode {}", short(*min), short(*max), short(*mode))
-        }
-    };
-    if axis.relative {
-        values.push_str(", times the value of the loop");
-    }
-    let when = axis.time.map_or_else(|| "from the start on".into(), |time| format!("at {} s", short(time)));
-    AxisPart { variables: printable(&axis.variables.join(", ")), values, when }
 }
 
 #[cfg(test)]

@@ -1,11 +1,19 @@
-//! A table with a row for each loop: a CSV file whose columns are variables, or a PLC parameter file with several loops.
+//! A table with a row for each loop: a CSV or Parquet file whose columns are variables, or a PLC parameter file with several loops.
+//!
+//! Each value of a column that is named as a variable has to be a number: one that cannot be read is refused with its place, and never
+//! left out.
+
+mod parquet;
 
 use crate::{Along, Axis};
-use anyhow::{Context, Result, anyhow, bail, ensure};
+use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use control::csv;
-use parameters::{Format, Loop, Options, Origin};
+use host::package::Package;
+use modeldescription::Description;
+use parameters::{Block, Format, Loop, Options, Origin};
 use run::file::{ReadParameters, remarks};
 use run::system::{Setting, System, Value};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -34,6 +42,20 @@ pub struct Source {
     pub loops: Vec<Loop>,
 }
 
+/// What a CSV or Parquet file has.
+#[derive(Debug, Default)]
+struct Given {
+    /// The variables with the numbers of their columns, from 1.
+    variables: Vec<(String, usize)>,
+    /// Of each row a value for each of them.
+    rows: Vec<Vec<Value>>,
+    /// The name of each row's loop; empty without names.
+    names: Vec<String>,
+    /// Where each row is.
+    places: Vec<String>,
+    remarks: Vec<String>,
+}
+
 /// Reads the rows of a file. `fmu` is the FMU that gets the values of a parameter file; variables of `fixed` are left out of these.
 ///
 /// # Errors
@@ -46,41 +68,81 @@ pub fn read(
     parameters: ReadParameters,
 ) -> Result<Rows> {
     let shown = path.display().to_string();
+    let of_columns = |given: Given| {
+        ensure!(fmu.is_none(), "{shown}: the columns of the file name FMUs with their variables: omit fmu");
+        given.rows(&shown)
+    };
     match path.extension().and_then(|extension| extension.to_str()).map(str::to_lowercase).as_deref() {
         Some("csv" | "txt" | "tsv") => {
-            ensure!(fmu.is_none(), "{shown}: the header of a CSV file names FMUs with their variables: omit fmu");
             let text = fs::read_to_string(path).with_context(|| format!("{shown} cannot be read as text"))?;
-            of_csv(&text).with_context(|| shown)
+            of_columns(of_csv(&shown, &text)?)
         }
-        Some("parquet") => {
-            bail!("{shown}: write the table as CSV: in Python, pandas.read_parquet({shown:?}).to_csv(...)")
-        }
+        Some("parquet") => of_columns(parquet::read(path, &shown)?),
         _ if Format::of_file(&shown).is_some() => of_parameters(path, fmu, system, fixed, parameters),
-        _ => bail!("{shown} is neither a CSV file nor a parameter file of a PLC: its extension says what it is"),
+        _ => bail!(
+            "{shown} is neither a CSV or Parquet file nor a parameter file of a PLC: its extension says what it is"
+        ),
     }
 }
 
-fn of_csv(text: &str) -> Result<Rows> {
-    let table = csv::Table::read(text)?;
-    let columns: Vec<&csv::Column> = table.columns.iter().filter(|column| column.name.contains('.')).collect();
-    ensure!(!columns.is_empty(), "no column is a variable: write FMU.VARIABLE in the header, such as PUMP.SPEED");
-    let mut rows = Vec::new();
-    for (row, line) in table.lines.iter().enumerate() {
-        let value = |column: &&csv::Column| match column.values[row] {
-            value if value.is_finite() && column.is_boolean => Ok(Value::Boolean(value != 0.0)),
-            value if value.is_finite() => Ok(Value::Number(value)),
-            _ => Err(anyhow!("line {line} has no number for {}: complete it, or remove the row", column.name)),
-        };
-        rows.push(columns.iter().map(value).collect::<Result<Vec<_>>>()?);
+impl Given {
+    /// The rows as an axis of the file `shown`.
+    fn rows(self, shown: &str) -> Result<Rows> {
+        let Given { variables, rows, names, places, remarks } = self;
+        ensure!(
+            !variables.is_empty(),
+            "{shown}: no column is a variable: name columns FMU.VARIABLE, such as PUMP.SPEED"
+        );
+        ensure!(!rows.is_empty(), "{shown}: the file has no rows: a row for each loop is needed");
+        let mut columns = BTreeMap::new();
+        for (name, number) in &variables {
+            if let Some(before) = columns.insert(name, number) {
+                bail!("{shown}: the columns {before} and {number} are both {name}: remove one of them");
+            }
+        }
+        let mut known = BTreeMap::new();
+        for (name, place) in names.iter().zip(&places) {
+            if let Some(before) = known.insert(name, place) {
+                bail!("{place}: {name:?} is the name of the loop at {before} too: give each loop a name of its own");
+            }
+        }
+        let variables = variables.into_iter().map(|(name, _)| name).collect();
+        let axis = Axis { variables, names, along: Along::Rows(rows), ..Axis::default() };
+        Ok(Rows { axis, source: None, remarks })
     }
+}
+
+/// A CSV file that is called `shown` in errors.
+fn of_csv(shown: &str, text: &str) -> Result<Given> {
+    let placed = |error: Error| match error.downcast_ref::<csv::Fault>() {
+        Some(fault) => anyhow!("{}", fault.in_file(shown)),
+        None => error.context(shown.to_string()),
+    };
+    let table = csv::Table::of_loops(text).map_err(placed)?;
     let names = csv::texts(text, &NAMES)?.unwrap_or_default();
-    let variables = columns.iter().map(|column| column.name.clone()).collect();
-    let axis = Axis { variables, names, along: Along::Rows(rows), ..Axis::default() };
+    let columns: Vec<&csv::Column> = table.columns.iter().filter(|column| column.name.contains('.')).collect();
+    let value = |column: &&csv::Column, row: usize| match column.values[row] {
+        value if value.is_finite() && column.is_boolean => Ok(Value::Boolean(value != 0.0)),
+        value if value.is_finite() => Ok(Value::Number(value)),
+        _ => Err(anyhow!(
+            "{shown}:{}:{}: {}: there is no number: complete the row, or remove it",
+            table.lines[row],
+            column.number,
+            column.name
+        )),
+    };
+    let rows = 0..table.rows();
+    let rows = rows.map(|row| columns.iter().map(|column| value(column, row)).collect::<Result<Vec<_>>>());
     // The names are texts, and are not left out here.
     let is_of_names =
         |remark: &str| NAMES.iter().any(|name| remark.to_lowercase().starts_with(&format!("the column {name} ")));
-    let remarks = table.remarks.into_iter().filter(|remark| !is_of_names(remark)).collect();
-    Ok(Rows { axis, source: None, remarks })
+    Ok(Given {
+        variables: columns.iter().map(|column| (column.name.clone(), column.number)).collect(),
+        rows: rows.collect::<Result<_>>()?,
+        names,
+        places: table.lines.iter().map(|line| format!("{shown}:{line}:1")).collect(),
+        remarks: table.remarks.into_iter().filter(|remark| !is_of_names(remark)).collect(),
+    })
 }
 
 fn of_parameters(
@@ -95,16 +157,35 @@ fn of_parameters(
     let fmu = fmu.or(names.first().copied()).unwrap_or_default();
     ensure!(names.contains(&fmu), "fmu = {fmu:?}: there is no such FMU in the loop, only {}", names.join(", "));
     let reading = parameters(&shown, &Options::default())?;
-    let block = reading.loops.first().map(|one| one.block.name.clone());
-    let block = block.with_context(|| format!("{shown} has no loops"))?;
-    // A file of a plant may have blocks of several kinds; those of the FMU are looked for by the plan.
-    let is_own = |one: &&Loop| Some(&one.block.name) == of_fmu(system, fmu, &reading.loops).or(Some(&block));
-    let loops: Vec<Loop> = reading.loops.iter().filter(is_own).cloned().collect();
+    ensure!(!reading.loops.is_empty(), "{shown} has no loops");
+    let block = of_fmu(system, fmu, &reading.loops);
+    let (loops, others): (Vec<Loop>, Vec<Loop>) =
+        reading.loops.iter().cloned().partition(|one| Some(&one.block.name) == block.as_ref());
+    let blocks: BTreeSet<&str> = others.iter().map(|one| one.block.name.as_str()).collect();
+    let blocks = blocks.into_iter().collect::<Vec<_>>().join(", ");
+    let Some(first) = loops.first() else {
+        bail!(
+            "{shown} has loops of {blocks}, and none that the FMU {fmu} can have: name the FMU of these loops with fmu = \"NAME\", or \
+             take another file"
+        )
+    };
+    let mut remarks = remarks(&reading);
+    if !others.is_empty() {
+        let (count, are) = (others.len(), if others.len() == 1 { "loop of {} is" } else { "loops of {} are" });
+        remarks.push(format!(
+            "{shown}: {count} {} left out: the FMU {fmu} has the block {}",
+            are.replace("{}", &blocks),
+            first.block.name
+        ));
+    }
+    let mut known = BTreeSet::new();
+    if let Some(twice) = loops.iter().find(|one| !known.insert(&one.name)) {
+        bail!("{shown}: two loops are called {}: give each a name of its own", twice.name);
+    }
     let is_given = |member: usize| loops.iter().any(|one| one.settings[member].origin != Origin::Default);
     let is_free = |of: &Setting| {
         !fixed.contains(&of.variable) && !system.connections.iter().any(|connection| connection.to == of.variable)
     };
-    let first = loops.first().with_context(|| format!("{shown} has no loops for {fmu}"))?;
     let settings = |one: &Loop| Setting::of_loop(one, fmu, None);
     let all = settings(first);
     let kept: Vec<usize> = (0..all.len()).filter(|member| is_given(*member) && is_free(&all[*member])).collect();
@@ -116,35 +197,26 @@ fn of_parameters(
     let variables = kept.iter().map(|member| all[*member].variable.clone()).collect();
     let names = loops.iter().map(|one| one.name.clone()).collect();
     let axis = Axis { variables, names, along: Along::Rows(loops.iter().map(row).collect()), ..Axis::default() };
-    Ok(Rows { axis, remarks: remarks(&reading), source: Some(Source { path: path.into(), fmu: fmu.into(), loops }) })
+    Ok(Rows { axis, remarks, source: Some(Source { path: path.into(), fmu: fmu.into(), loops }) })
 }
 
-/// The block of the loops that an FMU can have, by the name of its file.
-fn of_fmu<'a>(system: &System, fmu: &str, loops: &'a [Loop]) -> Option<&'a String> {
+/// The block of the loops that an FMU can have: the one that it is named as, by its description or its file; else one whose settings
+/// are all variables of the FMU. None if there is no such block.
+fn of_fmu(system: &System, fmu: &str, loops: &[Loop]) -> Option<String> {
     let path = &system.members.iter().find(|member| member.name == fmu)?.path;
-    let stem = path.file_stem()?.to_str()?;
-    loops.iter().map(|one| &one.block.name).find(|block| block.eq_ignore_ascii_case(stem))
+    // What is wrong with an FMU is said when it is loaded. A program has no description yet.
+    let description = Package::open(path).ok().map(|package| package.description);
+    let stem = path.file_stem().and_then(|stem| stem.to_str());
+    let named = [description.as_ref().and_then(Description::model_identifier), stem];
+    let is_named = |block: &Block| named.into_iter().flatten().any(|name| block.name.eq_ignore_ascii_case(name));
+    let fits = |block: &Block| {
+        let mut settable = block.members.iter().filter(|member| member.role.is_settable());
+        description.as_ref().is_some_and(|of| settable.all(|member| of.variable(&member.name).is_some()))
+    };
+    let mut blocks = loops.iter().map(|one| &one.block);
+    let found = blocks.clone().find(|block| is_named(block)).or_else(|| blocks.find(|block| fits(block)));
+    found.map(|block| block.name.clone())
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_csv_file_has_a_row_for_each_loop_with_its_name() {
-        let rows = of_csv("loop;P.GAIN;P.ON;note\nTIC1;0,5;TRUE;a\nTIC2;2;FALSE;b\n").unwrap();
-        assert_eq!(rows.axis.names, ["TIC1", "TIC2"]);
-        assert_eq!(rows.axis.variables, ["P.GAIN", "P.ON"]);
-        assert_eq!(rows.remarks, ["The column note has texts and is left out."]);
-        let row = |gain, on| vec![Value::Number(gain), Value::Boolean(on)];
-        assert_eq!(rows.axis.along, Along::Rows(vec![row(0.5, true), row(2.0, false)]));
-        assert!(of_csv("P.GAIN,P.TI\n1,2\n3,4\n").unwrap().axis.names.is_empty());
-    }
-
-    #[test]
-    fn a_table_without_variables_or_with_a_gap_is_refused() {
-        let error = |text: &str| format!("{:#}", of_csv(text).unwrap_err());
-        assert!(error("GAIN,TI\n1,2\n").starts_with("no column is a variable: write FMU.VARIABLE"));
-        assert_eq!(error("P.GAIN,P.TI\n1,2\n,4\n"), "line 3 has no number for P.GAIN: complete it, or remove the row");
-    }
-}
+mod tests;

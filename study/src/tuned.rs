@@ -1,14 +1,16 @@
 //! What a search has found: as text, and in files.
 
+use crate::expect::with_unit;
 use crate::results::Quantity;
-use crate::tune::{Candidate, Outcome, Over};
+use crate::tune::{Candidate, Constraint, Outcome, Over};
 use crate::tuning::Tuning;
 use anyhow::{Result, anyhow};
 use blocks::table::number::to_value;
 use draw::picture;
 use draw::plot::{self, Chart, Curve, Panel};
 use host::package::temporary;
-use modeldescription::digits::short;
+use modeldescription::digits::{short, within};
+use modeldescription::units;
 use parameters::{Block, Format, Loop, Origin};
 use run::file;
 use run::fmus::number_of;
@@ -29,8 +31,30 @@ pub struct Found<'a> {
 }
 
 impl Found<'_> {
-    fn best(&self) -> &Candidate {
+    pub(crate) fn best(&self) -> &Candidate {
         &self.outcome.candidates[self.outcome.best]
+    }
+
+    /// Which constraints keep the figure from being better, and which the present settings break, so that theirs may be better; none if
+    /// there are no such constraints.
+    pub(crate) fn of_constraints(&self) -> Option<String> {
+        let one = |constraint: &Constraint| {
+            let text = &constraint.0.text;
+            let value = constraint.value(&self.present.rows);
+            let now = if value.is_nan() {
+                "not known for every plant".into()
+            } else {
+                with_unit(value, &self.tuning.figures[constraint.0.figure])
+            };
+            match (constraint.is_active(&self.best().rows), constraint.holds(&self.present.rows)) {
+                (true, true) => Some(format!("{text} is active")),
+                (true, false) => Some(format!("{text} is active, and the present settings break it ({now})")),
+                (false, false) => Some(format!("the present settings break {text} ({now})")),
+                (false, true) => None,
+            }
+        };
+        let all: Vec<String> = self.tuning.problem.constraints.iter().filter_map(one).collect();
+        (!all.is_empty()).then(|| all.join("; "))
     }
 
     /// Why there is no result, if there is none.
@@ -205,8 +229,9 @@ impl Found<'_> {
             Over::Mean => "mean over the plants",
             Over::P95 => "95th percentile over the plants",
         };
+        let ends = [candidates.first()?, candidates.last()?];
         Some(Chart {
-            title: format!("Front of {} and {}, {over}", first.name, second.name),
+            title: format!("{}, {over}", traded(first, second, ends.map(|of| (of.objective, of.second)))),
             time: candidates.iter().map(|of| of.objective.unwrap_or(f64::NAN)).collect(),
             over: Some(labelled(&first.name, first.unit.as_ref())),
             panels,
@@ -267,6 +292,17 @@ fn parameter_file(tuning: &Tuning, system: &System) -> Result<Option<Vec<u8>>> {
     Ok(Some(content))
 }
 
+/// What the ends of a front say: what less of the first figure takes of the second.
+fn traded(first: &Quantity, second: &Quantity, ends: [(Option<f64>, Option<f64>); 2]) -> String {
+    let of = |quantity: &Quantity, values: [Option<f64>; 2]| {
+        let [from, to] = values.map(|value| value.unwrap_or(f64::NAN));
+        let unit = quantity.unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
+        [from, to].map(|value| units::shown(&format!("{}{unit}", within(value, (to - from).abs()))))
+    };
+    let [[least, most], [at_least, at_most]] = [of(first, ends.map(|end| end.0)), of(second, ends.map(|end| end.1))];
+    format!("From {} {least} with {} {at_least} to {most} with {at_most}", first.name, second.name)
+}
+
 /// A figure for people; - if it has no value.
 fn known(value: Option<f64>) -> String {
     value.filter(|value| !value.is_nan()).map_or_else(|| "-".into(), short)
@@ -300,6 +336,16 @@ mod tests {
         assert_eq!(
             table(&rows.map(|row| row.map(String::from).to_vec())),
             "setting  found   now\nC.GAIN     1.5  0.25\nC.TI        80   100  s\n"
+        );
+    }
+
+    #[test]
+    fn a_front_says_what_is_traded_for_what() {
+        let quantity = |name: &str, unit: &str| Quantity { name: name.into(), unit: Some(unit.into()) };
+        let ends = [(Some(1203.4), Some(45.26)), (Some(2311.9), Some(20.51))];
+        assert_eq!(
+            traded(&quantity("iae", "K s"), &quantity("travel", "%"), ends),
+            "From iae 1200 K s with travel 45.3 % to 2310 K s with 20.5 %"
         );
     }
 

@@ -55,6 +55,51 @@ fn words_are_true_and_false_and_cells_may_be_missing() {
 }
 
 #[test]
+fn a_column_of_a_variable_has_a_number_for_each_loop() {
+    let fault = |text: &str| {
+        let error = Table::of_loops(text).unwrap_err();
+        error.downcast_ref::<Fault>().unwrap_or_else(|| panic!("{error:#}")).in_file("loops.csv")
+    };
+    let table = Table::of_loops("tag;P.RISE [K];P.ON;Descr. 1\nTIC1;300;TRUE;left\nTIC2;310,5;FALSE;right\n").unwrap();
+    assert_eq!((values(&table, "P.RISE"), values(&table, "P.ON")), (&[300.0, 310.5][..], &[1.0, 0.0][..]));
+    assert_eq!(table.columns.iter().map(|column| column.number).collect::<Vec<_>>(), [2, 3]);
+    let table = Table::of_loops("tag;P.RISE;P.TI\n;K;s\nTIC1;300;20\n").unwrap();
+    assert_eq!((table.lines.as_slice(), table.columns[0].unit.as_deref()), (&[3][..], Some("K")));
+    // All of them are texts, the second alone is one, there is nothing.
+    for (text, expected) in [
+        (
+            "tag,P.RISE\nTIC1,300 K\nTIC2,310 K\n",
+            "loops.csv:2:2: P.RISE: \"300 K\" is neither a number nor TRUE or FALSE: write a number without a unit, or remove the \
+             row",
+        ),
+        (
+            "tag,P.RISE\nTIC1,300\nTIC2,x\n",
+            "loops.csv:3:2: P.RISE: \"x\" is neither a number nor TRUE or FALSE: write a number without a unit, or remove the row",
+        ),
+        ("tag,P.RISE\nTIC1,\nTIC2,\n", "loops.csv:2:2: P.RISE: there is no number: complete the row, or remove it"),
+        ("P.GAIN,P.TI\n1,2\n,4\n", "loops.csv:3:1: P.GAIN: there is no number: complete the row, or remove it"),
+        (
+            "tag,P.RISE\nTIC1,x\nTIC2,300\n",
+            "loops.csv:2:2: P.RISE: \"x\" is neither a number nor TRUE or FALSE: write a number without a unit, or remove the row",
+        ),
+        (
+            "tag,P.RISE\nTIC1,12:30\n",
+            "loops.csv:2:2: P.RISE: a date or a time of day is no number: write a number, or remove the row",
+        ),
+        (
+            "tag,P.RISE\nTIC1,1\nTIC2\n",
+            "loops.csv:3:1: the line has 1 values, and the header has 2 columns: complete the row, or remove it",
+        ),
+    ] {
+        assert_eq!(fault(text), expected, "{text}");
+    }
+    assert_eq!(
+        format!("{:#}", Table::of_loops("P.GAIN\n").unwrap_err()),
+        "the file has a header and no rows of values: a row for each loop is needed"
+    );
+}
+
+#[test]
 fn units_are_taken_from_the_header_or_a_line_below() {
     let table = read("t [ms];PV [degC];LMN (%);F / m3/h;AI[3];Zeit in s\n0;1;2;3;4;5\n10;1;2;3;4;5\n");
     let units: Vec<_> = table.columns.iter().map(|column| (column.name.as_str(), column.unit.as_deref())).collect();

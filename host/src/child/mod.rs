@@ -22,6 +22,7 @@ use framing::FAREWELL;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
+use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
 use std::process::{self, Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::rc::Rc;
@@ -49,6 +50,9 @@ const LINES: usize = 3;
 
 /// What is told of a process that is ended, as its output is not that of this program.
 const DISTURBED: &str = "disturbed its process, by what it wrote to its output or by closing it; the process was ended";
+
+/// What has ended if no FMU was called, before the words of [`End::Ended`].
+pub const OWN: &str = "a process of plcfmu (the library of no FMU was called)";
 
 /// What becomes of what FMUs print.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -338,7 +342,15 @@ pub fn serve(folder: &Path, answer: impl FnOnce(&Channel) -> Result<()>) -> Resu
     let witness = Rc::new(Witness::open(folder)?);
     let (requests, at_work) = framing::input();
     let replies = Arc::new(Mutex::new(replies));
-    answer(&Channel { requests, replies, folder: folder.to_path_buf(), witness })?;
+    let channel = Channel { requests, replies, folder: folder.to_path_buf(), witness };
+    // A panic comes from the code of this program: one in an FMU's library ends the process, or stays in there.
+    match panic::catch_unwind(AssertUnwindSafe(|| answer(&channel))) {
+        Ok(answered) => answered?,
+        Err(panic) => {
+            channel.witness.clear();
+            panic::resume_unwind(panic);
+        }
+    }
     // Without waiting for the thread that reads, which must not believe that this is over before.
     drop(at_work);
     process::exit(0)

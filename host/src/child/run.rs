@@ -1,7 +1,7 @@
 //! A whole run in one process: there is no message for a step.
 
 use super::witness::Witnessed;
-use super::{Channel, End, Prints, Starter, serve};
+use super::{Channel, End, OWN, Prints, Starter, serve};
 use crate::fmu::Fmu;
 use crate::package::Package;
 use crate::simulation::Fmus;
@@ -112,7 +112,10 @@ pub fn run(
             Err(End::Ended(what)) => {
                 let name = process.witness.member().and_then(|at| system.members.get(at)).map(|of| of.name.as_str());
                 let (time, words) = (plan.time(process.witness.steps()), process.last_words(name));
-                let error = anyhow!("{}: at {time:?} s, the FMU {what}{words}", name.unwrap_or("an FMU"));
+                let error = match name {
+                    Some(name) => anyhow!("{name}: at {time:?} s, the FMU {what}{words}"),
+                    None => anyhow!("at {time:?} s, {OWN} {what}{words}"),
+                };
                 return Ok(Finished { messages: Vec::new(), steps: process.witness.steps(), ended: Err(error) });
             }
         }

@@ -62,13 +62,18 @@ impl Witness {
         calls.store(calls.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
     }
 
+    /// No member is called: what fails now is this program's own.
+    pub fn clear(&self) {
+        self.words().member.store(0, Ordering::Relaxed);
+    }
+
     /// This many steps are made.
     #[inline]
     pub fn stepped(&self, steps: usize) {
         self.words().steps.store(steps as u64, Ordering::Relaxed);
     }
 
-    /// The member that was called last.
+    /// The member that was called last; none if no call was made, or if this program itself has failed since.
     pub fn member(&self) -> Option<usize> {
         (self.words().member.load(Ordering::Relaxed) as usize).checked_sub(1)
     }
@@ -131,5 +136,7 @@ mod tests {
         child.call(0);
         child.stepped(7);
         assert_eq!((parent.member(), parent.calls(), parent.steps()), (Some(0), 2, 7));
+        child.clear();
+        assert_eq!((parent.member(), parent.calls()), (None, 2));
     }
 }

@@ -36,12 +36,16 @@ class StudyError(RuntimeError):
     """A study cannot be made, or not to its end; says why and what to do."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StudyResult:
     """What a study came to: the files in `folder`, and `summary`, which is its summary.json."""
 
     folder: pathlib.Path
     summary: dict[str, Any]
+
+    def __repr__(self) -> str:
+        expected = f", {len(self.unmet)} of {many} expectations not met" if (many := len(self.summary["expectations"])) else ""
+        return f"<StudyResult {str(self.folder)!r}: {self.count} runs, {self.summary['failed']} failed{expected}>"
 
     @property
     def count(self) -> int:
@@ -106,7 +110,8 @@ class StudyResult:
             parts.append(f"<p>{text(one['expectation'])}: {verdict}</p>")
         parts.append("<table><tr><th>Figure</th><th>5 %</th><th>Median</th><th>95 %</th><th>Worst run</th></tr>")
         for figure in summary["figures"]:
-            unit = f" in {figure['unit']}" if figure["unit"] else ""
+            # As in the pictures below.
+            unit = f" in {figure['unit']}".replace("degC", "°C") if figure["unit"] else ""
             numbers = [figure["percentiles"].get(name) for name in ("p5", "p50", "p95")]
             cells = [text(figure["name"] + unit), *("" if number is None else f"{number:.6g}" for number in numbers)]
             worst = figure["worst"][:1]
@@ -170,7 +175,7 @@ def study(
     *,
     client: Union[Client, str, None] = None,
     fmus: Union[Path, None] = None,
-    expect: Sequence[str] = (),
+    expect: Union[str, Sequence[str]] = (),
     curves: Sequence[int] = (),
     limit: float = 300.0,
     resume: bool = False,
@@ -185,7 +190,8 @@ def study(
     - `client`: where the runs are made. A Dask `Client`; the address of a scheduler; or None for a cluster of this
       machine's cores, which is closed at the end.
     - `fmus`: the folder of the loop's FMUs; by default, that of the loop's description.
-    - `expect`: what is expected of the runs, such as "overshoot < 10 %"; `StudyResult.unmet` lists those that are not met.
+    - `expect`: what is expected of the runs, such as "overshoot < 10 %", or several of these; `StudyResult.unmet` lists those
+      that are not met.
     - `curves`: the runs whose signals over time are wanted, too.
     - `limit`: how long one run may take, in seconds (0.1 to 1e6); then its FMU hangs.
     - `resume`: goes on with what is in `out` of an earlier call that was interrupted. Runs of a finished study are not made
@@ -196,8 +202,13 @@ def study(
     The cluster needs this package, the program with it, in the same version everywhere. A worker that dies costs only
     time: Dask has another one make its runs. Where the call ends early, what is done is kept in `out`.
 
-    Raises StudyError, CommandNotFoundError if the command `plcfmu` is not there, and ModuleNotFoundError if Dask is not.
+    Raises StudyError, ValueError for another format, CommandNotFoundError if the command `plcfmu` is not there, and
+    ModuleNotFoundError if Dask is not.
     """
+    # Before anything runs: the command is asked for the format at the end only.
+    if format not in ("parquet", "csv"):
+        raise ValueError(f"format={format!r}: there are parquet and csv")
+    expectations = [expect] if isinstance(expect, str) else list(expect)
     try:
         from . import workers
     except ModuleNotFoundError as error:
@@ -208,7 +219,7 @@ def study(
             name=error.name,
         ) from error
     program = command()
-    given = ["study", str(path), f"--time-limit={limit}", *(f"--expect={text}" for text in expect)]
+    given = ["study", str(path), f"--time-limit={limit}", *(f"--expect={text}" for text in expectations)]
     if fmus is not None:
         given.append(f"--fmus={fmus}")
     if curves:

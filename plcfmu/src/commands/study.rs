@@ -183,6 +183,11 @@ pub fn run(options: &Options) -> Result<()> {
         options.format.file(&out).display(),
         out.join("summary.html").display()
     ))?;
+    for run in options.curves.iter().collect::<BTreeSet<_>>() {
+        if curves.iter().any(|(of, _)| of == run) {
+            print(&format!("{}\n", curve_file(&out, *run).display()))?;
+        }
+    }
     if let Some(printed) = pool.printed() {
         tell::warning(&shown(&printed, LONGEST_PRINTED));
     }
@@ -381,13 +386,17 @@ fn curves(
             again.compare(run, &figures)?;
         }
         if is_named {
-            let file = out.join("curves").join(format!("run_{run}.csv"));
-            temporary::place(&file, |to| Ok(recording.write_csv(to)?), |_| Ok(()))?;
+            temporary::place(&curve_file(out, run), |to| Ok(recording.write_csv(to)?), |_| Ok(()))?;
             recording = drawn(recording);
         }
         curves.push((run, recording));
     }
     Ok(curves)
+}
+
+/// The file with the curves of a run.
+fn curve_file(out: &Path, run: u64) -> PathBuf {
+    out.join("curves").join(format!("run_{run}.csv"))
 }
 
 /// All runs are made: an interruption leaves them to `--resume`.
@@ -446,7 +455,9 @@ impl Again<'_> {
 fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
     // The table of an older study, not any file of this name.
     let has_older = out.join("summary.json").is_file();
-    study::clear(&out.join("pictures"), report::is_picture)?;
+    if let Err(error) = study::clear(&out.join("pictures"), report::is_picture) {
+        tell::warning(&format!("older pictures stay: {error:#}"));
+    }
     for problem in report::write(out, report)? {
         tell::warning(&problem);
     }

@@ -16,6 +16,21 @@ fn whole_numbers_of_a_uniform_distribution_are_equally_likely() {
 }
 
 #[test]
+fn whole_numbers_stay_within_the_bounds_of_their_distribution() {
+    let normal = Along::Normal { mean: 1.4, deviation: 0.5, min: Some(0.6), max: Some(2.4) };
+    let triangular = Along::Triangular { min: 0.9, mode: 1.0, max: 2.9 };
+    for along in [normal, triangular] {
+        let of = Distribution::of(&along).unwrap();
+        let ends = [1e-9, 1.0 - 1e-9].map(|probability| of.quantile_of(probability, true));
+        // 2.9 would be rounded to 3.
+        assert_eq!(ends, [1.0, 2.0], "{along:?}");
+    }
+    // 0.3 would be rounded to 0, which is below the bound.
+    let above = Distribution::of(&Along::Normal { mean: 0.3, deviation: 0.1, min: Some(0.2), max: None }).unwrap();
+    assert_eq!(above.quantile_of(0.5, true), 1.0);
+}
+
+#[test]
 fn the_normal_quantiles_are_those_in_print() {
     // The first three are the test values of AS 241; the others are in every table.
     let printed = [

@@ -1,6 +1,7 @@
 use super::*;
 use crate::Study;
 use crate::junit;
+use crate::ran::{RanFmu, Set};
 use crate::results::Row;
 use serde_json::{Value as Json, json};
 use std::fs;
@@ -39,8 +40,9 @@ impl Sample {
         let axis = |variable: &str, along: Along| Axis { variables: vec![variable.into()], along, ..Axis::default() };
         let axes = vec![
             axis("HEATER.GAIN", Along::Normal { mean: 2.5, deviation: 1.0, min: Some(1.0), max: None }),
-            axis("PID.TI", Along::Uniform { min: 5.0, max: 45.0 }),
+            Axis { whole: true, ..axis("PID.TI", Along::Uniform { min: 5.0, max: 45.0 }) },
         ];
+        let correlations = vec![Correlation { variables: ["HEATER.GAIN".into(), "PID.TI".into()], rank: 0.5 }];
         let coordinates = vec![quantity("HEATER.GAIN", "K/%"), quantity("PID.TI", "s")];
         let mut results = Results::new(coordinates, vec![quantity("overshoot", "%"), quantity("iae", "degC s")]);
         let error = Some("HEATER: it <broke>\u{1b}".to_string());
@@ -55,7 +57,7 @@ impl Sample {
             (expectation, verdict)
         };
         Sample {
-            job: Job { study: Study { axes, samples: 4, seed: 7, ..Study::default() }, ..Job::default() },
+            job: Job { study: Study { axes, correlations, samples: 4, seed: 7, ..Study::default() }, ..Job::default() },
             table: Table { file: "runs.csv".into(), sha256: "4567".into() },
             signals: Signals {
                 setpoint: Some("PID.SP".into()),
@@ -75,8 +77,10 @@ impl Sample {
                     name: "HEATER".into(),
                     model: "HEATER".into(),
                     version: Some("1.2".into()),
+                    tool: Some("Modeller 3".into()),
                     sha256: "89ab".into(),
                 }],
+                folder: Some("../fmu".into()),
                 settings: vec![set("PID.GAIN", "2", None)],
                 events: vec![set("PID.SP", "60", Some(10.0))],
                 connections: vec![("PID.LMN".into(), "HEATER.POWER".into())],
@@ -151,12 +155,19 @@ met: p50(iae) < 1000
 #[test]
 fn runs_without_a_figure_are_counted_and_named() {
     let mut results = Results::new(Vec::new(), vec![quantity("settling", "s")]);
-    for value in [1.0, f64::NAN, 3.0, f64::NAN, f64::NAN, f64::NAN] {
+    for value in [1.0, f64::NAN, 3.0, f64::NAN, f64::NAN, f64::NAN, f64::INFINITY] {
         results.push(&[], &Row { figures: vec![value], error: None }).unwrap();
     }
     let summary = Summary::of(&results, MOST_RUNS).unwrap();
-    let sentence = absent_text(&summary, &summary.figures[0]).unwrap();
-    assert_eq!(sentence, "4 runs have no settling: runs 1, 3, 4 and 1 more");
+    let sample = Sample::new(&[]);
+    let report = Report { results: &results, summary: &summary, ..sample.report() };
+    assert_eq!(
+        absent_texts(&report, 0).unwrap(),
+        [
+            "4 runs have no settling: runs 1, 3, 4 and 1 more",
+            "1 run has an infinite settling, which does not count: run 6"
+        ]
+    );
 }
 
 #[test]
@@ -175,6 +186,36 @@ fn the_summary_for_programs_has_settings_by_name() {
     assert_eq!(expectation["runs"][0], json!({"run": 3, "reason": "overshoot is 12 %", "settings": settings}));
     assert_eq!((&summary["loop"], &summary["fmus"][0]["sha256"]), (&json!("furnace.toml"), &json!("89ab")));
     assert_eq!(summary["axes"][1]["along"]["uniform"]["max"], 45.0);
+    assert_eq!(summary["correlations"], json!([{"variables": ["HEATER.GAIN", "PID.TI"], "rank": 0.5}]));
+}
+
+#[test]
+fn an_fmu_that_says_no_version_leaves_no_empty_column() {
+    let mut sample = Sample::new(&[]);
+    (sample.ran.fmus[0].version, sample.ran.fmus[0].tool) = (None, None);
+    let page = html(&sample.report(), &[]).unwrap();
+    assert!(page.contains("<td>HEATER</td><td>HEATER</td><td>89ab</td>") && !page.contains("Version"), "{page}");
+}
+
+#[test]
+fn numbers_have_the_digits_of_their_spread_and_an_interval_those_of_its_width() {
+    let mut results = Results::new(vec![quantity("P.A", "")], vec![quantity("travel", "%")]);
+    for run in 0..100 {
+        // From 144 to 153.9; the interval of the median is from the 40th to the 61st value.
+        results
+            .push(&[f64::from(run)], &Row { figures: vec![144.0 + f64::from(run) / 10.0 + 0.01234], error: None })
+            .unwrap();
+    }
+    let summary = Summary::of(&results, 3).unwrap();
+    let mut sample = Sample::new(&[]);
+    sample.job.study.correlations.clear();
+    let report = Report { results: &results, summary: &summary, main: Some(0), curves: &[], ..sample.report() };
+    assert_eq!(intervals(&report)[0].1[1], "147.91 to 150.01");
+    let lines = text(&report).unwrap();
+    assert_eq!(number(&summary.figures[0], 150.0), "150");
+    let narrow = Distribution { min: Some(179.9961), max: Some(179.9972), ..Distribution::default() };
+    assert_eq!(number(&narrow, 179.99648), "179.996");
+    assert!(lines.contains("travel in %  144.5     149  153.4  153.9   99"), "{lines}");
 }
 
 #[test]
@@ -190,17 +231,21 @@ fn the_page_shows_everything_and_loads_nothing() {
         "HEATER: it &lt;broke&gt;\u{fffd}",
         "normal, mean 2.5, deviation 1, not below 1",
         "4 samples at random, seed 7.",
-        "iae is 300 °C s in the worst run, 200 °C s in the median run, 100 °C s in the best run",
+        "iae is 300 °C s (worst), 200 °C s (median), 100 °C s (best); 1 of 4 runs have none",
         "iae rises with HEATER.GAIN (0.50) and PID.TI (0.50)",
         "overshoot of 3 runs: 4 to 12 %",
         ">overshoot &lt; 10 %</text>",
         "furnace.toml, from 0 s to 3600 s in steps of 1 s",
         "PID.LMN → HEATER.POWER",
-        "PID.GAIN = 2 degC",
-        "at 10 s: PID.SP = 60 degC",
-        "<td>HEATER</td><td>1.2</td><td>89ab</td>",
-        "plcfmu 9.8.7 gives the same bytes with: <code>plcfmu study furnace &lt;A&gt;.toml --expect",
-        "furnace &lt;A&gt;.toml --resume --curves 1</code>",
+        "PID.GAIN = 2 °C",
+        "at 10 s: PID.SP = 60 °C",
+        "<a href=\"#figure-1\">iae in °C s</a>",
+        "<td>HEATER</td><td>1.2, Modeller 3</td><td>89ab</td>",
+        "gives the same bytes, in the folder of furnace &lt;A&gt;.toml, with: <code>plcfmu study &#39;furnace &lt;A&gt;.toml&#39; --fmus ../fmu \
+         --format csv --expect",
+        "furnace &lt;A&gt;.toml&#39; --fmus ../fmu --format csv --resume --curves 1</code>",
+        "uniform from 5 to 45, whole numbers",
+        "<p>Rank correlations: HEATER.GAIN and PID.TI 0.5.</p>",
     ] {
         assert!(page.contains(text), "{text}");
     }
@@ -223,4 +268,18 @@ fn a_report_is_a_page_a_file_for_programs_and_pictures() {
         assert!(fs::metadata(folder.path().join(name)).unwrap().len() > 500, "{name}");
     }
     junit::write(&folder.path().join("junit.xml"), &sample.report()).unwrap();
+}
+
+#[test]
+fn pictures_that_cannot_be_written_cost_nothing_but_themselves() {
+    let folder = tempfile::tempdir().unwrap();
+    // A file is in the place of their folder.
+    fs::write(folder.path().join("pictures"), "").unwrap();
+    let problems = write(folder.path(), &Sample::new(&[]).report()).unwrap();
+    // Curves, the scatter plot and two histograms, each as SVG and PNG.
+    assert_eq!(problems.len(), 8, "{problems:?}");
+    assert!(problems[0].contains("curves.svg cannot be written: "), "{}", problems[0]);
+    for name in ["summary.json", "summary.html"] {
+        assert!(fs::metadata(folder.path().join(name)).unwrap().len() > 500, "{name}");
+    }
 }
