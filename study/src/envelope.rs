@@ -46,7 +46,7 @@ impl Envelope {
     ) -> Result<Option<Envelope>> {
         let runs: Vec<u64> = chosen(experiment.count()).into_iter().filter(|run| !is_failed(*run)).collect();
         let times = experiment.trace_times();
-        if (runs.len() as u64) < *RUNS.start() || times.is_empty() {
+        if (runs.len() as u64) < *RUNS.start() {
             return Ok(None);
         }
         let mut traces = Vec::new();
@@ -57,7 +57,8 @@ impl Envelope {
             }
             Ok(())
         })?;
-        Ok(Envelope::of_traces(times, &traces))
+        // Without a process value there is nothing to draw, but the figures are compared.
+        Ok(if times.is_empty() { None } else { Envelope::of_traces(times, &traces) })
     }
 
     /// That of curves with a value at each time.
