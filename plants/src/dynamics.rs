@@ -164,16 +164,21 @@ impl Lags {
         [first, second]: [LReal; 2],
         seconds: LReal,
     ) -> [LReal; 2] {
+        let is_time = seconds > 0.0;
+        // In a lane it is computed in any case, and left: a vector cannot stop.
+        if !is_time && !self.ways.is_in_lane() {
+            return values;
+        }
         let ways =
             self.ways.of([first, second, seconds], |[first, second, seconds]| Ways::of([first, second], seconds));
         let after = ways.from(values, target);
-        if seconds > 0.0 { after } else { values }
+        if is_time { after } else { values }
     }
 
     /// Whether such a [`step`](Lags::step) computes nothing that it keeps.
     #[inline(always)]
     pub fn are_steady(&self, [first, second]: [LReal; 2], seconds: LReal) -> bool {
-        self.ways.get([first, second, seconds]).1
+        (seconds <= 0.0) | seconds.is_nan() | self.ways.get([first, second, seconds]).1
     }
 }
 

@@ -99,17 +99,16 @@ impl Delay {
         let back = self.back.of(self.numbers(delay, cycle), of);
         let out = match &mut self.ends {
             None => {
-                let out = self.out(back);
+                let now = self.next as usize;
                 self.put_in(input);
-                out
+                back.places(now, self.line.len()).map(|place| self.line[place])
             }
             Some(ends) => {
                 ends.input = input;
-                ends.out
+                ends.out.map(|out| out.unwrap_or(input))
             }
         };
-        let part = |part: usize| (back.durations[part], out[part].unwrap_or(input));
-        [part(0), part(1)]
+        [(back.durations[0], out[0]), (back.durations[1], out[1])]
     }
 
     /// The durations of such a [`step`](Delay::step), and whether it computes nothing that it keeps.
@@ -133,12 +132,8 @@ impl Delay {
     /// What comes out in either part of the cycle; none if that is what goes in.
     #[inline]
     fn out(&self, back: Back) -> [Option<LReal>; 2] {
-        let (now, length) = (self.next as usize, self.line.len());
-        // A delay of the whole line has no part that reaches further back: `cycles + 1` then goes round, for no time.
-        [back.cycles + 1, back.cycles].map(|back| {
-            let place = if back > now { now + length - back } else { now - back };
-            (place != now).then(|| self.line[place])
-        })
+        let now = self.next as usize;
+        back.places(now, self.line.len()).map(|place| (place != now).then(|| self.line[place]))
     }
 
     /// Puts a value into the line.
@@ -151,6 +146,13 @@ impl Delay {
 }
 
 impl Back {
+    /// Where in a line the output of either part of the cycle is, if the input of this cycle is at `now`.
+    #[inline(always)]
+    fn places(self, now: usize, length: usize) -> [usize; 2] {
+        // A delay of the whole line has no part that reaches further back: `cycles + 1` then goes round, for no time.
+        [self.cycles + 1, self.cycles].map(|back| if back > now { now + length - back } else { now - back })
+    }
+
     /// Of a delay in seconds, at most `longest` cycles.
     fn of(delay: LReal, cycle: Time, longest: LReal) -> Back {
         let whole_cycle = seconds(cycle);

@@ -32,13 +32,16 @@ impl<const N: usize, T: Copy> Kept<N, T> {
     /// kept value always with the same.
     #[inline(always)]
     pub fn of(&mut self, numbers: [LReal; N], compute: fn([LReal; N]) -> T) -> T {
-        if self.is_sure || self.is_of(numbers) { self.value } else { self.compute(numbers, compute) }
+        let is_kept = self.is_sure || self.is_there && (0..N).all(|place| self.is_same(place, numbers));
+        if is_kept { self.value } else { self.compute(numbers, compute) }
     }
 
     /// The value that is kept, and whether it is the one for these numbers.
     #[inline(always)]
     pub fn get(&self, numbers: [LReal; N]) -> (T, bool) {
-        (self.value, self.is_of(numbers))
+        // All of them, whatever the first ones are, is what a vector can do.
+        let is_of = (0..N).fold(self.is_there, |is_of, place| is_of & self.is_same(place, numbers));
+        (self.value, is_of)
     }
 
     /// The value for the last numbers, if there were any.
@@ -47,12 +50,16 @@ impl<const N: usize, T: Copy> Kept<N, T> {
         self.is_there.then_some(self.value)
     }
 
+    /// Whether it stands in a lane.
     #[inline(always)]
-    fn is_of(&self, numbers: [LReal; N]) -> bool {
-        // By their bits, NaN is equal to itself, and -0 differs from 0. All of them, whatever the first ones are, is what a vector can do.
-        let is_other =
-            |is_other: bool, place: usize| is_other | (self.from[place].to_bits() != numbers[place].to_bits());
-        self.is_there & !(0..N).fold(false, is_other)
+    pub(super) fn is_in_lane(&self) -> bool {
+        self.is_sure
+    }
+
+    #[inline(always)]
+    fn is_same(&self, place: usize, numbers: [LReal; N]) -> bool {
+        // By their bits, NaN is equal to itself, and -0 differs from 0.
+        self.from[place].to_bits() == numbers[place].to_bits()
     }
 
     #[cold]
