@@ -266,8 +266,8 @@ impl<B: Cyclic> Reset for Instance<B> {
     }
 }
 
-/// Makes an ordinary step, compiled once for each set of vector instructions that processors have: the same operations, so the same
-/// bits.
+/// Makes an ordinary step. It is compiled for each of these sets of vector instructions, and for none of them; the first that the
+/// processor has is called. The operations are the same (nothing is fused), so the bits are.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn make_ordinary_step<B: Cyclic>(instances: &mut abreast::Abreast<'_, B>, time: f64, size: f64) -> bool {
     instances.make_ordinary_step(time, size)

@@ -5,8 +5,9 @@
 //! stands, for one block after the other; a processor adds, multiplies and divides the numbers of a vector register as it does
 //! single ones (IEEE 754), so the bits are the same.
 //!
-//! The compiler can do so where the call of a block is steady ([`Law::is_steady`](crate::Law::is_steady)): a computation with conditions,
-//! without loops over memory and without functions that are not compiled into it. Other calls are made one by one.
+//! The compiler can do so if the law is a computation with conditions, without loops over memory and with all functions inlined. A call
+//! that does more now and then, such as computing an exponential again after a setting has changed, says so beforehand
+//! ([`Law::is_steady`](crate::Law::is_steady)), and is made by itself.
 
 use crate::table::{Time, Word};
 use std::array::from_fn;

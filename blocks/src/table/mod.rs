@@ -100,8 +100,9 @@ pub trait Law {
     /// One call, as a cyclic interrupt makes it: reads inputs and parameters, writes outputs and memory.
     fn call(&mut self);
 
-    /// Whether the next call is one that a compiler can make for several blocks at once, see [`abreast`]: it does not restart,
-    /// and does not compute again what follows from settings. Only for blocks with a `memory ... in lanes`.
+    /// Whether the next call is one that the compiler can make for several blocks at once, see [`abreast`]: it computes nothing
+    /// again that it keeps. Asked in a lane only. There [`call`](Law::call) runs whatever this says, and what it has made of a block
+    /// that is not steady is thrown away: it must not panic.
     fn is_steady(&self) -> bool {
         true
     }
