@@ -27,7 +27,7 @@ impl<C: Component> Run<C> {
     /// step by step.
     ///
     /// # Errors
-    /// [`Refused`]. A run that is made alone says what is refused.
+    /// An input was refused in a step. A run that is made alone says which.
     pub fn steps_abreast(
         runs: &mut [Run<C>],
         plan: &Plan,
