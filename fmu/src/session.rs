@@ -124,7 +124,9 @@ impl<B: Cyclic> Session<B> {
         Ok(())
     }
 
-    #[inline(always)]
+    // The page of the parameter tool is small rather than fast: there, each law is compiled once.
+    #[cfg_attr(target_family = "wasm", inline(never))]
+    #[cfg_attr(not(target_family = "wasm"), inline(always))]
     fn call(block: &mut B, mean: &mut Mean) {
         block.call();
         if B::HAS_MEAN {
