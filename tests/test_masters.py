@@ -249,7 +249,8 @@ def package(name, oldest):
 def closed_loop():
     """The program of tests/importers that runs a loop by a crate; built here, once, where `cargo xtask test` has not."""
     manifest = pathlib.Path(__file__).parent / "importers" / "Cargo.toml"
-    build = [os.environ.get("CARGO", "cargo"), "build", "--bin", "closed_loop", "--manifest-path", str(manifest)]
+    build = [os.environ.get("CARGO", "cargo"), "build", "--locked", "--bin", "closed_loop", "--manifest-path", str(manifest),
+             "--target-dir", str(manifest.parents[2] / "target")]
     run = subprocess.run([*build, "--message-format=json-render-diagnostics"], stdout=subprocess.PIPE,
                          env={**os.environ, **libclang()}, universal_newlines=True)
     assert run.returncode == 0, f"{' '.join(build)} failed; see its standard error"

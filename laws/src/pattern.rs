@@ -16,14 +16,7 @@ impl Body<'_, '_> {
         let mut arms = Vec::new();
         for (number, arm) in it.arms.iter().enumerate() {
             let is_last = number + 1 == it.arms.len();
-            let mut condition = self.matches(&arm.pat, &value)?;
-            if let Some((_, guard)) = &arm.guard {
-                let guard = self.condition(guard)?;
-                condition = Some(match condition {
-                    Some(condition) => and(condition, guard, at),
-                    None => guard,
-                });
-            }
+            let condition = self.matches(&arm.pat, &value)?;
             let (body, ()) = self.apart(|this| match (&*arm.body, to) {
                 (expr, Some(to)) => this.store(to, expr),
                 (syn::Expr::Block(block), None) => this.block(&block.block, None),
@@ -32,7 +25,7 @@ impl Body<'_, '_> {
                     None,
                 ),
             })?;
-            arms.push((if is_last && arm.guard.is_none() { None } else { condition }, body));
+            arms.push((if is_last && !matches!(arm.pat, Pat::Guard(_)) { None } else { condition }, body));
         }
         let mut otherwise: Vec<Statement> = Vec::new();
         for (condition, body) in arms.into_iter().rev() {
@@ -75,6 +68,14 @@ impl Body<'_, '_> {
                     };
                 }
                 Ok(all)
+            }
+            (Pat::Guard(it), _) => {
+                let pattern = self.matches(&it.pat, value)?;
+                let guard = self.condition(&it.guard)?;
+                Ok(Some(match pattern {
+                    Some(pattern) => and(pattern, guard, at),
+                    None => guard,
+                }))
             }
             (Pat::Or(it), _) => {
                 let mut any: Option<Expr> = None;

@@ -39,9 +39,9 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     heading("FMUs");
     pack::run(workspace, &pack::Options::default())?;
     heading("Rust tests");
-    // Every package, also one that somebody has added; but the importers need libclang.
+    // Every package, also one that somebody has added.
     let mut tests = workspace::cargo();
-    tests.args(["test", "--workspace", "--exclude", "importers"]).env("PLCFMU_LIBRARIES", libraries(workspace)?);
+    tests.args(["test", "--workspace"]).env("PLCFMU_LIBRARIES", libraries(workspace)?);
     run(tests.current_dir(&workspace.root))?;
     let libclang = libclang(&environment)?;
     heading("the parameter tool");
@@ -49,8 +49,8 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     page(workspace)?;
     heading("other importers in Rust");
     let mut importers = workspace::cargo();
-    importers.args(["test", "--manifest-path", "tests/importers/Cargo.toml"]).current_dir(&workspace.root);
-    run(importers.envs(libclang.clone()).envs(files.clone()))?;
+    importers.args(["test", "--locked", "--manifest-path", "tests/importers/Cargo.toml", "--target-dir"]).arg(&workspace.target);
+    run(importers.current_dir(&workspace.root).envs(libclang.clone()).envs(files.clone()))?;
     heading("Python tests");
     let mut pytest = environment.python();
     pytest.args(["-m", "pytest", "tests", "-nauto", "--dist=loadfile"]).args(&options.pytest);
