@@ -49,7 +49,9 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     page(workspace)?;
     heading("other importers in Rust");
     let mut importers = workspace::cargo();
-    importers.args(["test", "--locked", "--manifest-path", "tests/importers/Cargo.toml", "--target-dir"]).arg(&workspace.target);
+    importers.args(["test", "--locked", "--manifest-path", "tests/importers/Cargo.toml"]);
+    // What both workspaces depend on is compiled once.
+    importers.arg("--target-dir").arg(&workspace.target);
     run(importers.current_dir(&workspace.root).envs(libclang.clone()).envs(files.clone()))?;
     heading("Python tests");
     let mut pytest = environment.python();
