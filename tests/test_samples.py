@@ -94,7 +94,7 @@ def the_readme_holds(folder, shell):
         assert not run(loop._replace(text=f"{command} --out=loop.csv"), folder, shell)
         return [float(row["CONT_C.PV"]) for row in csv.DictReader((folder / "loop.csv").open())]
 
-    assert "with which this loop keeps swinging between 55 and 66 °C" in text
+    assert "with them this loop oscillates between 55 and 66 °C" in text
     swings = recorded(re.sub(r"--set CONT_C\.(GAIN|TI)=\S+ ", "", loop.text).replace("--stop 600", "--stop 3600"))[1800:]
     assert (round(min(swings)), round(max(swings))) == (55, 66)
     temperatures = recorded(loop.text)

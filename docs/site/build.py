@@ -115,16 +115,10 @@ class Site:
 
     def front(self, fmus):
         """The front page. Its texts are those of the documents, so that they stand in one place."""
-        readme, examples, guides = (
-            sections((ROOT / name).read_text("utf-8")) for name in ("README.md", "examples/README.md", "docs/import.md")
-        )
-
-        def of_readme(word):
-            """The section with this word in its heading."""
-            titles = [title for title in readme if word in title]
-            if len(titles) != 1:
-                raise SourceError(f"README.md has {len(titles)} headings with {word!r}: the front page shows the one")
-            return titles[0], self.html(readme[titles[0]], "README.md", "index.html")[0]
+        documents = ("README.md", "fmu/README.md", "examples/README.md", "docs/import.md")
+        readme, fmu, examples, guides = (sections((ROOT / name).read_text("utf-8")) for name in documents)
+        if "In short" not in fmu:
+            raise SourceError("fmu/README.md has no section 'In short': the front page shows it")
 
         # The tools, with links to their sections: those that were tried stand first.
         tools = re.search(r"(?:^\|.*\n)+", guides[""], re.MULTILINE)[0].replace("(#", "(import.md#")
@@ -133,8 +127,7 @@ class Site:
         page = {
             "intro": self.html(readme[""].split("\n\n")[1], "README.md", "index.html")[0],
             "picture": (alternative, self.link(picture, "README.md", "index.html")),
-            "promises": of_readme("promises"),
-            "surprises": of_readme("surprise"),
+            "promises": self.html(fmu["In short"], "fmu/README.md", "index.html")[0],
             "fmus": fmus,
             "loops": [
                 Loop(title, self.thumbnail(os.path.join("examples", found[2])), slug(title))
