@@ -2,11 +2,13 @@
 our FMUs on states and restart, and tells with file and line why it stops."""
 
 import json
+import os
 import pathlib
 import struct
 import subprocess
 import sys
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 
 import fmpy
 import fmpy.validation
@@ -552,3 +554,85 @@ def test_texts_are_strings_that_are_set_within_their_length_kept_in_states_and_r
     slave.reset()
     label.start()
     assert read("article", "text", "wide", "list[2]") == ["A-100", "", "", "two"]
+
+
+NAMES = """
+FUNCTION_BLOCK "V1.0"
+   VAR_INPUT
+      "a.b" : Real;
+      "Größe [m]" { ExternalVisible := 'False'} : Real;
+      Füllstand : Array[-1..0] of Real;
+   END_VAR
+   VAR_OUTPUT
+      y { ExternalAccessible := 'False'} : Real;
+   END_VAR
+BEGIN
+    #y := #"a.b" + 10.0 * #"Größe [m]" + 100.0 * #Füllstand[0];
+END_FUNCTION_BLOCK
+"""
+
+
+@pytest.mark.parametrize("options", [(), ("--native",)])
+def test_names_that_are_no_identifiers_are_set_and_read_by_name(build, options):
+    done, folder = build(NAMES, "--cycle=100ms", *options)
+    assert done.returncode == 0, done.stderr
+    fmu = folder / "V1_0.fmu"
+    assert fmpy.validation.validate_fmu(str(fmu)) == []
+    start = {"'a.b'": 1.0, "'Größe [m]'": 2.0, "Füllstand[0]": 3.0}
+    result = fmpy.simulate_fmu(str(fmu), start_values=start, stop_time=0.1)
+    assert result["y"][-1] == 1.0 + 20.0 + 300.0
+
+
+def test_a_program_that_stops_with_its_start_values_is_packed_with_a_note(build, command):
+    source = """FUNCTION_BLOCK "Recipe" VAR_INPUT number : Int; END_VAR VAR_OUTPUT y : Real; END_VAR
+        VAR recipes : Array[1..5] of Real := [5(2.5)]; END_VAR
+        BEGIN
+          #y := #recipes[#number];
+        END_FUNCTION_BLOCK"""
+    done, folder = build(source, "--cycle=100ms")
+    assert done.returncode == 0, done.stderr
+    note = "with its start values the program stops: machine.scl:4: index 0 is outside of 1..5"
+    assert note in done.stderr
+    checked = subprocess.run([command, "check", folder / "machine.scl"], capture_output=True, text=True)
+    assert checked.returncode == 0 and note in checked.stdout
+    with zipfile.ZipFile(folder / "Recipe.fmu") as archive:
+        assert not any(name.startswith("extra/") for name in archive.namelist())
+        assert "Not recorded: with its start values the program stops." in archive.read("documentation/index.html").decode()
+    result = fmpy.simulate_fmu(str(folder / "Recipe.fmu"), start_values={"number": 2}, stop_time=0.1)
+    assert result["y"][-1] == 2.5
+
+
+def committed():
+    """Every source in SCL of the repository, with a name."""
+    scl = CASES.parent
+    for file in sorted(CASES.glob("*.json")):
+        content = json.loads(file.read_text(encoding="utf-8"))
+        for number, case in enumerate(content.get("cases", [content])):
+            yield f"{file.stem}_{number}", case["scl"].encode()
+    for file in sorted([*scl.glob("tia/*.scl"), *scl.glob("data/*.scl"), *pathlib.Path(__file__).parent.glob("programs/*.scl")]):
+        yield file.stem, file.read_bytes()
+
+
+def test_check_and_build_say_the_same_of_every_source(command, tmp_path):
+    def both(named):
+        name, content = named
+        file = tmp_path / f"{name}.scl"
+        file.write_bytes(content)
+        checked, built = (
+            subprocess.run([command, *arguments], env=host.environment(), cwd=tmp_path, capture_output=True, text=True)
+            for arguments in (["check", file], ["build", file, "--cycle=100ms"])
+        )
+        return name, checked, built
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        told = list(pool.map(both, committed()))
+    assert len(told) > 250 and {built.returncode for _, _, built in told} == {0, 1}
+    for name, checked, built in told:
+        choice = built.stderr.removeprefix("error: ").strip()
+        if checked.returncode == 0 and built.returncode == 1 and choice.startswith(("several blocks", "the sources have no block")):
+            # A library of blocks is right as it is; which of them is run is a matter of `build`.
+            assert f"build: {choice}" in checked.stdout, name
+            continue
+        assert checked.returncode == built.returncode, (name, checked.stdout + checked.stderr, built.stderr)
+        if checked.returncode == 1:
+            assert checked.stdout.strip() in built.stderr, name

@@ -21,7 +21,7 @@ pub struct Compiled {
     pub root: Option<Root>,
     /// What could be run instead: the organization blocks, and the function blocks that no other block calls.
     pub candidates: Vec<String>,
-    /// The variables that all blocks see: tags and the members of data blocks, by their paths in the memory.
+    /// The variables that all blocks see: tags and the members of data blocks, by their names.
     pub globals: Vec<crate::interface::Variable>,
     /// What the author should know.
     pub warnings: Vec<Problems>,
@@ -53,15 +53,9 @@ pub fn compile(sources: &[Source], options: &Options) -> Result<Compiled, Vec<Pr
     let mut compiler = Compiler::new(&all, &trees, cpu, options, report);
     compiler.run();
     let (root, candidates) = (compiler.root(), compiler.candidates());
-    let mut globals = crate::interface::globals(&compiler);
-    if let Some(root) = root.as_ref().filter(|root| !root.instance.is_empty()) {
-        let is_own = |name: &str| {
-            name.split(['.', '['])
-                .next()
-                .is_some_and(|first| crate::syntax::key(first) == crate::syntax::key(&root.instance))
-        };
-        globals.retain(|variable| !is_own(&variable.name));
-    }
+    let instance = root.as_ref().map_or("", |root| root.instance.as_str());
+    let globals = crate::interface::globals(&compiler, instance);
+    let globals = compiler.told(globals, Span::default()).unwrap_or_default();
     compiler.tell_undeclared();
     let Compiler { report, mut program, .. } = compiler;
     program.files = all.iter().map(|source| source.file.clone()).collect();

@@ -207,6 +207,8 @@ pub struct Global {
     pub member: usize,
     /// Its type.
     pub of: Type,
+    /// The structured in-out parameter of the block that is run for which it stands.
+    pub parameter: Option<String>,
 }
 
 impl Global {

@@ -589,7 +589,7 @@ impl Compiler<'_> {
     pub fn add_global(&mut self, name: &str, of: Type) -> Global {
         let lowered = self.lowered(&of);
         let member = self.program.extend_record(self.program.memory, name, lowered);
-        let global = Global { member, of };
+        let global = Global { member, of, parameter: None };
         self.globals.insert(key(name), State::Known(global.clone()));
         global
     }

@@ -1,11 +1,12 @@
 //! What an FMU shows of a program.
 
-use crate::compiler::{Compiler, Global, Slot, State};
+use crate::compiler::{Compiler, Global, Interface, Slot, State};
 use crate::program::walk::{self, Look};
-use crate::program::{self, Argument, Base, Body, Call, Place, Program, Scalar, Statement, Step, What};
+use crate::program::{self, Argument, Base, Body, Call, Place, Program, Statement, Step, What};
 use crate::syntax::{SectionKind, key};
 use crate::types::{Elementary, Type};
-use std::collections::BTreeSet;
+use std::collections::HashSet;
+use std::ops::Range;
 
 /// What a variable is for the one who uses the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,14 +26,19 @@ pub enum Role {
 /// A variable of a program: a number, or a text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable {
-    /// Its name as it is written, with the members and indices that lead to it: `par.levelFull`, `feedback[1]`.
+    /// Its name with the members and indices that lead to it, in FMI's structured convention: `par.levelFull`, `feedback[1]`,
+    /// `'V1.0'.x`. A name of letters beyond ASCII stands without apostrophes.
     pub name: String,
     /// The name of its type: REAL, for example.
     pub of: &'static str,
-    /// What it is in the memory; `None` for a text.
-    pub scalar: Option<Scalar>,
+    /// What it is in the memory: a number or a text.
+    pub ty: program::Type,
+    /// Where it begins in the memory, in bytes.
+    pub offset: usize,
     /// What it is.
     pub role: Role,
+    /// Whether its author hides it (`ExternalVisible := 'False'`); never an input or an output.
+    pub is_hidden: bool,
     /// Whether its value survives a power failure.
     pub is_retained: bool,
     /// What its author says of it.
@@ -58,14 +64,20 @@ const MOST: usize = 100_000;
 /// A local array with more elements is inside: a buffer of samples is no signal that a host reads.
 const MOST_ELEMENTS: usize = 1000;
 
-/// What is found, with what bounds it.
-#[derive(Default)]
-struct Found {
-    variables: Vec<Variable>,
+/// What to do about a variable that is not shown.
+const COPY: &str = "give the block an output with what a host is to read of them";
+
+/// The variables of a block, or those that all blocks see.
+#[derive(Debug, Default)]
+pub struct Shown {
+    /// What is shown, in the order of declaration.
+    pub variables: Vec<Variable>,
+    /// What is not, and what to do.
+    pub notes: Vec<(String, &'static str)>,
     locals: usize,
 }
 
-impl Found {
+impl Shown {
     /// Whether there is room for one more. An interface may have one too many, which is told as an error.
     fn has_room(&self, role: Role) -> bool {
         match role {
@@ -74,9 +86,30 @@ impl Found {
         }
     }
 
-    fn push(&mut self, variable: Variable) {
-        self.locals += usize::from(variable.role == Role::Local);
-        self.variables.push(variable);
+    fn is_too_large(&self) -> bool {
+        self.variables.len() - self.locals > MOST
+    }
+}
+
+/// A variable on the way to its numbers and texts.
+#[derive(Clone, Copy)]
+struct Part<'a> {
+    name: &'a str,
+    of: &'a Type,
+    offset: usize,
+    role: Role,
+    is_hidden: bool,
+    is_retained: bool,
+    comment: &'a str,
+}
+
+/// A name as a part of a longer one: what is no identifier stands in apostrophes.
+pub fn part(name: &str) -> String {
+    let is_plain = name.starts_with(|c: char| c.is_alphabetic() || c == '_')
+        && name.chars().all(|c| c.is_alphanumeric() || c == '_');
+    match is_plain {
+        true => name.to_string(),
+        false => format!("'{}'", name.replace('\\', "\\\\").replace('\'', "\\'")),
     }
 }
 
@@ -101,14 +134,15 @@ pub fn comment(text: &str) -> Comment {
     comment
 }
 
-/// The variables of a block.
+/// The variables of a block whose instance begins at this place of the memory.
 ///
 /// # Errors
 /// Its interface has more variables than an FMU shows.
-pub fn variables(compiler: &Compiler, block: usize) -> Result<Vec<Variable>, String> {
-    let mut found = Found::default();
-    for member in &compiler.blocks[block].members {
-        let Slot::Member(_) = member.slot else { continue };
+pub fn variables(compiler: &Compiler, block: usize, offset: usize) -> Result<Shown, String> {
+    let mut found = Shown::default();
+    let Interface { members, record, name, .. } = &compiler.blocks[block];
+    for member in members {
+        let Slot::Member(number) = member.slot else { continue };
         let role = match member.section {
             SectionKind::Input if member.is_setting => Role::Parameter,
             SectionKind::Input => Role::Input,
@@ -117,93 +151,141 @@ pub fn variables(compiler: &Compiler, block: usize) -> Result<Vec<Variable>, Str
             _ if member.is_setting => Role::Parameter,
             _ => Role::Local,
         };
-        if !member.is_hidden {
-            add(compiler, &member.name, &member.of, role, member.is_retained, &member.comment, &mut found);
-        }
+        // The attribute says what a panel sees, and not what the block takes and gives.
+        let is_inside = !matches!(member.section, SectionKind::Input | SectionKind::Output | SectionKind::InOut);
+        let part = Part {
+            name: &part(&member.name),
+            of: &member.of,
+            offset: offset + compiler.program.records[*record].members[number].offset,
+            role,
+            is_hidden: is_inside && member.is_hidden,
+            is_retained: member.is_retained,
+            comment: &member.comment,
+        };
+        add(compiler, part, &mut found);
     }
-    if found.variables.len() - found.locals > MOST {
-        return Err(format!("{} has more than {MOST} inputs, outputs and settings", compiler.blocks[block].name));
+    if found.is_too_large() {
+        return Err(format!("{name} has more than {MOST} inputs, outputs and settings"));
     }
-    Ok(found.variables)
+    if found.locals == MOST {
+        found.notes.push((format!("{name} has more than {MOST} inner variables: those beyond are not shown"), COPY));
+    }
+    Ok(found)
 }
 
-fn add(compiler: &Compiler, name: &str, of: &Type, role: Role, is_retained: bool, text: &str, found: &mut Found) {
+fn add(compiler: &Compiler, part: Part, found: &mut Shown) {
+    let Part { name, of, offset, role, .. } = part;
     if !found.has_room(role) {
         return;
     }
-    let mut push = |of: &'static str, scalar: Option<Scalar>| {
-        found.push(Variable { name: name.to_string(), of, scalar, role, is_retained, comment: comment(text) });
+    let mut push = |of: &'static str, ty: program::Type| {
+        let Part { is_hidden, is_retained, .. } = part;
+        let (name, comment) = (name.to_string(), comment(part.comment));
+        found.locals += usize::from(role == Role::Local);
+        found.variables.push(Variable { name, of, ty, offset, role, is_hidden, is_retained, comment });
     };
     match of {
-        // Nanoseconds since 1970 or 1990 are more than a host's number has digits for.
-        Type::Elementary(Elementary::Ldt | Elementary::Dt) => {}
-        Type::Elementary(elementary) => push(elementary.name(), Some(elementary.scalar())),
-        Type::Text { wide: false, .. } => push("STRING", None),
-        Type::Text { wide: true, .. } => push("WSTRING", None),
+        Type::Elementary(elementary @ (Elementary::Ldt | Elementary::Dt)) => {
+            if role != Role::Local {
+                let of = elementary.name();
+                let message =
+                    format!("{name} is {of}, of which a number of FMI does not hold all digits: it is not shown");
+                found.notes.push((message, "use a DTL, whose members are shown"));
+            }
+        }
+        Type::Elementary(elementary) => push(elementary.name(), program::Type::Scalar(elementary.scalar())),
+        Type::Text { wide, capacity } => {
+            let (wide, capacity) = (*wide, *capacity);
+            push(if wide { "WSTRING" } else { "STRING" }, program::Type::Text { capacity, wide });
+        }
         Type::Array(array) if role == Role::Local && array.elements() > MOST_ELEMENTS => {}
         Type::Array(array) => {
+            let size = compiler.program.size(&compiler.lowered(&array.of));
             let mut index: Vec<i32> = array.bounds.iter().map(|(low, _)| *low).collect();
+            let mut offset = offset;
             loop {
                 let indices: Vec<String> = index.iter().map(i32::to_string).collect();
-                add(compiler, &format!("{name}[{}]", indices.join(",")), &array.of, role, is_retained, text, found);
+                let name = format!("{name}[{}]", indices.join(","));
+                add(compiler, Part { name: &name, of: &array.of, offset, ..part }, found);
+                offset += size;
                 if !found.has_room(role) || !next(&mut index, &array.bounds) {
                     return;
                 }
             }
         }
         Type::Structure(structure) => {
-            for field in structure.fields.iter().filter(|field| !field.is_hidden) {
-                let role = if role == Role::Local && field.is_setting { Role::Parameter } else { role };
-                let is_retained = is_retained || field.is_retained;
-                add(compiler, &format!("{name}.{}", field.name), &field.of, role, is_retained, &field.comment, found);
+            let members = &compiler.program.records[structure.record].members;
+            for (field, member) in structure.fields.iter().zip(members) {
+                let inner = Part {
+                    name: &format!("{name}.{}", self::part(&field.name)),
+                    of: &field.of,
+                    offset: offset + member.offset,
+                    role: if role == Role::Local && field.is_setting { Role::Parameter } else { role },
+                    is_hidden: part.is_hidden || field.is_hidden && role == Role::Local,
+                    is_retained: part.is_retained || field.is_retained,
+                    comment: &field.comment,
+                };
+                add(compiler, inner, found);
             }
         }
         Type::Instance(block) => {
-            for inner in &compiler.blocks[*block].members {
-                if let (Slot::Member(_), false) = (inner.slot, inner.is_hidden) {
-                    add(
-                        compiler,
-                        &format!("{name}.{}", inner.name),
-                        &inner.of,
-                        Role::Local,
-                        is_retained || inner.is_retained,
-                        &inner.comment,
-                        found,
-                    );
-                }
+            let Interface { members, record, source, .. } = &compiler.blocks[*block];
+            for inner in members {
+                let Slot::Member(number) = inner.slot else { continue };
+                // The rows of a native block have names of several parts.
+                let last = if source.is_some() { self::part(&inner.name) } else { inner.name.clone() };
+                let inner = Part {
+                    name: &format!("{name}.{last}"),
+                    of: &inner.of,
+                    offset: offset + compiler.program.records[*record].members[number].offset,
+                    role: Role::Local,
+                    is_hidden: part.is_hidden || inner.is_hidden,
+                    is_retained: part.is_retained || inner.is_retained,
+                    comment: &inner.comment,
+                };
+                add(compiler, inner, found);
             }
         }
         Type::Open(..) | Type::Void | Type::Wrong => {}
     }
 }
 
-/// The variables that all blocks see: a tag that is only read is an input, another one an output; a member of a data block that
-/// is only read is a parameter, another one a local. What belongs to instances is local.
-pub fn globals(compiler: &Compiler) -> Vec<Variable> {
-    let mut written = Written { compiler, paths: BTreeSet::new() };
-    for function in &compiler.program.functions {
-        if let Body::Code(code) = &function.body {
-            walk::statements(code, &mut written);
-        }
-    }
-    let paths = written.paths;
+/// The variables that all blocks see, but for the instance that is run: a tag that is only read is an input, another one an output;
+/// a member of a data block that is only read is a parameter, another one a local. What belongs to instances is local.
+///
+/// # Errors
+/// There are more tags than an FMU shows.
+pub fn globals(compiler: &Compiler, instance: &str) -> Result<Shown, String> {
+    let written = written(compiler);
     let mut known: Vec<&Global> = compiler.globals.values().filter_map(State::known).collect();
-    known.sort_unstable_by_key(|global| global.member);
-    let mut found = Found::default();
+    // A parameter has its name before a data block.
+    known.sort_unstable_by_key(|global| (global.parameter.is_none(), global.member));
+    let tags: HashSet<String> = compiler.options.declared.iter().map(|(name, _)| key(name)).collect();
+    let mut found = Shown::default();
     for global in known {
-        let name = &compiler.program.records[compiler.program.memory].members[global.member].name;
-        let is_tag = compiler.options.declared.iter().any(|(declared, _)| key(declared) == key(name));
-        let first = found.variables.len();
-        add(compiler, name, &global.of, Role::Local, false, "", &mut found);
-        if matches!(global.of, Type::Instance(_)) {
+        let member = &compiler.program.records[compiler.program.memory].members[global.member];
+        let own = key(&member.name);
+        if own == key(instance) {
             continue;
         }
+        let is_instance = matches!(global.of, Type::Instance(_));
+        let is_tag = tags.contains(&own) && !is_instance;
+        let first = found.variables.len();
+        let part = Part {
+            name: &part(global.parameter.as_ref().unwrap_or(&member.name)),
+            of: &global.of,
+            offset: member.offset,
+            // Of tags and parameters nothing is left out.
+            role: if is_tag || global.parameter.is_some() { Role::InOut } else { Role::Local },
+            is_hidden: false,
+            is_retained: false,
+            comment: "",
+        };
+        add(compiler, part, &mut found);
         for variable in &mut found.variables[first..] {
-            let name = key(&variable.name);
-            let is_part = |path: &String| {
-                name.strip_prefix(path.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
-            };
-            variable.role = match (is_tag, paths.iter().any(is_part)) {
+            let is_written = written.contains(variable.offset);
+            variable.role = match (is_tag, is_written) {
+                _ if is_instance => Role::Local,
                 (true, false) => Role::Input,
                 (true, true) => Role::Output,
                 (false, false) => Role::Parameter,
@@ -211,18 +293,45 @@ pub fn globals(compiler: &Compiler) -> Vec<Variable> {
             };
         }
     }
-    found.variables
+    if found.is_too_large() {
+        return Err(format!("the program has more than {MOST} tags"));
+    }
+    if found.locals == MOST {
+        found.notes.push((format!("the data blocks have more than {MOST} members: those beyond are not shown"), COPY));
+    }
+    Ok(found)
 }
 
-/// The paths of what a program writes in its memory, in capitals, up to the first index.
+/// What a program writes in its memory, in bytes; of an array all elements.
 struct Written<'c, 'a> {
     compiler: &'c Compiler<'a>,
-    paths: BTreeSet<String>,
+    ranges: Vec<Range<usize>>,
+}
+
+fn written<'c, 'a>(compiler: &'c Compiler<'a>) -> Written<'c, 'a> {
+    let mut written = Written { compiler, ranges: Vec::new() };
+    for function in &compiler.program.functions {
+        if let Body::Code(code) = &function.body {
+            walk::statements(code, &mut written);
+        }
+    }
+    written.ranges.sort_unstable_by_key(|range| range.start);
+    let mut end = 0;
+    for range in &mut written.ranges {
+        end = end.max(range.end);
+        range.end = end;
+    }
+    written
 }
 
 impl Written<'_, '_> {
+    fn contains(&self, offset: usize) -> bool {
+        let before = self.ranges.partition_point(|range| range.start <= offset);
+        before.checked_sub(1).is_some_and(|last| offset < self.ranges[last].end)
+    }
+
     fn write(&mut self, place: &Place) {
-        self.paths.extend(path(&self.compiler.program, place));
+        self.ranges.extend(range(&self.compiler.program, place));
     }
 }
 
@@ -250,19 +359,18 @@ impl Look for Written<'_, '_> {
     }
 }
 
-fn path(program: &Program, place: &Place) -> Option<String> {
+fn range(program: &Program, place: &Place) -> Option<Range<usize>> {
     if place.base != Base::Memory {
         return None;
     }
-    let mut of = program::Type::Record(program.memory);
-    let mut names = Vec::new();
+    let mut of = &program::Type::Record(program.memory);
+    let mut start = 0;
     for step in &place.steps {
         let (Step::Member(number), program::Type::Record(record)) = (step, of) else { break };
-        let member = program.records[record].members.get(*number)?;
-        names.push(key(&member.name));
-        of = member.ty.clone();
+        let member = program.records[*record].members.get(*number)?;
+        (start, of) = (start + member.offset, &member.ty);
     }
-    Some(names.join("."))
+    Some(start..start + program.size(of))
 }
 
 /// The next index, the last one fastest.

@@ -1,6 +1,7 @@
 //! What is called in a cycle: one function block, or organization blocks and what else is named.
 
 use crate::compiler::{Compiler, Global, Interface, Parameter, Slot, State, Task};
+use crate::interface::{Shown, Variable};
 use crate::lexer::Span;
 use crate::program::{Argument, At, Binary, Body, Call, Expr, Function, Place, Scalar, Statement, Value, What};
 use crate::syntax::{BlockKind, key};
@@ -23,15 +24,8 @@ pub struct Root {
     pub block: String,
     /// Its instance: a member of the memory; empty if what is run is no single instance.
     pub instance: String,
-    /// The variables of the instance, by their paths in it.
-    pub variables: Vec<crate::interface::Variable>,
-}
-
-impl Root {
-    /// The path in the memory of a variable of the instance.
-    pub fn path(&self, variable: &str) -> String {
-        if self.instance.is_empty() { variable.to_string() } else { format!("{}.{variable}", self.instance) }
-    }
+    /// The variables of the instance, by their names in it.
+    pub variables: Vec<Variable>,
 }
 
 /// What a name stands for that is to be called.
@@ -70,19 +64,35 @@ impl Compiler<'_> {
         let startup = startup.and_then(|block| self.called(&[(Target::Function(block), 0)], "startup"));
         let cycle = self.called(&targets, "cycle")?;
         let (instance, variables) = match targets.as_slice() {
-            [(Target::Instance(name, of), _)] => match crate::interface::variables(self, *of) {
-                Ok(variables) => (name.clone(), variables),
-                Err(message) => {
-                    let help = "keep large arrays in the block or in a data block, and pass what is used of them";
-                    self.error(self.name_of(*of), message, Some(help));
-                    return None;
-                }
-            },
+            [(Target::Instance(name, of), _)] => {
+                let offset = self
+                    .globals
+                    .get(&key(name))
+                    .and_then(State::known)
+                    .map_or(0, |global| self.program.records[self.program.memory].members[global.member].offset);
+                let shown = crate::interface::variables(self, *of, offset);
+                (name.clone(), self.told(shown, self.name_of(*of))?)
+            }
             _ => (String::new(), Vec::new()),
         };
         let (Target::Instance(_, of) | Target::Function(of), _) = targets.first()?;
         let block = self.blocks[*of].name.clone();
         Some(Root { cycle, startup, block, instance, variables })
+    }
+
+    /// The variables that are shown; what is not, is told at this place.
+    pub fn told(&mut self, shown: Result<Shown, String>, span: Span) -> Option<Vec<Variable>> {
+        match shown {
+            Ok(shown) => {
+                shown.notes.into_iter().for_each(|(note, help)| self.warn(span, note, Some(help)));
+                Some(shown.variables)
+            }
+            Err(message) => {
+                let help = "keep large arrays in the block or in a data block, and pass what is used of them";
+                self.error(span, message, Some(help));
+                None
+            }
+        }
     }
 
     /// The names of what can be run, if it is not clear.
@@ -148,10 +158,15 @@ impl Compiler<'_> {
                 return None;
             }
             let is_free = !self.globals.contains_key(&key(&name)) && !self.names.contains_key(&key(&name));
+            let parameter = Some(name.clone());
             let name = if is_free { name } else { format!("{instance}_{name}") };
             let place = match self.globals.get(&key(&name)) {
                 Some(State::Known(global)) if global.of == ty => global.place(),
-                _ => self.add_global(&name, ty).place(),
+                _ => {
+                    let global = Global { parameter, ..self.add_global(&name, ty) };
+                    self.globals.insert(key(&name), State::Known(global.clone()));
+                    global.place()
+                }
             };
             if self.program.functions[function].locals[number].by_reference {
                 arguments.push(Argument::Reference(place));

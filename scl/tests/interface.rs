@@ -3,7 +3,7 @@
 use parameters::Source;
 use scl::interface::{Role, Variable};
 use scl::machine::{Code, Machine};
-use scl::program::Scalar;
+use scl::program::{Scalar, Type};
 use scl::{Options, compile};
 use std::sync::Arc;
 
@@ -65,7 +65,7 @@ fn each_number_of_a_block_has_a_name_a_type_and_a_role() {
     let root = compiled.root.unwrap();
     let variables = shown(&root.variables);
     assert_eq!(
-        variables[..10],
+        variables[..11],
         [
             ("level", "REAL", Role::Input),
             ("gain", "REAL", Role::Parameter),
@@ -76,21 +76,24 @@ fn each_number_of_a_block_has_a_name_a_type_and_a_role() {
             ("total", "DINT", Role::InOut),
             ("limits.high", "REAL", Role::Parameter),
             ("limits.low", "REAL", Role::Local),
+            ("secret", "INT", Role::Local),
             ("timer.IN", "BOOL", Role::Local),
         ]
     );
-    assert!(variables.iter().all(|(name, ..)| !["secret", "i", "TEN"].contains(name)));
+    assert!(variables.iter().all(|(name, ..)| !["i", "TEN"].contains(name)));
+    let hidden: Vec<&str> = root.variables.iter().filter(|of| of.is_hidden).map(|of| of.name.as_str()).collect();
+    assert_eq!(hidden, ["secret"]);
     let level = &root.variables[0].comment;
     assert_eq!((level.text.as_str(), level.unit.as_deref()), ("of the tank", Some("%")));
     assert_eq!((level.min, level.max), (Some(0.0), Some(100.0)));
     assert_eq!(root.variables[7].comment.unit.as_deref(), Some("bar"));
     assert!(root.variables[7].is_retained && !root.variables[0].is_retained);
     // Each has its place in the memory.
-    for variable in root.variables.iter().filter(|variable| variable.scalar.is_some()) {
+    for variable in &root.variables {
         let path = format!("{}.{}", root.instance, variable.name);
-        assert!(compiled.program.find(&path).is_some(), "{path}");
+        assert_eq!(compiled.program.find(&path), Some((variable.offset, variable.ty.clone())), "{path}");
     }
-    assert_eq!(root.variables[5].scalar, Some(Scalar::U16));
+    assert_eq!(root.variables[5].ty, Type::Scalar(Scalar::U16));
     assert_eq!(
         shown(&compiled.globals),
         [

@@ -24,11 +24,10 @@ fn run(name: &str, compiled: &Compiled) {
     let code = Code::compile(&compiled.program).unwrap_or_else(|error| panic!("{name}: {error}"));
     let Some(root) = &compiled.root else { return };
     let mut machine = Machine::new(Arc::new(code));
-    let own = root.variables.iter().map(|variable| root.path(&variable.name));
-    let paths = own.chain(compiled.globals.iter().map(|variable| variable.name.clone()));
-    let checks: Vec<(String, usize)> = paths
-        .filter(|path| path.ends_with(".fail"))
-        .map(|path| (path.clone(), compiled.program.find(&path).unwrap_or_else(|| panic!("{name}: {path}")).0))
+    let variables = root.variables.iter().chain(&compiled.globals);
+    let checks: Vec<_> = variables
+        .filter(|of| of.name == "fail" || of.name.ends_with(".fail"))
+        .map(|of| (&of.name, of.offset))
         .collect();
     for call in 0..if checks.is_empty() { 1 } else { CALLS } {
         machine.call(root.cycle, call * 100_000_000).unwrap_or_else(|stop| panic!("{name}: {stop}"));

@@ -383,7 +383,7 @@ fn refuse(wrong: Wrong, compiled: &mut Compiled) {
     };
     compiled.problems = match wrong {
         Wrong::Sources(problems) => findings(&problems, true),
-        Wrong::Choice(candidates) if candidates.len() > 1 => {
+        Wrong::Choice { blocks: candidates, .. } if candidates.len() > 1 => {
             let message = format!("several blocks are called by no other: {}", candidates.join(", "));
             compiled.candidates = candidates;
             vec![about_all(message, Some("choose the one that is run"))]

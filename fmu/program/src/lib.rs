@@ -78,8 +78,11 @@ impl Loaded {
             calls: manifest.calls.iter().map(|(name, period)| Task { name: name.clone(), period: *period }).collect(),
         };
         let compiled = compile(sources, &options).map_err(Wrong::Sources)?;
-        let root = compiled.root.as_ref().ok_or_else(|| Wrong::Choice(compiled.candidates.clone()))?;
         let code = Code::compile(&compiled.program)?;
+        let root = compiled.root.as_ref().ok_or_else(|| Wrong::Choice {
+            blocks: compiled.candidates.clone(),
+            warnings: compiled.warnings.clone(),
+        })?;
         let table::Shown { table, places, texts, own_cycle } = table::of(manifest, &compiled, root, is_unit)?;
         let in_outs = (0..places.len()).filter(|row| places[*row].held == Held::InOut).collect();
         let mut bytes = manifest.to_string().into_bytes();

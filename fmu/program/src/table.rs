@@ -7,7 +7,7 @@ use blocks::{Class, Kind, Response, Role, Row, Table, Text, TextType, Time, Valu
 use scl::interface::{self, Variable};
 use scl::program::{Scalar, Type};
 use scl::{Compiled, Root};
-use std::collections::BTreeSet;
+use std::collections::{HashMap, HashSet};
 
 /// Where the memory has a row.
 #[derive(Clone, Copy, Debug)]
@@ -101,43 +101,49 @@ pub fn of(manifest: &Manifest, compiled: &Compiled, root: &Root, is_unit: fn(&st
     let mut places: Vec<Place> = Vec::new();
     let mut texts: Vec<(Text, TextPlace)> = Vec::new();
     let mut own_cycle = None;
-    let variables = variables(compiled, root);
-    known(manifest, root, &variables)?;
-    let mut names = BTreeSet::new();
-    let program = &compiled.program;
-    for (variable, path) in &variables {
-        if let Some((offset, Type::Text { capacity: most, wide: is_wide })) = program.find(path) {
-            let place = TextPlace { offset, ty: TextType { most, is_wide } };
-            let start = place.read(&program.records[program.memory].start);
-            texts.push((
-                text(&unique(&mut names, &structured(&variable.name)), variable, manifest, place, &start)?,
-                place,
-            ));
-            continue;
+    let variables: Vec<&Variable> = root.variables.iter().chain(&compiled.globals).collect();
+    let chosen = chosen(manifest, root, &variables)?;
+    let variables = || variables.iter().enumerate().filter(|(at, of)| !of.is_hidden || chosen.contains_key(at));
+    let start = &compiled.program.records[compiled.program.memory].start;
+    // What is declared has its name before what is made of it: `x_out` may be declared beside an in-out parameter x.
+    let mut names = Names(HashSet::from([CYCLE.to_string()]));
+    let is_own_cycle = |of: &Variable, role: Role| {
+        of.name.eq_ignore_ascii_case(CYCLE) && kind(of.of) == Some(Kind::Time) && role.is_settable()
+    };
+    let mut named = Vec::new();
+    for (at, variable) in variables() {
+        let role = chosen.get(&at).copied().unwrap_or_else(|| role(variable.role));
+        if own_cycle.is_none() && is_own_cycle(variable, role) {
+            own_cycle = Some(variable.offset);
+        } else {
+            named.push((*variable, role, names.free(variable.name.clone())));
         }
-        let Some((ty, kind)) = variable.scalar.and_then(|ty| Some((ty, kind(variable.of)?))) else { continue };
-        let Some((offset, Type::Scalar(_))) = program.find(path) else { continue };
-        let role = role(manifest, variable);
-        if variable.name.eq_ignore_ascii_case(CYCLE) && kind == Kind::Time && role.is_settable() {
-            own_cycle = Some(offset);
-            continue;
-        }
-        let start = scl::program::Value::read(ty, &program.records[program.memory].start[offset..]).to_plc(kind);
+    }
+    for (variable, role, name) in named {
+        let offset = variable.offset;
+        let ty = match variable.ty {
+            Type::Scalar(ty) => ty,
+            Type::Text { capacity: most, wide: is_wide } => {
+                let place = TextPlace { offset, ty: TextType { most, is_wide } };
+                texts.push((text(&name, variable, role, place, &place.read(start))?, place));
+                continue;
+            }
+            _ => return Err(format!("{name} is neither a number nor a text")),
+        };
+        let kind = kind(variable.of).ok_or_else(|| format!("{name}: an FMU cannot show a {}", variable.of))?;
+        let value = scl::program::Value::read(ty, &start[offset..]).to_plc(kind);
         let is_written = matches!(variable.role, interface::Role::InOut | interface::Role::Local);
         let held = if is_written && role == Role::Input { Held::InOut } else { Held::Memory };
-        let name = |suffix| structured(&suffixed(&variable.name, suffix));
-        let first = unique(&mut names, &name(""));
-        let before = first.strip_suffix(&name("")).unwrap_or_default();
-        let mut add = |suffix, role, held| {
-            rows.push(row(&(before.to_string() + &name(suffix)), variable, kind, role, start, is_unit));
+        let mut add = |name: &str, role, held| {
+            rows.push(row(name, variable, kind, role, value, is_unit));
             places.push(Place { ty, offset, held });
         };
-        add("", role, held);
+        add(&name, role, held);
         if held == Held::InOut {
-            add("_out", Role::Output, Held::Memory);
+            add(&names.free(suffixed(&name, "_out")), Role::Output, Held::Memory);
         }
         if variable.is_retained && matches!(role, Role::Local | Role::Output) {
-            add("_start", Role::Fixed, Held::Start);
+            add(&names.free(suffixed(&name, "_start")), Role::Fixed, Held::Start);
         }
     }
     let cycle = rows.len();
@@ -170,19 +176,23 @@ pub fn of(manifest: &Manifest, compiled: &Compiled, root: &Root, is_unit: fn(&st
     Ok(Shown { table: Box::leak(Box::new(table)), places, texts: text_places, own_cycle })
 }
 
-/// The name that a variable gets: a tag may be called as a variable of the block.
-fn unique(names: &mut BTreeSet<String>, name: &str) -> String {
-    let mut unique = name.to_string();
-    while !names.insert(unique.clone()) {
-        unique.insert_str(0, "PLC.");
+/// The names that are taken.
+struct Names(HashSet<String>);
+
+impl Names {
+    /// The name that a variable gets: a tag may be called as a variable of the block.
+    fn free(&mut self, mut name: String) -> String {
+        while !self.0.insert(name.clone()) {
+            name.insert_str(0, "PLC.");
+        }
+        name
     }
-    unique
 }
 
 /// A text as a host sees it. An in-out text is a local: the host's value would not be the program's.
-fn text(name: &str, of: &Variable, manifest: &Manifest, place: TextPlace, start: &str) -> Result<Text, String> {
+fn text(name: &str, of: &Variable, role: Role, place: TextPlace, start: &str) -> Result<Text, String> {
     let is_written = matches!(of.role, interface::Role::InOut | interface::Role::Local);
-    let role = match role(manifest, of) {
+    let role = match role {
         Role::Input if of.role == interface::Role::Local => {
             return Err(format!(
                 "--input {}: the program may write this text, and a host cannot give it then; make it a VAR_INPUT",
@@ -197,40 +207,44 @@ fn text(name: &str, of: &Variable, manifest: &Manifest, place: TextPlace, start:
     Ok(Text { name: leaked(name), description: leaked(&of.comment.text), role, start: leaked(start), ty: place.ty })
 }
 
-/// The variables of a program, with their paths in the memory: those of its instance, then what all blocks see.
-fn variables<'a>(compiled: &'a Compiled, root: &'a Root) -> Vec<(&'a Variable, String)> {
-    let instance = &root.instance;
-    let of_instance = |variable: &&Variable| {
-        let first = variable.name.split('.').next().unwrap_or_default();
-        !instance.is_empty() && first.eq_ignore_ascii_case(instance)
-    };
-    let globals = compiled.globals.iter().filter(|variable| !of_instance(variable));
-    let globals = globals.map(|variable| (variable, variable.name.clone()));
-    root.variables.iter().map(|variable| (variable, root.path(&variable.name))).chain(globals).collect()
+/// A name as an option may have it: capitals and small letters alike, with quotes, apostrophes or without.
+fn spelled(name: &str) -> String {
+    name.replace(['"', '\''], "").to_uppercase()
 }
 
-/// Refuses names in the manifest that the program does not have.
-fn known(manifest: &Manifest, root: &Root, variables: &[(&Variable, String)]) -> Result<(), String> {
+/// The roles that the manifest gives to variables, by their numbers.
+///
+/// # Errors
+/// A name that the program does not have.
+fn chosen(manifest: &Manifest, root: &Root, variables: &[&Variable]) -> Result<HashMap<usize, Role>, String> {
     use interface::Role::{Input, Local, Parameter};
-    for (option, names, roles, what) in [
-        ("parameter", &manifest.parameters, &[Input][..], "an input"),
-        ("input", &manifest.inputs, &[Parameter, Local], "a setting or a local"),
-        ("output", &manifest.outputs, &[Local], "a local"),
+    let mut chosen = HashMap::new();
+    for (option, names, roles, what, role) in [
+        ("output", &manifest.outputs, &[Local][..], "a local", Role::Output),
+        ("input", &manifest.inputs, &[Parameter, Local], "a setting or a local", Role::Input),
+        ("parameter", &manifest.parameters, &[Input], "an input", Role::Parameter),
     ] {
+        if names.is_empty() {
+            continue;
+        }
+        let able = || variables.iter().enumerate().filter(|(_, of)| roles.contains(&of.role));
+        let mut known: HashMap<String, Vec<usize>> = HashMap::new();
+        able().for_each(|(at, of)| known.entry(spelled(&of.name)).or_default().push(at));
         for name in names {
-            let is = |of: &Variable| of.name.eq_ignore_ascii_case(name) && roles.contains(&of.role);
-            if !variables.iter().any(|(variable, _)| is(variable)) {
-                let all = variables.iter().filter(|(of, _)| roles.contains(&of.role)).map(|(of, _)| of.name.as_str());
-                let some: Vec<&str> = all.take(MOST_NAMES).collect();
+            let Some(found) = known.get(&spelled(name)) else {
+                let some: Vec<&str> = able().map(|(_, of)| of.name.as_str()).take(MOST_NAMES).collect();
                 let block = &root.block;
                 return Err(format!(
                     "--{option} {name}: {block} has no such variable that is {what}: {}",
                     some.join(", ")
                 ));
-            }
+            };
+            let exact = found.iter().filter(|at| variables[**at].name == *name).copied().collect::<Vec<usize>>();
+            let found = if exact.is_empty() { found } else { &exact };
+            chosen.extend(found.iter().map(|at| (*at, role)));
         }
     }
-    Ok(())
+    Ok(chosen)
 }
 
 fn kind(of: &str) -> Option<Kind> {
@@ -243,12 +257,9 @@ fn kind(of: &str) -> Option<Kind> {
     }
 }
 
-fn role(manifest: &Manifest, variable: &Variable) -> Role {
-    let is_in = |names: &[String]| names.iter().any(|name| name.eq_ignore_ascii_case(&variable.name));
-    match variable.role {
-        interface::Role::Input if is_in(&manifest.parameters) => Role::Parameter,
-        interface::Role::Parameter | interface::Role::Local if is_in(&manifest.inputs) => Role::Input,
-        interface::Role::Local if is_in(&manifest.outputs) => Role::Output,
+/// The role of a variable of which the manifest says nothing.
+fn role(of: interface::Role) -> Role {
+    match of {
         interface::Role::Input | interface::Role::InOut => Role::Input,
         interface::Role::Parameter => Role::Parameter,
         interface::Role::Output => Role::Output,
@@ -311,25 +322,11 @@ fn documentation(manifest: &Manifest, root: &Root) -> String {
     )
 }
 
-/// A name with something behind its last word: `buffer[5]` becomes `buffer_start[5]`.
+/// A name with something behind its last word: `buffer[5]` becomes `buffer_start[5]`, `'a.b'` becomes `'a.b_start'`.
 fn suffixed(name: &str, suffix: &str) -> String {
-    let word = name.rfind('.').map_or(0, |dot| dot + 1);
-    let end = name[word..].find('[').map_or(name.len(), |indices| word + indices);
+    let end = if name.ends_with(']') { name.rfind('[').unwrap_or(name.len()) } else { name.len() };
+    let end = end - usize::from(name[..end].ends_with('\''));
     format!("{}{suffix}{}", &name[..end], &name[end..])
-}
-
-/// A name in FMI's structured convention: what is not an identifier stands in apostrophes.
-fn structured(name: &str) -> String {
-    let part = |part: &str| {
-        let word = part.split('[').next().unwrap_or_default();
-        let is_plain = word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
-            && word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-        match is_plain {
-            true => part.to_string(),
-            false => format!("'{}'{}", word.replace('\\', "\\\\").replace('\'', "\\'"), &part[word.len()..]),
-        }
-    };
-    name.split('.').map(part).collect::<Vec<_>>().join(".")
 }
 
 /// An identifier of C: other characters become underscores.

@@ -8,8 +8,13 @@ use std::fmt;
 pub enum Wrong {
     /// What is wrong with the sources.
     Sources(Vec<Problems>),
-    /// No block is called by no other, or several are: the names of those.
-    Choice(Vec<String>),
+    /// No block is called by no other, or several are. Nothing else is wrong with the sources.
+    Choice {
+        /// The names of those.
+        blocks: Vec<String>,
+        /// What the author should know.
+        warnings: Vec<Problems>,
+    },
     /// Anything else, in a sentence.
     Other(String),
 }
@@ -26,14 +31,14 @@ impl fmt::Display for Wrong {
             Wrong::Sources(problems) => {
                 formatter.write_str(problems.iter().map(problem::drawn).collect::<String>().trim_end())
             }
-            Wrong::Choice(blocks) if blocks.is_empty() => formatter
+            Wrong::Choice { blocks, .. } if blocks.is_empty() => formatter
                 .write_str("the sources have no block to be run: neither a FUNCTION_BLOCK nor an ORGANIZATION_BLOCK"),
-            Wrong::Choice(blocks) if blocks.len() == 1 => write!(
+            Wrong::Choice { blocks, .. } if blocks.len() == 1 => write!(
                 formatter,
                 "{} is not run alone: its array parameters get their bounds from a caller; call it from another block",
                 blocks[0]
             ),
-            Wrong::Choice(blocks) => write!(
+            Wrong::Choice { blocks, .. } => write!(
                 formatter,
                 "several blocks are called by no other: {}; choose a function block with --fb NAME, or each organization \
                  block with --call NAME and its --cycle TIME",

@@ -482,7 +482,7 @@ fn check_structure(description: &ModelDescription, forbidden: &mut Counted, odd:
 }
 
 /// Whether a name follows the structured naming convention: `a.b[1,2].'c d'`, `der(a.b,2)`.
-fn is_structured_name(name: &str) -> bool {
+pub(super) fn is_structured_name(name: &str) -> bool {
     let Some(inner) = name.strip_prefix("der(").and_then(|inner| inner.strip_suffix(')')) else {
         return is_structured_identifier(name);
     };

@@ -1,6 +1,6 @@
 //! A block's table as a model description: what PLC types and roles become in FMI 2.0.
 
-use super::check::check;
+use super::check::{check, is_structured_name};
 use super::description;
 use super::description::{
     BaseUnit, Boolean, Causality, CoSimulation, DefaultExperiment, DisplayUnit, Initial, Integer, IntegerAttributes,
@@ -31,7 +31,6 @@ impl ModelDescription {
             guid: interface.guid.clone(),
             description: Some(table.summary()).filter(|summary| !summary.is_empty()),
             generation_tool: Some(GENERATION_TOOL.into()),
-            variable_naming_convention: VariableNamingConvention::Structured,
             co_simulation: Some(CoSimulation {
                 model_identifier: table.name.clone(),
                 capabilities: interface.capabilities.clone(),
@@ -49,6 +48,10 @@ impl ModelDescription {
         }
         for (value_reference, text) in (table.variables.len() as u32..).zip(&table.texts) {
             description.model_variables.push(text_variable(text, value_reference));
+        }
+        // The structured convention has names in ASCII and no index below 0.
+        if description.model_variables.iter().all(|variable| is_structured_name(&variable.name)) {
+            description.variable_naming_convention = VariableNamingConvention::Structured;
         }
         description.model_structure = structure(table);
         match check(&description).all() {

@@ -289,11 +289,24 @@ fn a_start_out_of_range_and_an_empty_range_are_refused() {
 }
 
 #[test]
+fn one_name_that_is_not_structured_makes_the_convention_flat() {
+    use VariableNamingConvention::{Flat, Structured};
+    for (name, convention) in [
+        ("a.b[1,2]", Structured),
+        ("'Groesse [m]'.x", Structured),
+        ("GRÖSSE", Flat),
+        ("'Größe [m]'.x", Flat),
+        ("a[-1]", Flat),
+    ] {
+        let description = of(&[row("A", "REAL", "output", ""), row(name, "REAL", "output", "")]).unwrap();
+        assert_eq!(description.variable_naming_convention, convention, "{name}");
+    }
+}
+
+#[test]
 fn names_that_no_host_can_use_are_refused() {
     let error = of(&[row("CYCLE", "REAL", "output", "")]).unwrap_err().to_string();
     assert!(error.contains("\"CYCLE\": the name is used twice"), "{error}");
-    let error = of(&[row("GRÖSSE", "REAL", "output", "")]).unwrap_err().to_string();
-    assert!(error.contains("\"GRÖSSE\": the name is not a structured one"), "{error}");
     let interface = Interface::parse(&json(&[]).replace("\"BLOCK\"", "\"MY-BLOCK\"")).unwrap();
     let error = ModelDescription::of(&interface).unwrap_err().to_string();
     assert!(error.contains("\"MY-BLOCK\" is not a C identifier"), "{error}");

@@ -3,8 +3,8 @@
 use super::study::interruption;
 use super::{LONGEST_NAME, functions, print, shown, time_limit};
 use crate::exit::Unreadable;
-use crate::package;
 use crate::package::check::{STEPS, check, run_apart};
+use crate::package::program::{self as packing, Refused};
 use crate::program;
 use anyhow::{Error, Result, anyhow, bail};
 use host::child::Starter;
@@ -43,7 +43,7 @@ pub struct Options {
     pub time_limit: f64,
     #[allow(missing_docs)]
     #[command(flatten, next_help_heading = "Programs in SCL")]
-    pub program: program::Options,
+    pub program: packing::Options,
 }
 
 /// Checks FMUs and a program, and prints what they are and what is wrong with them.
@@ -56,7 +56,7 @@ pub fn run(options: &Options) -> Result<()> {
     if !sources.is_empty() {
         check_program(&sources, &options.program)?;
     } else {
-        package::program::Options { source: options.program.clone(), ..Default::default() }.refuse()?;
+        options.program.refuse()?;
     }
     let mut wrong = 0;
     let limit = Duration::from_secs_f64(options.time_limit);
@@ -92,24 +92,29 @@ pub fn run(options: &Options) -> Result<()> {
     }
 }
 
-/// Prints what is wrong with a program, or of what its author is warned.
-fn check_program(sources: &[PathBuf], options: &program::Options) -> Result<()> {
+/// Prints what is wrong with a program, or of what its author is warned: all that `build` would say of it.
+fn check_program(sources: &[PathBuf], options: &packing::Options) -> Result<()> {
     let count =
         |problems: &[parameters::Problems]| problems.iter().map(|of_file| of_file.problems.len()).sum::<usize>();
-    match program::compile(sources, options)? {
-        Ok(compiled) => {
-            compiled.warnings.iter().try_for_each(|problems| print(&drawn(problems)))?;
-            let block = compiled.root.map_or_else(String::new, |root| format!("; the FMU runs {}", root.block));
-            let warnings = count(&compiled.warnings);
-            let plural = if warnings == 1 { "" } else { "s" };
-            print(&format!("no errors, {warnings} warning{plural}{block}\n"))
+    let (warnings, more) = match packing::examine(sources, &options.with_cycle()) {
+        Ok(examined) => {
+            let block = format!("; the FMU runs {}", examined.block());
+            (
+                examined.warnings,
+                format!("{block}\n{}", examined.stop.map_or(String::new(), |stop| packing::stops(&stop) + "\n")),
+            )
         }
-        Err(errors) => {
+        Err(Refused::Choice(which, warnings)) => (warnings, format!("; build: {which}\n")),
+        Err(Refused::Sources(errors)) => {
             errors.iter().try_for_each(|problems| print(&drawn(problems)))?;
             let errors = count(&errors);
             bail!("the program has {errors} error{}", if errors == 1 { "" } else { "s" })
         }
-    }
+        Err(Refused::Other(error)) => return Err(error),
+    };
+    warnings.iter().try_for_each(|problems| print(&drawn(problems)))?;
+    let warnings = count(&warnings);
+    print(&format!("no errors, {warnings} warning{}{more}", if warnings == 1 { "" } else { "s" }))
 }
 
 /// What was found, as `--json` prints it.

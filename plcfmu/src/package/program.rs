@@ -12,12 +12,14 @@ use crate::program::trial::nanoseconds;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use clap::Parser as _;
 use draw::{diagram, picture};
+use fmu::cyclic::Cyclic as _;
 use host::fmu::platforms;
 use host::library::Library;
 use host::package::{DESCRIPTION, Package, archive, temporary};
 use modeldescription::{Interface, ModelDescription, units};
-use parameters::Source;
-use program::{CPUS, FILE, LARGEST, Loaded, Manifest};
+use parameters::problem::drawn;
+use parameters::{Problems, Source};
+use program::{CPUS, FILE, LARGEST, Loaded, Manifest, Wrong};
 use std::collections::BTreeMap;
 use std::env::consts::{ARCH, OS};
 use std::fs;
@@ -120,6 +122,13 @@ impl Options {
         }
     }
 
+    /// The same, with a time between two calls where none is given: for [`examine`], which does not ask for one.
+    #[must_use]
+    pub fn with_cycle(&self) -> Options {
+        let cycles = if self.cycles.is_empty() { vec![100] } else { self.cycles.clone() };
+        Options { cycles, ..self.clone() }
+    }
+
     /// The time between two calls of the FMU, and what is called with which period: the greatest common divisor of the periods is
     /// the former.
     fn tasks(&self) -> Result<(u32, Vec<(String, u32)>)> {
@@ -155,20 +164,107 @@ fn milliseconds(text: &str) -> Result<u32> {
     milliseconds.map(i32::unsigned_abs).context("give it in whole milliseconds, at least 1: 100ms, 0.5s, 2s")
 }
 
+/// A program that can be packed: what its FMU will be, and what its author should know.
+pub struct Examined {
+    manifest: Manifest,
+    sources: Vec<Source>,
+    loaded: Arc<Loaded>,
+    interface: Interface,
+    description: ModelDescription,
+    /// What the author should know, with file, line and column.
+    pub warnings: Vec<Problems>,
+    /// Why the program, with its start values, stops in one of the calls that would be recorded.
+    pub stop: Option<String>,
+}
+
+impl Examined {
+    /// The block that is run, or the first of several.
+    pub fn block(&self) -> &str {
+        self.loaded.block()
+    }
+}
+
+/// Why there is no FMU of a program.
+#[derive(Debug)]
+pub enum Refused {
+    /// What is wrong with the sources.
+    Sources(Vec<Problems>),
+    /// The sources have no block to be run, or several: a sentence. Nothing else is wrong.
+    Choice(String, Vec<Problems>),
+    /// Anything else.
+    Other(anyhow::Error),
+}
+
+impl From<anyhow::Error> for Refused {
+    fn from(error: anyhow::Error) -> Refused {
+        Refused::Other(error)
+    }
+}
+
+impl From<Refused> for anyhow::Error {
+    fn from(refused: Refused) -> anyhow::Error {
+        match refused {
+            Refused::Sources(problems) => anyhow!("{}", problems.iter().map(drawn).collect::<String>().trim_end()),
+            Refused::Choice(which, _) => anyhow!(which),
+            Refused::Other(error) => error,
+        }
+    }
+}
+
+/// All that is done with the sources before a library is needed: `check` says what it finds, [`pack`] goes on with it.
+///
+/// # Errors
+/// Why there is no FMU of them.
+pub fn examine(files: &[PathBuf], options: &Options) -> Result<Examined, Refused> {
+    let (manifest, sources) = read(files, options)?;
+    // In the FMU they lie side by side; a message names them as the user does.
+    let named = |mut problems: Vec<Problems>| {
+        for of in &mut problems {
+            let number = sources.iter().position(|source| source.file == of.file);
+            of.file = number.map_or(of.file.clone(), |number| files[number].display().to_string());
+        }
+        problems
+    };
+    let loaded = Loaded::new(&manifest, &sources, is_unit).map_err(|wrong| match wrong {
+        Wrong::Sources(problems) => Refused::Sources(named(problems)),
+        Wrong::Choice { ref warnings, .. } => Refused::Choice(wrong.to_string(), named(warnings.clone())),
+        Wrong::Other(what) => Refused::Other(anyhow!(what)),
+    })?;
+    let loaded = Arc::new(loaded);
+    let interface = Interface::parse(&fmu::describe(loaded.table, &loaded.guid())).map_err(anyhow::Error::from)?;
+    let description = ModelDescription::of(&interface).map_err(anyhow::Error::from)?;
+    let mut program = program::Program::new(loaded.clone());
+    program.restart();
+    (0..interface.table.responses[0].calls).for_each(|_| program.call());
+    let stop = program.stopped().map(str::to_string);
+    let warnings = named(loaded.warnings.clone());
+    Ok(Examined { manifest, sources, loaded, interface, description, warnings, stop })
+}
+
+/// Whether FMI knows the unit.
+fn is_unit(unit: &str) -> bool {
+    units::definition(unit).is_some()
+}
+
+/// What the user is told of a program that stops with its start values.
+pub fn stops(stop: &str) -> String {
+    format!(
+        "with its start values the program stops: {stop}; set what this depends on before the first step, or give it another \
+         start value"
+    )
+}
+
 /// Packs the program of these sources, as `NAME.fmu` in a folder, and gives the path. Warnings are for the user. A native one has
 /// the library that this machine's C compiler makes of it; any other that of all programs.
 ///
 /// # Errors
 /// All that is wrong with the sources, with file, line and column; the library of programs is missing.
 pub fn pack(files: &[PathBuf], options: &Options, native: bool, folder: &Path) -> Result<(PathBuf, Vec<String>)> {
-    let (manifest, sources) = read(files, options)?;
-    let loaded = Arc::new(loaded(&manifest, &sources)?);
-    let mut warnings: Vec<String> =
-        loaded.warnings.iter().map(ToString::to_string).filter(|text| !text.is_empty()).collect();
-    let told = fmu::describe(loaded.table, &loaded.guid());
-    let interface = Interface::parse(&told)?;
+    let Examined { manifest, sources, loaded, interface, description: mut xml, warnings, stop } =
+        examine(files, options)?;
+    let mut warnings: Vec<String> = warnings.iter().map(ToString::to_string).filter(|text| !text.is_empty()).collect();
+    warnings.extend(stop.as_deref().map(|stop| format!("note: {}", stops(stop))));
     let name = &interface.table.name;
-    let mut xml = ModelDescription::of(&interface)?;
     let mut contents = BTreeMap::new();
     let host = *platforms(OS, ARCH).first().context("FMI has no platform for this machine")?;
     let compiled = temporary::builder().tempdir().context("there is no folder for temporary files")?;
@@ -179,6 +275,7 @@ pub fn pack(files: &[PathBuf], options: &Options, native: bool, folder: &Path) -
             if native {
                 let suffix = platform::system(host).map_or("", |(_, suffix)| suffix);
                 fs::write(compiled.path().join(&file), &text)?;
+                let told = fmu::describe(loaded.table, &loaded.guid());
                 libraries.insert(host, c::compile(&compiled.path().join(&file), &told, compiled.path(), suffix)?);
             }
             contents.insert(format!("sources/{file}"), text.into_bytes());
@@ -201,10 +298,13 @@ pub fn pack(files: &[PathBuf], options: &Options, native: bool, folder: &Path) -
     let here = libraries.get(host).with_context(|| format!("there is no library of programs for {host}"))?;
     let resources = unpacked.path().display().to_string();
     let response = &interface.table.responses[0];
-    let recording = reference::record(&Library::open(here)?, &interface, response, Some(&resources))
-        .context("the program with its start values")?;
-    contents.extend(reference::files(&interface.table, &recording));
-    let recordings = reference::Recordings { responses: vec![recording], characteristics: Vec::new() };
+    let mut recordings = reference::Recordings { responses: Vec::new(), characteristics: Vec::new() };
+    if stop.is_none() {
+        let recording = reference::record(&Library::open(here)?, &interface, response, Some(&resources))
+            .context("the program with its start values")?;
+        contents.extend(reference::files(&interface.table, &recording));
+        recordings.responses.push(recording);
+    }
     contents.insert(
         "documentation/index.html".into(),
         page::html(&interface.table, &interface.guid, &recordings, None, xml.sources().first().copied())?.into_bytes(),
@@ -221,7 +321,7 @@ pub fn pack(files: &[PathBuf], options: &Options, native: bool, folder: &Path) -
     let bytes = archive::write(&contents)?;
     fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     let path = folder.join(format!("{name}.fmu"));
-    temporary::place(&path, |file| Ok(file.write_all(&bytes)?), |packed| check::packed(packed, &xml, true))?;
+    temporary::place(&path, |file| Ok(file.write_all(&bytes)?), |packed| check::packed(packed, &xml, stop.is_none()))?;
     Ok((path, warnings))
 }
 
@@ -242,13 +342,8 @@ pub fn interface_of<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<I
     for file in &manifest.sources {
         sources.push(Source::new(file.clone(), package.archive.read(&path(file), LARGEST)?));
     }
-    let loaded = loaded(&manifest, &sources)?;
+    let loaded = Loaded::new(&manifest, &sources, is_unit).map_err(anyhow::Error::msg)?;
     Ok(Some(Interface::parse(&fmu::describe(loaded.table, &loaded.guid()))?))
-}
-
-/// A program that is translated, with the units that FMI knows.
-fn loaded(manifest: &Manifest, sources: &[Source]) -> Result<Loaded> {
-    Loaded::new(manifest, sources, |unit| units::definition(unit).is_some()).map_err(anyhow::Error::msg)
 }
 
 /// The sources, under their names in the FMU, and what is made of them.
@@ -257,12 +352,14 @@ fn read(files: &[PathBuf], options: &Options) -> Result<(Manifest, Vec<Source>)>
     let mut sources: Vec<Source> = Vec::new();
     for file in files {
         let mut source = Source::read(file, None).map_err(anyhow::Error::msg)?;
-        let name = file.file_name().context("the name of a source is empty")?.to_string_lossy().into_owned();
-        ensure!(name != FILE, "{}: a source cannot be called {FILE}: rename it", file.display());
-        if sources.iter().any(|other| other.file.eq_ignore_ascii_case(&name)) {
-            bail!("{}: a second source is called {name}: rename one", file.display());
-        }
-        source.file = name;
+        let name = PathBuf::from(file.file_name().context("the name of a source is empty")?);
+        ensure!(
+            source.text.len() as u64 <= LARGEST,
+            "{}: a source has at most {} MiB: split it",
+            file.display(),
+            LARGEST >> 20
+        );
+        source.file = free(&name, |name| name == FILE || sources.iter().any(|of| of.file.eq_ignore_ascii_case(name)));
         sources.push(source);
     }
     let given = &options.source;
@@ -281,6 +378,14 @@ fn read(files: &[PathBuf], options: &Options) -> Result<(Manifest, Vec<Source>)>
         calls,
     };
     Ok((manifest, sources))
+}
+
+/// The name of a source in an FMU, where all lie in one folder: `pump.scl`, a second one `pump_2.scl`.
+fn free(file: &Path, is_taken: impl Fn(&str) -> bool) -> String {
+    let text = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
+    let (stem, ending) = (text(file.file_stem()), text(file.extension()));
+    let names = (2..).map(|number| format!("{stem}_{number}.{ending}"));
+    std::iter::once(text(file.file_name())).chain(names).find(|name| !is_taken(name)).unwrap_or_default()
 }
 
 /// The library of programs for a platform in a folder of FMUs.
@@ -326,15 +431,4 @@ fn libraries() -> Result<BTreeMap<&'static str, PathBuf>> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_cycle_is_a_duration_of_whole_milliseconds() {
-        let read = |text: &str| milliseconds(text).map_err(|error| error.to_string());
-        assert_eq!([read("100ms"), read("0.5s"), read("2s"), read("1m30s")], [Ok(100), Ok(500), Ok(2000), Ok(90_000)]);
-        let whole = Err("give it in whole milliseconds, at least 1: 100ms, 0.5s, 2s".to_string());
-        assert_eq!([read("0s"), read("-1s"), read("1.5ms"), read("30D")], [(); 4].map(|()| whole.clone()));
-        assert_eq!(read("fast"), Err("\"fast\" is not a duration: write 2s, 100ms or 1m30s".to_string()));
-    }
-}
+mod tests;

@@ -1,6 +1,7 @@
 //! Where variables lie, and their start values.
 
 use super::{Base, Function, Member, Place, Program, Record, Scalar, Step, Type};
+use crate::syntax::key;
 use blocks::{Block, EachBlock, Kind, Time, Value, Word, for_each_block};
 
 /// The next multiple of `align`, a power of 2.
@@ -135,39 +136,63 @@ impl Program {
         Some(ty)
     }
 
-    /// Where a variable of the memory lies, by its path (`motors[2].run`, `a[1,2]`; upper and lower case alike), and its type.
+    /// Where a variable of the memory lies, and its type, by its path (`motors[2].run`, `a[1,2]`; capitals and small letters alike).
+    /// Names that hold dots or brackets may stand in quotes or apostrophes; without them the longest name that fits counts.
     pub fn find(&self, path: &str) -> Option<(usize, Type)> {
         let mut ty = Type::Record(self.memory);
         let mut offset = 0;
-        for part in path.split('.') {
-            let (name, indices) = match part.split_once('[') {
-                Some((name, indices)) => (name, indices.strip_suffix(']')?.split(',').collect()),
-                None => (part, Vec::new()),
-            };
+        let mut rest = path;
+        loop {
             let Type::Record(record) = ty else { return None };
-            let member = self.records[record].members.iter().find(|member| member.name.eq_ignore_ascii_case(name))?;
-            offset += member.offset;
-            ty = member.ty.clone();
-            if indices.is_empty() {
-                continue;
+            let (member, after) = self.records[record].named(rest)?;
+            (offset, ty, rest) = (offset + member.offset, member.ty.clone(), after);
+            if let Some(indices) = rest.strip_prefix('[') {
+                let (indices, after) = indices.split_once(']')?;
+                let Type::Array { of, bounds } = ty else { return None };
+                let indices =
+                    indices.split(',').map(|index| index.trim().parse().ok()).collect::<Option<Vec<i32>>>()?;
+                offset += element(&indices, &bounds)? * self.size(&of);
+                (ty, rest) = (*of, after);
             }
-            let Type::Array { of, bounds } = ty else { return None };
-            if indices.len() != bounds.len() {
-                return None;
+            match rest.strip_prefix('.') {
+                Some(next) => rest = next,
+                None => return rest.is_empty().then_some((offset, ty)),
             }
-            let mut number = 0;
-            for (index, (low, high)) in indices.iter().zip(&bounds) {
-                let index: i32 = index.trim().parse().ok()?;
-                if !(*low..=*high).contains(&index) {
-                    return None;
-                }
-                number = number * extent(*low, *high) + extent(*low, index) - 1;
-            }
-            offset += number * self.size(&of);
-            ty = *of;
         }
-        Some((offset, ty))
     }
+}
+
+impl Record {
+    /// The member with which a path begins, and what follows its name.
+    fn named<'r, 'p>(&'r self, path: &'p str) -> Option<(&'r Member, &'p str)> {
+        if let Some(quote) = path.chars().next().filter(|first| matches!(first, '"' | '\'')) {
+            let (name, rest) = path[1..].split_once(quote)?;
+            let name = key(name);
+            return Some((self.members.iter().find(|member| key(&member.name) == name)?, rest));
+        }
+        let fits = |member: &'r Member| {
+            let (name, rest) = path.split_at_checked(member.name.len())?;
+            (key(name) == key(&member.name) && (rest.is_empty() || rest.starts_with(['.', '['])))
+                .then_some((member, rest))
+        };
+        let members = self.members.iter().filter_map(fits);
+        members.max_by_key(|(member, _)| member.name.len())
+    }
+}
+
+/// The number of an element of an array, from 0; `None` beyond the bounds.
+fn element(indices: &[i32], bounds: &[(i32, i32)]) -> Option<usize> {
+    if indices.len() != bounds.len() {
+        return None;
+    }
+    let mut number = 0;
+    for (index, (low, high)) in indices.iter().zip(bounds) {
+        if !(*low..=*high).contains(index) {
+            return None;
+        }
+        number = number * extent(*low, *high) + extent(*low, *index) - 1;
+    }
+    Some(number)
 }
 
 /// How many indices there are from `low` to `high`.
