@@ -1,9 +1,14 @@
 //! Puts files into the command, as lists of (path, text): the sources of `blocks` and `fmu`, for `plcfmu new`, in `sources.rs`;
-//! those of the parameter tool's page in `web.rs`.
+//! those of the parameter tool's page in `web.rs`. And, in `program_library.rs`, the library that runs all programs in SCL, or where
+//! it can be built.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::{env, fs, io};
+
+/// The variable that, set to `beside`, leaves the library of programs out: a release has it beside the command, for all platforms.
+const PROGRAMS: &str = "PLCFMU_PROGRAMS";
 
 fn main() -> io::Result<()> {
     let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default()).join("..").canonicalize()?;
@@ -25,7 +30,66 @@ fn main() -> io::Result<()> {
             files.extend(Some(entry?.path()).filter(|path| path.is_file() && is_of_page(path)));
         }
     }
-    write("web.rs", &web, files)
+    write("web.rs", &web, files)?;
+    let text = program_library(&root)?;
+    fs::write(out().join("program_library.rs"), text)
+}
+
+/// Where the library of programs comes from, as an expression: its bytes, or the clone's folder. It is compiled here where the
+/// command is optimized, so that a command that `cargo install` has made needs neither the clone nor cargo. For a command that is
+/// compiled again and again that would take too long.
+fn program_library(root: &Path) -> io::Result<String> {
+    println!("cargo::rerun-if-env-changed={PROGRAMS}");
+    if env::var_os(PROGRAMS).is_some_and(|place| place == "beside") {
+        return Ok("(None, None)".into());
+    }
+    if env::var_os("PROFILE").is_some_and(|profile| profile == "debug") {
+        return Ok(format!("(None, Some({:?}))", root.display().to_string()));
+    }
+    let variable = |name: &str| env::var(name).map_err(io::Error::other);
+    let target = variable("TARGET")?;
+    // A folder of its own, since the cargo that runs this program holds the lock of the usual one.
+    let folder = out().join("program_library");
+    let cargo_home =
+        env::var_os("CARGO_HOME").map_or(env::home_dir().unwrap_or_default().join(".cargo"), PathBuf::from);
+    let mut flags = format!("--remap-path-prefix={}=/cargo", cargo_home.display());
+    let _ = write!(flags, "\x1f--remap-path-prefix={}=/plcfmu", root.display());
+    if target.ends_with("-windows-msvc") {
+        flags.push_str("\x1f-Ctarget-feature=+crt-static");
+    }
+    let mut cargo = Command::new(variable("CARGO")?);
+    cargo
+        .args(["build", "--release", "--package", "program_library", "--target", &target, "--target-dir"])
+        .arg(&folder);
+    cargo.current_dir(root).env("CARGO_ENCODED_RUSTFLAGS", flags).env_remove("RUSTFLAGS");
+    // What clippy is called with: here something is compiled.
+    let output = cargo.env_remove("RUSTC_WORKSPACE_WRAPPER").output()?;
+    if !output.status.success() {
+        return Err(io::Error::other(format!(
+            "the library of programs does not compile:\n{}",
+            String::from_utf8_lossy(&output.stderr)
+        )));
+    }
+    let built = folder.join(target).join("release");
+    let prefix = if env::var_os("CARGO_CFG_WINDOWS").is_some() { "" } else { "lib" };
+    let suffix = match env::var("CARGO_CFG_TARGET_OS").as_deref() {
+        Ok("windows") => "dll",
+        Ok("macos") => "dylib",
+        _ => "so",
+    };
+    // The files that it was made of, as make has them: a blank in a path has a backslash.
+    let made_of = fs::read_to_string(built.join(format!("{prefix}program_library.d")))?.replace("\\ ", "\0");
+    for file in made_of.split_whitespace().skip(1) {
+        println!("cargo::rerun-if-changed={}", file.replace('\0', " "));
+    }
+    println!("cargo::rerun-if-changed={}", root.join("Cargo.lock").display());
+    let library = built.join(format!("{prefix}program_library.{suffix}"));
+    Ok(format!("(Some(include_bytes!({:?})), None)", library.display().to_string()))
+}
+
+/// The folder for what is made here.
+fn out() -> PathBuf {
+    PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default())
 }
 
 /// Whether a file is part of the page.
@@ -44,7 +108,7 @@ fn write(name: &str, root: &Path, mut files: Vec<PathBuf>) -> io::Result<()> {
         let _ = writeln!(list, "    ({:?}, include_str!({:?})),", path.join("/"), file.display().to_string());
     }
     list.push_str("]\n");
-    fs::write(PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default()).join(name), list)
+    fs::write(out().join(name), list)
 }
 
 /// Adds the files of a folder and of those below it that are wanted.

@@ -44,8 +44,10 @@ enum Command {
     New(new::Options),
     /// Pack a PLC program in SCL, or the FMUs of the current crate or workspace
     ///
-    /// `plcfmu build machine.scl --cycle 100ms` makes an FMU of a program, without a compiler. Without sources, it builds, packs
-    /// and checks the crate's FMUs.
+    /// `plcfmu build machine.scl --cycle 100ms` makes an FMU of a program, without a compiler, and runs nothing of the current folder.
+    ///
+    /// Without sources, it builds, packs and checks the crate's FMUs with Cargo. This runs code of the crate: its build scripts and
+    /// macros, and what .cargo/config.toml and rust-toolchain.toml name. Build crates that you trust.
     ///
     /// Links Linux libraries against an old glibc where zig and cargo-zigbuild are found: in target/venv, in the active Python
     /// environment, on PATH, or in the environment of python3.

@@ -151,7 +151,7 @@ fn built(packages: &BTreeSet<&str>) -> BTreeMap<String, PathBuf> {
 
 /// Builds release libraries for this machine, in a folder of their own: cargo holds no lock there while it runs tests.
 fn build(crates: &[FmuCrate]) -> BTreeMap<String, PathBuf> {
-    let built = Platform::host().and_then(|host| compile(&WORKSPACE, crates, &host, &Linkage::Native));
+    let built = Platform::host(&WORKSPACE.root).and_then(|host| compile(&WORKSPACE, crates, &host, &Linkage::Native));
     built.unwrap_or_else(|error| panic!("{error:#}"))
 }
 

@@ -66,7 +66,7 @@ fn dispatch(command: Command) -> Result<()> {
         Command::Fmu(options) => {
             // First what may be wrong at once.
             pack::select(&workspace, &options)?;
-            if !options.native && Platform::host()?.is_linux() {
+            if !options.native && Platform::host(&workspace.root)?.is_linux() {
                 Environment::ready(&workspace)?;
             }
             pack::run(&workspace, &options)

@@ -69,7 +69,7 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
 
 /// The folder with the libraries of all FMUs, those that were packed, that of programs and those of `tests/fmus`.
 fn libraries(workspace: &Workspace) -> Result<PathBuf> {
-    let host = Platform::host()?;
+    let host = Platform::host(&workspace.root)?;
     let linkage = Linkage::choose(workspace, &host, false);
     let folder = workspace.target.join("libraries");
     // A crate may have gone since the last time, and its library with it.

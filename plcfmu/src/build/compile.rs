@@ -6,14 +6,16 @@ use crate::build::workspace::{self, FmuCrate, Workspace};
 use crate::build::zig::{self, Zig};
 use crate::command::{not_started, output, shown};
 use crate::progress::Progress;
+use crate::tell;
 use anyhow::{Context, Result, anyhow, bail};
 use cargo_metadata::camino::Utf8PathBuf;
 use cargo_metadata::{Artifact, CrateType, Message};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{BufReader, Read, Seek};
-use std::path::PathBuf;
+use std::io::{BufRead, BufReader, Read, Seek};
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::thread;
 
 /// The newest glibc that a portable library may need; every Linux since 2014 has it.
 pub const GLIBC: &str = "2.17";
@@ -34,7 +36,7 @@ impl Linkage {
     /// For this machine: portable on Linux where zig is found, unless `native` is asked for.
     pub fn choose(workspace: &Workspace, host: &Platform, native: bool) -> Linkage {
         // Elsewhere the system's C library has one version for all.
-        let zig = (host.is_linux() && !native).then(|| Zig::find(&workspace.target)).flatten();
+        let zig = (host.is_linux() && !native).then(|| Zig::find(workspace)).flatten();
         zig.map_or(Linkage::Native, Linkage::Portable)
     }
 
@@ -60,7 +62,7 @@ impl Linkage {
         if platform.is_windows() || platform.is_macos() && host.is_macos() {
             return Ok(Linkage::Native);
         }
-        let zig = Zig::find(&workspace.target).with_context(|| {
+        let zig = Zig::find(workspace).with_context(|| {
             format!(
                 "{} cannot be built here: zig and cargo-zigbuild were not found; install them (pip install ziglang \
                  cargo-zigbuild)",
@@ -114,24 +116,27 @@ pub fn compile(
     built(cargo_build(workspace, platform, linkage)?, crates, platform)
 }
 
-/// As [`compile`] for one crate that seldom changes: cargo says what it does only where the library was never built before,
-/// which takes long.
+/// As [`compile`] for one crate that seldom changes, natively or as far as zig is found for this machine. Where it is built already,
+/// nothing is said; else what is built where, and what cargo says, also while it waits for another cargo.
 ///
 /// # Errors
 /// As [`compile`].
-pub fn compile_once(
-    workspace: &Workspace,
-    fmu_crate: &FmuCrate,
-    platform: &Platform,
-    linkage: &Linkage,
-) -> Result<BTreeMap<String, PathBuf>> {
-    let mut build = cargo_build(workspace, platform, linkage)?;
-    let folder = target_folder(workspace, platform, linkage)?.join(platform.target).join("release");
-    let name = format!("{}{}", fmu_crate.library, platform.suffix);
-    if folder.join(format!("lib{name}")).is_file() || folder.join(name).is_file() {
+pub fn compile_once(workspace: &Workspace, fmu_crate: &FmuCrate) -> Result<(Platform, PathBuf)> {
+    let host = Platform::host(&workspace.root)?;
+    let linkage = Linkage::choose(workspace, &host, false);
+    let mut build = cargo_build(workspace, &host, &linkage)?;
+    build.stderr(Stdio::piped());
+    if tell::is_quiet() {
         build.arg("--quiet");
     }
-    built(build, std::slice::from_ref(fmu_crate), platform)
+    let libraries = built(build, std::slice::from_ref(fmu_crate), &host)?;
+    Ok((host, libraries.into_values().next().context("cargo has built no library")?))
+}
+
+/// Passes on what cargo says, but for its last line, which is all that it says where nothing is to be done.
+fn pass_on(said: impl Read) {
+    let lines = BufReader::new(said).lines().map_while(Result::ok);
+    lines.filter(|line| !line.trim_start().starts_with("Finished ")).for_each(|line| eprintln!("{line}"));
 }
 
 /// Runs a cargo command that builds, for `crates`, and returns the paths of their libraries, by package.
@@ -153,7 +158,7 @@ fn built(mut build: Command, crates: &[FmuCrate], platform: &Platform) -> Result
 /// # Errors
 /// rustc cannot be asked for this machine's platform.
 pub fn cargo_build(workspace: &Workspace, platform: &Platform, linkage: &Linkage) -> Result<Command> {
-    let is_host = Platform::host()?.target == platform.target;
+    let is_host = Platform::host(&workspace.root)?.target == platform.target;
     let cargo = if is_host { workspace::cargo() } else { workspace::cross_cargo() };
     let folder = target_folder(workspace, platform, linkage)?;
     let mut target = platform.target.to_string();
@@ -181,7 +186,7 @@ pub fn cargo_build(workspace: &Workspace, platform: &Platform, linkage: &Linkage
 
 /// Where cargo builds. Each linkage has its own folder: cargo does not build again what another linker has linked.
 fn target_folder(workspace: &Workspace, platform: &Platform, linkage: &Linkage) -> Result<PathBuf> {
-    let is_host = Platform::host()?.target == platform.target;
+    let is_host = Platform::host(&workspace.root)?.target == platform.target;
     Ok(match linkage {
         _ if !is_host => workspace.target.join("platforms").join(platform.folder),
         Linkage::Portable(_) => workspace.target.join("portable"),
@@ -219,7 +224,8 @@ fn platform_flags(platform: &Platform) -> &'static [&'static str] {
 /// # Errors
 /// As [`artifacts`].
 pub fn artifacts_for(build: &mut Command, platform: &Platform) -> Result<Vec<Artifact>> {
-    let folder = output(platform::rustc().args(["--print", "target-libdir", "--target", platform.target]));
+    let root = build.get_current_dir().unwrap_or(Path::new("."));
+    let folder = output(platform::rustc(root).args(["--print", "target-libdir", "--target", platform.target]));
     if folder.is_ok_and(|folder| PathBuf::from(folder.trim()).is_dir()) {
         return artifacts(build);
     }
@@ -251,13 +257,14 @@ fn read(log: &mut File) -> Result<String> {
     Ok(text)
 }
 
-/// Runs a cargo command that builds, and returns what it has built. Diagnostics go to standard error.
+/// Runs a cargo command that builds, and returns what it has built. Diagnostics go to standard error, if they are piped, too.
 ///
 /// # Errors
 /// Cargo cannot be started or fails.
 pub fn artifacts(build: &mut Command) -> Result<Vec<Artifact>> {
     build.arg("--message-format=json-render-diagnostics").stdout(Stdio::piped());
     let mut child = build.spawn().map_err(|error| not_started(build, &error))?;
+    let said = child.stderr.take().map(|said| thread::spawn(|| pass_on(said)));
     let mut artifacts = Vec::new();
     if let Some(messages) = child.stdout.take() {
         for message in Message::parse_stream(BufReader::new(messages)) {
@@ -267,6 +274,9 @@ pub fn artifacts(build: &mut Command) -> Result<Vec<Artifact>> {
         }
     }
     let status = child.wait().with_context(|| shown(build))?;
+    if let Some(said) = said {
+        let _ = said.join();
+    }
     if !status.success() {
         bail!("{} ended with {status}", shown(build));
     }

@@ -2,6 +2,7 @@
 
 use crate::command::output;
 use anyhow::{Context, Result};
+use std::path::Path;
 use std::process::Command;
 
 /// A platform: a processor with an operating system.
@@ -33,12 +34,12 @@ const PLATFORMS: [Platform; 10] = [
 const ALIAS: (&str, &str) = ("armv7", "aarch32-linux");
 
 impl Platform {
-    /// This machine: what rustc builds for when it is not told.
+    /// This machine: what rustc builds for, when it is not told, in a workspace's folder.
     ///
     /// # Errors
     /// rustc cannot be run, or FMI has no name for this machine.
-    pub fn host() -> Result<Platform> {
-        let version = output(rustc().arg("-vV"))?;
+    pub fn host(root: &Path) -> Result<Platform> {
+        let version = output(rustc(root).arg("-vV"))?;
         let target = version.lines().find_map(|line| line.strip_prefix("host: "));
         Platform::of(target.with_context(|| format!("rustc -vV does not name its host: {version}"))?)
     }
@@ -129,9 +130,12 @@ pub fn folders() -> Vec<&'static str> {
     folders
 }
 
-/// The compiler that cargo calls, if nothing else is configured.
-pub fn rustc() -> Command {
-    Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()))
+/// The compiler that cargo calls in a workspace's folder, if nothing else is configured. It is started there, as cargo is: rustup
+/// chooses a toolchain by the folder, and may run one that lies in it.
+pub fn rustc(root: &Path) -> Command {
+    let mut rustc = Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()));
+    rustc.current_dir(root);
+    rustc
 }
 
 #[cfg(test)]
@@ -177,7 +181,7 @@ mod tests {
 
     #[test]
     fn this_machine_is_one_of_the_platforms() {
-        let host = Platform::host().unwrap();
+        let host = Platform::host(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         assert_eq!(host.suffix, std::env::consts::DLL_SUFFIX);
         assert_eq!(host.is_linux(), cfg!(target_os = "linux"));
     }

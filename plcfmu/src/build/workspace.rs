@@ -42,16 +42,17 @@ impl Workspace {
     /// # Errors
     /// What cargo says if it cannot read the workspace.
     pub fn find() -> Result<Workspace> {
-        Workspace::from(&mut MetadataCommand::new())
+        Workspace::from(&mut MetadataCommand::new()).context("cargo cannot read the package of this folder")
     }
 
-    /// That in whose folder `target` this command was built.
+    /// That in another folder. The current folder has no say: cargo is started in the other one, so that a toolchain, a
+    /// configuration or a package in the current one is neither read nor run.
     ///
     /// # Errors
-    /// What cargo says if the command is elsewhere.
-    pub fn of_this_command() -> Result<Workspace> {
-        let folder = std::env::current_exe()?.parent().map(Path::to_path_buf).unwrap_or_default();
-        Workspace::from(MetadataCommand::new().current_dir(folder))
+    /// As [`Workspace::find`].
+    pub fn in_folder(folder: &Path) -> Result<Workspace> {
+        let found = Workspace::from(MetadataCommand::new().current_dir(folder));
+        found.with_context(|| format!("cargo cannot read the package in {}", folder.display()))
     }
 
     fn from(command: &mut MetadataCommand) -> Result<Workspace> {
@@ -64,7 +65,7 @@ impl Workspace {
             }
             error => anyhow!(error),
         });
-        Ok(Workspace::of(&metadata.context("cargo cannot read the package of this folder")?))
+        Ok(Workspace::of(&metadata?))
     }
 
     fn of(metadata: &Metadata) -> Workspace {

@@ -1,7 +1,7 @@
 //! Finds cargo-zigbuild and zig, which link libraries for Linux against an old glibc, and for other platforms. Nothing is
 //! installed.
 
-use crate::build::workspace;
+use crate::build::workspace::{self, Workspace};
 use crate::command::output;
 use std::env;
 use std::path::{Path, PathBuf};
@@ -35,14 +35,14 @@ struct Offer {
 impl Zig {
     /// Looks into the Python environment `venv` below `target` first, then into an active one, then on PATH, then into that
     /// of the `python3` on PATH. Both programs may come from different places.
-    pub fn find(target: &Path) -> Option<Zig> {
-        let own = Some(target.join("venv").join(VENV_PYTHON)).filter(|python| python.is_file());
+    pub fn find(workspace: &Workspace) -> Option<Zig> {
+        let own = Some(workspace.target.join("venv").join(VENV_PYTHON)).filter(|python| python.is_file());
         let active = env::var_os("VIRTUAL_ENV").map(|folder| PathBuf::from(folder).join(VENV_PYTHON));
         let offers = [
-            own.and_then(|python| in_python(&python)),
-            active.and_then(|python| in_python(&python)),
+            own.and_then(|python| in_python(&python, &workspace.root)),
+            active.and_then(|python| in_python(&python, &workspace.root)),
             Some(on_path()),
-            in_python(Path::new(if cfg!(windows) { "python" } else { "python3" })),
+            in_python(Path::new(if cfg!(windows) { "python" } else { "python3" }), &workspace.root),
         ];
         choose(offers.into_iter().flatten())
     }
@@ -78,8 +78,9 @@ fn on_path() -> Offer {
     }
 }
 
-fn in_python(python: &Path) -> Option<Offer> {
-    Some(offer(python, &output(Command::new(python).args(["-c", DESCRIBE])).ok()?))
+/// What an interpreter knows. It is started in the workspace: it imports modules from the folder in which it is started.
+fn in_python(python: &Path, root: &Path) -> Option<Offer> {
+    Some(offer(python, &output(Command::new(python).args(["-c", DESCRIBE]).current_dir(root)).ok()?))
 }
 
 fn offer(python: &Path, description: &str) -> Offer {

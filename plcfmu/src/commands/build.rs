@@ -1,12 +1,15 @@
 //! `plcfmu build`: packs the FMUs of the workspace that it is called in, or a PLC program in SCL.
 
 use super::print;
+use crate::build::compile::GLIBC;
 use crate::build::template;
 use crate::build::workspace::Workspace;
 use crate::package::{self, pack};
 use crate::program;
 use crate::tell;
 use anyhow::{Result, ensure};
+use host::package::Package;
+use host::package::binary::{Binary, version};
 use std::path::{Path, PathBuf};
 
 /// What to build.
@@ -50,6 +53,9 @@ pub fn run(options: &Options) -> Result<()> {
         for warning in warnings {
             tell::text(&warning);
         }
+        if !options.pack.native {
+            note_glibc(&path)?;
+        }
         return print(&format!("{}\n", path.display()));
     }
     options.program.refuse()?;
@@ -64,4 +70,19 @@ pub fn run(options: &Options) -> Result<()> {
         ));
     }
     pack::run(&workspace, &options.pack)
+}
+
+/// Says which glibc a packed program needs, if it is a newer one than that of every Linux.
+fn note_glibc(path: &Path) -> Result<()> {
+    let mut package = Package::open(path)?;
+    for library in package.libraries.clone() {
+        let needed = Binary::read(&package.library(&library)?)?.glibc;
+        if let Some(glibc) = needed.filter(|needed| version(needed) > version(GLIBC)) {
+            tell::note(&format!(
+                "the FMU needs glibc {glibc} or newer: the library of programs was linked with this machine's C library; for \
+                 {GLIBC}, call 'cargo xtask fmu' in a clone of plcfmu, and set PLCFMU_FMUS to its folder target/fmu"
+            ));
+        }
+    }
+    Ok(())
 }

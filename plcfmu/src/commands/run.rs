@@ -33,7 +33,7 @@ const MOST_MESSAGES: usize = 10;
 /// Run FMUs together, record them, draw them
 ///
 /// Runs any FMUs of FMI 2.0 for co-simulation. A variable is named FMU.VARIABLE, such as PID.GAIN; `plcfmu info` lists the
-/// variables of an FMU.
+/// variables of an FMU. The native code of the FMUs is executed: use FMUs that you trust.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = SHORT_HELP, after_long_help = LONG_HELP)]
 pub struct Options {

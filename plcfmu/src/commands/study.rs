@@ -38,7 +38,8 @@ const LONGEST_PRINTED: usize = 500;
 /// Run a loop many times with different values: tolerances, grids, regression tests
 ///
 /// A study names a loop, what varies from run to run, and what each run yields. The runs are made on all cores, each FMU in
-/// worker processes; the result does not depend on how many there are.
+/// worker processes; the result does not depend on how many there are. The native code of the FMUs is executed: use FMUs that
+/// you trust.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = HELP)]
 pub struct Options {

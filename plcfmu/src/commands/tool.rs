@@ -30,7 +30,8 @@ const FMUS: &str = "PLCFMU_FMUS";
 /// Set, run and tune control loops on a page in the browser
 ///
 /// Opens loops of a parameter file or new ones, runs them against a plant, records, tunes and compares them, and writes presets and
-/// parameter files. The page is served to this machine alone, and to one browser for each address that is printed.
+/// parameter files. The page is served to this machine alone, and to one browser for each address that is printed. The native code of
+/// the FMUs is executed: use FMUs that you trust.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = HELP)]
 pub struct Options {

@@ -22,7 +22,8 @@ use study::{self, Interrupted};
 /// Search the settings of a controller that are the best for all plants of a study
 ///
 /// The axes of the study span the plants. Its table "tune" says which figure is to be low, what has to hold for every plant,
-/// and which settings are searched within which range. The result is the same with any number of jobs.
+/// and which settings are searched within which range. The result is the same with any number of jobs. The native code of the FMUs
+/// is executed: use FMUs that you trust.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = HELP)]
 pub struct Options {

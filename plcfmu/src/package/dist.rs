@@ -81,14 +81,14 @@ pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Res
     let platforms = if as_available { PLATFORMS.to_vec() } else { options.platforms.clone() };
     let packing = pack::Options { platforms, out: Some(new.clone()), as_available, ..pack::Options::default() };
     pack::run(workspace, &packing)?;
-    if packing.platforms.contains(&Platform::host()?.folder) {
+    if packing.platforms.contains(&Platform::host(&workspace.root)?.folder) {
         match make::run(workspace, &make::Options { fmus: Some(new.clone()), out: Some(new.clone()) }) {
             Err(error) if as_available => tell::note(&format!("left out: {error:#}")),
             made => made?,
         }
     }
     python.arg(workspace.root.join("plcfmu/python/build_wheel.py")).args(["--archive", "--fmus=.", "--out=."]);
-    python.args(targets(&new, &Platform::host()?)?.iter().map(|target| format!("--target={target}")));
+    python.args(targets(&new, &Platform::host(&workspace.root)?)?.iter().map(|target| format!("--target={target}")));
     let mut compatibility = Command::new(python.get_program());
     compatibility.arg(workspace.root.join("plcfmu/python/compatibility.py")).arg("--fmus").arg(&new);
     compatibility.arg("--out").arg(new.join(COMPATIBILITY)).args(["--version", env!("CARGO_PKG_VERSION")]);

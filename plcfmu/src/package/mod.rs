@@ -6,6 +6,7 @@ pub mod merge;
 pub mod pack;
 pub mod preset;
 pub mod program;
+pub mod program_library;
 pub mod reference;
 mod sources;
 pub mod ssp;

@@ -9,7 +9,7 @@ use crate::build::platform::{self, Platform};
 use crate::build::workspace::{FmuCrate, Workspace};
 use crate::package::check;
 use crate::package::merge;
-use crate::package::program;
+use crate::package::program_library;
 use crate::package::{reference, sources};
 use crate::page;
 use crate::progress::Progress;
@@ -101,7 +101,7 @@ struct Plan {
 
 /// Decides what is built for which platform, and how. Nothing is built or written yet.
 fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan> {
-    let host = Platform::host()?;
+    let host = Platform::host(&workspace.root)?;
     let mut given = BTreeMap::new();
     for (folder, path) in &options.libraries {
         if options.platforms.contains(folder) || given.insert(*folder, path.clone()).is_some() {
@@ -156,7 +156,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     let programs = workspace.programs.as_ref().filter(|_| is_all);
     let (all, libraries) = build(workspace, options, crates, programs, &plan)?;
     for (platform, library) in &libraries {
-        let place = program::library_in(&folder, platform);
+        let place = program_library::place(&folder, platform);
         fs::create_dir_all(temporary::folder(&place)).with_context(|| place.display().to_string())?;
         fs::copy(library, &place).with_context(|| format!("{} cannot be written", place.display()))?;
     }
@@ -464,7 +464,7 @@ mod tests {
 
     #[test]
     fn an_fmu_is_built_for_this_machine_alone_if_no_platform_is_named() {
-        let host = Platform::host().unwrap().folder;
+        let host = Platform::host(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap().folder;
         assert_eq!(planned(&[], &[], 5).unwrap(), (vec![host], true));
         assert_eq!(planned(&[host, host], &[], 5).unwrap(), (vec![host], true));
         assert_eq!(planned(&[], &["linux32=a.so"], 1).unwrap(), (vec![host], true));
@@ -472,7 +472,7 @@ mod tests {
 
     #[test]
     fn a_library_that_was_built_elsewhere_is_not_built_again() {
-        let host = Platform::host().unwrap().folder;
+        let host = Platform::host(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap().folder;
         let given = format!("{host}=pump.so");
         assert_eq!(planned(&[], &[&given, "linux32=a=b.so"], 1).unwrap(), (vec![], true));
         assert_eq!(given_library("linux32=a=b.so").unwrap(), ("linux32", "a=b.so".into()));

@@ -2,11 +2,9 @@
 //! them when an instance is made. Nothing is compiled for it.
 
 use crate::build::c;
-use crate::build::compile::{Linkage, compile_once};
-use crate::build::platform::{self, Platform};
-use crate::build::workspace::Workspace;
+use crate::build::platform;
 use crate::package::pack::LICENCES;
-use crate::package::{check, reference};
+use crate::package::{check, program_library, reference};
 use crate::page;
 use crate::program::trial::nanoseconds;
 use anyhow::{Context, Result, anyhow, bail, ensure};
@@ -268,7 +266,7 @@ pub fn pack(files: &[PathBuf], options: &Options, native: bool, folder: &Path) -
     let mut contents = BTreeMap::new();
     let host = *platforms(OS, ARCH).first().context("FMI has no platform for this machine")?;
     let compiled = temporary::builder().tempdir().context("there is no folder for temporary files")?;
-    let mut libraries = if native { BTreeMap::new() } else { libraries()? };
+    let mut libraries = if native { BTreeMap::new() } else { program_library::find(compiled.path())? };
     match loaded.sources(laws::with_laws) {
         Ok(text) => {
             let file = format!("{name}.c");
@@ -386,48 +384,6 @@ fn free(file: &Path, is_taken: impl Fn(&str) -> bool) -> String {
     let (stem, ending) = (text(file.file_stem()), text(file.extension()));
     let names = (2..).map(|number| format!("{stem}_{number}.{ending}"));
     std::iter::once(text(file.file_name())).chain(names).find(|name| !is_taken(name)).unwrap_or_default()
-}
-
-/// The library of programs for a platform in a folder of FMUs.
-pub fn library_in(folder: &Path, platform: &str) -> PathBuf {
-    let suffix = platform::system(platform).map_or("", |(_, suffix)| suffix);
-    folder.join("programs").join(platform).join(format!("program{suffix}"))
-}
-
-/// The folder of FMUs whose libraries of programs are taken.
-const FMUS: &str = "PLCFMU_FMUS";
-
-/// The library of programs for each platform: those in the folder `programs` beside this command or, in a Python environment, in
-/// `share/plcfmu`; those that were packed with the FMUs in the folder that the variable PLCFMU_FMUS names; or, in a clone of plcfmu or
-/// with a command that was built in one, that of this machine, which is built once.
-fn libraries() -> Result<BTreeMap<&'static str, PathBuf>> {
-    let mut libraries = BTreeMap::new();
-    let beside = std::env::current_exe().ok().and_then(|own| Some(own.parent()?.to_path_buf()));
-    let shared = beside.as_ref().map(|beside| beside.join("../share/plcfmu"));
-    for folder in beside.into_iter().chain(shared).chain(std::env::var_os(FMUS).map(PathBuf::from)) {
-        for platform in platform::folders() {
-            let library = library_in(&folder, platform);
-            if library.is_file() {
-                libraries.insert(platform, library);
-            }
-        }
-        if !libraries.is_empty() {
-            return Ok(libraries);
-        }
-    }
-    let mut clones = [Workspace::find, Workspace::of_this_command].into_iter().filter_map(|find| find().ok());
-    let Some((package, workspace)) = clones.find_map(|clone| Some((clone.programs.clone()?, clone))) else {
-        bail!(
-            "the library of programs is missing: it belongs in the folder programs beside {}; build plcfmu in a clone, or \
-             set {FMUS} to the folder of packed FMUs",
-            std::env::current_exe().unwrap_or_default().display()
-        );
-    };
-    let host = Platform::host()?;
-    let linkage = Linkage::choose(&workspace, &host, false);
-    let built = compile_once(&workspace, &package, &host, &linkage)?;
-    libraries.insert(host.folder, built.into_values().next().context("cargo has built no library")?);
-    Ok(libraries)
 }
 
 #[cfg(test)]

@@ -1,0 +1,81 @@
+//! The library that runs all programs in SCL: where it is found or, in a clone, built. The folder in which the command is called has
+//! no say in it: nothing is read there and nothing run.
+
+use crate::build::compile::compile_once;
+use crate::build::platform;
+use crate::build::workspace::Workspace;
+use anyhow::{Context, Result, bail, ensure};
+use host::fmu::platforms;
+use std::collections::BTreeMap;
+use std::env::consts::{ARCH, OS};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What this command brings along (build.rs): the library for its own platform, if it was compiled with optimization, as by `cargo
+/// install`; else the clone that it was compiled from. Neither if the library belongs beside it, as in a release.
+const OWN: (Option<&[u8]>, Option<&str>) = include!(concat!(env!("OUT_DIR"), "/program_library.rs"));
+
+/// The folder of FMUs whose libraries of programs are taken.
+const FMUS: &str = "PLCFMU_FMUS";
+
+/// The place of the library for a platform in a folder of FMUs.
+pub fn place(folder: &Path, platform: &str) -> PathBuf {
+    let suffix = platform::system(platform).map_or("", |(_, suffix)| suffix);
+    folder.join("programs").join(platform).join(format!("program{suffix}"))
+}
+
+/// Those in a folder of FMUs, by platform.
+pub fn all_in(folder: &Path) -> BTreeMap<&'static str, PathBuf> {
+    let places = platform::folders().into_iter().map(|platform| (platform, place(folder, platform)));
+    places.filter(|(_, library)| library.is_file()).collect()
+}
+
+/// The library for each platform: those in the folder `programs` beside this command or, in a Python environment, in
+/// `share/plcfmu`; those that were packed with the FMUs in the folder that the variable PLCFMU_FMUS names; that in this command, which
+/// is written into `folder`; or that of the clone which this command was compiled in, which is built once.
+///
+/// # Errors
+/// There is none, or it cannot be built, with the reason and what to do.
+pub fn find(folder: &Path) -> Result<BTreeMap<&'static str, PathBuf>> {
+    let own = std::env::current_exe().unwrap_or_default();
+    let beside = own.parent().map(Path::to_path_buf);
+    let shared = beside.as_ref().map(|beside| beside.join("../share/plcfmu"));
+    for folder in beside.into_iter().chain(shared).chain(std::env::var_os(FMUS).map(PathBuf::from)) {
+        let libraries = all_in(&folder);
+        if !libraries.is_empty() {
+            return Ok(libraries);
+        }
+    }
+    let (platform, library) = match OWN {
+        (Some(bytes), _) => {
+            let platform = *platforms(OS, ARCH).first().context("FMI has no platform for this machine")?;
+            let library = place(folder, platform);
+            fs::create_dir_all(library.parent().unwrap_or(folder))
+                .and_then(|()| fs::write(&library, bytes))
+                .with_context(|| format!("{} cannot be written", library.display()))?;
+            (platform, library)
+        }
+        (None, Some(clone)) => built(Path::new(clone)).context("the library of programs cannot be built")?,
+        (None, None) => bail!(
+            "the library of programs is missing: it belongs in the folder programs beside {}; unpack all of the archive, or \
+             set {FMUS} to a folder of packed FMUs",
+            own.display()
+        ),
+    };
+    Ok(BTreeMap::from([(platform, library)]))
+}
+
+/// Builds the library of a clone, for this machine.
+fn built(clone: &Path) -> Result<(&'static str, PathBuf)> {
+    ensure!(
+        clone.join("Cargo.toml").is_file(),
+        "the sources that this command was compiled from, {}, are no longer there; compile it again, with 'cargo install --path \
+         plcfmu' for one that needs no sources",
+        clone.display()
+    );
+    let workspace = Workspace::in_folder(clone)?;
+    let package = workspace.programs.clone();
+    let package = package.with_context(|| format!("{} has no package of programs", clone.display()))?;
+    let (host, library) = compile_once(&workspace, &package)?;
+    Ok((host.folder, library))
+}
