@@ -153,7 +153,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     let folder = options.out.clone().unwrap_or_else(|| workspace.fmus());
     let _lock = begin(workspace, &folder)?;
     let is_all = options.names.is_empty() && options.packages.is_empty();
-    let programs = workspace.programs.as_ref().filter(|_| is_all);
+    let programs = workspace.programs.as_ref().filter(|programs| is_all || options.packages.contains(&programs.name));
     let (all, libraries) = build(workspace, options, crates, programs, &plan)?;
     for (platform, library) in &libraries {
         let place = program_library::place(&folder, platform);
@@ -255,7 +255,8 @@ fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
     Ok(())
 }
 
-/// The crates that are asked for: those of `-p` by their exact names, the others in any case and with `-` or `_`.
+/// The crates that are asked for: those of `-p` by their exact names, the others in any case and with `-` or `_`. The package of
+/// programs may be named with `-p`, and is not among them.
 ///
 /// # Errors
 /// There is no such crate.
@@ -270,7 +271,7 @@ pub fn select(workspace: &Workspace, options: &Options) -> Result<Vec<FmuCrate>>
         crates.map(|fmu_crate| fmu_crate.name.as_str()).collect::<Vec<_>>().join(", ")
     };
     for package in &options.packages {
-        if !workspace.crates.iter().any(|fmu_crate| fmu_crate.name == *package) {
+        if !workspace.crates.iter().chain(&workspace.programs).any(|fmu_crate| fmu_crate.name == *package) {
             bail!("{package} is not a package that makes an FMU ({WHAT}): there are {}", names(true));
         }
     }
@@ -403,6 +404,11 @@ mod tests {
         Workspace { root: root.into(), target: root.join("target"), crates, programs: None }
     }
 
+    /// A folder that there is, in which rustc can be asked.
+    fn here() -> &'static Path {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+    }
+
     /// The packages that are built for these arguments.
     fn selected(names: &[&str], packages: &[&str]) -> Result<Vec<String>> {
         let text = |words: &[&str]| words.iter().map(|word| word.to_string()).collect();
@@ -424,6 +430,15 @@ mod tests {
             "bom is not a package that makes an FMU (an FMU is made by a package with a cdylib that depends on fmu): there \
              are boom, my-pump, valve"
         );
+    }
+
+    #[test]
+    fn the_package_of_programs_may_be_named_with_those_of_fmus() {
+        let programs = Some(fmu_crate("programs", false));
+        let workspace = Workspace { programs, ..workspace(Path::new("/w")) };
+        let packages = ["valve", "programs"].map(String::from).to_vec();
+        let options = Options { packages, ..Options::default() };
+        assert_eq!(select(&workspace, &options).unwrap(), [fmu_crate("valve", false)]);
     }
 
     #[test]
@@ -458,13 +473,13 @@ mod tests {
     fn planned(platforms: &[&'static str], libraries: &[&str], crates: usize) -> Result<(Vec<&'static str>, bool)> {
         let libraries = libraries.iter().map(|argument| given_library(argument)).collect::<Result<Vec<_>>>()?;
         let options = Options { platforms: platforms.to_vec(), libraries, native: true, ..Options::default() };
-        let plan = plan(&workspace(Path::new("/w")), &options, crates)?;
+        let plan = plan(&workspace(here()), &options, crates)?;
         Ok((plan.built.iter().map(|(folder, _)| *folder).collect(), plan.has_host))
     }
 
     #[test]
     fn an_fmu_is_built_for_this_machine_alone_if_no_platform_is_named() {
-        let host = Platform::host(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap().folder;
+        let host = Platform::host(here()).unwrap().folder;
         assert_eq!(planned(&[], &[], 5).unwrap(), (vec![host], true));
         assert_eq!(planned(&[host, host], &[], 5).unwrap(), (vec![host], true));
         assert_eq!(planned(&[], &["linux32=a.so"], 1).unwrap(), (vec![host], true));
@@ -472,7 +487,7 @@ mod tests {
 
     #[test]
     fn a_library_that_was_built_elsewhere_is_not_built_again() {
-        let host = Platform::host(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap().folder;
+        let host = Platform::host(here()).unwrap().folder;
         let given = format!("{host}=pump.so");
         assert_eq!(planned(&[], &[&given, "linux32=a=b.so"], 1).unwrap(), (vec![], true));
         assert_eq!(given_library("linux32=a=b.so").unwrap(), ("linux32", "a=b.so".into()));
