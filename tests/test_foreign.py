@@ -3,6 +3,7 @@ neither the command nor the other FMUs; what it prints is no part of a recording
 
 import os
 import signal
+import stat
 import subprocess
 import sys
 
@@ -121,6 +122,20 @@ def test_the_rows_of_an_fmu_alone_are_those_of_fmpy(plcfmu, faulty):
 def test_a_time_is_written_as_the_decimal_that_it_is(plcfmu, faulty):
     _, output, _ = plcfmu("run", str(faulty), "--record=FAULTY.Y", "--step=0.2", "--stop=600", "--out=-")
     assert [line.split(",")[0] for line in output.splitlines()[1:]] == [f"{step / 5:.1f}" for step in range(3001)]
+
+
+@posix
+def test_what_is_unpacked_is_its_owners_alone(start, tmp_path, faulty):
+    """Nobody else can read it, or exchange the library before it is loaded, whatever the umask."""
+    usual = os.umask(0)
+    try:
+        process = start("run", str(faulty), f"--set=FAULTY.FAULT={HANG}", "--step=1", "--stop=9")
+    finally:
+        os.umask(usual)
+    assert process.stderr.readline() == "an FMU that talks\n"
+    made = list((tmp_path / "tmp").rglob("*"))
+    assert "faulty.so" in {path.name for path in made}
+    assert {path: stat.S_IMODE(path.stat().st_mode) for path in made} == {path: 0o700 if path.is_dir() else 0o600 for path in made}
 
 
 @posix

@@ -3,7 +3,7 @@
 use crate::instance::Instance;
 use crate::library::Library;
 use crate::package::binary::Binary;
-use crate::package::temporary;
+use crate::package::temporary::Folder;
 use crate::package::{LibraryFile, Package};
 use anyhow::{Context, Result, bail};
 use modeldescription::{Description, Interface, Table};
@@ -39,11 +39,11 @@ impl Fmu {
     /// As [`Fmu::open`].
     pub fn load<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<Fmu> {
         let file = library(package)?.clone();
-        let folder =
-            temporary::builder().tempdir_in(place).with_context(|| format!("no folder in {}", place.display()))?;
-        package.archive.unpack(folder.path())?;
-        let resources = uri(&folder.path().join("resources"));
-        let path = folder.path().join(&file.path);
+        let folder = Folder::new_in(place).with_context(|| format!("no folder in {}", place.display()))?;
+        let unpacked = folder.path().join("fmu");
+        package.archive.unpack(&unpacked)?;
+        let resources = uri(&unpacked.join("resources"));
+        let path = unpacked.join(&file.path);
         Ok(Fmu { description: package.description.clone(), library: Library::open_in(folder, &path)?, resources })
     }
 

@@ -17,3 +17,4 @@ pub mod instance;
 pub mod library;
 pub mod package;
 pub mod simulation;
+pub mod standard_output;

@@ -5,12 +5,12 @@
 
 #![allow(unsafe_code)]
 
+use crate::package::temporary::Folder;
 use anyhow::{Context, Result, anyhow};
 use std::error::Error;
 use std::ffi::{c_char, c_double, c_int, c_uint, c_void};
 use std::path::Path;
 use std::sync::Arc;
-use tempfile::TempDir;
 
 /// `fmi2Component`, `fmi2FMUstate`.
 pub type Pointer = *mut c_void;
@@ -78,7 +78,7 @@ macro_rules! library {
         pub const PREFIX: &str = "fmi2";
 
         impl Library {
-            fn load(path: &Path, folder: Option<TempDir>) -> Result<Library> {
+            fn load(path: &Path, folder: Option<Folder>) -> Result<Library> {
                 let library = load(path)
                     .map_err(|error| anyhow!("{} cannot be loaded: {}", shown(path), reason(&error, path)))?;
                 Ok(Library {
@@ -131,7 +131,7 @@ library! {
 #[derive(Debug)]
 struct Loaded {
     library: libloading::Library,
-    _folder: Option<TempDir>,
+    _folder: Option<Folder>,
 }
 
 #[cfg(not(windows))]
@@ -180,7 +180,7 @@ impl Library {
     ///
     /// # Errors
     /// As [`Library::open`]; the folder is removed then, too.
-    pub fn open_in(folder: TempDir, path: &Path) -> Result<Library> {
+    pub fn open_in(folder: Folder, path: &Path) -> Result<Library> {
         Library::load(path, Some(folder))
     }
 

@@ -8,6 +8,7 @@ pub mod colors;
 pub mod command;
 pub mod commands;
 pub mod exit;
+pub mod interruption;
 pub mod linked;
 pub mod package;
 pub mod page;

@@ -9,7 +9,7 @@ use plcfmu::commands::{
     build, check, child, figures, gains, info, manual, merge, new, params, preset, prove, run, ssp, study, test,
     tune_study,
 };
-use plcfmu::{exit, tell};
+use plcfmu::{exit, interruption, tell};
 use std::process::ExitCode;
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
@@ -63,9 +63,15 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    temporary::remove_forgotten();
     let Arguments { tell, command } = Arguments::parse();
     tell.apply();
+    // The process that runs foreign code ends with its parent.
+    if !matches!(command, Command::Child(_)) {
+        if let Err(error) = interruption::guard() {
+            tell::warning(&format!("Ctrl-C may leave temporary files: {error}"));
+        }
+        temporary::remove_forgotten();
+    }
     let result = match command {
         Command::Info(options) => info::run(&options),
         Command::Check(options) => check::run(&options),

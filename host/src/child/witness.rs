@@ -4,11 +4,11 @@
 #![allow(unsafe_code)]
 
 use crate::instance::Instance;
+use crate::package::temporary;
 use crate::simulation::Fmus;
 use anyhow::{Context, Result};
 use memmap2::{MmapOptions, MmapRaw};
 use run::component::Reset;
-use std::fs::OpenOptions;
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -40,7 +40,7 @@ impl Witness {
     pub fn open(folder: &Path) -> Result<Witness> {
         let map = || {
             let path = folder.join("witness");
-            let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
+            let file = temporary::options().read(true).write(true).create(true).truncate(false).open(path)?;
             file.set_len(SIZE as u64)?;
             MmapOptions::new().len(SIZE).map_raw(&file)
         };

@@ -5,9 +5,9 @@
 //! and then reads a different archive than other tools do; so the end record and the lengths of the table's entries are
 //! checked here first.
 
+use crate::package::temporary;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use std::collections::{BTreeMap, HashSet};
-use std::fs::{self, File};
 use std::io::{self, Cursor, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use zip::read::{ArchiveOffset, Config, ZipFileEntry};
@@ -137,14 +137,14 @@ impl<R: Read + Seek> Archive<R> {
             let path = folder.join(&entry.name);
             let unwritable = || format!("{} cannot be unpacked", entry.name);
             if entry.is_folder() {
-                fs::create_dir_all(&path).with_context(unwritable)?;
+                temporary::make_folder(&path).with_context(unwritable)?;
                 continue;
             }
             if let Some(parent) = path.parent() {
-                fs::create_dir_all(parent).with_context(unwritable)?;
+                temporary::make_folder(parent).with_context(unwritable)?;
             }
             // Two names may mean the same file where case does not matter.
-            let mut file = File::create_new(&path).with_context(unwritable)?;
+            let mut file = temporary::options().write(true).create_new(true).open(&path).with_context(unwritable)?;
             self.unpack_entry(&entry, &mut file)?;
         }
         Ok(())
@@ -347,6 +347,7 @@ fn pack(writer: &mut zip::ZipWriter<Cursor<Vec<u8>>>, name: &str, content: &[u8]
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     const LOCAL: usize = 30;
     const LOCAL_SIGNATURE: [u8; 4] = *b"PK\x03\x04";

@@ -1,12 +1,15 @@
-//! Temporary files and folders, made beside what they become. They are removed when the command ends; those that an
-//! interrupted command has left are recognized by their names.
+//! Temporary files and folders, made beside what they become. They are their owner's alone, whatever the umask, and are removed
+//! when the command ends, by a signal too. Each is locked while it is in use: what a killed command has left is recognized by its
+//! name and its free lock, and removed by the next one.
 
 use anyhow::{Context, Result, bail, ensure};
-use std::fs::{self, File, Metadata, OpenOptions};
+use std::collections::BTreeSet;
+use std::fs::{self, File, Metadata, OpenOptions, Permissions};
 use std::io::{self, BufWriter, Write};
 #[cfg(unix)]
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tempfile::{TempDir, TempPath};
 
@@ -19,11 +22,73 @@ const LOCK: &str = ".lock";
 /// Nothing takes as long.
 const A_DAY: Duration = Duration::from_secs(86_400);
 
-/// Makes temporary files and folders with these names.
-pub fn builder() -> tempfile::Builder<'static, 'static> {
+/// The temporary files and folders that this process has now.
+static PRESENT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn present_ones() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    PRESENT.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes all temporary files and folders of this process, which is about to end. From now on it makes none.
+pub fn remove_all() {
+    let present = present_ones();
+    present.iter().for_each(|path| remove(path));
+    // Whoever makes or removes one waits for the end.
+    std::mem::forget(present);
+}
+
+/// An entry of [`PRESENT`].
+#[derive(Debug)]
+struct Listed(PathBuf);
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        present_ones().remove(&self.0);
+    }
+}
+
+/// Makes a file or folder and lists it, with no signal between the two.
+fn listed<T>(make: impl FnOnce() -> io::Result<T>, path: impl FnOnce(&T) -> &Path) -> io::Result<(T, Listed)> {
+    let mut present = present_ones();
+    let made = make()?;
+    let path = path(&made).to_path_buf();
+    present.insert(path.clone());
+    Ok((made, Listed(path)))
+}
+
+/// A new temporary file, of this mode less the umask where the system has modes.
+fn new_file(folder: &Path, suffix: &str, mode: u32) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(NAME.0).suffix(NAME.1);
-    builder
+    builder.prefix(NAME.0).suffix(suffix);
+    #[cfg(unix)]
+    builder.permissions(Permissions::from_mode(mode));
+    #[cfg(not(unix))]
+    let _ = mode;
+    builder.tempfile_in(folder)
+}
+
+/// To open a file in a temporary folder that is its owner's alone.
+pub fn options() -> OpenOptions {
+    let mut options = OpenOptions::new();
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options
+}
+
+/// Makes a folder in a temporary folder, with those above it, as [`options`] does files.
+///
+/// # Errors
+/// It cannot be made.
+pub fn make_folder(path: &Path) -> io::Result<()> {
+    let mut builder = fs::DirBuilder::new();
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.recursive(true).create(path)
+}
+
+/// The permissions that a new file has in this folder, by the user's umask.
+fn usual_permissions(folder: &Path) -> io::Result<Permissions> {
+    Ok(new_file(folder, NAME.1, 0o666)?.as_file().metadata()?.permissions())
 }
 
 /// Writes a file beside its place, checks it there, and renames it: at every moment there is the old file or the new one, which
@@ -44,7 +109,10 @@ pub fn place(
 /// before the first one gets its name, so that a full disk leaves none of them.
 #[derive(Debug)]
 pub struct Pending {
+    // Open: it is locked until it has its name.
+    _file: File,
     beside: TempPath,
+    _listed: Listed,
     path: PathBuf,
     /// What is there is no regular file: it is written into.
     is_stream: bool,
@@ -66,12 +134,14 @@ impl Pending {
         let path = if is_stream { path.to_path_buf() } else { linked(path) };
         let folder = if is_stream { std::env::temp_dir() } else { folder(&path).to_path_buf() };
         fs::create_dir_all(&folder).with_context(failed)?;
-        #[cfg_attr(not(unix), expect(unused_mut))]
-        let mut builder = builder();
-        // As other files: the temporary ones of this crate are their owner's alone.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let (file, beside) = builder.tempfile_in(&folder).with_context(failed)?.into_parts();
+        remove_forgotten_in(&folder);
+        let make = || {
+            let file = new_file(&folder, NAME.1, 0o600)?;
+            lock(file.as_file())?;
+            Ok(file)
+        };
+        let (file, _listed) = listed(make, tempfile::NamedTempFile::path).map_err(|error| unwritable(&path, error))?;
+        let (file, beside) = file.into_parts();
         let mut writer = BufWriter::new(&file);
         write(&mut writer).with_context(failed)?;
         writer.flush().with_context(failed)?;
@@ -81,13 +151,19 @@ impl Pending {
             file.sync_all().with_context(failed)?;
         }
         check(&beside)?;
-        if let Some(present) = present.filter(|_| !is_stream) {
-            // Only the superuser can give a file to somebody else.
-            #[cfg(unix)]
-            let _ = std::os::unix::fs::fchown(&file, Some(present.uid()), Some(present.gid()));
-            file.set_permissions(present.permissions()).with_context(failed)?;
+        if !is_stream {
+            let permissions = match present {
+                Some(present) => {
+                    // Only the superuser can give a file to somebody else.
+                    #[cfg(unix)]
+                    let _ = std::os::unix::fs::fchown(&file, Some(present.uid()), Some(present.gid()));
+                    present.permissions()
+                }
+                None => usual_permissions(&folder).with_context(failed)?,
+            };
+            file.set_permissions(permissions).with_context(failed)?;
         }
-        Ok(Pending { beside, path, is_stream })
+        Ok(Pending { _file: file, beside, _listed, path, is_stream })
     }
 
     /// Gives the file its name, or writes what is in it into the device that has this name.
@@ -102,7 +178,7 @@ impl Pending {
                 .map(drop)
                 .with_context(failed);
         }
-        let Pending { beside, path, .. } = self;
+        let Pending { beside, path, _listed, .. } = self;
         beside.persist(&path).with_context(|| format!("{} cannot be written", path.display()))
     }
 }
@@ -159,12 +235,31 @@ pub fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A folder for what is unpacked, removed when this is dropped.
+/// Why a file cannot be made, in terms of what the user has named.
+fn unwritable(path: &Path, error: io::Error) -> anyhow::Error {
+    let folder = folder(path).display();
+    match error.kind() {
+        io::ErrorKind::PermissionDenied => {
+            anyhow::anyhow!("{} cannot be written: you may not write to the folder {folder}", path.display())
+        }
+        // The error itself names a temporary file that nobody knows.
+        kind => anyhow::Error::new(error.raw_os_error().map_or_else(|| kind.into(), io::Error::from_raw_os_error))
+            .context(format!("{} cannot be written", path.display())),
+    }
+}
+
+/// Locks what a process uses. On Windows a lock would keep others from reading the file.
+fn lock(file: &File) -> io::Result<()> {
+    if cfg!(unix) { file.lock() } else { Ok(()) }
+}
+
+/// A folder for what is temporary, removed when this is dropped.
 #[derive(Debug)]
 pub struct Folder {
     // Windows removes no file that is open: this goes first.
     _lock: File,
     folder: TempDir,
+    _listed: Listed,
 }
 
 impl Folder {
@@ -173,13 +268,31 @@ impl Folder {
     /// # Errors
     /// It cannot be made.
     pub fn new() -> Result<Folder> {
+        let place = std::env::temp_dir();
+        Folder::new_in(&place)
+            .with_context(|| format!("no temporary folder can be made in {} (TMPDIR chooses another)", place.display()))
+    }
+
+    /// In this folder, such as the one of what it becomes.
+    ///
+    /// # Errors
+    /// It cannot be made.
+    pub fn new_in(place: &Path) -> io::Result<Folder> {
         let make = || {
-            let folder = builder().tempdir()?;
-            let lock = File::create(folder.path().join(LOCK))?;
+            let mut builder = tempfile::Builder::new();
+            builder.prefix(NAME.0).suffix(NAME.1);
+            #[cfg(unix)]
+            builder.permissions(Permissions::from_mode(0o700));
+            let folder = builder.tempdir_in(place)?;
+            // Locked before it has its name: an unlocked one is taken for forgotten.
+            let path = folder.path().join("lock");
+            let lock = options().write(true).create_new(true).open(&path)?;
             lock.lock()?;
-            io::Result::Ok(Folder { _lock: lock, folder })
+            fs::rename(&path, folder.path().join(LOCK))?;
+            Ok((lock, folder))
         };
-        make().context("there is no folder for temporary files")
+        let ((lock, folder), listed) = listed(make, |(_, folder)| folder.path())?;
+        Ok(Folder { _lock: lock, folder, _listed: listed })
     }
 
     /// Where it is.
@@ -188,35 +301,81 @@ impl Folder {
     }
 }
 
-/// Removes from the system's folder for temporary files what killed commands have left: the folders whose process is gone, and
-/// what is older than a day. What cannot be removed, such as that of other users, stays.
+/// A whole file, removed when this is dropped.
+#[derive(Debug)]
+pub struct Document {
+    file: tempfile::NamedTempFile,
+    _listed: Listed,
+}
+
+impl Document {
+    /// In the folder for temporary files of the system, with a name that ends like this, if the end matters to who opens it.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn new(suffix: Option<&str>, content: &[u8]) -> Result<Document> {
+        let make = || {
+            let mut file = new_file(&std::env::temp_dir(), suffix.unwrap_or(NAME.1), 0o600)?;
+            lock(file.as_file())?;
+            file.write_all(content)?;
+            Ok(file)
+        };
+        let (file, _listed) = listed(make, tempfile::NamedTempFile::path)
+            .context("no temporary file can be made (TMPDIR chooses another folder)")?;
+        Ok(Document { file, _listed })
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.file.path()
+    }
+}
+
+/// Removes from the system's folder for temporary files what killed commands of this user have left: what nobody has locked, and
+/// what has no lock and is older than a day.
 pub fn remove_forgotten() {
     remove_forgotten_in(&std::env::temp_dir());
 }
 
+/// The same in another folder.
 fn remove_forgotten_in(folder: &Path) {
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let (name, path) = (entry.file_name(), entry.path());
-        if !is_ours(&name.to_string_lossy()) {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut left = entries.filter(|entry| is_ours(&entry.file_name().to_string_lossy())).peekable();
+    if left.peek().is_none() {
+        return;
+    }
+    #[cfg(unix)]
+    let user = new_file(folder, NAME.1, 0o600).and_then(|file| Ok(file.as_file().metadata()?.uid())).ok();
+    for entry in left {
+        let (Ok(of), path) = (entry.metadata(), entry.path()) else { continue };
+        if !of.is_file() && !of.is_dir() {
             continue;
         }
-        let is_old = || {
-            let age = entry.metadata().ok().and_then(|of| of.modified().ok()).and_then(|time| time.elapsed().ok());
-            age.is_some_and(|age| age > A_DAY)
-        };
-        let is_forgotten = match File::open(path.join(LOCK)) {
+        #[cfg(unix)]
+        if Some(of.uid()) != user {
+            continue;
+        }
+        let is_old = || of.modified().ok().and_then(|time| time.elapsed().ok()).is_some_and(|age| age > A_DAY);
+        let is_forgotten = match File::open(if of.is_dir() { path.join(LOCK) } else { path.clone() }) {
+            // On Windows a file is not locked.
+            Ok(_) if of.is_file() && !cfg!(unix) => is_old(),
             Ok(lock) => lock.try_lock().is_ok(),
             Err(_) => is_old(),
         };
         if is_forgotten {
-            let _ = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
+            remove(&path);
         }
     }
 }
 
+/// Removes a file, or a folder with what is in it. What cannot be removed stays.
+fn remove(path: &Path) {
+    let _ = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
+}
+
 /// Whether a file or folder of this name is a temporary one of this program.
 fn is_ours(name: &str) -> bool {
-    name.starts_with(NAME.0) && name.ends_with(NAME.1)
+    name.starts_with(NAME.0) && (name.ends_with(NAME.1) || name.ends_with(".html"))
 }
 
 /// Removes temporary files and folders that were left in `folder`.

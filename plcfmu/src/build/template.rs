@@ -112,7 +112,7 @@ pub fn create(path: &Path, names: &Names, license: Option<&str>) -> Result<()> {
     let failed = || format!("{} cannot be made", path.display());
     fs::create_dir_all(parent).with_context(failed)?;
     // Made beside its place, so that it is there as a whole or not at all.
-    let temporary = temporary::builder().tempdir_in(parent).with_context(failed)?;
+    let temporary = temporary::Folder::new_in(parent).with_context(failed)?;
     let folder = temporary.path().join("crate");
     for (file, text) in CRATE {
         let mut text = names.fill_in(text);
@@ -148,7 +148,7 @@ pub fn update(crate_folder: &Path) -> Result<()> {
         bail!("{} has no sources of plcfmu: only a crate made by 'plcfmu new' has", folder.display());
     }
     let failed = || format!("{} cannot be replaced", folder.display());
-    let temporary = temporary::builder().tempdir_in(crate_folder).with_context(failed)?;
+    let temporary = temporary::Folder::new_in(crate_folder).with_context(failed)?;
     write_sources(temporary.path())?;
     fs::rename(&folder, temporary.path().join("old")).with_context(failed)?;
     fs::rename(temporary.path().join(SOURCES_FOLDER), &folder).with_context(failed)

@@ -1,8 +1,8 @@
 //! `plcfmu check`: says in one sentence each what is wrong with FMUs, and with programs in SCL.
 
-use super::study::interruption;
 use super::{LONGEST_NAME, functions, print, shown, time_limit};
 use crate::exit::Unreadable;
+use crate::interruption;
 use crate::package::check::{STEPS, check, run_apart};
 use crate::package::program::{self as packing, Refused};
 use crate::program;
@@ -60,7 +60,8 @@ pub fn run(options: &Options) -> Result<()> {
     }
     let mut wrong = 0;
     let limit = Duration::from_secs_f64(options.time_limit);
-    let starter = options.run.then(|| anyhow::Ok(Starter { limit, interrupted: interruption()?, ..Starter::new()? }));
+    let starter =
+        options.run.then(|| anyhow::Ok(Starter { limit, interrupted: interruption::flag(), ..Starter::new()? }));
     let starter = starter.transpose()?;
     let mut unreadable = None;
     let mut verdicts = Vec::new();

@@ -23,9 +23,10 @@ pub mod tool;
 pub mod tune_study;
 
 use crate::tell::{self, plain};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use host::library::PREFIX;
 use host::package::binary::Binary;
+use host::standard_output::is_closed;
 use std::io::{ErrorKind, Write, stdout};
 use std::path::Path;
 
@@ -34,10 +35,17 @@ const LONGEST_NAME: usize = 60;
 
 /// Writes to standard output. A reader that has seen enough, such as `head`, is not an error.
 fn print(text: &str) -> Result<()> {
+    ensure_standard_output()?;
     match stdout().write_all(text.as_bytes()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).context("standard output cannot be written"),
         _ => Ok(()),
     }
+}
+
+/// Whoever has closed standard output loses what is written to it.
+fn ensure_standard_output() -> Result<()> {
+    ensure!(!is_closed(), "standard output is closed: direct it to a file, or to /dev/null");
+    Ok(())
 }
 
 /// Writes a file that the user has named, and notes if it has taken the place of another: comments in that, and what was changed in

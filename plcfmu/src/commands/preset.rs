@@ -1,9 +1,9 @@
 //! `plcfmu preset`: FMUs with the start values of somebody's loops.
 
 use super::loops::{self, Arguments};
-use super::study::interruption;
 use super::{aligned, print, replacing, told_once};
 use crate::exit::Unreadable;
+use crate::interruption;
 use crate::package::check;
 use crate::package::preset::{Original, Preset, identifier};
 use crate::tell;
@@ -146,7 +146,7 @@ fn is_file(out: &Path) -> bool {
 
 /// Starts each preset that this machine can run, as a host would.
 fn start(made: &[Made]) -> Result<()> {
-    let starter = Starter { interrupted: interruption()?, ..Starter::new()? };
+    let starter = Starter { interrupted: interruption::flag(), ..Starter::new()? };
     let folder = temporary::Folder::new()?;
     for Made { preset, path, .. } in made {
         let file = folder.path().join(format!("{}.fmu", preset.name));

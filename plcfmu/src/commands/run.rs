@@ -3,9 +3,9 @@
 mod chart;
 mod kept;
 
-use super::study::interruption;
-use super::{replacing, system, time_limit, told_once};
+use super::{ensure_standard_output, replacing, system, time_limit, told_once};
 use crate::exit::Unreadable;
+use crate::interruption;
 use crate::progress::Progress;
 use crate::tell;
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
@@ -111,6 +111,9 @@ pub fn run(options: &Options) -> Result<()> {
         !(to_stdout && options.json),
         "--out - and --json both write to standard output: name a file for one of them"
     );
+    if to_stdout {
+        ensure_standard_output()?;
+    }
     let system = options.system.system()?;
     let outputs = options.out.iter().filter(|_| !to_stdout).chain(&options.plot).chain(&options.save);
     temporary::check_outputs(outputs.clone().map(PathBuf::as_path), system.inputs())?;
@@ -226,7 +229,7 @@ fn simulate<'a>(
         })?;
     }
     let limit = Duration::from_secs_f64(options.time_limit);
-    let starter = Starter { limit, interrupted: interruption()?, ..Starter::new()? };
+    let starter = Starter { limit, interrupted: interruption::flag(), ..Starter::new()? };
     let progress = Progress::steps(plan.steps);
     let began = Instant::now();
     let mut recorder = Recorder::new(plan, csv, every, is_drawn);

@@ -1,6 +1,7 @@
 //! `plcfmu study`: runs a loop many times with different values.
 
 use super::{print, shown, system, time_limit};
+use crate::interruption;
 use crate::parameter_file;
 use crate::progress::Progress;
 use crate::tell;
@@ -12,7 +13,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -118,8 +118,7 @@ pub fn run(options: &Options) -> Result<()> {
     let outputs = options.junit.iter().chain(&options.part).chain([&table]);
     temporary::check_outputs(outputs.map(PathBuf::as_path), reading.job.system.inputs())?;
     let fingerprint = study::fingerprint(&reading.job)?;
-    let interrupted = interruption()?;
-    let mut pool = start(options, &reading, interrupted)?;
+    let mut pool = start(options, &reading, interruption::flag())?;
     warn(&pool, &reading.job.system.remarks);
     let count = pool.experiment().count();
     if let (Some(runs), Some(part)) = (&options.runs, &options.part) {
@@ -193,19 +192,6 @@ pub fn run(options: &Options) -> Result<()> {
         tell::warning(&shown(&printed, LONGEST_PRINTED));
     }
     judge(&results, &verdicts)
-}
-
-/// What becomes true with Ctrl-C. The second Ctrl-C ends the program.
-pub(super) fn interruption() -> Result<Arc<AtomicBool>> {
-    let interrupted = Arc::<AtomicBool>::default();
-    let set = interrupted.clone();
-    ctrlc::set_handler(move || {
-        if set.swap(true, Ordering::Relaxed) {
-            process::exit(130);
-        }
-    })
-    .context("Ctrl-C cannot be handled")?;
-    Ok(interrupted)
 }
 
 fn start(options: &Options, reading: &study::read::Reading, interrupted: Arc<AtomicBool>) -> Result<Pool> {

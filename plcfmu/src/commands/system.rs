@@ -13,7 +13,6 @@ use run::system::{Connection, Exchange, Member, Place, Recorded, Setting, System
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use tempfile::TempDir;
 
 /// What to run or to pack.
 #[derive(clap::Args, Clone, Debug)]
@@ -193,12 +192,12 @@ impl Arguments {
 ///
 /// # Errors
 /// What is wrong with a program, with file, line and column.
-pub fn packed(system: &System) -> Result<(System, Option<TempDir>)> {
+pub fn packed(system: &System) -> Result<(System, Option<temporary::Folder>)> {
     let mut packed = system.clone();
     if system.programs.is_empty() {
         return Ok((packed, None));
     }
-    let folder = temporary::builder().tempdir().context("there is no folder for temporary files")?;
+    let folder = temporary::Folder::new()?;
     for (number, member) in packed.members.iter_mut().enumerate() {
         let Some(program) = system.programs.get(&member.name) else { continue };
         let (name, folder) = (&member.name, folder.path().join(number.to_string()));

@@ -1,6 +1,7 @@
 //! `plcfmu tool`: the parameter tool in the browser, with FMUs.
 
 use super::{print, time_limit};
+use crate::interruption;
 use crate::program::is_source;
 use crate::tell;
 use crate::tool::assets;
@@ -16,10 +17,8 @@ use parameters::Format;
 use std::env;
 use std::fmt::Write as _;
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use tempfile::TempPath;
 
 /// The largest parameter file, in bytes; its Base64 has to fit into a request.
 const LARGEST_FILE: u64 = 40 << 20;
@@ -67,8 +66,10 @@ Examples:
 /// # Errors
 /// There are no FMUs, a file cannot be opened, or the port is taken.
 pub fn run(options: &Options) -> Result<()> {
-    let starter = Starter { limit: Duration::from_secs_f64(options.time_limit), ..Starter::new()? };
-    let interrupted = starter.interrupted.clone();
+    // The server ends in order at the first signal, which it receives as well.
+    let interrupted = interruption::flag();
+    let limit = Duration::from_secs_f64(options.time_limit);
+    let starter = Starter { limit, interrupted: interrupted.clone(), ..Starter::new()? };
     let Opened { collection, start } = open(options, starter)?;
     let server = Server::bind(options.port)?;
     let url = server.address()?;
@@ -79,7 +80,7 @@ pub fn run(options: &Options) -> Result<()> {
         let _ = print(&format!("{url}\n"));
         eprintln!("Ctrl-C ends it.");
         if let Some(door) = &door
-            && open::that_detached(door).is_err()
+            && open::that_detached(door.path()).is_err()
         {
             tell::remark("no browser could be opened: open the address above in one");
         }
@@ -87,11 +88,8 @@ pub fn run(options: &Options) -> Result<()> {
 }
 
 /// A file that leads to an address. Others may see its name in the browser's command line; only the user can read it.
-fn door(address: &str) -> Result<TempPath> {
-    let file = temporary::builder().suffix(".html").tempfile();
-    let mut file = file.context("there is no room for a temporary file")?;
-    file.write_all(server::leading_to(address).as_bytes())?;
-    Ok(file.into_temp_path())
+fn door(address: &str) -> Result<temporary::Document> {
+    temporary::Document::new(Some(".html"), server::leading_to(address).as_bytes())
 }
 
 /// The FMUs that there are, and what the page begins with.

@@ -1,7 +1,7 @@
 //! `plcfmu tune-study`: searches the settings of a controller that are the best for all plants of a study.
 
-use super::study::interruption;
 use super::{print, system, time_limit};
+use crate::interruption;
 use crate::parameter_file;
 use crate::progress::Progress;
 use crate::tell;
@@ -125,7 +125,7 @@ fn pool_options(options: &Options) -> Result<pool::Options> {
         jobs: options.jobs.map_or(defaults.jobs, usize::from),
         limit: Duration::from_secs_f64(options.time_limit),
         exact_door: options.exact_door,
-        interrupted: interruption()?,
+        interrupted: interruption::flag(),
         ..defaults
     })
 }

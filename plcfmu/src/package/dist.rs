@@ -75,7 +75,7 @@ pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Res
     fs::create_dir_all(parent).with_context(unwritable)?;
     temporary::remove_left(parent).with_context(unwritable)?;
     // Made beside its place, so that it is there as a whole or not at all.
-    let beside = temporary::builder().tempdir_in(parent).with_context(unwritable)?;
+    let beside = temporary::Folder::new_in(parent).with_context(unwritable)?;
     let new = beside.path().join("dist");
     let as_available = options.platforms.is_empty();
     let platforms = if as_available { PLATFORMS.to_vec() } else { options.platforms.clone() };

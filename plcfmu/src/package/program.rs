@@ -265,7 +265,7 @@ pub fn pack(files: &[PathBuf], options: &Options, native: bool, folder: &Path) -
     let name = &interface.table.name;
     let mut contents = BTreeMap::new();
     let host = *platforms(OS, ARCH).first().context("FMI has no platform for this machine")?;
-    let compiled = temporary::builder().tempdir().context("there is no folder for temporary files")?;
+    let compiled = temporary::Folder::new()?;
     let mut libraries = if native { BTreeMap::new() } else { program_library::find(compiled.path())? };
     match loaded.sources(laws::with_laws) {
         Ok(text) => {
@@ -285,7 +285,7 @@ pub fn pack(files: &[PathBuf], options: &Options, native: bool, folder: &Path) -
         }
     }
     contents.insert(DESCRIPTION.to_string(), xml.write());
-    let unpacked = temporary::builder().tempdir().context("there is no folder for temporary files")?;
+    let unpacked = temporary::Folder::new()?;
     for (file, text) in [(FILE, manifest.to_string().into_bytes())]
         .into_iter()
         .chain(sources.iter().map(|source| (source.file.as_str(), source.text.clone().into_bytes())))

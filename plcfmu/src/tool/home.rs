@@ -15,11 +15,10 @@ use run::component::Component;
 use run::fmus::Fmus;
 use serde::Serialize;
 use std::cell::RefCell;
-use std::io::{Cursor, Write};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
-use tempfile::TempPath;
 use tool::home::Home;
 use tool::message::{Entry, KnownLoop, Part};
 
@@ -45,7 +44,7 @@ enum Source {
     /// Each in a process of its own.
     Foreign(PathBuf),
     /// The same for an FMU that a page has sent; its file goes with it.
-    Uploaded(TempPath),
+    Uploaded(temporary::Document),
 }
 
 impl Known {
@@ -217,7 +216,7 @@ pub struct FmuHome {
 #[derive(Debug, Default)]
 struct Uploads {
     /// Those that the user has not accepted.
-    waiting: Vec<(String, TempPath)>,
+    waiting: Vec<(String, temporary::Document)>,
     accepted: Vec<Arc<Known>>,
 }
 
@@ -255,9 +254,7 @@ impl FmuHome {
             uploads.waiting.len() + uploads.accepted.len() < MOST_UPLOADS,
             "a page can send {MOST_UPLOADS} FMUs at most: reload it to start over"
         );
-        let mut beside = temporary::builder().tempfile().context("there is no room for a temporary file")?;
-        beside.write_all(bytes).context("there is no room for the FMU")?;
-        uploads.waiting.push((inspected.name.clone(), beside.into_temp_path()));
+        uploads.waiting.push((inspected.name.clone(), temporary::Document::new(None, bytes)?));
         Ok(inspected)
     }
 
@@ -272,19 +269,19 @@ impl FmuHome {
         }
         let place = uploads.waiting.iter().position(|(other, _)| other == name);
         let place = place.with_context(|| format!("no FMU {:?} has been sent", shortened(name)))?;
-        let path = &uploads.waiting[place].1;
+        let path = uploads.waiting[place].1.path();
         let mut package = Package::open(path)?;
         let mut table = None;
         if has_table(&mut package)? {
             table = Some(Arc::new(Interface::parse(&child::interface(&self.collection.starter, path)?)?.table));
         }
-        let (name, path) = uploads.waiting.remove(place);
+        let (name, file) = uploads.waiting.remove(place);
         let known = Known {
             name,
             description: Arc::new(package.description),
             part: table.as_deref().map_or(Part::Other, part),
             table,
-            source: Source::Uploaded(path),
+            source: Source::Uploaded(file),
         };
         let entry = known.entry();
         uploads.accepted.push(Arc::new(known));
@@ -327,7 +324,7 @@ impl Fmus for FmuHome {
         Ok(match &known.source {
             Source::Loaded(fmu, _) => Box::new(fmu.instantiate(name)?),
             Source::Foreign(path) => Box::new(child::instantiate(starter, path, name)?),
-            Source::Uploaded(path) => Box::new(child::instantiate(starter, path, name)?),
+            Source::Uploaded(file) => Box::new(child::instantiate(starter, file.path(), name)?),
         })
     }
 }

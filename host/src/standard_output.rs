@@ -1,0 +1,41 @@
+//! Whether this process was started with a standard output.
+//!
+//! Rust opens /dev/null in place of one that is closed, before `main`: what is written is lost without an error. So this looks
+//! earlier.
+
+#![allow(unsafe_code)]
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+static IS_CLOSED: AtomicBool = AtomicBool::new(false);
+
+#[cfg(any(target_os = "linux", target_os = "macos"))]
+mod at_start {
+    use super::{IS_CLOSED, Ordering};
+    use std::ffi::c_int;
+
+    unsafe extern "C" {
+        fn fcntl(descriptor: c_int, command: c_int, ...) -> c_int;
+    }
+
+    /// Reads the flags of a descriptor.
+    const F_GETFD: c_int = 1;
+
+    // SAFETY: the loader calls what is in this section before `main`, and `look` needs nothing of Rust's runtime.
+    #[used]
+    #[cfg_attr(target_os = "linux", unsafe(link_section = ".init_array"))]
+    #[cfg_attr(target_os = "macos", unsafe(link_section = "__DATA,__mod_init_func"))]
+    static LOOK: extern "C" fn() = look;
+
+    extern "C" fn look() {
+        // SAFETY: this command takes no third argument and changes nothing.
+        if unsafe { fcntl(1, F_GETFD) } == -1 {
+            IS_CLOSED.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+/// Whether standard output was closed when the process was started. On Windows always false.
+pub fn is_closed() -> bool {
+    IS_CLOSED.load(Ordering::Relaxed)
+}
