@@ -6,6 +6,7 @@ import io
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -23,6 +24,7 @@ from files import rows
 
 ROOT = pathlib.Path(__file__).parents[1]
 BUILD = ROOT / "plcfmu" / "python" / "build_wheel.py"
+TRY = BUILD.with_name("try_release.py")
 MISSING = [module for module in ("maturin", "ziglang") if importlib.util.find_spec(module) is None]
 
 pytestmark = [
@@ -174,16 +176,28 @@ def test_plcfmu_run_closes_a_loop_of_two_fmus_of_the_wheel(installed):
     assert abs(float(recorded[-1]["HEATER.TEMP"]) - 60.0) < 0.5
 
 
-def test_the_command_of_the_wheel_packs_a_program_without_rust_and_runs_it(installed):
-    source = installed.folder / "double.scl"
-    source.write_text(
-        "FUNCTION_BLOCK Double VAR_INPUT u : REAL := 1.5; END_VAR VAR_OUTPUT y : REAL; END_VAR\n"
-        "BEGIN y := u * 2.0; END_FUNCTION_BLOCK\n",
-        encoding="utf-8",
-    )
-    assert installed.run("plcfmu", "build", source, "--cycle=100ms") == "./Double.fmu\n"
-    recorded = installed.run("plcfmu", "run", "Double.fmu", "--stop=0.3", "--out=-", "--record=Double.y")
-    assert [float(row["Double.y"]) for row in rows(recorded)] == [0.0, 3.0, 3.0, 3.0]
+def tried(folder):
+    """What is said of the wheel and the archive in a folder, tried as a release is before it is attached."""
+    return subprocess.run([sys.executable, str(TRY), str(folder)], capture_output=True, text=True)
+
+
+def test_wheel_and_archive_build_a_program_and_run_it_with_nothing_around(files):
+    done = tried(files[0].parent)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "".join(f"{path.name}: builds a program and runs it\n" for path in files)
+
+
+def test_an_archive_without_the_library_of_programs_does_not_pass(files, tmp_path):
+    wheel, packed = files
+    shutil.copy(wheel, tmp_path)
+    with tarfile.open(packed) as archive, tarfile.open(tmp_path / packed.name, "w:gz") as lacking:
+        for member in archive:
+            if "/programs/" not in member.name:
+                lacking.addfile(member, archive.extractfile(member))
+    done = tried(tmp_path)
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"error: {packed.name}: plcfmu build tank.scl --cycle=500ms ends with status 1:\n")
+    assert "the library of programs is missing: it belongs in the folder programs beside " in done.stderr
 
 
 def test_the_package_of_the_wheel_finds_the_fmus_of_the_wheel(installed):
@@ -215,4 +229,13 @@ def test_a_folder_without_fmus_is_refused_in_one_sentence(tmp_path):
     assert refused.stderr == (
         f"error: there is no FMU in {tmp_path}: make them with `cargo xtask fmu`, or name another folder with --fmus\n"
     )
+    assert not (tmp_path / "out").exists()
+
+
+def test_fmus_without_a_library_of_programs_are_refused(tmp_path):
+    (tmp_path / "PUMP.fmu").write_bytes(b"")
+    command = [sys.executable, str(BUILD), "--fmus", str(tmp_path), "--out", str(tmp_path / "out")]
+    refused = subprocess.run(command, capture_output=True, text=True)
+    assert refused.returncode == 1
+    assert refused.stderr.startswith(f"error: there is no library of programs in {tmp_path / 'programs'}")
     assert not (tmp_path / "out").exists()

@@ -57,7 +57,7 @@ PROGRAMS = pathlib.PurePosixPath("share/plcfmu/programs")
 
 
 def stage(fmus: list[pathlib.Path], programs: pathlib.Path, folder: pathlib.Path, target: str) -> None:
-    """Puts what goes into the wheel together in a new folder: FMUs, and the libraries of programs if there are any.
+    """Puts what goes into the wheel together in a new folder: the FMUs and the libraries of programs.
 
     The FMUs do not go into the sources: a package imported from the checkout would find them there, not in target/fmu.
     """
@@ -68,8 +68,7 @@ def stage(fmus: list[pathlib.Path], programs: pathlib.Path, folder: pathlib.Path
     (package / "fmus").mkdir()
     for fmu in fmus:
         shutil.copyfile(fmu, package / "fmus" / fmu.name)
-    if programs.is_dir():
-        shutil.copytree(programs, folder / "data" / "data" / PROGRAMS)
+    shutil.copytree(programs, folder / "data" / "data" / PROGRAMS)
     shutil.copyfile(PYTHON / "README.md", folder / "README.md")
     for license in LICENSES:
         shutil.copyfile(ROOT / license, folder / license)
@@ -77,9 +76,7 @@ def stage(fmus: list[pathlib.Path], programs: pathlib.Path, folder: pathlib.Path
     project = (PYTHON / "pyproject.toml").read_text(encoding="utf-8")
     if MANIFEST not in project:
         sys.exit(f"error: {PYTHON / 'pyproject.toml'} has no line {MANIFEST}")
-    manifest = f"manifest-path = '{ROOT / 'plcfmu' / 'Cargo.toml'}'"
-    if programs.is_dir():
-        manifest += "\ndata = 'data'"
+    manifest = f"manifest-path = '{ROOT / 'plcfmu' / 'Cargo.toml'}'\ndata = 'data'"
     (folder / "pyproject.toml").write_text(project.replace(MANIFEST, manifest), encoding="utf-8")
 
 
@@ -91,6 +88,8 @@ def environment(target: str) -> dict[str, str]:
         flags.append("-Clink-arg=-Wl,--no-insert-timestamp")
     variables = {**os.environ, "CARGO_ENCODED_RUSTFLAGS": "\x1f".join(flags)}
     variables.pop("RUSTFLAGS", None)
+    # The libraries of programs are beside the command, for all platforms, and not in it.
+    variables["PLCFMU_PROGRAMS"] = "beside"
     cache = str(TARGET / "portable" / "zig")
     variables.update(ZIG_GLOBAL_CACHE_DIR=cache, ZIG_LOCAL_CACHE_DIR=cache, CARGO_ZIGBUILD_CACHE_DIR=cache)
     variables["CARGO_ZIGBUILD_PYTHON_PATH"] = sys.executable
@@ -190,8 +189,15 @@ def main() -> None:
     for module in needed:
         if importlib.util.find_spec(module) is None:
             sys.exit(f"error: {sys.executable} has no {module}: install it (pip install {module})")
+    programs = options.fmus / "programs"
     for target in targets:
-        wheel = build(fmus, options.fmus / "programs", options.out.resolve(), target)
+        if not any((programs / PLATFORMS[target]).glob("program.*")):
+            sys.exit(
+                f"error: there is no library of programs in {programs / PLATFORMS[target]}, without which the command builds "
+                "no program in SCL: `cargo xtask fmu` packs it with all FMUs"
+            )
+    for target in targets:
+        wheel = build(fmus, programs, options.out.resolve(), target)
         print(wheel)
         if options.archive:
             print(archive(wheel, target))

@@ -5,14 +5,14 @@
 use crate::build::platform::{self, Platform};
 use crate::build::workspace::Workspace;
 use crate::command;
-use crate::package::{merge, pack};
+use crate::package::{merge, pack, program_library};
 use crate::tell;
 use crate::tool::make;
 use anyhow::{Context, Result, bail};
 use host::hexadecimal;
 use host::package::{Package, archive, temporary};
 use sha2::{Digest, Sha256};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::fs;
 use std::io::{Cursor, Write as _};
@@ -55,6 +55,10 @@ pub struct Options {
     /// Platform to build for; may be repeated [default: linux64, win64, aarch64-linux and darwin64, as far as possible here]
     #[arg(long = "platform", value_name = "PLATFORM", value_parser = platform::folder)]
     pub platforms: Vec<&'static str>,
+    /// Folder of FMUs and libraries of programs that 'cargo xtask fmu --platform PLATFORM' has packed on another machine; one for each
+    /// platform. They are joined, and nothing is packed here
+    #[arg(long = "packed", value_name = "DIR", conflicts_with = "platforms")]
+    pub packed: Vec<PathBuf>,
     /// Folder for the files, which is replaced [default: target/dist]
     #[arg(short, long = "out", value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -77,24 +81,35 @@ pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Res
     // Made beside its place, so that it is there as a whole or not at all.
     let beside = temporary::Folder::new_in(parent).with_context(unwritable)?;
     let new = beside.path().join("dist");
-    let as_available = options.platforms.is_empty();
-    let platforms = if as_available { PLATFORMS.to_vec() } else { options.platforms.clone() };
-    let packing = pack::Options { platforms, out: Some(new.clone()), as_available, ..pack::Options::default() };
-    pack::run(workspace, &packing)?;
-    if packing.platforms.contains(&Platform::host(&workspace.root)?.folder) {
+    let host = Platform::host(&workspace.root)?;
+    let as_available = options.platforms.is_empty() && options.packed.is_empty();
+    if options.packed.is_empty() {
+        let platforms = if as_available { PLATFORMS.to_vec() } else { options.platforms.clone() };
+        let packing = pack::Options { platforms, out: Some(new.clone()), as_available, ..pack::Options::default() };
+        pack::run(workspace, &packing)?;
+    } else {
+        join(&options.packed, &new)?;
+    }
+    let platforms = platforms_in(&new)?;
+    if platforms.contains(host.folder) {
         match make::run(workspace, &make::Options { fmus: Some(new.clone()), out: Some(new.clone()) }) {
             Err(error) if as_available => tell::note(&format!("left out: {error:#}")),
             made => made?,
         }
     }
     python.arg(workspace.root.join("plcfmu/python/build_wheel.py")).args(["--archive", "--fmus=.", "--out=."]);
-    python.args(targets(&new, &Platform::host(&workspace.root)?)?.iter().map(|target| format!("--target={target}")));
+    python.args(targets(&new, &host)?.iter().map(|target| format!("--target={target}")));
     let mut compatibility = Command::new(python.get_program());
     compatibility.arg(workspace.root.join("plcfmu/python/compatibility.py")).arg("--fmus").arg(&new);
     compatibility.arg("--out").arg(new.join(COMPATIBILITY)).args(["--version", env!("CARGO_PKG_VERSION")]);
     compatibility.args(options.address.iter().map(|address| format!("--address={address}")));
+    let mut try_them = Command::new(python.get_program());
+    try_them.arg(workspace.root.join("plcfmu/python/try_release.py")).arg(&new);
     command::run(python.current_dir(&new))?;
+    command::run(&mut try_them)?;
     command::run(&mut compatibility)?;
+    // They are in the wheels and the archives.
+    fs::remove_dir_all(new.join(program_library::FOLDER)).with_context(unwritable)?;
     finish(&new)?;
     if folder.exists() {
         fs::remove_dir_all(&folder).with_context(unwritable)?;
@@ -110,6 +125,66 @@ fn check_replaceable(folder: &Path) -> Result<()> {
         bail!("{} exists and was not made by this command: choose another folder with --out", folder.display());
     }
     Ok(())
+}
+
+/// Joins what was packed on several machines in a new folder.
+fn join(packed: &[PathBuf], new: &Path) -> Result<()> {
+    fs::create_dir_all(new).with_context(|| new.display().to_string())?;
+    for name in names_in_all(packed)? {
+        let read = |folder: &PathBuf| -> Result<(String, merge::Files)> {
+            let path = folder.join(&name);
+            let shown = path.display().to_string();
+            Ok((shown.clone(), merge::files(&mut Package::open(&path).with_context(|| shown.clone())?).context(shown)?))
+        };
+        let joined = merge::join_all(packed.iter().map(read).collect::<Result<_>>()?)?;
+        let bytes = archive::write(&joined)?;
+        temporary::place(&new.join(name), |file| Ok(file.write_all(&bytes)?), |_| Ok(()))?;
+    }
+    for (platform, library) in packed.iter().flat_map(|folder| program_library::all_in(folder)) {
+        let place = program_library::place(new, platform);
+        let copied = fs::create_dir_all(temporary::folder(&place)).and_then(|()| fs::copy(&library, &place));
+        copied.with_context(|| format!("{} cannot be copied", library.display()))?;
+    }
+    Ok(())
+}
+
+/// The names of the FMUs in each of the folders: all have the same.
+fn names_in_all(folders: &[PathBuf]) -> Result<Vec<String>> {
+    let (first, others) = folders.split_first().context("no folder is named")?;
+    let fmus = names(first, ".fmu")?;
+    for other in others {
+        let there = names(other, ".fmu")?;
+        if let Some(name) = fmus.iter().chain(&there).find(|name| !fmus.contains(name) || !there.contains(name)) {
+            let (first, other) = (first.display(), other.display());
+            bail!("{name} is in one of {first} and {other} only: pack the same FMUs for all platforms");
+        }
+    }
+    Ok(fmus)
+}
+
+/// The platforms of the FMUs in a folder, for each of which there is a library of programs.
+fn platforms_in(folder: &Path) -> Result<BTreeSet<String>> {
+    let mut all = BTreeSet::new();
+    for name in names(folder, ".fmu")? {
+        let read = || merge::files(&mut Package::open(&folder.join(&name))?);
+        let mut files = read().with_context(|| name.clone())?;
+        merge::remove_stand_in(&mut files);
+        all.extend(merge::platforms(&files));
+    }
+    check_programs(&all, &program_library::all_in(folder))?;
+    Ok(all)
+}
+
+/// Checks that there is a library of programs for each platform of the FMUs.
+fn check_programs(platforms: &BTreeSet<String>, programs: &BTreeMap<&str, PathBuf>) -> Result<()> {
+    match platforms.iter().find(|platform| !programs.contains_key(platform.as_str())) {
+        None => Ok(()),
+        Some(platform) => bail!(
+            "the FMUs have libraries for {platform}, and there is no library of programs for it: pack all FMUs with 'cargo xtask \
+             fmu --platform {platform}', and keep the folder {} beside them",
+            program_library::FOLDER
+        ),
+    }
 }
 
 /// The Rust targets to build the command for, by the platforms of the FMUs in a folder.
@@ -272,6 +347,26 @@ mod tests {
         assert_eq!(targets(folder.path(), &host).unwrap(), ["x86_64-unknown-linux-gnu", "x86_64-pc-windows-gnu"]);
         let windows = Platform::of("x86_64-pc-windows-msvc").unwrap();
         assert_eq!(targets(folder.path(), &windows).unwrap(), ["x86_64-pc-windows-msvc"]);
+    }
+
+    #[test]
+    fn an_fmu_that_was_not_packed_for_all_platforms_is_refused() {
+        let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+        let paths = folders.each_ref().map(|folder| folder.path().to_path_buf());
+        paths.iter().for_each(|path| fs::write(path.join("PUMP.fmu"), "").unwrap());
+        assert_eq!(names_in_all(&paths).unwrap(), ["PUMP.fmu"]);
+        fs::write(paths[1].join("FAN.fmu"), "").unwrap();
+        let error = names_in_all(&paths).unwrap_err().to_string();
+        assert!(error.starts_with("FAN.fmu is in one of ") && error.ends_with("for all platforms"), "{error}");
+    }
+
+    #[test]
+    fn a_library_of_programs_that_is_missing_for_a_platform_is_told() {
+        let platforms = BTreeSet::from(["linux64", "win64"].map(String::from));
+        let programs = |names: &[&'static str]| names.iter().map(|name| (*name, PathBuf::new())).collect();
+        check_programs(&platforms, &programs(&["darwin64", "linux64", "win64"])).unwrap();
+        let error = check_programs(&platforms, &programs(&["linux64"])).unwrap_err().to_string();
+        assert!(error.starts_with("the FMUs have libraries for win64, and there is no library of programs"), "{error}");
     }
 
     #[test]

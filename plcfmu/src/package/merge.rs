@@ -84,7 +84,7 @@ pub fn add_stand_in(files: &mut Files) {
 }
 
 /// Undoes [`add_stand_in`].
-fn remove_stand_in(files: &mut Files) {
+pub fn remove_stand_in(files: &mut Files) {
     let arm = format!("binaries/{ARM}/");
     let stand_in = format!("binaries/{STAND_IN}/");
     let is_stand_in = |name: &String| {

@@ -18,10 +18,13 @@ const OWN: (Option<&[u8]>, Option<&str>) = include!(concat!(env!("OUT_DIR"), "/p
 /// The folder of FMUs whose libraries of programs are taken.
 const FMUS: &str = "PLCFMU_FMUS";
 
+/// The folder of the libraries in a folder of FMUs.
+pub const FOLDER: &str = "programs";
+
 /// The place of the library for a platform in a folder of FMUs.
 pub fn place(folder: &Path, platform: &str) -> PathBuf {
     let suffix = platform::system(platform).map_or("", |(_, suffix)| suffix);
-    folder.join("programs").join(platform).join(format!("program{suffix}"))
+    folder.join(FOLDER).join(platform).join(format!("program{suffix}"))
 }
 
 /// Those in a folder of FMUs, by platform.
