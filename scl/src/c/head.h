@@ -18,6 +18,18 @@ typedef char integers_have_these_bits[sizeof(i16_t) == 2 && sizeof(i32_t) == 4 &
 #if defined(__FAST_MATH__)
 #error "compile without -ffast-math: it changes the results of this program"
 #endif
+#if defined(__ASSOCIATIVE_MATH__)
+#error "compile without -fassociative-math: it changes the results of this program"
+#endif
+#if defined(__RECIPROCAL_MATH__)
+#error "compile without -freciprocal-math: it changes the results of this program"
+#endif
+#if defined(__NO_SIGNED_ZEROS__)
+#error "compile without -fno-signed-zeros: it changes the results of this program"
+#endif
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0
+#error "compile without -ffinite-math-only: it changes the results of this program"
+#endif
 #if defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ != 0
 #error "compile for SSE or another unit that rounds each operation: x87 changes the results of this program"
 #endif
