@@ -71,7 +71,7 @@ def main() -> None:
     wheels = list(folder.glob(f"plcfmu-*-{tags.get(platform, 'macosx*')}.whl"))
     for kind, found in (("wheel", wheels), ("archive", archives)):
         if len(found) != 1:
-            sys.exit(f"error: {folder} has {len(found)} files that are a {kind} for {platform}: one is expected")
+            sys.exit(f"error: {folder} has {len(found)} files of the kind {kind} for {platform}: one is expected")
     with tempfile.TemporaryDirectory() as name:
         place = pathlib.Path(name)
         for what, install in ((wheels[0], of_wheel), (archives[0], of_archive)):

@@ -84,18 +84,13 @@ fn libraries(workspace: &Workspace) -> Result<PathBuf> {
 
 /// Makes the page of the parameter tool. Where its engine cannot be compiled none is left, and its tests are skipped.
 fn page(workspace: &Workspace) -> Result<()> {
-    let mut make = Command::new(std::env::current_exe()?);
-    make.args(["tool", "--fmus"]).arg(workspace.fmus()).current_dir(&workspace.root);
-    if cfg!(unix) && std::env::var_os(workspace::CROSS_CARGO).is_none() {
-        let cargo = workspace.root.join(".ci/cross-cargo");
-        let ready = Command::new(&cargo).args(["--ready", make::WEB.target]).output()?;
-        if !ready.status.success() {
-            print!("skipped, with its tests; what to install: {}", String::from_utf8_lossy(&ready.stdout));
-            return remove(&make::place(workspace), |page| fs::remove_file(page));
+    match make::run(workspace, &make::Options { fmus: Some(workspace.fmus()), out: None }) {
+        Err(error) if error.is::<make::Missing>() => {
+            println!("skipped, with its tests: {error:#}");
+            remove(&make::place(workspace), |page| fs::remove_file(page))
         }
-        make.env(workspace::CROSS_CARGO, cargo);
+        made => made,
     }
-    run(&mut make)
 }
 
 /// Removes what an earlier run has left, if it has.

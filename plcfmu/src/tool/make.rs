@@ -1,8 +1,9 @@
 //! `plcfmu-tool.html`: the page with the engine in it, for `cargo xtask tool` and `cargo xtask dist`.
 
 use crate::build::compile;
-use crate::build::platform::Platform;
+use crate::build::platform::{self, Platform};
 use crate::build::workspace::{self, Workspace};
+use crate::command::output;
 use crate::package::pack;
 use crate::tell;
 use crate::tool::assets;
@@ -12,9 +13,11 @@ use host::fmu::Fmu;
 use host::package::temporary;
 use modeldescription::Interface;
 use modeldescription::Table;
+use std::fmt;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// The name of the file.
 pub const FILE: &str = "plcfmu-tool.html";
@@ -39,20 +42,67 @@ pub struct Options {
     pub out: Option<PathBuf>,
 }
 
+/// There is no standard library of Rust for the page, and none can be had.
+#[derive(Clone, Copy, Debug)]
+pub struct Missing;
+
+impl fmt::Display for Missing {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            formatter,
+            "the page cannot be made here: Rust's standard library for {target} is missing, and rustup cannot fetch it; install it \
+             with 'rustup target add {target}', on Debian with 'apt install --no-install-recommends rustc-web cargo-web \
+             rust-web-src', on Fedora with 'dnf install rust-std-static-{target}', on macOS with rustup ('brew install rustup')",
+            target = WEB.target
+        )
+    }
+}
+
+impl std::error::Error for Missing {}
+
 /// Where the page is by default.
 pub fn place(workspace: &Workspace) -> PathBuf {
     workspace.target.join("tool").join(FILE)
 }
 
+/// The cargo that compiles for the page, and gets Rust's standard library for it where that is missing: by rustup, or from its
+/// sources, which a cargo of the repository compiles too. Says in a line what was done.
+///
+/// # Errors
+/// [`Missing`].
+fn cargo(workspace: &Workspace) -> Result<Command> {
+    let is_there = || {
+        let folder =
+            output(platform::rustc(&workspace.root).args(["--print", "target-libdir", "--target", WEB.target]));
+        folder.is_ok_and(|folder| Path::new(folder.trim()).is_dir())
+    };
+    if is_there() || cfg!(windows) || std::env::var_os(workspace::CROSS_CARGO).is_some() {
+        return Ok(workspace::cross_cargo());
+    }
+    let cross_cargo = workspace.root.join(".ci/cross-cargo");
+    let ready = output(Command::new(&cross_cargo).args(["--ready", WEB.target]).current_dir(&workspace.root));
+    ensure!(ready.is_ok(), Missing);
+    if is_there() {
+        tell::text(&format!("rustup has installed Rust's standard library for {}, for the page", WEB.target));
+        return Ok(workspace::cargo());
+    }
+    tell::text(&format!("Rust's standard library for {}, for the page, is compiled from its sources", WEB.target));
+    let mut cargo = Command::new(cross_cargo);
+    workspace::forget_package(&mut cargo);
+    Ok(cargo)
+}
+
 /// Makes the page.
 ///
 /// # Errors
-/// The engine cannot be built, or an FMU is damaged.
+/// [`Missing`], before anything is built; the engine cannot be built, or an FMU is damaged.
 pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
+    // First what may be missing.
+    let cargo = cargo(workspace)?;
     if options.fmus.is_none() {
         pack::run(workspace, &pack::Options::default())?;
     }
-    let engine = engine(workspace)?;
+    let engine = engine(workspace, cargo)?;
     let tables = tables(&options.fmus.clone().unwrap_or_else(|| workspace.fmus()))?;
     let sources = page::read(&workspace.root.join("tool/web"))?;
     let assets = assets::json(&tables)?;
@@ -74,8 +124,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
 }
 
 /// The engine as WebAssembly.
-fn engine(workspace: &Workspace) -> Result<Vec<u8>> {
-    let mut build = workspace::cross_cargo();
+fn engine(workspace: &Workspace, mut build: Command) -> Result<Vec<u8>> {
     build.args(["rustc", "--package", ENGINE, "--lib", "--crate-type", "cdylib", "--profile", "page"]);
     build.args(["--target", WEB.target, "--target-dir"]).arg(workspace.target.join("platforms/page"));
     build.current_dir(&workspace.root);
