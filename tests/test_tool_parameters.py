@@ -491,6 +491,91 @@ def test_undo_and_redo_go_through_the_edits(page):
     assert page.locator("#edited-count").inner_text() == "2 edited, not sent"
 
 
+def saved(page, button):
+    """The file that a button of Export saves, as text."""
+    with page.expect_download() as download:
+        page.locator("#takeaway").get_by_role("button", name=button).click()
+    return pathlib.Path(download.value.path()).read_text("latin-1")
+
+
+def test_undo_and_redo_reach_the_value_in_force_and_the_saved_file(page):
+    text = data_block("A", GAIN="1.400000e+000", TI="T#30S")
+    open_file(page, "a.awl", text)
+    field(page, "GAIN").wait_for()
+    write(page, "GAIN", "0.9")
+    field(page, "GAIN").press("Enter")
+    checked(page)
+    page.click("#undo-button")
+    checked(page)
+    assert (field(page, "GAIN").input_value(), in_force(page, "GAIN")) == ("1.4", pytest.approx(1.4, rel=1e-6))
+    assert page.locator("#what").inner_text().endswith("unchanged")
+    page.click("#away-button")
+    assert saved(page, "Save a.awl") == text
+    page.keyboard.press("Escape")
+    page.click("#redo-button")
+    checked(page)
+    assert in_force(page, "GAIN") == 0.9
+    page.click("#away-button")
+    assert saved(page, "Save a.awl") == text.replace("1.400000e+000", "9.000000e-001")
+    # An edit that was never applied is not applied by Redo.
+    page.keyboard.press("Escape")
+    write(page, "TI", "40")
+    page.click("#undo-button")
+    page.click("#redo-button")
+    checked(page)
+    assert (field(page, "TI").input_value(), in_force(page, "TI")) == ("40", 30)
+
+
+def test_before_a_file_is_saved_every_difference_of_each_loop_is_shown(page):
+    text = data_block("A", GAIN="4.0") + data_block("B", GAIN="6.0", TI="T#30S")
+    open_file(page, "two.awl", text)
+    page.get_by_role("button", name="A", exact=True).click()
+    field(page, "GAIN").wait_for()
+    write(page, "GAIN", "5")
+    field(page, "GAIN").press("Enter")
+    page.get_by_role("button", name="B", exact=True).click()
+    page.locator('#what:has-text("B")').wait_for()
+    checked(page)
+    write(page, "TI", "44")
+    page.get_by_role("button", name="A", exact=True).click()
+    page.click("#away-button")
+    rows = page.locator(".to-save tbody tr")
+    assert [row.locator("td").all_inner_texts() for row in rows.all()] == [["A: GAIN", "4", "5"]]
+    (unsent,) = page.locator(".unsent li").all_inner_texts()
+    assert unsent == "B: TI has an edit (44) that is not applied and will not be saved; the file gets 30."
+    page.get_by_role("button", name="Apply all edits").click()
+    page.locator(".unsent").wait_for(state="detached")
+    assert [row.locator("td").all_inner_texts() for row in rows.all()] == [["A: GAIN", "4", "5"], ["B: TI", "30", "44"]]
+    assert saved(page, "Save two.awl") == text.replace("4.0", "5.0").replace("T#30S", "T#44S")
+
+
+def test_enter_applies_all_that_is_edited(page):
+    new_loop(page, "CONT_C")
+    write(page, "TI", "44")
+    write(page, "GAIN", "3.1")
+    field(page, "GAIN").press("Enter")
+    checked(page)
+    assert (in_force(page, "GAIN"), in_force(page, "TI")) == (3.1, 44)
+
+
+def test_a_file_with_changes_is_closed_after_a_question_and_can_be_opened_again(page):
+    open_file(page, "two.awl", data_block("A", GAIN="4.0") + data_block("B", GAIN="6.0"))
+    page.get_by_role("button", name="A", exact=True).click()
+    field(page, "GAIN").wait_for()
+    write(page, "GAIN", "5")
+    page.get_by_role("button", name="Close two.awl").click()
+    question = page.get_by_role("group", name="Question")
+    assert "two.awl has changes that are not in a file: A (1). Close it anyway?" in question.inner_text()
+    question.get_by_role("button", name="Keep it").click()
+    assert loop_names(page) == ["A", "B"]
+    page.get_by_role("button", name="Close two.awl").click()
+    question.get_by_role("button", name="Close it").click()
+    assert "B" not in loop_names(page)
+    question.get_by_role("button", name="Open it again").click()
+    assert loop_names(page) == ["A", "B"]
+    assert field(page, "GAIN").input_value() == "5"
+
+
 def test_the_comparison_shows_what_differs_from_the_file(page):
     open_file(page, "a.awl", data_block("A", GAIN="4.0", TI="T#30S"))
     field(page, "GAIN").wait_for()

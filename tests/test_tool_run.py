@@ -112,9 +112,10 @@ def run_calls(page, calls, cycle=1.0, fresh=False):
     before = made(page)
     page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
     page.locator("#run-for").fill(repr(calls * cycle))
-    page.get_by_role("button", name="Run", exact=True).click()
+    # After settings were applied it says Go on.
+    page.locator("#run-go").click()
     wait_for_calls(page, before + calls)
-    page.get_by_role("button", name="Run", exact=True).wait_for()
+    page.wait_for_function("() => document.querySelector('#run-go').textContent !== 'Pause'")
     page.locator("#run-for").fill("")
     assert made(page) == before + calls
 
@@ -331,6 +332,50 @@ def test_the_same_test_has_the_stimuli_of_before_and_the_settings_of_now(tool, r
     assert {number(value) for value in table["TIC101.GAIN"]} == {0.5}
     names = tool.locator("#runs tbody tr").evaluate_all("rows => rows.map(row => row.cells[1].innerText)")
     assert names == ["GAIN 2", "GAIN 0.5"]
+
+
+def test_an_applied_setting_is_tried_with_one_button_and_drawn_while_it_is_typed(tool, run_described):
+    set_now(tool, "setpoint", 60)
+    manual(tool).uncheck()
+    run_calls(tool, 40)
+    again = tool.get_by_role("button", name="Run again with these values")
+    assert again.is_hidden()
+    tool.locator("#field-GAIN").fill("0.5")
+    ghost = "async () => (await moduleOf('tool/store.js')).store.ghost?.values[0]"
+    tool.wait_for_function(f"async () => await ({ghost})() !== undefined")
+    typed = tool.evaluate(ghost)
+    # Nothing has happened to the run.
+    assert made(tool) == 40 and tool.evaluate("async () => (await moduleOf('tool/store.js')).store.loop.runs.length") == 1
+    tool.locator("#field-GAIN").press("Enter")
+    again.wait_for()
+    assert tool.locator("#run-go").inner_text() == "Go on"
+    assert tool.evaluate(ghost) is None
+    again.click()
+    wait_for_runs(tool, 2)
+    assert made(tool) == 40 and again.is_hidden() and tool.locator("#run-go").inner_text() == "Run"
+    table = assert_same_bits(tool, run_described)
+    assert {number(value) for value in table["TIC101.GAIN"]} == {0.5}
+    assert [number(value) for value in table["TIC101.PV"]] == typed
+
+
+def test_a_saved_description_opens_again_with_the_same_bits(open_tool, tool, tmp_path):
+    set_now(tool, "setpoint", 60)
+    manual(tool).uncheck()
+    run_calls(tool, 30)
+    set_now(tool, "setpoint", 40)
+    run_calls(tool, 30)
+    values = "async () => (await moduleOf('tool/store.js')).store.state.values"
+    name, description = saved(tool, "Save as loops.toml")
+    (tmp_path / name).write_bytes(description)
+    page = open_tool()
+    page.locator("#open-files").set_input_files(tmp_path / name)
+    wait_for_calls(page, 60)
+    assert page.locator("#what strong").inner_text() == "TIC101"
+    assert page.evaluate(values) == tool.evaluate(values)
+    (tmp_path / "program.toml").write_text('[fmus]\nA = { sources = ["tank.scl"], cycle = "500ms" }\n')
+    page.locator("#open-button").click()
+    page.locator("#open-files").set_input_files(tmp_path / "program.toml")
+    page.locator("#loops .is-refused").get_by_text("open its sources (tank.scl)").wait_for()
 
 
 def wait_for_runs(page, count):
@@ -643,7 +688,7 @@ def test_downloads_have_proper_names_and_contents(tool):
 
 # A test of its own: Chromium lets a page save ten files, and then one a second.
 def test_parameters_are_saved_in_every_format(tool):
-    for form in ("awl", "scl", "db", "xml", "json", "ssv"):
+    for form in ("awl", "db", "xml", "json", "ssv"):
         tool.get_by_label("Format of the parameter file").select_option(form, force=True)
         got, content = saved(tool, "Save parameters")
         assert got.endswith(f".{form}") and b"GAIN" in content

@@ -28,6 +28,7 @@ pytestmark = test_tool_run.pytestmark
 
 
 def open_example(page, title):
+    page.evaluate("document.querySelector('.all-examples').open = true")
     page.locator(".card").filter(has_text=title).click()
     page.locator("#run .status").get_by_text("calls").wait_for(state="attached")
     page.wait_for_function("() => document.querySelector('#curves [role=slider]').ariaValueMax > 0")
@@ -242,7 +243,7 @@ def test_the_first_page_lives_and_an_example_runs_when_it_is_clicked(open_tool):
     seconds = "() => Number(/(\\d+) s$/.exec(document.querySelector('.living figcaption')?.innerText)?.[1])"
     page.wait_for_function("() => document.querySelectorAll('.card .spark[data-known] svg').length === 15")
     page.wait_for_function(f"() => ({seconds})() > 155")
-    assert page.locator(".card:has([data-known])").first.inner_text().startswith("Furnace with a continuous")
+    assert "Furnace with a continuous" in page.locator(".card:has([data-known])").first.inner_text()
     open_example(page, "Level of a tank with")
     assert made(page) == 1200
     # What its description sets has come: the drain at 600 s.
@@ -417,10 +418,23 @@ def test_a_figure_without_a_unit_has_no_square_of_it(open_tool):
     assert [page.evaluate(shown, unit) for unit in ("degC^2 s", "^2 s", "%", None)] == ["°C²·s", "s", "%", ""]
 
 
-def test_all_examples_of_the_first_page_are_on_the_screen(open_tool):
+def test_six_examples_by_question_are_on_the_first_screen_and_the_others_one_click_away(open_tool):
     page = open_tool((1366, 650))
-    cards = page.locator(".card").evaluate_all("all => all.map(one => one.getBoundingClientRect().bottom)")
-    assert len(cards) == 16 and max(cards) <= 650
+    bottoms = page.locator(".card:visible").evaluate_all("all => all.map(one => one.getBoundingClientRect().bottom)")
+    assert len(bottoms) == 6 and max(bottoms) <= 650
+    assert all(line.endswith("?") for line in page.locator(".card:visible strong").all_inner_texts())
+    page.get_by_text("10 more examples").click()
+    assert page.locator(".card:visible").count() == 16
+
+
+def test_the_first_page_says_which_plc_and_its_picture_has_axes(open_tool):
+    page = open_tool((1366, 650))
+    promise = page.locator(".promise").inner_text()
+    assert all(word in promise for word in ("S7", "FB 41", "FB 42", "FB 43", "SCL", "STEP 7", "TIA Portal")), promise
+    high, low = page.locator(".living .mark").all_inner_texts()
+    assert float(low.removesuffix(" °C")) < float(high.removesuffix(" °C")) <= 61
+    times = [int(text.removesuffix(" s")) for text in page.locator(".living .times span").all_inner_texts()]
+    assert [time - times[0] for time in times] == [0, 120, 240, 360]
 
 
 @pytest.mark.parametrize("example", ["Furnace with a continuous", "Drive behind a ramp", "Chamber with heating pulses"])

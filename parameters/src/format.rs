@@ -44,7 +44,8 @@ impl Format {
                 name: "STEP 7 source",
                 extensions: &["awl", "scl", "stl"],
                 media_type: "text/plain",
-                offered: &[("awl", "STEP 7, AWL source"), ("scl", "STEP 7, SCL source")],
+                // SCL's compiler writes TITLE and VERSION in other ways, and none was at hand to try: a source that is not tried is not offered.
+                offered: &[("awl", "STEP 7, AWL source")],
             },
             Format::Tia => About {
                 name: "TIA Portal source",

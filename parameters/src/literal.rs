@@ -309,12 +309,13 @@ fn fraction_of(decimals: &str, length: i128) -> Result<i128, Refusal> {
     if scaled % denominator == 0 { Ok(scaled / denominator) } else { Err(NOT_WHOLE) }
 }
 
-/// The value as a literal that reads back bit-equal: a REAL with nine significant digits, an LREAL with seventeen. A REAL
+/// The value as a literal that reads back bit-equal: a REAL or an LREAL with the six decimals of STEP 7, or with more where these
+/// would be another number. A REAL
 /// that is not finite has no literal; it becomes `NaN`, `inf` or `-inf`, which [`parse`] refuses.
 pub fn text(value: Value) -> String {
     match value {
-        Value::Real(real) => with_plc_exponent(format!("{real:.8e}")),
-        Value::LReal(real) => with_plc_exponent(format!("{real:.16e}")),
+        Value::Real(real) => with_plc_exponent(format!("{real:e}")),
+        Value::LReal(real) => with_plc_exponent(format!("{real:e}")),
         Value::Time(time) => time_text(time.milliseconds()),
         Value::Word(word) => format!("W#16#{:04X}", word.value()),
         Value::Int(int) => int.to_string(),
@@ -324,11 +325,32 @@ pub fn text(value: Value) -> String {
     }
 }
 
-/// The exponent as STEP 7 writes it: with its sign, and three digits.
+/// A number as STEP 7 writes it: six decimals at least, and an exponent with its sign and three digits.
 fn with_plc_exponent(number: String) -> String {
-    let Some((mantissa, exponent)) = number.split_once('e') else { return number };
-    let (is_negative, digits) = signed(exponent);
-    format!("{mantissa}e{}{digits:0>3}", if is_negative { '-' } else { '+' })
+    like(&number, "0.000000e+000").unwrap_or(number)
+}
+
+/// A number with an exponent in the style of another one: with its decimals at least, its letter, and as many digits in the
+/// exponent, which has a sign if the other's has one. None if one of them has no exponent.
+pub fn like(number: &str, style: &str) -> Option<String> {
+    let parts = |text: &str| -> Option<(String, String, String)> {
+        let (mantissa, exponent) = text.split_once(['e', 'E'])?;
+        let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+        Some((whole.into(), fraction.into(), exponent.into()))
+    };
+    let (whole, fraction, exponent) = parts(number)?;
+    let (_, decimals, as_exponent) = parts(style)?;
+    let letter = if style.contains('E') { 'E' } else { 'e' };
+    let (is_negative, digits) = signed(&exponent);
+    let sign = match as_exponent.starts_with(['+', '-']) {
+        _ if is_negative => "-",
+        true => "+",
+        false => "",
+    };
+    let places = signed(&as_exponent).1.len();
+    let fraction = format!("{fraction:0<width$}", width = decimals.len());
+    let point = if fraction.is_empty() { "" } else { "." };
+    Some(format!("{whole}{point}{fraction}{letter}{sign}{digits:0>places$}"))
 }
 
 fn time_text(milliseconds: i32) -> String {
@@ -526,9 +548,12 @@ mod tests {
 
     #[test]
     fn texts_are_what_the_plc_shows() {
-        assert_eq!(text(Value::Real(2.0)), "2.00000000e+000");
-        assert_eq!(text(Value::Real(-0.0001)), "-9.99999975e-005");
-        assert_eq!(text(Value::LReal(0.1)), "1.0000000000000001e-001");
+        assert_eq!(text(Value::Real(2.0)), "2.000000e+000");
+        assert_eq!(text(Value::Real(-0.0001)), "-1.000000e-004");
+        assert_eq!(text(Value::Real(0.9)), "9.000000e-001");
+        // Six decimals would be another number.
+        assert_eq!(text(Value::Real(std::f32::consts::PI)), "3.1415927e+000");
+        assert_eq!(text(Value::LReal(0.1)), "1.000000e-001");
         assert_eq!(text(Value::Time(Time::ms(20_000))), "T#20S");
         assert_eq!(text(Value::Time(Time::ms(-90_500))), "T#-1M30S500MS");
         assert_eq!(text(Value::Time(Time::ms(i32::MIN))), "T#-24D20H31M23S648MS");

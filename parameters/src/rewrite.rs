@@ -104,11 +104,19 @@ fn as_written(format: Format, written: &str, value: Value) -> Option<String> {
     }
     let exact = literal::text(value);
     let short = decimal(value);
-    let is_real = matches!(value, Value::Real(_) | Value::LReal(_));
-    let is_plain = is_real && !written.contains(['e', 'E']) && !short.contains(['e', 'E']);
-    let kind = if matches!(value, Value::Real(_)) { blocks::Kind::Real } else { blocks::Kind::LReal };
-    let reads_back = is_plain && literal::parse(&short, kind).is_ok_and(|read| same(read, value));
-    Some(if reads_back { short } else { exact })
+    if !matches!(value, Value::Real(_) | Value::LReal(_)) {
+        return Some(exact);
+    }
+    if written.contains(['e', 'E']) {
+        let shortest = match value {
+            Value::Real(real) => format!("{real:e}"),
+            Value::LReal(real) => format!("{real:e}"),
+            _ => exact.clone(),
+        };
+        return Some(literal::like(&shortest, written).unwrap_or(exact));
+    }
+    let reads_back = literal::parse(&short, value.kind()).is_ok_and(|read| same(read, value));
+    Some(if reads_back && !short.contains(['e', 'E']) { short } else { exact })
 }
 
 /// Where the value of an attribute stands in a start tag, without its quotes.

@@ -127,10 +127,10 @@ fn blocks_are_known_by_number_by_name_and_by_their_name_after_a_migration() {
 #[test]
 fn the_settings_of_inner_blocks_stand_in_a_source_by_their_full_names() {
     let loops = loops_of("DATA_BLOCK DB 5 \"PULS_CTR\" BEGIN DI_CONT_C.GAIN := 1.5; RED_FAC := 100; END_DATA_BLOCK");
-    assert_eq!(value(&loops[0], "DI_CONT_C.GAIN"), ("DB5".into(), "PULS_CTR".into(), "1.50000000e+000".into()));
+    assert_eq!(value(&loops[0], "DI_CONT_C.GAIN"), ("DB5".into(), "PULS_CTR".into(), "1.500000e+000".into()));
     let text = write(Format::Step7, &loops, "").unwrap();
     let text = String::from_utf8(text).unwrap();
-    assert!(text.contains("   DI_CONT_C.GAIN := 1.50000000e+000;\n   DI_CONT_C.TI := T#20S;\n"), "{text}");
+    assert!(text.contains("   DI_CONT_C.GAIN := 1.500000e+000;\n   DI_CONT_C.TI := T#20S;\n"), "{text}");
     assert!(!text.contains("Q_MEAN") && !text.contains("DI_CONT_C.PV_PER"), "{text}");
 }
 

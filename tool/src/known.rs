@@ -1,7 +1,7 @@
-//! Loops that are known to work: those of the crate `plants`.
+//! Loops that are described: those of the crate `plants`, which are known to work, and files that `plcfmu run` takes.
 
 use crate::message::{KnownLoop, Member, Setup};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use run::file;
 use run::system::own_name;
 
@@ -15,22 +15,44 @@ pub fn loops(is_there: impl Fn(&str) -> bool) -> Vec<KnownLoop> {
 fn known(name: &str, text: &str) -> Result<KnownLoop> {
     let title = text.lines().next().and_then(|line| line.strip_prefix("# ")).context("no title in the first line")?;
     let about = text.lines().nth(1).and_then(|line| line.strip_prefix("# ")).unwrap_or_default();
+    Ok(KnownLoop { title: title.into(), about: about.into(), ..described(name, text)? })
+}
+
+/// A description of a loop, which is called `name` in errors. Its FMUs are named as their files, and its times begin at 0.
+///
+/// # Errors
+/// What is wrong with it, with line and column; it has no FMU or programs, or needs a parameter file.
+pub fn described(name: &str, text: &str) -> Result<KnownLoop> {
     let system = file::parse(name, text)?;
+    if let Some((member, program)) = system.programs.iter().next() {
+        let sources: Vec<_> = program.sources.iter().map(|file| file.display().to_string()).collect();
+        bail!(
+            "{name}: {member} is a program, which a description cannot bring along: open its sources ({}) and choose the plant \
+             in the page, or use 'plcfmu run {name}'",
+            sources.join(", ")
+        );
+    }
+    if system.members.is_empty() {
+        bail!("{name} has no FMU: a loop needs [fmus] with one at least");
+    }
+    let start = system.start.unwrap_or(0.0);
     let at_the_start: Vec<_> = system.settings.iter().filter(|setting| setting.time.is_none()).collect();
     let member = |member: &run::system::Member| {
         let own = at_the_start.iter().filter_map(|of| Some((own_name(&of.variable, &member.name)?.into(), of.value)));
         let fmu = member.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Member { name: member.name.clone(), fmu, values: own.collect() }
     };
-    let events = system.settings.iter().filter_map(|of| Some((of.time?, of.variable.clone(), of.value))).collect();
+    let events =
+        system.settings.iter().filter_map(|of| Some((of.time? - start, of.variable.clone(), of.value))).collect();
     let setup = Setup {
         members: system.members.iter().map(member).collect(),
         connections: system.connections.into_iter().map(|connection| (connection.from, connection.to)).collect(),
         step: system.step,
         exchange: system.exchange,
     };
-    let name = name.strip_suffix(".toml").unwrap_or(name).into();
-    Ok(KnownLoop { name, title: title.into(), about: about.into(), setup, stop: system.stop, events })
+    let name: String = name.strip_suffix(".toml").unwrap_or(name).into();
+    let stop = system.stop.map(|stop| stop - start);
+    Ok(KnownLoop { title: name.clone(), name, about: String::new(), setup, stop, events })
 }
 
 #[cfg(test)]
@@ -53,6 +75,20 @@ mod tests {
         let to = |known: &KnownLoop| known.setup.connections.iter().map(|(_, to)| to.clone()).collect::<Vec<_>>();
         assert_eq!(to(furnace), [format!("{}.POWER", plant.name), format!("{}.PV_PER", controller.name)]);
         assert!(loops.iter().any(|known| known.setup.members[0].values.contains_key("DI_PULSEGEN.P_B_TM")));
+    }
+
+    #[test]
+    fn a_description_begins_at_0_and_one_that_the_page_cannot_run_says_why() {
+        let text = "start = 10.0\nstop = 30.0\nstep = 0.5\n[fmus]\nTIC = \"CONT_C.fmu\"\n[settings]\nTIC.SP_INT = 60.0\n\
+                    [[events]]\ntime = 12.0\nset.TIC.SP_INT = 70.0\n";
+        let known = described("mine.toml", text).unwrap();
+        assert_eq!((known.name.as_str(), known.stop, known.setup.step), ("mine", Some(20.0), Some(0.5)));
+        assert_eq!(known.events, [(2.0, "TIC.SP_INT".into(), Value::Number(70.0))]);
+        assert_eq!(known.setup.members[0].values["SP_INT"], Value::Number(60.0));
+        let refused = |text: &str| described("mine.toml", text).unwrap_err().to_string();
+        let program = refused("[fmus]\nA = { sources = [\"tank.scl\"], cycle = \"500ms\" }\n");
+        assert!(program.contains("open its sources (tank.scl)"), "{program}");
+        assert!(refused("step = ?").contains("mine.toml"), "{}", refused("step = ?"));
     }
 
     #[test]

@@ -4,13 +4,13 @@ use crate::experiment::{self, RelayTested, Settled, StepTested};
 use crate::export::{self, Exported};
 use crate::home::Home;
 use crate::message::{
-    Catalogue, Checked, Curves, Description, Events, Figures, FiguresRequest, Loops, Member, Proposal, ReadFile, Setup,
-    State, Values, View,
+    Catalogue, Checked, Curves, Description, Events, Figures, FiguresRequest, KnownLoop, Loops, Member, Proposal,
+    ReadFile, Setup, State, Values, View,
 };
 use crate::preset::{self, Preset};
 use crate::program::{self, Compiled, Monitored, Programs};
 use crate::session::Session;
-use crate::{connect, describe, signals};
+use crate::{connect, describe, known, signals};
 use anyhow::Result;
 use control::characteristic::{self, Characteristics};
 use control::csv;
@@ -65,6 +65,13 @@ requests! { |home, session|
     } -> Description = describe::describe(home, &fmu)?;
     /// Reads a parameter file.
     Read(file: ReadFile) -> Loops = describe::read(home, &file)?;
+    /// Reads a description of a loop, as `plcfmu run` takes it.
+    Described {
+        /// Its file's name, for messages.
+        file: String,
+        /// Its text.
+        text: String,
+    } -> KnownLoop = known::described(&file, &text)?;
     /// Translates a PLC program in SCL, and takes it into the catalogue.
     Compile(of: program::Request) -> Compiled = program::compile(home, &of)?;
     /// What a program of the present run did in its last call, line by line.
@@ -142,6 +149,13 @@ requests! { |home, session|
         #[serde(default)]
         values: Values,
     } -> State = session.same_test(home, run, &values)?;
+    /// The curves of the present run's test with other settings. The present run goes on undisturbed.
+    Try {
+        /// The settings, by `MEMBER.VARIABLE`; stimuli are ignored.
+        values: Values,
+        /// What is drawn; its `run` is ignored.
+        view: View,
+    } -> Curves = session.tried(home, &values, &View { run: None, ..view })?;
     /// The figures of a run.
     Figures(of: FiguresRequest) -> Figures = signals::figures(home, session, &of)?;
     /// A plant's model from a step in a run or in a CSV file.

@@ -28,6 +28,9 @@ pub const MOST_RAMP: usize = 100_000;
 /// The most events of a run.
 pub const MOST_EVENTS: usize = 1_000_000;
 
+/// The most calls of a run that is made while a user types.
+pub const MOST_TRIED: usize = 20_000;
+
 /// The most members of a loop.
 const MOST_MEMBERS: usize = 100;
 
@@ -374,6 +377,22 @@ impl Session {
         let mut script = Script::of(self.record(run)?);
         script.put_settings(home, values)?;
         self.play(home, script)
+    }
+
+    /// The curves of the present run's test with other settings, by `MEMBER.VARIABLE`. The present run goes on undisturbed, and the run that
+    /// is made for it is no run of the list.
+    ///
+    /// # Errors
+    /// There is no run, or one of too many calls; as [`Session::same_test`] and [`Session::view`].
+    pub fn tried(&self, home: &dyn Home, values: &Values, view: &View) -> Result<Curves> {
+        let mut script = Script::of(self.record(None)?);
+        if script.calls > MOST_TRIED {
+            bail!("the run has {} calls: settings are tried in runs of at most {MOST_TRIED}", script.calls);
+        }
+        script.put_settings(home, values)?;
+        let mut beside = Session::default();
+        beside.play(home, script)?;
+        beside.view(view)
     }
 
     fn play(&mut self, home: &dyn Home, script: Script) -> Result<State> {

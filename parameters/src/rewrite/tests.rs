@@ -61,8 +61,11 @@ fn a_value_is_written_as_the_one_before_it() {
         String::from_utf8(changed(Format::Step7, &source, &[("GAIN", real(new))]).unwrap().0).unwrap()
     };
     assert_eq!(written("2.0", 1.4), awl("1.4"));
-    assert_eq!(written("2.000000e+000", 1.4), awl("1.39999998e+000"));
-    assert_eq!(written("2.0", 1e-9), awl("9.99999972e-010"));
+    assert_eq!(written("2.000000e+000", 1.4), awl("1.400000e+000"));
+    assert_eq!(written("1.400000e+000", 0.9), awl("9.000000e-001"));
+    assert_eq!(written("2.0E1", 1234.5), awl("1.2345E3"));
+    assert_eq!(written("1E+01", 0.7), awl("7E-01"));
+    assert_eq!(written("2.0", 1e-9), awl("1.000000e-009"));
 }
 
 #[test]
@@ -98,8 +101,8 @@ fn files_of_every_text_format_come_back_whole() {
     for (format, text, written, new) in [
         (Format::Json, json.to_string(), "\"GAIN\": 2.0", "\"GAIN\": 1.4"),
         (Format::Ssv, of_write(Format::Ssv, &loops), "<ssv:Real value=\"2.0\"/>", "<ssv:Real value=\"1.4\"/>"),
-        (Format::Openness, of_write(Format::Openness, &loops), "2.00000000e+000", "1.39999998e+000"),
-        (Format::Tia, of_write(Format::Tia, &loops), "2.00000000e+000", "1.39999998e+000"),
+        (Format::Openness, of_write(Format::Openness, &loops), "2.000000e+000", "1.400000e+000"),
+        (Format::Tia, of_write(Format::Tia, &loops), "2.000000e+000", "1.400000e+000"),
     ] {
         let file = format!("a.{}", format.extensions()[0]);
         let source = Source::new(file, text.clone().into_bytes());

@@ -599,9 +599,9 @@ BEGIN
    MAN_ON := TRUE;
    CYCLE := T#1S;
    PV_PER := W#16#0000;
-   GAIN := 1.00000001e-001;
+   GAIN := 1.000000e-001;
    STEPS := 200;
-   SP_INT := 0.00000000e+000;
+   SP_INT := 0.000000e+000;
 END_DATA_BLOCK
 ";
     assert_eq!(text, expected);

@@ -154,6 +154,25 @@ fn the_same_test_has_the_settings_in_force_from_its_beginning() {
 }
 
 #[test]
+fn settings_are_tried_beside_the_run_with_the_bits_of_the_same_test() {
+    let home = TestHome::default();
+    let mut session = started(&home);
+    session.run(3).unwrap();
+    session.send(&values(&[("C.SP", 55.5)])).unwrap();
+    session.run(60).unwrap();
+    let other = values(&[("C.GAIN", 0.2)]);
+    let wanted = view("P.TEMP", 200);
+    let before = session.view(&wanted).unwrap();
+    let tried = session.tried(&home, &other, &wanted).unwrap();
+    assert_eq!((session.record(None).unwrap().number(), session.view(&wanted).unwrap()), (0, before));
+    session.same_test(&home, None, &other).unwrap();
+    assert_eq!(tried, session.view(&wanted).unwrap());
+    session.run(MOST_TRIED).unwrap();
+    let refused = error(session.tried(&home, &other, &wanted));
+    assert_eq!(refused, "the run has 20063 calls: settings are tried in runs of at most 20000");
+}
+
+#[test]
 fn the_same_test_has_the_plant_in_force_from_its_beginning() {
     let home = TestHome::default();
     let mut session = started(&home);

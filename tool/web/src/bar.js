@@ -100,8 +100,8 @@ function notice({ text: sentence, isError }) {
   for (const old of [...notices.querySelectorAll(".notice")].slice(0, -MOST_NOTICES)) old.remove();
 }
 
-/** @param {{ text: string, yes: string, act: () => Promise<void> }} asked */
-function question({ text: sentence, yes, act }) {
+/** @param {{ text: string, yes: string, no?: string, act: () => Promise<void> }} asked */
+function question({ text: sentence, yes, no = "No", act }) {
   const answer = async () => {
     made.remove();
     try {
@@ -116,7 +116,7 @@ function question({ text: sentence, yes, act }) {
     element("span", { class: "kind" }, "Question"),
     element("span", { class: "sentence" }, sentence),
     element("button", { type: "button", class: "primary", onclick: answer }, yes),
-    element("button", { type: "button", onclick: () => made.remove() }, "No"),
+    element("button", { type: "button", onclick: () => made.remove() }, no),
   );
   byId("notices").append(made);
   made.querySelector("button")?.focus();

@@ -1,5 +1,5 @@
 /**
- * Files that a user opens: parameter files, FMUs, recorded curves, the sources of a program.
+ * Files that a user opens: parameter files, FMUs, recorded curves, descriptions of loops, the sources of a program.
  *
  * @typedef {import("./messages").Loop} Loop
  * @typedef {import("./messages").Loops} Loops
@@ -9,6 +9,7 @@
 
 import { recordingOf } from "tool/csv.js";
 import { accept, ask, EngineError, fromBase64, toBase64, unpacked, upload, whereIsTheEngine } from "tool/engine.js";
+import { openKnown } from "tool/known.js";
 import { openProgram, sourcesAmong } from "tool/program.js";
 import { store } from "tool/store.js";
 import { isBoolean } from "tool/values.js";
@@ -16,7 +17,7 @@ import { unzipped } from "tool/zip.js";
 
 const MEGABYTE = 1_000_000;
 /** The largest files that the page reads: a parameter file of 10 000 loops has 8 MB. */
-const LIMITS = { parameters: 24 * MEGABYTE, fmu: 256 * MEGABYTE };
+const LIMITS = { parameters: 24 * MEGABYTE, fmu: 256 * MEGABYTE, description: MEGABYTE };
 /** As many loops as a table can show without making the page slow. */
 const MOST_LOOPS = 20_000;
 /** What a loop begins with, or has once: a data block, an object of JSON, a block of an Openness file. */
@@ -115,6 +116,9 @@ async function open(file) {
   if (name.endsWith(".csv")) {
     store.emit("csv", await recordingOf(file));
     store.say(`${file.name} is a recording: ${store.loop ? "" : "open or make a loop, then "}see Replay and Tune.`);
+  } else if (name.endsWith(".toml")) {
+    limit(file, LIMITS.description);
+    await openKnown(await ask({ do: "described", file: file.name, text: await file.text() }), file.name);
   } else if (name.endsWith(".fmu")) {
     limit(file, LIMITS.fmu);
     await openFmu(file);

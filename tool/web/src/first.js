@@ -23,6 +23,14 @@ const TASKS = [
   ["Drive", ["speed"]],
   ["Any process", ["process", "process_integrating", "process_pulses", "sensor"]],
 ];
+/** The examples that are seen at once, with the question that each answers. @type {[string, string][]} */
+const QUESTIONS = [
+  ["furnace", "How do I tune a temperature?"],
+  ["level", "Does my level hold when the load doubles?"],
+  ["valve", "How does a step controller move a valve?"],
+  ["furnace_pulses", "What do heating pulses do?"],
+  ["speed", "Is my ramp slow enough for the drive?"],
+];
 const LIVING = "furnace";
 /** What the loop that runs does: its setpoint, and from when on, again and again. @type {[number, number][]} */
 const SETPOINTS = [
@@ -36,6 +44,7 @@ const [FACTOR, INTERVAL] = [10, 100];
 /** What is to be seen of it, in seconds, and how much of it has run when the page opens. */
 const [WINDOW, BEFORE] = [360, 150];
 const [WIDTH, HEIGHT] = [640, 300];
+const MARGIN = 12;
 const [SMALL_WIDTH, SMALL_HEIGHT] = [168, 48];
 const CHUNK = 2000;
 const POINTS = 160;
@@ -50,13 +59,29 @@ export function cards(open) {
   const named = new Set(TASKS.flatMap(([, names]) => names));
   const others = loops.filter(({ name }) => !named.has(name)).map(({ name }) => name);
   const tasks = [...TASKS, /** @type {[string, string[]]} */ (["Other", others])];
+  const isFirst = (/** @type {string} */ name) => QUESTIONS.some(([one]) => one === name);
   const all = tasks.flatMap(([task, names]) =>
     names.flatMap((name) => {
+      if (isFirst(name)) return [];
       const known = loops.find((one) => one.name === name);
       return known ? [card(task, known, open)] : [];
     }),
   );
-  return element("ul", { class: "cards" }, programCard(), all);
+  const first = QUESTIONS.flatMap(([name, question]) => {
+    const known = loops.find((one) => one.name === name);
+    return known ? [card(question, known, open, question)] : [];
+  });
+  return element(
+    "div",
+    {},
+    element("ul", { class: "cards" }, first, programCard()),
+    element(
+      "details",
+      { class: "all-examples" },
+      element("summary", {}, `${all.length} more examples`),
+      element("ul", { class: "cards" }, all),
+    ),
+  );
 }
 
 /** A program of the user's own, with one that runs when it is clicked. */
@@ -77,6 +102,7 @@ function programCard() {
       "button",
       { type: "button", class: "card", id: "program-card", ...about },
       element("span", { class: "spark" }, picture),
+      element("strong", { class: "card-question" }, "Does my own program work?"),
       element("span", { class: "card-title" }, "Your own program (.scl)"),
       element("span", { class: "faint" }, "SCL + HEATER"),
     ),
@@ -87,8 +113,9 @@ function programCard() {
  * @param {string} task
  * @param {KnownLoop} known
  * @param {(known: KnownLoop) => void} open
+ * @param {string} [question]
  */
-function card(task, known, open) {
+function card(task, known, open, question) {
   const title = known.title.replace(/^(The|An?) /, "").replace(/^./, (one) => one.toUpperCase());
   const about = { title: [`${task}: ${known.title}`, known.about].join(". "), onclick: () => open(known) };
   return element(
@@ -98,6 +125,7 @@ function card(task, known, open) {
       "button",
       { type: "button", class: "card", ...about },
       element("span", { class: "spark", "data-known": known.name }, pictures.get(known.name)?.cloneNode(true) ?? null),
+      question && element("strong", { class: "card-question" }, question),
       element("span", { class: "card-title" }, title),
       element("span", { class: "faint" }, known.setup.members.map(({ fmu }) => fmu).join(" + ")),
     ),
@@ -302,10 +330,25 @@ function paint(place, view, which, { time, from, values }) {
     text(value, rounded(values[at], "LREAL", 3));
     return element("span", {}, dot, `${titles[role]} `, value, ` ${units[role]}`);
   });
+  const together = which.flatMap((role, at) => (role < 2 ? view.values[at].slice(2) : [])).filter((of) => of !== null);
+  const [low, high] = [Math.min(...together), Math.max(...together)];
+  const mark = (/** @type {string} */ where, /** @type {string} */ label) =>
+    element("span", { class: `mark is-${where} faint` }, label);
   fill(
     place,
     element("figcaption", {}, told, element("span", { class: "faint" }, `${Math.round(time)} s`)),
-    picture(view, which, [WIDTH, HEIGHT], 12, [from, from + WINDOW]),
+    element(
+      "div",
+      { class: "plot" },
+      picture(view, which, [WIDTH, HEIGHT], MARGIN, [from, from + WINDOW]),
+      mark("high", `${rounded(high, "LREAL", 3)} ${units[0]}`),
+      mark("low", `${rounded(low, "LREAL", 3)} ${units[0]}`),
+    ),
+    element(
+      "div",
+      { class: "times faint" },
+      [0, 1, 2, 3].map((part) => element("span", {}, `${Math.round(from + (part * WINDOW) / 3)} s`)),
+    ),
   );
 }
 

@@ -4,7 +4,7 @@ import { byId, element, fill, text } from "tool/dom.js";
 import { EngineError } from "tool/engine.js";
 import { openFiles, readAgain, take, underWork } from "tool/files.js";
 import { cards, live, showRecorded } from "tool/first.js";
-import { remake } from "tool/remake.js";
+import { openKnown } from "tool/known.js";
 import { isEdited, source, store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
@@ -128,7 +128,7 @@ function mountOpening() {
   const promise = element(
     "p",
     { class: "promise" },
-    "The controller of your PLC, bit for bit, in this page: run the loop, tune it, take the settings back.",
+    "Your S7 controller (FB 41, FB 42, FB 43, or your own SCL), bit for bit, in the browser. Run the loop, tune it, and export the settings to STEP 7 or TIA Portal.",
   );
   const begin = element("div", { class: "begin" }, promise, living, choose, kinds, form, summary);
   byId("opening").querySelector(".content")?.append(begin, examples);
@@ -149,39 +149,11 @@ function mountOpening() {
 /** @param {HTMLElement} within */
 function showExamples(within) {
   if (store.catalogue.loops.length === 0) return fill(within);
-  fill(within, element("h2", {}, "Try one: click, and it runs"), cards(example));
-}
-
-/**
- * Opens a known loop with its plant and runs it as its description does.
- *
- * @param {import("./messages").KnownLoop} known
- */
-async function example(known) {
-  const [controller, ...members] = known.setup.members;
-  try {
-    const loop = await store.add(controller.name, controller.fmu);
-    // The connections name the controller as the example does.
-    const own = (/** @type {string} */ name) =>
-      name.startsWith(`${controller.name}.`) ? loop.member + name.slice(controller.name.length) : name;
-    store.edit(controller.values);
-    await store.send();
-    loop.undo = [];
-    const connections = known.setup.connections.map(
-      ([from, to]) => /** @type {[string, string]} */ ([own(from), own(to)]),
-    );
-    const copies = members.map((member) => ({ ...member, values: { ...member.values } }));
-    const { step, exchange } = known.setup;
-    await store.connect({ members: copies, connections, step, exchange });
-    const length = step ?? 1;
-    const events = known.events.map(([time, variable, value]) => {
-      const call = Math.round(time / length);
-      return { call, time, variable: own(variable), value };
-    });
-    await remake(loop, { setup: store.setup(), events, calls: Math.round((known.stop ?? 0) / length) });
-  } catch (error) {
-    store.say(error);
-  }
+  fill(
+    within,
+    element("h2", {}, "Try one: click, and it runs"),
+    cards((known) => openKnown(known).catch(store.say)),
+  );
 }
 
 /** Files may be dropped anywhere. */
@@ -407,10 +379,7 @@ function showProblems(within) {
   fill(
     within,
     store.files.map((file) => {
-      const close = () => {
-        store.files.splice(store.files.indexOf(file), 1);
-        store.emit("files");
-      };
+      const close = () => closeFile(file);
       const count = file.loops.length === 1 ? "1 loop" : `${file.loops.length} loops`;
       return element(
         "div",
@@ -431,6 +400,38 @@ function showProblems(within) {
       );
     }),
   );
+}
+
+/**
+ * Closes a file: after a question, if something in it was changed. It can be opened again as it was.
+ *
+ * @param {import("./store.js").OpenFile} file
+ */
+function closeFile(file) {
+  const changed = file.loops.flatMap((_, at) => {
+    const work = underWork(file, at);
+    const settings = Object.values(work?.settings ?? {});
+    const count = settings.filter((one) => isEdited(one) || source(one) === "changed").length;
+    return work && count > 0 ? [`${work.name} (${count})`] : [];
+  });
+  const close = async () => {
+    const at = store.files.indexOf(file);
+    if (at < 0) return;
+    store.files.splice(at, 1);
+    store.emit("files");
+    if (file.loops.length === 0) return;
+    const reopen = async () => {
+      store.files.splice(at, 0, file);
+      store.emit("files");
+    };
+    store.emit("question", { text: `${file.name} was closed.`, yes: "Open it again", no: "Close", act: reopen });
+  };
+  if (changed.length === 0) close();
+  else
+    store.emit("question", {
+      text: `${file.name} has changes that are not in a file: ${changed.join(", ")}. Close it anyway?`,
+      ...{ yes: "Close it", no: "Keep it", act: close },
+    });
 }
 
 /**

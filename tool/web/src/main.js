@@ -8,6 +8,7 @@ import { byId } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { mount as figures } from "tool/figures.js";
 import { openGiven } from "tool/files.js";
+import { mount as ghost } from "tool/ghost.js";
 import { mount as help } from "tool/help.js";
 import { mount as keyboard } from "tool/keyboard.js";
 import { openLink } from "tool/link.js";
@@ -55,6 +56,7 @@ for (const [id, mount] of PANELS) {
 bar();
 panels();
 keyboard();
+ghost();
 
 try {
   store.catalogue = await ask({ do: "catalogue" });

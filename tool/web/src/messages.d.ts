@@ -623,7 +623,11 @@ remarks: Array<string>, };
 /** What the page asks for. */
 export type Request = { "do": "catalogue" } | { "do": "describe",
 /** The FMU's name in the catalogue. */
-fmu: string, } | { "do": "read" } & ReadFile | { "do": "compile" } & Program | { "do": "monitor",
+fmu: string, } | { "do": "read" } & ReadFile | { "do": "described",
+/** Its file's name, for messages. */
+file: string,
+/** Its text. */
+text: string, } | { "do": "compile" } & Program | { "do": "monitor",
 /** Its name in the loop. */
 member: string, } | { "do": "check",
 /** The FMU's name in the catalogue. */
@@ -658,7 +662,11 @@ run?: number | null,
  * The settings in force, by `MEMBER.VARIABLE`; those that are left out have the value that they have at the end of
  * that run. Stimuli are ignored.
  */
-values: Values, } | { "do": "figures" } & FiguresRequest | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "rules" } & TuneRequest | { "do": "step_test" } & StepTest | { "do": "relay_test" } & RelayTest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
+values: Values, } | { "do": "try",
+/** The settings, by `MEMBER.VARIABLE`; stimuli are ignored. */
+values: Values,
+/** What is drawn; its `run` is ignored. */
+view: View, } | { "do": "figures" } & FiguresRequest | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "rules" } & TuneRequest | { "do": "step_test" } & StepTest | { "do": "relay_test" } & RelayTest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
 /** The file's text. */
 text: string, } | { "do": "replay" } & ReplayRequest | { "do": "preset" } & PresetRequest | { "do": "export" } & Export;
 
@@ -966,6 +974,7 @@ export interface Dialogue {
   catalogue: { request: Extract<Request, { do: "catalogue" }>; answer: Catalogue };
   describe: { request: Extract<Request, { do: "describe" }>; answer: Description };
   read: { request: Extract<Request, { do: "read" }>; answer: Loops };
+  described: { request: Extract<Request, { do: "described" }>; answer: KnownLoop };
   compile: { request: Extract<Request, { do: "compile" }>; answer: Compiled };
   monitor: { request: Extract<Request, { do: "monitor" }>; answer: Monitored };
   check: { request: Extract<Request, { do: "check" }>; answer: Checked };
@@ -981,6 +990,7 @@ export interface Dialogue {
   events: { request: Extract<Request, { do: "events" }>; answer: Events };
   same_bits: { request: Extract<Request, { do: "same_bits" }>; answer: State };
   same_test: { request: Extract<Request, { do: "same_test" }>; answer: State };
+  try: { request: Extract<Request, { do: "try" }>; answer: Curves };
   figures: { request: Extract<Request, { do: "figures" }>; answer: Figures };
   identify: { request: Extract<Request, { do: "identify" }>; answer: Identified };
   tune: { request: Extract<Request, { do: "tune" }>; answer: Tuned };

@@ -76,10 +76,12 @@ function show() {
   variables = store.loop ? byPath(store.loop) : new Map();
   monitored = undefined;
   isBrought = false;
+  openedAt = undefined;
   const { compiled } = showing ?? {};
   document.body.classList.toggle("has-program", showing !== undefined);
   document.body.classList.toggle("has-refused", bad !== undefined);
-  file = Math.max(0, compiled?.sources.findIndex(({ file }) => file === firstProblem()?.file) ?? 0);
+  const wrong = compiled?.sources.findIndex(({ file }) => file === firstProblem()?.file) ?? -1;
+  file = wrong >= 0 ? wrong : (runBlock()?.file ?? 0);
   // Without a loop there are no panels: it stands on the first page.
   const place = store.loop ? byId("program") : byId("refused");
   byId("refused").hidden = !bad || store.loop !== undefined;
@@ -89,6 +91,12 @@ function show() {
   const first = firstProblem();
   if (bad && first?.place) goTo(first);
   due();
+}
+
+/** The block that is run. */
+function runBlock() {
+  const { compiled } = showing ?? {};
+  return compiled?.blocks.find(({ name }) => same(name, compiled.block));
 }
 
 /** The first error of what is shown. */
@@ -137,6 +145,7 @@ function draw() {
     sheet,
     lines.flatMap(({ row }, at) => [row, ...notesOf(source.file, at + 1)]),
   );
+  sheet.style.setProperty("--digits", String(String(lines.length).length));
   sheet.addEventListener("scroll", due);
   fill(body, head(), problems(compiled.problems), sheet);
   sheet.scrollTop = scroll;
@@ -389,6 +398,8 @@ async function due() {
 
 /** Whether lines of this program that run have been brought into sight. */
 let isBrought = false;
+/** How far the source was scrolled to its code when it was opened. @type {number | undefined} */
+let openedAt;
 /** The state that the values were shown of, and the one at which they were asked for. @type {unknown} */
 let shownState;
 /** @type {unknown} */
@@ -406,6 +417,7 @@ function update() {
   shownState = state;
   const run = new Set(monitored?.lines.filter(([of]) => of === file).map(([, at]) => at));
   const top = sheet.getBoundingClientRect();
+  openAtCode();
   bringRunLines(run, top);
   for (const one of lines) {
     const box = one.row.getBoundingClientRect();
@@ -414,6 +426,15 @@ function update() {
     if (one.names.length === 0) continue;
     showValues(one, state, isNext);
   }
+}
+
+/** A source begins with types and declarations: at first the block that is run is in sight, unless something is wrong. */
+function openAtCode() {
+  if (openedAt !== undefined || sheet.clientHeight === 0 || firstProblem()) return;
+  const block = runBlock();
+  const row = block?.file === file ? lines[block.line - 1]?.row : undefined;
+  if (row && sheet.scrollTop === 0) sheet.scrollTop = row.offsetTop - sheet.offsetTop;
+  openedAt = sheet.scrollTop;
 }
 
 /**
@@ -427,7 +448,7 @@ function bringRunLines(run, top) {
   if (isBrought || run.size === 0) return;
   isBrought = true;
   const row = lines[Math.min(...run) - 1]?.row;
-  if (!row || sheet.scrollTop > 0) return;
+  if (!row || sheet.scrollTop !== openedAt) return;
   const box = row.getBoundingClientRect();
   if (box.bottom > top.bottom) sheet.scrollTop += box.top - top.top;
 }
@@ -457,7 +478,8 @@ function showValues(one, state, isNext) {
       return element(
         "span",
         { class: `value ${look}${isChanged ? " is-changed" : ""}`, title: `${path} = ${text}` },
-        one.names.length > 1 ? element("span", { class: "faint" }, `${lastName(path)} `) : null,
+        // Beside a NOT, a value without its name reads as that of the condition.
+        element("span", { class: "faint" }, `${lastName(path)} `),
         text,
       );
     }),

@@ -1,5 +1,5 @@
 /**
- * What is drawn behind the curves of a run: other runs in their colours, a predicted curve dashed. And how numbers are copied from
+ * What is drawn behind the curves of a run: other runs in their colours, a predicted curve and what edited values would do dashed. And how numbers are copied from
  * beside them.
  *
  * @typedef {import("tool/curves.js").Curve} Curve
@@ -67,6 +67,16 @@ export function overlays(loop, visible, earlier) {
       const of = { times: view.times, values: ofCalls(view.times, view.values[at] ?? []), dash: [], how };
       // The manipulated value of a run is a lighter line of its colour.
       made.push({ scale: curve.scale, colour: at === 0 ? ink : `${ink}99`, ...of });
+    });
+  }
+  if (store.ghost) {
+    const { times, values, is_exact: isExact } = store.ghost;
+    drawnOfEarlier(loop).forEach((name, at) => {
+      const curve = shown(name);
+      if (!curve) return;
+      const colour = palette[curve.colour % palette.length];
+      const how = { isExact, isStepped: curve.isStepped };
+      made.push({ scale: curve.scale, times, values: ofCalls(times, values[at] ?? []), colour, dash: [6, 4], how });
     });
   }
   if (!store.prediction) return made;

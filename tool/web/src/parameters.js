@@ -1,7 +1,7 @@
 /**
  * The settings of the shown loop in the groups of the vendor's dialog.
  *
- * A field is edited until it is sent: Enter sends it, Esc takes it back. A text that is no value stays in the field with a
+ * A field is edited until it is sent: Enter sends all that is edited, Esc takes the field back. A text that is no value stays in the field with a
  * sentence, and the value in force stays. Settings without effect are folded away at the end of their group.
  *
  * @typedef {import("./store.js").Work} Work
@@ -316,7 +316,10 @@ async function keys(event, name, input) {
   const row = rows.get(name);
   if (event.key === "Enter") {
     event.preventDefault();
-    if (await store.send([name])) showField(name, true);
+    // What was typed into other fields goes with it: one runs with what one sees.
+    await store.send();
+    const setting = store.loop?.settings[name];
+    if (setting && !isEdited(setting)) showField(name, true);
   } else if (event.key === "Escape" && row) {
     if (row.row.nextElementSibling?.classList.contains("field-help")) fieldHelp(name, row.row, input);
     else {
@@ -456,7 +459,7 @@ function makeStructure(loop) {
   select.addEventListener("keydown", (event) => {
     if (event.key === "Enter") {
       event.preventDefault();
-      store.send(names);
+      store.send();
     } else if (event.key === "Escape") store.takeBack(names);
     else if (event.key === "F1" || event.key === "?") {
       event.preventDefault();

@@ -45,6 +45,8 @@ const MOST_UNRESTING = 20_000;
 
 /** @type {HTMLButtonElement} */
 let runButton;
+/** Makes the test of the run again, with the settings that were applied since it began. @type {HTMLButtonElement} */
+let againButton;
 /** How long to run, in seconds; empty is until Pause. @type {HTMLInputElement} */
 let duration;
 /** @type {HTMLElement} */
@@ -60,7 +62,23 @@ const speeds = new Map();
 
 /** @param {HTMLElement} content */
 export function mount(content) {
-  runButton = element("button", { type: "button", class: "primary", onclick: runOrPause, title: "Space" }, "Run");
+  runButton = element(
+    "button",
+    { type: "button", class: "primary", id: "run-go", onclick: runOrPause, title: "Space" },
+    "Run",
+  );
+  const again = { class: "primary", hidden: true, id: "run-again", "aria-label": "Run again with these values" };
+  againButton = element(
+    "button",
+    {
+      type: "button",
+      ...again,
+      onclick: runAgain,
+      title: "The same test from the start, as long, with the new settings",
+    },
+    "Run again",
+    element("span", { class: "long" }, " with these values"),
+  );
   status = element("span", { class: "status" });
   duration = element("input", {
     ...{ class: "number", id: "run-for", placeholder: "–", inputmode: "decimal", autocomplete: "off" },
@@ -101,6 +119,7 @@ export function mount(content) {
     element(
       "div",
       { class: "row run-main" },
+      againButton,
       runButton,
       element("button", { type: "button", class: "rare", onclick: oneCall, title: "." }, "One call"),
       element("span", { class: "speeds", role: "group", "aria-label": "Speed" }, ...speeds.values()),
@@ -113,7 +132,7 @@ export function mount(content) {
       ),
       element(
         "button",
-        { type: "button", class: "rare", onclick: reset, title: "Begin a new run; this one stays in the list" },
+        { type: "button", class: "rare reset", onclick: reset, title: "Begin a new run; this one stays in the list" },
         "Reset",
       ),
       status,
@@ -132,6 +151,11 @@ export function mount(content) {
   });
   store.on("plant", showControls);
   store.on("settings", followSettings);
+  store.on("applied", (/** @type {string[]} */ names) => {
+    const isSetting = names.some((name) => store.loop?.settings[name]?.variable.is_stimulus === false);
+    if (isSetting && store.isLive() && made() > 0) offerAgain(true);
+  });
+  for (const what of ["run", "loop"]) store.on(what, () => offerAgain(false));
   store.on("run", () => {
     clock = { wall: performance.now(), calls: store.state?.calls ?? 0 };
     showDone();
@@ -308,6 +332,23 @@ async function oneCall() {
   }
 }
 
+/** @param {boolean} isOffered */
+function offerAgain(isOffered) {
+  againButton.hidden = !isOffered;
+  runButton.classList.toggle("primary", !isOffered);
+  showButton();
+}
+
+async function runAgain() {
+  pause();
+  try {
+    await store.repeat("same_test");
+    if (byId("run").contains(document.activeElement) || document.activeElement === document.body) runButton.focus();
+  } catch (error) {
+    store.say(error);
+  }
+}
+
 async function reset() {
   if (!store.loop) return;
   pause();
@@ -328,7 +369,7 @@ function setSpeed(next) {
 }
 
 function showButton() {
-  text(runButton, running ? "Pause" : "Run");
+  text(runButton, running ? "Pause" : againButton.hidden ? "Run" : "Go on");
 }
 
 function showStatus() {

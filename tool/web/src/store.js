@@ -26,6 +26,7 @@
  * | `loops` | the loops under work are others |
  * | `loop` | another loop is shown, or none |
  * | `settings` | values of the shown loop were edited, sent, undone; detail: the names |
+ * | `applied` | edited values of the shown loop are in force; detail: the names |
  * | `checked` | the engine has checked the settings of the shown loop |
  * | `plant` | members, connections or settings of members are others |
  * | `run` | a run has begun; earlier ones are in `loop.runs`; detail: its Setup |
@@ -38,10 +39,10 @@
  * | `state` | calls were made or values set: `store.state` is new (many times a second; draw at most once a frame) |
  * | `failure` | the run has ended by itself: `store.state.failure` |
  * | `say` | a sentence for the user; detail: {@link Said} |
- * | `question` | a question for the user; detail: `{text, yes, act}`, where `act` is what a yes does |
+ * | `question` | a question for the user; detail: `{text, yes, no, act}`, where `act` is what a yes does |
  * | `home` | the engine is lost, or is another one |
  * | `csv` | a CSV file was dropped; detail: its Recording |
- * | `prediction` | a predicted curve is there or gone: `store.prediction` |
+ * | `prediction` | a predicted curve is there or gone: `store.prediction`, `store.ghost` |
  * | `key-run`, `key-call`, `key-manual`, `key-left`, `key-right`, `key-home`, `key-end`, `key-zoom-in`, `key-zoom-out` | a key outside of fields |
  * | `show` | go to a tab or a drawer; detail: its id (`tune`, `takeaway`, `help` ...) |
  *
@@ -81,7 +82,7 @@
  * @property {Change[]} undo
  * @property {Change[]} redo
  *
- * @typedef {{ name: string, before: Value, after: Value }[]} Change
+ * @typedef {{ name: string, before: Value, after: Value, wasInForce?: boolean }[]} Change
  *
  * @typedef {object} OpenFile
  * @property {string} name
@@ -106,8 +107,10 @@ import { same } from "tool/values.js";
 const listeners = new Map();
 
 let lastId = 0;
-/** Checks that are under way are outdated by later ones. */
-let checks = 0;
+/** A check that is under way is outdated by a later one of the same loop. @type {WeakMap<Work, number>} */
+const checks = new WeakMap();
+/** Undo and Redo go one after the other: each may have to reach the run. @type {Promise<unknown>} */
+let restoring = Promise.resolve();
 
 export const store = {
   /** @type {import("./messages").Catalogue} */
@@ -124,6 +127,8 @@ export const store = {
   live: undefined,
   /** @type {Prediction | undefined} */
   prediction: undefined,
+  /** The test of the present run with what is in the fields. @type {import("./messages").Curves | undefined} */
+  ghost: undefined,
   /** Whether the server has stopped responding. */
   isLost: false,
 
@@ -269,15 +274,18 @@ export const store = {
     if (!loop) return;
     /** @type {Change} */
     const change = [];
+    // What is typed after the value was applied is another edit.
+    let isMore = isTyped;
     for (const [name, after] of Object.entries(values)) {
       const setting = loop.settings[name];
       if (!setting) continue;
+      if (!isEdited(setting)) isMore = false;
       setting.wrong = setting.why = undefined;
       if (!same(setting.variable.kind, setting.value, after)) change.push({ name, before: setting.value, after });
       setting.value = after;
     }
     const last = loop.undo.at(-1);
-    if (isTyped && change.length === 1 && last?.length === 1 && last[0].name === change[0].name) {
+    if (isMore && change.length === 1 && last?.length === 1 && last[0].name === change[0].name) {
       last[0].after = change[0].after;
       loop.redo = [];
     } else if (change.length > 0) {
@@ -315,9 +323,14 @@ export const store = {
     store.edit(Object.fromEntries(names.map((name) => [name, loop.settings[name].sent])));
   },
 
-  /** The names of the shown loop's edited settings, wrong texts included. */
-  edited() {
-    const settings = Object.entries(store.loop?.settings ?? {});
+  /**
+   * The names of a loop's edited settings, wrong texts included.
+   *
+   * @param {Work} [loop] the shown one without it
+   * @returns {string[]}
+   */
+  edited(loop) {
+    const settings = Object.entries((loop ?? store.loop)?.settings ?? {});
     return settings.filter(([, one]) => isEdited(one)).map(([name]) => name);
   },
 
@@ -325,72 +338,89 @@ export const store = {
    * Puts edited values in force, in the run too.
    *
    * @param {string[]} [names] all without it
+   * @param {Work} [of] the loop; the shown one without it
    * @returns {Promise<boolean>} whether the engine has taken them
    */
-  async send(names = store.edited()) {
-    const loop = store.loop;
+  async send(names, of) {
+    const loop = of ?? store.loop;
     if (!loop) return true;
-    await store.check();
+    const wanted = names ?? store.edited(loop);
+    await store.check(loop);
     const errors =
       loop.checked?.remarks.filter((remark) => remark.is_error).flatMap((remark) => remark.variables) ?? [];
-    const good = names.filter((name) => loop.settings[name].wrong === undefined && !errors.includes(name));
-    if (good.length === 0) return names.length === 0;
+    const good = wanted.filter((name) => loop.settings[name].wrong === undefined && !errors.includes(name));
+    if (good.length === 0) return wanted.length === 0;
     const values = Object.fromEntries(good.map((name) => [name, loop.settings[name].value]));
     try {
       await prepareTakeover(loop, values);
-      if (store.isLive()) await store.take(ask({ do: "send", values: named(loop, values) }));
+      if (store.live === loop) await store.take(ask({ do: "send", values: named(loop, values) }));
     } catch (error) {
       store.say(error);
       return false;
     }
     for (const [name, value] of Object.entries(values)) loop.settings[name].sent = value;
-    store.emit("settings", good);
+    store.emit("settings", loop === store.loop ? good : []);
     store.emit("loops");
-    return good.length === names.length;
+    if (loop === store.loop) store.emit("applied", good);
+    return good.length === wanted.length;
   },
 
-  /** Takes the last edit back; what was sent meanwhile is edited then. */
+  /** Takes the last edit back: a value that is in force in the run, too. @returns {Promise<unknown>} */
   undo() {
-    const change = store.loop?.undo.pop();
-    if (!store.loop || !change) return;
-    store.loop.redo.push(change);
-    store.restore(change.map(({ name, before }) => ({ name, value: before })));
+    return store.restore("undo", "redo", "before");
   },
 
-  /** Makes the edit again that was taken back. */
+  /** Makes the edit again that was taken back; what was in force with it is so again. @returns {Promise<unknown>} */
   redo() {
-    const change = store.loop?.redo.pop();
-    if (!store.loop || !change) return;
-    store.loop.undo.push(change);
-    store.restore(change.map(({ name, after }) => ({ name, value: after })));
+    return store.restore("redo", "undo", "after");
   },
 
-  /** @param {{ name: string, value: Value }[]} values */
-  restore(values) {
-    for (const { name, value } of values) {
-      const setting = store.loop?.settings[name];
-      if (!setting) continue;
-      setting.value = value;
-      setting.wrong = setting.why = undefined;
-    }
-    store.emit(
-      "settings",
-      values.map(({ name }) => name),
-    );
-    store.check();
+  /**
+   * @param {"undo" | "redo"} from
+   * @param {"undo" | "redo"} to
+   * @param {"before" | "after"} which
+   * @returns {Promise<unknown>}
+   */
+  restore(from, to, which) {
+    restoring = restoring.then(async () => {
+      const loop = store.loop;
+      const change = loop?.[from].pop();
+      if (!loop || !change) return;
+      loop[to].push(change);
+      const there = change.filter(({ name }) => loop.settings[name]);
+      for (const one of there) {
+        const setting = loop.settings[one.name];
+        if (from === "undo") one.wasInForce = !isEdited(setting);
+        setting.value = one[which];
+        setting.wrong = setting.why = undefined;
+      }
+      store.emit(
+        "settings",
+        there.map(({ name }) => name),
+      );
+      const inForce = there.filter(({ wasInForce }) => wasInForce).map(({ name }) => name);
+      if (inForce.length > 0) await store.send(inForce, loop);
+      else await store.check(loop);
+    });
+    return restoring;
   },
 
-  /** Asks the engine what the block does with the values in the fields. */
-  async check() {
-    const loop = store.loop;
+  /**
+   * Asks the engine what the block does with the values in the fields.
+   *
+   * @param {Work} [of] the loop; the shown one without it
+   * @returns {Promise<void>}
+   */
+  async check(of) {
+    const loop = of ?? store.loop;
     if (!loop) return;
-    checks += 1;
-    const mine = checks;
+    const mine = (checks.get(loop) ?? 0) + 1;
+    checks.set(loop, mine);
     try {
       const checked = await ask({ do: "check", fmu: loop.description.name, values: valuesOf(loop) });
-      if (mine !== checks) return;
+      if (mine !== checks.get(loop)) return;
       loop.checked = checked;
-      store.emit("checked");
+      if (loop === store.loop) store.emit("checked");
     } catch (error) {
       store.say(error);
     }
@@ -716,10 +746,10 @@ export function split(name) {
  */
 async function prepareTakeover(loop, values) {
   const { manual } = loop.description.roles;
-  const calls = store.isLive() ? (store.state?.calls ?? 0) : 0;
+  const calls = store.live === loop ? (store.state?.calls ?? 0) : 0;
   if (!manual || values[manual[0]] !== false || loop.settings[manual[0]]?.sent !== true || calls === 0) return;
   const { events } = await ask({ do: "events" });
-  if (events.some(({ call }) => call >= calls)) await store.calls(1);
+  if (events.some(({ call }) => call >= calls)) await store.take(ask({ do: "run", calls: 1 }));
 }
 
 /**

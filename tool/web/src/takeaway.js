@@ -11,9 +11,9 @@ import { sourceOf } from "tool/files.js";
 import { linkOfLoop } from "tool/link.js";
 import { pngPicture, svgPicture } from "tool/picture.js";
 import { programOf } from "tool/program.js";
+import { isTried, showSaved } from "tool/saved.js";
 import { asLoop, store } from "tool/store.js";
 import { tuning } from "tool/tune.js";
-import { same } from "tool/values.js";
 import { rezipped, unzipped } from "tool/zip.js";
 
 /** @type {HTMLElement} */
@@ -28,7 +28,7 @@ export function mount(content) {
   fill(content, body, remarks);
   for (const what of ["loop", "loops", "run", "home", "files"]) store.on(what, show);
   store.on("loop", () => fill(remarks));
-  store.on("settings", showContent);
+  store.on("settings", () => showContent?.());
   show();
 }
 
@@ -64,30 +64,16 @@ function save(name, content) {
   setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }
 
-/** @type {HTMLElement | undefined} */
-let unsent;
-/** @type {{ label: HTMLElement, names: HTMLElement } | undefined} */
-let tried;
-
-/** Says what the files have, and what not. */
-function showContent() {
-  if (!unsent || !tried || !store.loop) return;
-  const edited = store.edited();
-  unsent.textContent = edited.length === 0 ? "" : `Not in the files, since not sent yet: ${edited.join(", ")}.`;
-  const names = Object.entries(store.loop.settings).filter(([, one]) => isTried(one));
-  tried.label.hidden = names.length === 0;
-  tried.names.textContent = ` also ${names.map(([name]) => name).join(", ")} as in the run`;
-}
+/** What shows the content of the files: of the shown loop, and of those that are saved with it. @type {(() => void) | undefined} */
+let showContent;
 
 function show() {
   const loop = store.loop;
   if (!loop) {
     fill(body);
-    unsent = undefined;
-    tried = undefined;
+    showContent = undefined;
     return;
   }
-  unsent = element("p", { class: "note" });
   const isAlive = store.isLive();
   const format = element(
     "select",
@@ -103,21 +89,32 @@ function show() {
   // What the loop was tried with is no setting of the PLC, unless the user says so.
   const stimuli = element("input", { type: "checkbox" });
   const names = element("span", {});
-  tried = { label: element("label", {}, stimuli, names), names };
+  const tried = element("label", {}, stimuli, names);
+  const content = element("div", { class: "content-of-file" });
+  const source = sourceOf(loop);
+  const ofFile = () => (source ? store.loops.filter(({ file }) => file === loop.file) : [loop]);
+  const chosen = () => (which.value === "all" ? store.loops : [loop]);
+  showContent = () => {
+    const ofRun = Object.entries(loop.settings).filter(([, one]) => isTried(one));
+    tried.hidden = ofRun.length === 0;
+    names.textContent = ` also ${ofRun.map(([name]) => name).join(", ")} as in the run`;
+    // What any of the two buttons saves.
+    showSaved(content, [...new Set([...ofFile(), ...chosen()])], stimuli.checked);
+  };
+  for (const one of [which, stimuli]) one.addEventListener("change", () => showContent?.());
   const parameters = () =>
     download({
       what: "parameters",
       format: format.value,
-      loops: (which.value === "all" ? store.loops : [loop]).map(asLoop),
+      loops: chosen().map(asLoop),
       origin: loop.file ?? loop.description.name,
       stimuli: stimuli.checked,
     });
-  const source = sourceOf(loop);
   const whole = async () => {
     if (!source) return;
-    const content = toBase64(new Uint8Array(await source.arrayBuffer()));
-    const loops = store.loops.filter(({ file }) => file === loop.file).map(asLoop);
-    await download({ what: "source", file: { file: source.name, content }, loops, stimuli: stimuli.checked });
+    const bytes = toBase64(new Uint8Array(await source.arrayBuffer()));
+    const loops = ofFile().map(asLoop);
+    await download({ what: "source", file: { file: source.name, content: bytes }, loops, stimuli: stimuli.checked });
   };
   const csvOf = (/** @type {string[]} */ variables) => () => download({ what: "csv", variables });
   const everything = () => download({ what: "csv", variables: [] }, (name) => name.replace(/\.csv$/, "_all.csv"));
@@ -135,7 +132,6 @@ function show() {
   };
   fill(
     body,
-    unsent,
     // The address of plcfmu tool is for this machine alone.
     whereIsTheEngine() === "page" &&
       element(
@@ -155,7 +151,7 @@ function show() {
             which,
             format,
             element("button", { type: "button", onclick: parameters }, "Save parameters"),
-            tried.label,
+            tried,
           ),
           source &&
             element(
@@ -166,6 +162,7 @@ function show() {
               element("span", { class: "faint" }, "as it was opened, with the changed values and nothing else"),
             ),
           preset(loop),
+          content,
         ],
     element(
       "div",
@@ -185,15 +182,6 @@ function show() {
     ),
   );
   showContent();
-}
-
-/**
- * Whether a setpoint, a mode and the like is another one in the run than in the file.
- *
- * @param {import("tool/store.js").Setting} one
- */
-function isTried(one) {
-  return one.variable.is_stimulus && !same(one.variable.kind, one.sent, one.file ?? one.start);
 }
 
 /**

@@ -1,0 +1,68 @@
+/**
+ * What if: while a setting is edited, the test of the present run with the values in the fields is drawn dashed behind the run. The engine
+ * makes it beside the run, which is not disturbed.
+ */
+
+import { ask } from "tool/engine.js";
+import { drawnOfEarlier } from "tool/overlay.js";
+import { programOf } from "tool/program.js";
+import { isEdited, store, variable } from "tool/store.js";
+
+/** So long nothing is typed before it is made, in milliseconds. */
+const PAUSE = 150;
+/** A longer run is not made again at each key. */
+const MOST_CALLS = 20_000;
+const POINTS = 1500;
+
+let timer = 0;
+/** A run that is under way is outdated by a later one. */
+let asked = 0;
+
+/** Draws it from now on. */
+export function mount() {
+  for (const what of ["settings", "loop", "run", "pause"]) store.on(what, soon);
+}
+
+function soon() {
+  clearTimeout(timer);
+  if (edits() === undefined) hide();
+  else timer = setTimeout(make, PAUSE);
+}
+
+/** The edited settings of the run, by their names in the engine; none if there is nothing to try. */
+function edits() {
+  const loop = store.loop;
+  const calls = store.state?.calls ?? 0;
+  // What a program's lines are watched in is its present run.
+  if (!loop || !store.isLive() || calls < 2 || calls > MOST_CALLS || programOf(loop)) return undefined;
+  const edited = Object.entries(loop.settings).filter(
+    ([, one]) => isEdited(one) && one.wrong === undefined && !one.variable.is_stimulus,
+  );
+  if (edited.length === 0) return undefined;
+  return Object.fromEntries(edited.map(([name, one]) => [variable(loop, name), one.value]));
+}
+
+function hide() {
+  asked += 1;
+  if (store.ghost === undefined) return;
+  store.ghost = undefined;
+  store.emit("prediction");
+}
+
+async function make() {
+  const values = edits();
+  const loop = store.loop;
+  if (!values || !loop) return hide();
+  asked += 1;
+  const mine = asked;
+  try {
+    const curves = await ask({ do: "try", values, view: { variables: drawnOfEarlier(loop), points: POINTS } });
+    if (mine !== asked) return;
+    store.ghost = curves;
+  } catch {
+    // What is wrong with a value stands at its field.
+    if (mine !== asked) return;
+    store.ghost = undefined;
+  }
+  store.emit("prediction");
+}

@@ -1,0 +1,37 @@
+/** Loops that are described: the examples, and files that `plcfmu run` takes. */
+
+import { remake } from "tool/remake.js";
+import { store } from "tool/store.js";
+import { number } from "tool/values.js";
+
+/**
+ * Opens a described loop with its plant and runs it as its description does.
+ *
+ * @param {import("./messages").KnownLoop} known
+ * @param {string} [file] the file that it comes from
+ */
+export async function openKnown(known, file) {
+  const [controller, ...members] = known.setup.members;
+  // Nothing is opened of a loop that is not there as a whole.
+  for (const { fmu } of known.setup.members) await store.describe(fmu);
+  const loop = await store.add(controller.name, controller.fmu, undefined, file);
+  // The connections name the controller as the description does.
+  const own = (/** @type {string} */ name) =>
+    name.startsWith(`${controller.name}.`) ? loop.member + name.slice(controller.name.length) : name;
+  store.edit(controller.values);
+  await store.send();
+  loop.undo = [];
+  const connections = known.setup.connections.map(
+    ([from, to]) => /** @type {[string, string]} */ ([own(from), own(to)]),
+  );
+  const copies = members.map((member) => ({ ...member, values: { ...member.values } }));
+  const { step, exchange } = known.setup;
+  await store.connect({ members: copies, connections, step, exchange });
+  const { cycle } = loop.description;
+  const length = step ?? (number(cycle ? loop.settings[cycle]?.sent : undefined) || 1);
+  const events = known.events.map(([time, variable, value]) => {
+    const call = Math.round(time / length);
+    return { call, time, variable: own(variable), value };
+  });
+  await remake(loop, { setup: store.setup(), events, calls: Math.round((known.stop ?? 0) / length) });
+}

@@ -1,0 +1,91 @@
+/**
+ * What a saved file will have, before it is saved: each setting that differs, of each loop, with the old and the new value, and each
+ * edit that is not in force and so will not be in the file.
+ *
+ * @typedef {import("tool/store.js").Work} Work
+ * @typedef {import("tool/store.js").Setting} Setting
+ */
+
+import { element, fill, tableHead } from "tool/dom.js";
+import { isEdited, store } from "tool/store.js";
+import { same, shown } from "tool/values.js";
+
+/** A table of more rows is no longer read. */
+const MOST = 40;
+
+/**
+ * Whether a setpoint, a mode and the like is another one in the run than in the file.
+ *
+ * @param {Setting} one
+ */
+export function isTried(one) {
+  return one.variable.is_stimulus && isChanged(one);
+}
+
+/** Whether the value in force is another one than in the file. @param {Setting} one */
+function isChanged(one) {
+  return !same(one.variable.kind, one.sent, one.file ?? one.start);
+}
+
+/**
+ * Shows what will be saved.
+ *
+ * @param {HTMLElement} within
+ * @param {Work[]} loops those of the file
+ * @param {boolean} withTried whether the file gets what the loops were tried with, too
+ */
+export function showSaved(within, loops, withTried) {
+  const all = loops.flatMap((loop) => Object.entries(loop.settings).map(([name, one]) => ({ loop, name, one })));
+  const changed = all.filter(({ one }) => isChanged(one) && (withTried || !one.variable.is_stimulus));
+  const isAlone = loops.length === 1;
+  const title = (/** @type {Work} */ loop, /** @type {string} */ name) => (isAlone ? name : `${loop.name}: ${name}`);
+  const unsent = all.filter(({ one }) => isEdited(one));
+  const apply = async () => {
+    for (const loop of loops) await store.send(undefined, loop);
+  };
+  fill(
+    within,
+    unsent.length > 0 &&
+      element(
+        "div",
+        { class: "unsent note" },
+        element(
+          "ul",
+          {},
+          unsent.slice(0, MOST).map(({ loop, name, one }) => {
+            const kept = shown(one.sent, one.variable.kind);
+            const edit = one.wrong ?? shown(one.value, one.variable.kind);
+            const what = `${title(loop, name)} has an edit (${edit}) that is not applied and will not be saved; `;
+            return element("li", {}, `${what}the file gets ${kept}.`);
+          }),
+        ),
+        element("button", { type: "button", onclick: apply }, "Apply all edits"),
+      ),
+    changed.length === 0
+      ? element("p", { class: "faint" }, "No setting differs from the file or the block's start values.")
+      : element(
+          "table",
+          { class: "to-save" },
+          tableHead(
+            ["Setting", loops.some(({ file }) => file) ? "In the file" : "Start value", "Saved"],
+            (at) => at > 0,
+          ),
+          element(
+            "tbody",
+            {},
+            changed
+              .slice(0, MOST)
+              .map(({ loop, name, one: { variable, file, start, sent } }) =>
+                element(
+                  "tr",
+                  {},
+                  element("td", { class: "name" }, title(loop, name)),
+                  element("td", { class: "number" }, shown(file ?? start, variable.kind)),
+                  element("td", { class: "number" }, shown(sent, variable.kind)),
+                ),
+              ),
+          ),
+        ),
+    changed.length > MOST && element("p", { class: "faint" }, `and ${changed.length - MOST} more`),
+  );
+}
