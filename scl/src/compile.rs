@@ -6,7 +6,7 @@ use crate::parser;
 use crate::program::Program;
 use crate::report::Report;
 use crate::root::Root;
-use crate::syntax::{BlockKind, Tree};
+use crate::syntax::{BlockKind, Tree, key};
 use parameters::{Problems, Source};
 use std::collections::{BTreeMap, HashMap};
 
@@ -64,11 +64,20 @@ pub fn compile(sources: &[Source], options: &Options) -> Result<Compiled, Vec<Pr
     if has_errors { Err(errors) } else { Ok(Compiled { program, cpu, root, candidates, globals, warnings }) }
 }
 
+/// Whether a source names ENO, or returns a value.
+fn may_set_eno(text: &str) -> bool {
+    let text = text.to_ascii_uppercase();
+    let is_value = |rest: &str| rest.starts_with(|c: char| c.is_whitespace()) && !rest.trim_start().starts_with(';');
+    text.contains("ENO") || text.split("RETURN").skip(1).any(is_value)
+}
+
 impl<'a> Compiler<'a> {
     fn new(sources: &'a [Source], trees: &'a [Tree], cpu: Cpu, options: &'a Options, report: Report) -> Compiler<'a> {
         let mut program = Program::default();
         program.memory = program.add_record("memory", []);
         program.constants = program.add_record("constants", []);
+        // The last source is the library.
+        let own = sources.split_last().map_or(sources, |(_, own)| own);
         let mut compiler = Compiler {
             sources,
             trees,
@@ -84,6 +93,9 @@ impl<'a> Compiler<'a> {
             natives: HashMap::new(),
             globals: HashMap::new(),
             kinds: HashMap::new(),
+            // The first one of a name counts.
+            declared: options.declared.iter().rev().map(|tag| (key(&tag.0), tag)).collect(),
+            may_set_eno: own.iter().map(|source| may_set_eno(&source.text)).chain([false]).collect(),
             undeclared: BTreeMap::new(),
             calls: Vec::new(),
             bytes: 0,

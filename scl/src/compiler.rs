@@ -87,6 +87,10 @@ pub struct Compiler<'a> {
     pub globals: HashMap<String, State<Global>>,
     /// Which kind of timer or counter a variable of a general type is, by the last name of its path.
     pub kinds: HashMap<String, String>,
+    /// What the options declare, by name.
+    pub declared: HashMap<String, &'a (String, String)>,
+    /// Whether a block of a source may set ENO.
+    pub may_set_eno: Vec<bool>,
     pub undeclared: BTreeMap<String, Undeclared>,
     /// Who calls whom, and where.
     pub calls: Vec<(usize, usize, Span)>,

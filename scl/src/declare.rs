@@ -13,7 +13,7 @@ use crate::syntax::{
 use crate::types::{Array, Elementary, Field, Structure, Type};
 use crate::undeclared::What;
 use parameters::problem::nearest;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 /// No program has more memory, in bytes.
@@ -165,7 +165,12 @@ impl Compiler<'_> {
             self.error(span, message.0, Some(&message.1));
             return Type::Wrong;
         }
-        let like = nearest(name, self.names.values().map(|id| self.block(*id).name.text.as_str())).map(str::to_string);
+        let types = self
+            .names
+            .values()
+            .map(|id| self.block(*id))
+            .filter(|block| matches!(block.kind, BlockKind::Type | BlockKind::FunctionBlock));
+        let like = nearest(name, types.map(|block| block.name.text.as_str())).map(str::to_string);
         match like {
             Some(like) => {
                 let help = format!("\"{like}\" is declared: is it meant?");
@@ -207,7 +212,7 @@ impl Compiler<'_> {
         let start = &mut self.program.records[record].start;
         start[..2].copy_from_slice(&1970u16.to_le_bytes());
         start[2..5].copy_from_slice(&[1, 1, 5]);
-        let of = Type::Structure(Rc::new(Structure { name: "DTL".into(), fields: fields.into(), record }));
+        let of = Type::Structure(Rc::new(Structure::new("DTL", fields.into(), record)));
         self.types.insert(id, State::Known(of.clone()));
         of
     }
@@ -248,11 +253,12 @@ impl Compiler<'_> {
         symbols: &Rc<HashMap<String, Symbol>>,
     ) -> Structure {
         let mut fields: Vec<Field> = Vec::new();
+        let mut taken = HashSet::new();
         let mut starts = Vec::new();
         for member in members {
             let of = self.member_type(member, file, symbols);
             for name in &member.names {
-                if fields.iter().any(|field| field.key == name.key()) {
+                if !taken.insert(name.key()) {
                     self.error(name.span, format!("{} is declared twice", name.text), None);
                     continue;
                 }
@@ -279,7 +285,7 @@ impl Compiler<'_> {
                 self.start_member(record, number, &fields[number].of.clone(), start, file, symbols);
             }
         }
-        Structure { name: name.to_string(), fields, record }
+        Structure::new(name, fields, record)
     }
 
     fn member_type(&mut self, member: &Member, file: usize, symbols: &Rc<HashMap<String, Symbol>>) -> Type {
@@ -399,7 +405,7 @@ impl Compiler<'_> {
             symbols.entry("RET_VAL".to_string()).or_insert(value.clone());
             symbols.insert(block.name.key(), value);
         }
-        let may_set_eno = !symbols.contains_key("ENO") && self.may_set_eno(id.0);
+        let may_set_eno = !symbols.contains_key("ENO") && self.may_set_eno[id.0];
         if may_set_eno {
             let ty = program::Type::Scalar(program::Scalar::Bool);
             locals.push(Local { name: "ENO".to_string(), ty, by_reference: false });
@@ -473,14 +479,6 @@ impl Compiler<'_> {
             (local, View { name, local: 0, behind: behind.key(), of: of.clone(), span: behind.span })
         };
         member.names.iter().map(view).collect()
-    }
-
-    /// Whether a source names ENO, or returns a value.
-    fn may_set_eno(&self, file: usize) -> bool {
-        let text = self.sources[file].text.to_ascii_uppercase();
-        let is_value =
-            |rest: &str| rest.starts_with(|c: char| c.is_whitespace()) && !rest.trim_start().starts_with(';');
-        file != self.library_file() && (text.contains("ENO") || text.split("RETURN").skip(1).any(is_value))
     }
 
     /// The constants of a block: each may use those before it.
@@ -578,11 +576,8 @@ impl Compiler<'_> {
         for (member, bytes) in record_of.members.iter().zip(bytes) {
             record_of.start[member.offset..member.offset + bytes.len()].copy_from_slice(&bytes);
         }
-        Structure {
-            name: block.name.text.clone(),
-            fields: parts.into_iter().flat_map(|part| part.fields).collect(),
-            record,
-        }
+        let fields = parts.into_iter().flat_map(|part| part.fields).collect();
+        Structure::new(&block.name.text, fields, record)
     }
 
     /// Adds a variable that all blocks see.
@@ -596,7 +591,7 @@ impl Compiler<'_> {
 
     /// A tag or an instance that the options declare.
     fn declared(&mut self, name: &str) -> Option<Global> {
-        let (written, of) = self.options.declared.iter().find(|(declared, _)| key(declared) == name)?;
+        let (written, of) = self.declared.get(name).copied()?;
         let of = self.type_named(of.trim_matches('"'), false, Span::default(), 0);
         Some(self.add_global(written, of))
     }

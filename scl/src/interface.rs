@@ -5,7 +5,6 @@ use crate::program::walk::{self, Look};
 use crate::program::{self, Argument, Base, Body, Call, Place, Program, Statement, Step, What};
 use crate::syntax::{SectionKind, key};
 use crate::types::{Elementary, Type};
-use std::collections::HashSet;
 use std::ops::Range;
 
 /// What a variable is for the one who uses the program.
@@ -260,7 +259,6 @@ pub fn globals(compiler: &Compiler, instance: &str) -> Result<Shown, String> {
     let mut known: Vec<&Global> = compiler.globals.values().filter_map(State::known).collect();
     // A parameter has its name before a data block.
     known.sort_unstable_by_key(|global| (global.parameter.is_none(), global.member));
-    let tags: HashSet<String> = compiler.options.declared.iter().map(|(name, _)| key(name)).collect();
     let mut found = Shown::default();
     for global in known {
         let member = &compiler.program.records[compiler.program.memory].members[global.member];
@@ -269,7 +267,7 @@ pub fn globals(compiler: &Compiler, instance: &str) -> Result<Shown, String> {
             continue;
         }
         let is_instance = matches!(global.of, Type::Instance(_));
-        let is_tag = tags.contains(&own) && !is_instance;
+        let is_tag = compiler.declared.contains_key(&own) && !is_instance;
         let first = found.variables.len();
         let part = Part {
             name: &part(global.parameter.as_ref().unwrap_or(&member.name)),

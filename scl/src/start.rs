@@ -108,7 +108,7 @@ impl Starting<'_, '_> {
             }
             (Type::Structure(structure), Start::Members(members, _)) => {
                 for (name, start) in members {
-                    let number = structure.fields.iter().position(|field| field.key == name.key());
+                    let number = structure.number(&name.key());
                     let Some(number) = number else {
                         self.compiler.error(name.span, format!("{of} has no member {}", name.text), None);
                         continue;

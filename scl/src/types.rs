@@ -2,6 +2,7 @@
 
 use crate::program::extent;
 use crate::program::{self, Scalar};
+use std::collections::HashMap;
 use std::fmt;
 use std::rc::Rc;
 
@@ -214,6 +215,21 @@ pub struct Structure {
     pub fields: Vec<Field>,
     /// Its record in the program.
     pub record: usize,
+    /// The numbers of the members, by their names in capitals.
+    numbers: HashMap<String, usize>,
+}
+
+impl Structure {
+    /// A structure of these members.
+    pub fn new(name: &str, fields: Vec<Field>, record: usize) -> Structure {
+        let numbers = fields.iter().enumerate().map(|(number, field)| (field.key.clone(), number)).collect();
+        Structure { name: name.to_string(), fields, record, numbers }
+    }
+
+    /// The number of the member of this name, in capitals.
+    pub fn number(&self, key: &str) -> Option<usize> {
+        self.numbers.get(key).copied()
+    }
 }
 
 impl PartialEq for Structure {

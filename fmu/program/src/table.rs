@@ -89,6 +89,9 @@ pub enum Held {
 /// This many names are told in an error.
 const MOST_NAMES: usize = 20;
 
+/// This many inputs, and as many outputs, are recorded and drawn.
+const MOST_DRAWN: usize = 50;
+
 /// The name of the row that holds the time between two calls.
 const CYCLE: &str = "CYCLE";
 
@@ -158,6 +161,7 @@ pub fn of(manifest: &Manifest, compiled: &Compiled, root: &Root, is_unit: fn(&st
     });
     let (texts, text_places): (Vec<Text>, Vec<TextPlace>) = texts.into_iter().unzip();
     let no: &'static [bool] = vec![false; rows.len()].leak();
+    let responses: &'static [Response] = vec![response(&rows)].leak();
     let table = Table {
         name: leaked(&manifest.name.clone().unwrap_or_else(|| identifier(&root.block))),
         aliases: &[],
@@ -170,10 +174,22 @@ pub fn of(manifest: &Manifest, compiled: &Compiled, root: &Root, is_unit: fn(&st
         mean: None,
         memory: &[],
         instances: &[],
-        responses: &[Response::AT_REST],
+        responses,
         characteristics: &[],
     };
     Ok(Shown { table: Box::leak(Box::new(table)), places, texts: text_places, own_cycle })
+}
+
+/// The recorded run: of all inputs and outputs, or of the first of each where a picture of all would show nothing.
+fn response(rows: &[Row]) -> Response {
+    let of = |role: Role| rows.iter().filter(move |row| row.role == role).map(|row| row.name);
+    if of(Role::Input).count().max(of(Role::Output).count()) <= MOST_DRAWN {
+        return Response::AT_REST;
+    }
+    let names: Vec<&'static str> =
+        [Role::Input, Role::Output].into_iter().flat_map(|role| of(role).take(MOST_DRAWN)).collect();
+    let title = leaked(&format!("{}: the first {MOST_DRAWN} inputs and outputs", Response::AT_REST.title));
+    Response { title, show: names.leak(), ..Response::AT_REST }
 }
 
 /// The names that are taken.

@@ -13,6 +13,7 @@ use crate::interface::Interface;
 use crate::table::{Row, Table, Text};
 use crate::units;
 use blocks::{Class, Kind, Role};
+use std::collections::HashMap;
 
 impl ModelDescription {
     /// The model description of the FMU with this library.
@@ -212,9 +213,11 @@ fn boolean(number: f64) -> Result<bool, String> {
 fn structure(table: &Table) -> ModelStructure {
     let unknown = |index, dependencies| Unknown { index, dependencies: Some(dependencies), dependencies_kind: None };
     let outputs = (1..).zip(&table.variables).filter(|(_, row)| row.role == Role::Output);
+    let indices: HashMap<&str, u32> = table.variables.iter().map(|row| row.name.as_str()).zip(1..).collect();
     let settings = |row: &Row| {
-        let named = (1..).zip(&table.variables).filter(|(_, setting)| row.from.contains(&setting.name));
-        named.map(|(index, _)| index).collect::<Vec<u32>>()
+        let mut named: Vec<u32> = row.from.iter().filter_map(|name| indices.get(name.as_str()).copied()).collect();
+        named.sort_unstable();
+        named
     };
     let texts = (table.variables.len() as u32 + 1..).zip(&table.texts);
     let texts: Vec<u32> = texts.filter(|(_, text)| text.role == Role::Output).map(|(index, _)| index).collect();

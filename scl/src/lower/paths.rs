@@ -289,7 +289,7 @@ impl Lowerer<'_, '_> {
         let capitals = name.key();
         match &variable.of {
             Type::Structure(structure) => {
-                if let Some(number) = structure.fields.iter().position(|field| field.key == capitals) {
+                if let Some(number) = structure.number(&capitals) {
                     let of = structure.fields[number].of.clone();
                     return Path::Variable(Variable {
                         of,

@@ -341,6 +341,33 @@ fn sources_of_one_name_lie_beside_each_other() {
     assert!(reference(&of, "x.a").is_some());
 }
 
+/// With ten times as many, what is quadratic in their number takes minutes, and seconds else.
+#[test]
+fn thousands_of_variables_of_each_kind_are_all_there() {
+    const COUNT: usize = 5_000;
+    let each = |line: fn(usize) -> String| (0..COUNT).map(line).collect::<String>();
+    let members = each(|number| format!("v{number} : Real;\n"));
+    let text = format!(
+        "DATA_BLOCK \"D\" VAR {members} END_VAR BEGIN END_DATA_BLOCK
+        FUNCTION \"F\" : Void BEGIN {} {} END_FUNCTION
+        FUNCTION_BLOCK \"B\" VAR_INPUT i : Struct {members} END_STRUCT; END_VAR
+        VAR_OUTPUT {} END_VAR VAR {} END_VAR BEGIN \"F\"(); {} END_FUNCTION_BLOCK",
+        each(|number| format!("\"D\".v{number} := 1.0;\n")),
+        each(|number| format!("\"t{number}\" := 1.0;\n")),
+        each(|number| format!("o{number} : Real;\n")),
+        each(|number| format!("l{number} : Real;\n")),
+        each(|number| format!("#o{number} := #i.v{number};\n")),
+    );
+    let tag = (0..COUNT).map(|number| (format!("t{number}"), "Real".to_string())).collect();
+    let source = crate::program::Options { tag: vec![tag], ..crate::program::Options::default() };
+    let of = ok(&text, &Options { source, ..Options::default() });
+    let description = of.description.description();
+    for (causality, count) in [(Input, COUNT), (Output, 2 * COUNT), (Local, 2 * COUNT), (Parameter, 1)] {
+        let found = description.variables.iter().filter(|variable| variable.causality == causality);
+        assert_eq!(found.count(), count, "{causality}");
+    }
+}
+
 #[test]
 fn a_cycle_is_a_duration_of_whole_milliseconds() {
     let read = |text: &str| milliseconds(text).map_err(|error| error.to_string());
