@@ -636,3 +636,24 @@ def test_check_and_build_say_the_same_of_every_source(command, tmp_path):
         assert checked.returncode == built.returncode, (name, checked.stdout + checked.stderr, built.stderr)
         if checked.returncode == 1:
             assert checked.stdout.strip() in built.stderr, name
+
+
+def test_a_file_that_is_no_source_comes_with_what_to_do(command, tmp_path):
+    (tmp_path / "plant").mkdir()
+    for name in ("blocks.xml", "motor.st"):
+        (tmp_path / name).write_text("x")
+    (tmp_path / "tags.csv").write_text("Name,Path,Data Type\n")
+    (tmp_path / "a.scl").write_text("FUNCTION_BLOCK a BEGIN ; END_FUNCTION_BLOCK")
+
+    def told(*arguments):
+        done = subprocess.run([command, *arguments], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode != 0
+        return done.stdout + done.stderr
+
+    no_source = "is neither an FMU nor a source in SCL (.scl, .udt, .db, .awl): "
+    for verb in ("check", "build"):
+        assert "plant is a folder: name the files in it, such as plant/*.scl" in told(verb, "plant")
+        assert f"blocks.xml {no_source}in TIA Portal: Generate source from blocks" in told(verb, "blocks.xml")
+        assert f"motor.st {no_source}rename a source in SCL to .scl" in told(verb, "motor.st")
+    assert "motor.st" in (mixed := told("build", "a.scl", "motor.st", "--cycle=1s")) and "rename" in mixed
+    assert "tags.csv:1: write a name, a colon and a type: Start : Bool" in told("check", "a.scl", "--tag", "tags.csv")

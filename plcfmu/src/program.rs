@@ -64,7 +64,9 @@ fn tags(text: &str) -> Result<Tags, String> {
     let content = std::fs::read_to_string(path).map_err(|error| format!("{text} cannot be read: {error}"))?;
     let lines =
         content.lines().enumerate().map(|(number, line)| (number + 1, line.split("//").next().unwrap_or("").trim()));
-    let tag = |(number, line): (usize, &str)| declaration(line).map_err(|error| format!("{text}:{number}: {error}"));
+    let tag = |(number, line): (usize, &str)| {
+        declaration(line).map_err(|error| format!("{text}:{number}: {error}; a list of tags has such a line for each"))
+    };
     lines.filter(|(_, line)| !line.is_empty()).map(tag).collect()
 }
 
@@ -90,6 +92,22 @@ fn halves(text: &str, between: char) -> Option<(String, String)> {
 pub fn is_source(file: &Path) -> bool {
     let ending = file.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
     matches!(ending.as_deref(), Some("scl" | "udt" | "db" | "awl"))
+}
+
+/// What to say of a file that is no source, to who means one; `None` if its ending tells nothing.
+pub fn instead(file: &Path) -> Option<String> {
+    let name = file.display();
+    if file.is_dir() {
+        return Some(format!("{name} is a folder: name the files in it, such as {name}/*.scl"));
+    }
+    let ending = file.extension()?.to_str()?.to_ascii_lowercase();
+    let remedy = match ending.as_str() {
+        "st" | "txt" => "rename a source in SCL to .scl",
+        "xml" => "in TIA Portal: Generate source from blocks",
+        "csv" | "xlsx" | "sdf" => "tags are given with --tag, a line NAME : TYPE for each",
+        _ => return None,
+    };
+    Some(format!("{name} is neither an FMU nor a source in SCL (.scl, .udt, .db, .awl): {remedy}"))
 }
 
 /// Whether a file is a source with a block that is executed; else it holds types and data alone, as a parameter file does. The

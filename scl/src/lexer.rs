@@ -68,6 +68,8 @@ pub struct Tokens {
     pub attributes: Vec<Span>,
     /// A comment or an attribute that does not end.
     pub unclosed: Option<Span>,
+    /// Comments with comments inside that end later than at the first mark.
+    pub nested: Vec<Span>,
 }
 
 /// The operators and brackets, the longer ones first.
@@ -132,7 +134,14 @@ pub fn tokens(text: &str, file: u32) -> Tokens {
         line: 0,
         is_head: false,
         declaring: 0,
-        found: Tokens { tokens: Vec::new(), comments: Vec::new(), attributes: Vec::new(), unclosed: None },
+        is_never_nested: false,
+        found: Tokens {
+            tokens: Vec::new(),
+            comments: Vec::new(),
+            attributes: Vec::new(),
+            unclosed: None,
+            nested: Vec::new(),
+        },
     };
     while lexer.at < text.len() {
         lexer.next();
@@ -151,6 +160,8 @@ struct Lexer<'a> {
     is_head: bool,
     /// How many sections and structures are open: in none of them a line may begin with REGION.
     declaring: usize,
+    /// Whether a comment that holds another one was found not to end: it is not searched again.
+    is_never_nested: bool,
     found: Tokens,
 }
 
@@ -192,7 +203,13 @@ impl Lexer<'_> {
                 let end = self.end_of(self.at, |character| character != '\n');
                 self.comment(end);
             }
-            '(' if rest.starts_with("(*") => self.comment_to("*)", 2),
+            '(' if rest.starts_with("(*") => match self.nested() {
+                Some(end) => {
+                    self.found.nested.push(self.span(self.at + 2));
+                    self.comment(end);
+                }
+                None => self.comment_to("*)", 2),
+            },
             '(' if rest.starts_with("(/*") => self.comment_to("*/)", 3),
             '/' if rest.starts_with("/*") => self.comment_to("*/", 2),
             '{' => self.attribute(),
@@ -213,6 +230,28 @@ impl Lexer<'_> {
         let span = self.span(end);
         self.found.comments.push(span);
         self.at = end;
+    }
+
+    /// The end of a comment that holds others, if they all end: `(* a (* b *) c *)`.
+    fn nested(&mut self) -> Option<usize> {
+        let from = self.at + 2;
+        let first = self.text[from..].find("*)")?;
+        if self.is_never_nested || !self.text[from..from + first].contains("(*") {
+            return None;
+        }
+        let (mut depth, mut at, bytes) = (1, from, self.text.as_bytes());
+        while let Some(pair) = bytes.get(at..at + 2) {
+            match pair {
+                b"(*" => (depth, at) = (depth + 1, at + 2),
+                b"*)" => (depth, at) = (depth - 1, at + 2),
+                _ => at += 1,
+            }
+            if depth == 0 {
+                return Some(at);
+            }
+        }
+        self.is_never_nested = true;
+        None
     }
 
     fn comment_to(&mut self, close: &str, opening: usize) {

@@ -27,7 +27,10 @@ pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
         report.error(Span { file, start: at, end: at + 1 }, "this is no text: it has a character 0", Some(SAVE));
         return Tree::default();
     }
-    let Tokens { tokens, comments, attributes, unclosed } = tokens(text, file);
+    let Tokens { tokens, comments, attributes, unclosed, nested } = tokens(text, file);
+    for span in nested {
+        report.warning(span, "a comment in a comment: what follows its end is read as comment, too", Some(NESTED));
+    }
     if let Some(span) = unclosed {
         let (what, help) = match text[span.range()].as_bytes() {
             [b'{', ..] => ("this attribute", "close it with }"),
@@ -159,6 +162,11 @@ impl<'a> Parser<'a> {
 
     /// An error at the token: what was expected there.
     fn fail<T>(&mut self, expected: &str) -> Parsed<T> {
+        self.fail_with(expected, None)
+    }
+
+    /// The same, with what to do.
+    fn fail_with<T>(&mut self, expected: &str, help: Option<&str>) -> Parsed<T> {
         let token = self.token();
         let found = match token.kind {
             Kind::End if self.is_end_told => return Err(Failed),
@@ -169,9 +177,12 @@ impl<'a> Parser<'a> {
             Kind::Unknown if self.text_of(token).starts_with(['\'', '"', '#']) && token.span.range().len() > 1 => {
                 return self.refuse(token.span, "this text or name does not end in its line", None);
             }
+            Kind::Symbol if self.text_of(token) == "=" && &self.text[self.before().range()] == "=" => {
+                return self.refuse(token.span, "there is no == in SCL", Some("= compares, := assigns"));
+            }
             _ => parameters::problem::quoted(self.text_of(token)),
         };
-        self.refuse(token.span, &format!("expected {expected}, found {found}"), None)
+        self.refuse(token.span, &format!("expected {expected}, found {found}"), help)
     }
 
     fn refuse<T>(&mut self, span: Span, message: &str, help: Option<&str>) -> Parsed<T> {
@@ -234,6 +245,9 @@ impl<'a> Parser<'a> {
         self.tree.expressions.add(ExpressionKind::Binary(operator, left, right), span)
     }
 }
+
+/// What to do about a comment in a comment.
+const NESTED: &str = "editions of TIA Portal differ here: end the first one before the second begins";
 
 /// A name without `#` and quotation marks.
 fn bare(name: &str) -> &str {

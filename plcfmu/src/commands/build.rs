@@ -7,7 +7,7 @@ use crate::build::workspace::Workspace;
 use crate::package::{self, pack};
 use crate::program;
 use crate::tell;
-use anyhow::{Result, ensure};
+use anyhow::{Result, bail, ensure};
 use host::package::Package;
 use host::package::binary::{Binary, version};
 use std::path::{Path, PathBuf};
@@ -31,11 +31,8 @@ pub fn run(options: &Options) -> Result<()> {
     if names.iter().any(|name| program::is_source(Path::new(name))) {
         let files: Vec<PathBuf> = names.iter().map(PathBuf::from).collect();
         for file in &files {
-            ensure!(
-                program::is_source(file),
-                "{}: a program is made of sources, .scl, .udt, .db or .awl",
-                file.display()
-            );
+            let told = || format!("{}: a program is made of sources, .scl, .udt, .db or .awl", file.display());
+            ensure!(program::is_source(file), program::instead(file).unwrap_or_else(told));
         }
         for (option, is_given) in [
             ("package", !options.pack.packages.is_empty()),
@@ -59,6 +56,9 @@ pub fn run(options: &Options) -> Result<()> {
         return print(&format!("{}\n", path.display()));
     }
     options.program.refuse()?;
+    if let Some(told) = names.iter().find_map(|name| program::instead(Path::new(name))) {
+        bail!(told);
+    }
     let workspace = Workspace::find()?;
     if options.update {
         template::update(&workspace.root)?;

@@ -152,7 +152,7 @@ fn examine(file: &Path, starter: Option<&Starter>) -> Verdict {
     let mut package = match Package::open(file) {
         Ok(package) => package,
         Err(error) => {
-            verdict.errors.push(format!("{error:#}"));
+            verdict.errors.push(program::instead(file).unwrap_or_else(|| format!("{error:#}")));
             return verdict;
         }
     };

@@ -13,6 +13,7 @@ use crate::lexer::Span;
 use crate::program::{self, Binary, Convert, Expr, Place, Scalar, Unary, What};
 use crate::syntax::{Argument, ExpressionId};
 use crate::types::{Class, Elementary};
+use std::cell::Cell;
 
 pub use refused::{is_ordinary, refused};
 
@@ -27,15 +28,34 @@ struct Given<'a> {
     arguments: &'a [Argument],
     name: &'a str,
     span: Span,
+    /// Which arguments were asked for, a bit each: at most 32 are passed.
+    used: &'a Cell<u64>,
 }
 
-impl Given<'_> {
+impl<'a> Given<'a> {
+    /// All arguments.
+    fn all(&self) -> &'a [Argument] {
+        self.used.set(u64::MAX);
+        self.arguments
+    }
+
     /// The argument of this name, or at this position if none has a name.
     fn find(&self, name: &str, position: usize) -> Option<ExpressionId> {
-        let is_it = |argument: &&Argument| argument.name.as_ref().is_some_and(|given| given.key() == name);
-        let by_name = self.arguments.iter().find(is_it);
-        let by_position = self.arguments.get(position).filter(|argument| argument.name.is_none());
-        by_name.or(by_position).map(|argument| argument.value)
+        let is_it = |argument: &Argument| argument.name.as_ref().is_some_and(|given| given.key() == name);
+        let by_name = self.arguments.iter().position(is_it);
+        let is_free = |position: &usize| self.arguments.get(*position).is_some_and(|argument| argument.name.is_none());
+        let number = by_name.or(Some(position).filter(is_free))?;
+        self.used.set(self.used.get() | 1 << number.min(63));
+        Some(self.arguments[number].value)
+    }
+
+    /// The first argument that the function does not have.
+    fn surplus(&self) -> Option<&'a Argument> {
+        let is_used = |number: usize| self.used.get() >> number.min(63) & 1 == 1;
+        let unused = self.arguments.iter().enumerate().find(|(number, _)| !is_used(*number));
+        unused
+            .map(|(_, argument)| argument)
+            .filter(|argument| !argument.name.as_ref().is_some_and(|name| matches!(name.key().as_str(), "EN" | "ENO")))
     }
 }
 
@@ -48,23 +68,45 @@ impl Lowerer<'_, '_> {
         expected: Option<Elementary>,
         span: Span,
     ) -> Option<Operand> {
-        let given = Given { arguments, name, span };
+        let used = &Cell::new(0);
+        let given = Given { arguments, name, span, used };
+        let value = self.computed(&given, expected)?;
+        // What is missing or wrong was told before.
+        if !matches!(value, Operand::Wrong(_)) {
+            self.refuse_surplus(&given);
+        }
+        Some(value)
+    }
+
+    /// An argument that the function does not have would be left out without a word.
+    fn refuse_surplus(&mut self, given: &Given) {
+        let Some(argument) = given.surplus() else { return };
+        let message = match &argument.name {
+            Some(name) => format!("{} has no parameter {}", given.name, name.text),
+            None => format!("{} has fewer parameters", given.name),
+        };
+        let span = argument.name.as_ref().map_or_else(|| self.span(argument.value), |name| name.span);
+        self.error(span, message, Some("leave it out"));
+    }
+
+    fn computed(&mut self, given: &Given, expected: Option<Elementary>) -> Option<Operand> {
+        let Given { name, span, .. } = *given;
         if let Some((from, to)) = name.split_once("_TO_").filter(|(from, _)| !from.starts_with("__")) {
-            return self.conversion(from, to, &given);
+            return self.conversion(from, to, given);
         }
         if crate::library::is_block(name) {
             let block = self.compiler.system_block(name)?;
-            return Some(self.value_of_function(block, arguments, span));
+            return Some(self.value_of_function(block, given.all(), span));
         }
         if let Some(to) = name.strip_prefix("TO_").and_then(Elementary::named) {
-            return Some(self.conversion_of(None, to, &given));
+            return Some(self.conversion_of(None, to, given));
         }
         let (base, suffix) = match name.rsplit_once('_') {
             Some((base, suffix)) => (base, Elementary::named(suffix)),
             None => (name, None),
         };
         if let Some(of) = suffix.filter(|_| TYPED.contains(&base)) {
-            let operand = self.function(base, arguments, Some(of), span)?;
+            let operand = self.function(base, given.all(), Some(of), span)?;
             return Some(Operand::Value(of, self.converted(operand, of, span)));
         }
         let float = match name {
@@ -81,55 +123,55 @@ impl Lowerer<'_, '_> {
             _ => None,
         };
         if let Some(operation) = float {
-            return Some(self.float_function(operation, &given, expected));
+            return Some(self.float_function(operation, given, expected));
         }
         let operand = match (name, base) {
             ("__NOW", _) if self.file == self.compiler.library_file() => Operand::Value(Elementary::LInt, Expr::Now),
-            ("ABS", _) => self.absolute(&given),
-            ("SQR", _) => self.square(&given, expected),
-            ("MIN" | "MAX", _) => self.extreme(&given, expected),
-            ("LIMIT", _) => self.limited(&given, expected),
-            ("SEL", _) => self.selected(&given, expected),
-            ("MUX", _) => self.multiplexed(&given, expected),
-            ("SHL" | "SHR" | "ROL" | "ROR", _) => self.shifted(&given, expected),
-            ("SWAP", _) | (_, "SWAP") => self.swapped(&given, suffix.or(expected)),
-            ("NORM_X", _) | (_, "NORM_X") => self.normed(&given, suffix.or(expected)),
-            ("SCALE_X", _) | (_, "SCALE_X") => self.scaled(&given, suffix.or(expected)),
-            ("ROUND" | "TRUNC" | "CEIL" | "FLOOR", _) => self.rounded(name, &given, expected),
-            (_, "ROUND" | "TRUNC" | "CEIL" | "FLOOR") if suffix.is_some() => self.rounded(base, &given, suffix),
-            ("FRAC", _) | (_, "FRAC") => self.fraction(&given, suffix.or(expected)),
+            ("ABS", _) => self.absolute(given),
+            ("SQR", _) => self.square(given, expected),
+            ("MIN" | "MAX", _) => self.extreme(given, expected),
+            ("LIMIT", _) => self.limited(given, expected),
+            ("SEL", _) => self.selected(given, expected),
+            ("MUX", _) => self.multiplexed(given, expected),
+            ("SHL" | "SHR" | "ROL" | "ROR", _) => self.shifted(given, expected),
+            ("SWAP", _) | (_, "SWAP") => self.swapped(given, suffix.or(expected)),
+            ("NORM_X", _) | (_, "NORM_X") => self.normed(given, suffix.or(expected)),
+            ("SCALE_X", _) | (_, "SCALE_X") => self.scaled(given, suffix.or(expected)),
+            ("ROUND" | "TRUNC" | "CEIL" | "FLOOR", _) => self.rounded(name, given, expected),
+            (_, "ROUND" | "TRUNC" | "CEIL" | "FLOOR") if suffix.is_some() => self.rounded(base, given, suffix),
+            ("FRAC", _) | (_, "FRAC") => self.fraction(given, suffix.or(expected)),
             ("T_ADD" | "T_SUB" | "T_DIFF", _) => {
                 let operator =
                     if name == "T_ADD" { crate::syntax::Binary::Add } else { crate::syntax::Binary::Subtract };
-                let left = self.argument(&given, "IN1", 0);
-                let right = self.argument(&given, "IN2", 1);
+                let left = self.argument(given, "IN1", 0);
+                let right = self.argument(given, "IN2", 1);
                 match self.moments(operator, &left, &right, span) {
                     Some(moment) => moment,
                     None => self.binary(operator, left, right, span),
                 }
             }
-            ("T_COMBINE" | "CONCAT_DATE_TOD" | "CONCAT_DATE_LTOD", _) => self.combined(&given),
-            ("DECO", _) | (_, "DECO") => self.decoded(&given, suffix.or(expected)),
-            ("LOWER_BOUND" | "UPPER_BOUND", _) => self.bound(&given),
-            ("COUNTOFELEMENTS", _) => self.count(&given),
-            ("MOVE_BLK_VARIANT", _) => self.elements_of_arrays(&given),
-            ("BLKMOV" | "UBLKMOV", _) => self.copied_block(&given),
+            ("T_COMBINE" | "CONCAT_DATE_TOD" | "CONCAT_DATE_LTOD", _) => self.combined(given),
+            ("DECO", _) | (_, "DECO") => self.decoded(given, suffix.or(expected)),
+            ("LOWER_BOUND" | "UPPER_BOUND", _) => self.bound(given),
+            ("COUNTOFELEMENTS", _) => self.count(given),
+            ("MOVE_BLK_VARIANT", _) => self.elements_of_arrays(given),
+            ("BLKMOV" | "UBLKMOV", _) => self.copied_block(given),
             ("TIME_TCK", _) => {
                 let at = self.at(span);
                 let milliseconds = binary(Binary::Div, Scalar::I64, Expr::Now, Expr::Const(1_000_000i64.into()), at);
                 let low = binary(Binary::And, Scalar::I64, milliseconds, Expr::Const(i64::from(i32::MAX).into()), at);
                 Operand::Value(Elementary::Time, convert(low, Scalar::I64, Scalar::I32, Convert::Value, at))
             }
-            ("RUNTIME", _) => self.runtime(&given),
-            ("RD_SYS_T" | "RD_LOC_T" | "READ_CLK", _) => self.clock(&given),
-            ("DT_DATE" | "DT_TOD" | "DT_DAY", _) => self.part_of_moment(&given),
-            ("MAX_LEN", _) => self.capacity(&given),
-            ("T_CONV", _) => self.converted_moment(&given, expected),
+            ("RUNTIME", _) => self.runtime(given),
+            ("RD_SYS_T" | "RD_LOC_T" | "READ_CLK", _) => self.clock(given),
+            ("DT_DATE" | "DT_TOD" | "DT_DAY", _) => self.part_of_moment(given),
+            ("MAX_LEN", _) => self.capacity(given),
+            ("T_CONV", _) => self.converted_moment(given, expected),
             _ if crate::library::FUNCTIONS.contains(&name) || self.is_inner(name) => {
-                self.text_function(&given).unwrap_or(Operand::Wrong(None))
+                self.text_function(given).unwrap_or(Operand::Wrong(None))
             }
             _ => {
-                if let Some(operand) = self.function_of_texts(&given) {
+                if let Some(operand) = self.function_of_texts(given) {
                     return Some(operand);
                 }
                 let (message, help) = refused(name)?;
@@ -146,7 +188,9 @@ impl Lowerer<'_, '_> {
 
     /// A function of the CPU as a statement; false if there is no such function.
     pub fn statement_function(&mut self, name: &str, arguments: &[Argument], span: Span) -> bool {
-        let given = Given { arguments, name, span };
+        let used = &Cell::new(0);
+        let given = Given { arguments, name, span, used };
+        let errors = self.compiler.report.errors();
         match name {
             "RESET_TIMER" | "PRESET_TIMER" => self.timer_function(&given),
             "RD_SYS_T" | "RD_LOC_T" | "READ_CLK" => drop(self.clock(&given)),
@@ -175,7 +219,7 @@ impl Lowerer<'_, '_> {
             "T_CONV" if given.find("OUT", 1).is_some() => self.convert_moment(&given),
             _ if crate::library::is_block(name) => {
                 if let Some(block) = self.compiler.system_block(name) {
-                    self.call_function(block, arguments, span);
+                    self.call_function(block, given.all(), span);
                 }
             }
             "S_MOVE" => {
@@ -186,13 +230,16 @@ impl Lowerer<'_, '_> {
                     self.assign(&to, from, span);
                 }
             }
-            _ => match self.function(name, arguments, None, span) {
+            _ => match self.function(name, given.all(), None, span) {
                 Some(Operand::Wrong(_)) => {}
                 Some(_) => {
                     self.warn(span, format!("the value of {name} is not used"), Some("assign it to a variable"));
                 }
                 None => return false,
             },
+        }
+        if self.compiler.report.errors() == errors {
+            self.refuse_surplus(&given);
         }
         true
     }

@@ -1,8 +1,8 @@
 //! Statements. Behind an error reading goes on with the next one.
 
 use super::{Failed, Parsed, Parser};
-use crate::lexer::Kind;
-use crate::syntax::{Binary, ExpressionKind, Label, Name, Statement, StatementKind};
+use crate::lexer::{Kind, Span};
+use crate::syntax::{Binary, Expression, ExpressionKind, Label, Name, Statement, StatementKind};
 
 /// What ends a list of statements.
 const ENDS: [&str; 17] = [
@@ -31,7 +31,21 @@ const MOST_ARMS: usize = 300;
 impl Parser<'_> {
     /// Whether a list of statements ends here.
     pub fn is_statement_end(&self) -> bool {
-        self.token().kind == Kind::Word && ENDS.contains(&self.word_ahead(0).as_str())
+        self.token().kind == Kind::Word && (ENDS.contains(&self.word_ahead(0).as_str()) || self.is_misspelt_elsif())
+    }
+
+    fn is_misspelt_elsif(&self) -> bool {
+        (self.is_word("ELSEIF") || self.is_word("ELIF")) && !matches!(self.symbol_ahead(1), ":=" | "." | "[")
+    }
+
+    /// Takes the word that ends what begins at this place.
+    fn close(&mut self, word: &str, begin: Span) -> Parsed<()> {
+        if self.takes_word(word) {
+            return Ok(());
+        }
+        let line = self.text[..begin.start as usize].matches('\n').count() + 1;
+        let what = word.trim_start_matches("END_");
+        self.fail_with(word, Some(&format!("the {what} in line {line} is not closed")))
     }
 
     /// Statements up to a word that ends them; in CASE up to the next value.
@@ -97,6 +111,7 @@ impl Parser<'_> {
     }
 
     fn statement(&mut self) -> Parsed<StatementKind> {
+        let begin = self.span();
         let kind = match self.word_ahead(0).as_str() {
             "IF" => self.conditional()?,
             "CASE" => self.case()?,
@@ -106,7 +121,7 @@ impl Parser<'_> {
                 let condition = self.expression_or_wrong(|parser| parser.is_word("DO"));
                 self.expect_word("DO")?;
                 let body = self.statements(false);
-                self.expect_word("END_WHILE")?;
+                self.close("END_WHILE", begin)?;
                 StatementKind::While(condition, body)
             }
             "REPEAT" => {
@@ -175,7 +190,15 @@ impl Parser<'_> {
                 _ if targets.is_empty() && matches!(self.tree.expressions[value].kind, ExpressionKind::Call(..)) => {
                     return Ok(StatementKind::Call(value));
                 }
-                _ if targets.is_empty() => return self.fail("`:=`"),
+                _ if targets.is_empty() => {
+                    let Expression { kind, span, .. } = &self.tree.expressions[value];
+                    let (span, is_equal) = (*span, matches!(kind, ExpressionKind::Binary(Binary::Equal, ..)));
+                    if is_equal && (self.is_symbol(";") || self.is_statement_end()) {
+                        let message = "this compares, and the result is not used";
+                        return self.refuse(span, message, Some("write := to assign"));
+                    }
+                    return self.fail("`:=`");
+                }
                 _ => return Ok(StatementKind::Assign(targets, value)),
             };
             self.step();
@@ -184,6 +207,7 @@ impl Parser<'_> {
     }
 
     fn conditional(&mut self) -> Parsed<StatementKind> {
+        let begin = self.span();
         let mut arms = Vec::new();
         loop {
             // IF, ELSIF
@@ -191,7 +215,11 @@ impl Parser<'_> {
             let condition = self.expression_or_wrong(|parser| parser.is_word("THEN"));
             self.expect_word("THEN")?;
             arms.push((condition, self.statements(false)));
-            if !self.is_word("ELSIF") {
+            if self.is_misspelt_elsif() {
+                // It is told, and read as what is meant.
+                let message = format!("there is no {} in SCL", self.word_ahead(0));
+                let _ = self.refuse::<()>(self.span(), &message, Some("write ELSIF"));
+            } else if !self.is_word("ELSIF") {
                 break;
             }
             if arms.len() == MOST_ARMS {
@@ -199,11 +227,12 @@ impl Parser<'_> {
             }
         }
         let otherwise = if self.takes_word("ELSE") { self.statements(false) } else { Vec::new() };
-        self.expect_word("END_IF")?;
+        self.close("END_IF", begin)?;
         Ok(StatementKind::If(arms, otherwise))
     }
 
     fn case(&mut self) -> Parsed<StatementKind> {
+        let begin = self.span();
         self.step();
         let selector = self.expression_or_wrong(|parser| parser.is_word("OF"));
         self.expect_word("OF")?;
@@ -227,11 +256,12 @@ impl Parser<'_> {
         } else {
             Vec::new()
         };
-        self.expect_word("END_CASE")?;
+        self.close("END_CASE", begin)?;
         Ok(StatementKind::Case(selector, arms, otherwise))
     }
 
     fn counting(&mut self) -> Parsed<StatementKind> {
+        let begin = self.span();
         self.step();
         let variable = self.expression()?;
         self.expect(":=")?;
@@ -241,7 +271,7 @@ impl Parser<'_> {
         let step = if self.takes_word("BY") { Some(self.expression()?) } else { None };
         self.expect_word("DO")?;
         let body = self.statements(false);
-        self.expect_word("END_FOR")?;
+        self.close("END_FOR", begin)?;
         Ok(StatementKind::For(variable, [start, end], step, body))
     }
 }

@@ -115,7 +115,7 @@ fn every_statement_with_an_error_is_told() {
         "a.scl:3:7: expected an expression, found `;`\n\
          a.scl:4:10: expected an expression, found `;`\n\
          a.scl:5:9: expected an expression, found `THEN`\n\
-         a.scl:6:7: expected `:=`, found `;`\n\
+         a.scl:6:1: this compares, and the result is not used; write := to assign\n\
          a.scl:7:9: expected `)`, found `;`\n\
          a.scl:9:4: expected `:=`, found `;`\n"
     );

@@ -236,7 +236,7 @@ impl Lowerer<'_, '_> {
                 let called = self
                     .compiler
                     .system_block("RD_SYS_T")
-                    .and_then(|block| self.call_function(block, given.arguments, given.span));
+                    .and_then(|block| self.call_function(block, given.all(), given.span));
                 let Some((of, place)) = called else { return Operand::Wrong(None) };
                 return self.value_of(&Variable::whole(of, place), given.span);
             }

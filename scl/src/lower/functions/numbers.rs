@@ -56,8 +56,7 @@ impl Lowerer<'_, '_> {
 
     pub(super) fn extreme(&mut self, given: &Given, expected: Option<Elementary>) -> Operand {
         let operation = if given.name == "MIN" { Binary::Min } else { Binary::Max };
-        let operands: Vec<Operand> =
-            given.arguments.iter().map(|argument| self.operand(argument.value, None)).collect();
+        let operands: Vec<Operand> = given.all().iter().map(|argument| self.operand(argument.value, None)).collect();
         if !(2..=MOST_INPUTS).contains(&operands.len()) {
             return self.error(given.span, format!("{} has 2 to 32 inputs", given.name), None);
         }

@@ -84,7 +84,14 @@ const POINTERS: [&str; 15] = [
 const VARIANTS: [&str; 5] = ["VARIANTGET", "VARIANTPUT", "TYPEOF", "TYPEOFELEMENTS", "IS_ARRAY"];
 
 /// Functions of texts and of the clock, which do not exist here yet.
-const LATER: [&str; 16] = [
+const LATER: [&str; 23] = [
+    "T_COMP",
+    "FILTER_PT1",
+    "FILTER_PT2",
+    "FILTER_DT1",
+    "FILTER_UNIVERSAL",
+    "LEAD_LAG",
+    "QRY_CINT",
     "S_COMP",
     "JOIN",
     "SPLIT",

@@ -322,8 +322,8 @@ impl Lowerer<'_, '_> {
         let is_text = |argument: &&Argument| {
             given.name == "CHARS_TO_STRG" && argument.name.as_ref().is_some_and(|name| name.key() == "STRG")
         };
-        let target = given.arguments.iter().find(is_text);
-        let others: Vec<Argument> = given.arguments.iter().filter(|argument| !is_text(argument)).cloned().collect();
+        let target = given.all().iter().find(is_text);
+        let others: Vec<Argument> = given.all().iter().filter(|argument| !is_text(argument)).cloned().collect();
         let value = self.call_function(block, &others, given.span);
         if let (Some(target), Some((of, place))) = (target, value)
             && let Some(to) = self.target(target.value)
