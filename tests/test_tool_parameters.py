@@ -517,7 +517,6 @@ def test_undo_and_redo_reach_the_value_in_force_and_the_saved_file(page):
     assert in_force(page, "GAIN") == 0.9
     page.click("#away-button")
     assert saved(page, "Save a.awl") == text.replace("1.400000e+000", "9.000000e-001")
-    # An edit that was never applied is not applied by Redo.
     page.keyboard.press("Escape")
     write(page, "TI", "40")
     page.click("#undo-button")

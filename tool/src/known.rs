@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn a_description_begins_at_0_and_one_that_the_page_cannot_run_says_why() {
-        let text = "start = 10.0\nstop = 30.0\nstep = 0.5\n[fmus]\nTIC = \"CONT_C.fmu\"\n[settings]\nTIC.SP_INT = 60.0\n\
+        let text = "start = 10.0\nstop = 30.0\nstep = 0.5\n[fmus]\nTIC = \"PUMP.fmu\"\n[settings]\nTIC.SP_INT = 60.0\n\
                     [[events]]\ntime = 12.0\nset.TIC.SP_INT = 70.0\n";
         let known = described("mine.toml", text).unwrap();
         assert_eq!((known.name.as_str(), known.stop, known.setup.step), ("mine", Some(20.0), Some(0.5)));
