@@ -2,7 +2,8 @@
 //!
 //! Each row of the file is a call: what the file has of the block's inputs and parameters is set before it, what it has of the
 //! outputs is compared after it. A value is equal if it has the same bits as REAL. If not, it may be off by half of the
-//! last digit that its column has, since nobody knows the digits that were not written: 0.0005 of a column with three decimals.
+//! last digit that its column has, since nobody knows the digits that were not written: 0.0005 of a column with three decimals; and by
+//! 16 times what REAL resolves of its largest value, since each call rounds.
 //! The inputs in the file are rounded in the same way, and the block amplifies and integrates that. So what a change of the
 //! measured inputs by half of their last digit does to the outputs, computed by the block itself, is allowed as well.
 //! Whoever gives a tolerance gets that and nothing else.
@@ -53,7 +54,7 @@ pub struct Request {
     /// How far a value may be off and still counts as equal: that of the recording's resolution.
     #[serde(default)]
     pub tolerance: Option<f64>,
-    /// Whether to try what usually is the matter.
+    /// Whether to look for likely causes.
     #[serde(default)]
     pub try_suspects: bool,
 }
@@ -131,7 +132,7 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
     let csv = Csv::read(&request.text)?;
     let block = Block::of(home, &request.controller, &dialog)?;
     let mut remarks = csv.remarks.clone();
-    let recording = Recording::of(&block, &csv, &request.columns, &mut remarks)?;
+    let mut recording = Recording::of(&block, &csv, &request.columns, &mut remarks)?;
     let values = recording.rows.saturating_mul(recording.outputs.len());
     if values > MOST_VALUES {
         bail!(
@@ -142,31 +143,53 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
         );
     }
     let comparison = Comparison { block: &block, recording: &recording, tolerance: request.tolerance };
-    let base = comparison.best(&Variant::default(), recording.rows)?;
+    let (mut base, mut suspects) = explained(&comparison, request.try_suspects)?;
+    if base.different() > 0 && !suspects.iter().any(|suspect| suspect.fits) && recording.rows > 2 {
+        let earlier = Recording::of(&block, &csv, &request.columns, &mut Vec::new())?.with_earlier_outputs();
+        let comparison = Comparison { block: &block, recording: &earlier, tolerance: request.tolerance };
+        let (other, others) = explained(&comparison, request.try_suspects)?;
+        if other.different() == 0 || others.iter().any(|suspect| suspect.fits) {
+            (base, suspects, recording) = (other, others, earlier);
+            remarks.push(
+                "Each row has the outputs of the call before, as those of a loop with parallel exchange do: they are compared with \
+                 that call."
+                    .into(),
+            );
+        }
+    }
+    let comparison = Comparison { block: &block, recording: &recording, tolerance: request.tolerance };
     remarks.extend(beginning(&block, &recording, &base.variant));
     remarks.extend(base.spread_remarks(&comparison));
-    let mut suspects = Vec::new();
-    if request.try_suspects && base.different() > 0 {
-        suspects = suspects::tried(&comparison, &base)?;
+    let end = recording.end.filter(|end| base.outputs.iter().any(|of| of[*end] != of[end - 1]));
+    if let Some(end) = end {
+        remarks.push(format!(
+            "The last row (line {}) repeats the outputs of the row before it: it is the end of the run and no call.",
+            recording.lines[end]
+        ));
     }
+    let calls = recording.rows - recording.between.len() - usize::from(end.is_some());
     let doubt = doubt(&block, &recording);
     let is_conclusive = doubt.is_none();
-    let mut verdict = verdict(&comparison, &base, &suspects, request.try_suspects);
+    let mut verdict = verdict(&comparison, &base, &suspects, (calls, request.try_suspects));
     if base.different() == 0
         && let Some(doubt) = doubt
     {
         verdict = format!("{verdict} {doubt}");
     }
     let outputs = (0..recording.outputs.len()).map(|output| compared(&recording, &base, output)).collect();
-    Ok(Replayed {
-        columns: recording.matched.clone(),
-        calls: recording.rows,
-        outputs,
-        verdict,
-        is_conclusive,
-        suspects,
-        remarks,
-    })
+    Ok(Replayed { columns: recording.matched.clone(), calls, outputs, verdict, is_conclusive, suspects, remarks })
+}
+
+/// The run of the block as it is and, if it differs, what explains that.
+fn explained(comparison: &Comparison, has_to_explain: bool) -> Result<(compare::Outcome, Vec<Suspect>)> {
+    let recording = comparison.recording;
+    let variant = Variant { skipped: recording.between.clone(), ..Variant::default() };
+    let base = comparison.best(&variant, recording.rows)?;
+    let suspects = match has_to_explain && base.different() > 0 {
+        true => suspects::tried(comparison, &base)?,
+        false => Vec::new(),
+    };
+    Ok((base, suspects))
 }
 
 /// How the block got to the first row.
@@ -180,8 +203,8 @@ fn beginning(block: &Block, recording: &Recording, variant: &Variant) -> Option<
         Beginning::Held => {
             let manipulated = block.roles.manipulated_value.as_deref().unwrap_or("the manipulated value");
             Some(format!(
-                "The file does not say what the block did before the first row: it was brought to the recorded {manipulated} in \
-                 manual, and is free from the second row on."
+                "The earlier state is unknown, so the replay starts in manual at the recorded {manipulated} and switches to \
+                 automatic at row 2."
             ))
         }
     }
@@ -234,15 +257,26 @@ fn doubt(block: &Block, recording: &Recording) -> Option<String> {
             names.join(" or ")
         ));
     }
-    block.is_always_manual(recording).then(|| {
-        format!(
+    let (switch, _) = block.manual().filter(|_| block.is_always_manual(recording))?;
+    let name = &block.table.variables[switch].name;
+    Some(match recording.inputs.iter().any(|input| input.row == switch) {
+        true => format!(
             "But all calls are in manual mode: the recording says nothing about {settings}. Replay one in automatic mode."
-        )
+        ),
+        false => format!(
+            "But the recording has no {name}, and in the loop {name} is TRUE: replayed in manual mode, it says nothing about \
+             {settings}. Set {name} to FALSE if it was recorded in automatic mode."
+        ),
     })
 }
 
 /// The conclusion, in one sentence.
-fn verdict(comparison: &Comparison, base: &compare::Outcome, suspects: &[Suspect], has_tried: bool) -> String {
+fn verdict(
+    comparison: &Comparison,
+    base: &compare::Outcome,
+    suspects: &[Suspect],
+    (calls, has_tried): (usize, bool),
+) -> String {
     let recording = comparison.recording;
     let names = |outputs: &[usize]| {
         let names: Vec<_> = outputs.iter().map(|output| recording.outputs[*output].name.as_str()).collect();
@@ -254,8 +288,7 @@ fn verdict(comparison: &Comparison, base: &compare::Outcome, suspects: &[Suspect
     };
     let all: Vec<usize> = (0..recording.outputs.len()).collect();
     let different: Vec<usize> = all.iter().copied().filter(|output| base.compared[*output].different > 0).collect();
-    let calls = recording.rows;
-    let (is, them) = if all.len() == 1 { ("is", "it") } else { ("are", "them") };
+    let is = if all.len() == 1 { "is" } else { "are" };
     if different.is_empty() {
         return if base.is_exact() {
             format!("{} {is} equal from the first call on, bit for bit in all {calls} calls.", names(&all))
@@ -273,6 +306,7 @@ fn verdict(comparison: &Comparison, base: &compare::Outcome, suspects: &[Suspect
     }
     let first = different.iter().filter_map(|output| Some((base.compared[*output].first?, *output))).min();
     let (row, output) = first.unwrap_or((0, different[0]));
+    let call = row - recording.between.range(..row).count();
     let of = &base.compared[output];
     let unit = recording.outputs[output].unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
     let by = match recording.outputs[output].is_boolean {
@@ -282,7 +316,7 @@ fn verdict(comparison: &Comparison, base: &compare::Outcome, suspects: &[Suspect
     let others: Vec<usize> = different.iter().copied().filter(|other| *other != output).collect();
     let others = if others.is_empty() { String::new() } else { format!(", as do {}", names(&others)) };
     let difference = format!(
-        "{} differs from call {row} ({} s) on, {by}{others}",
+        "{} differs from call {call} ({} s) on, {by}{others}",
         recording.outputs[output].name,
         short(recording.times[row])
     );
@@ -292,23 +326,37 @@ fn verdict(comparison: &Comparison, base: &compare::Outcome, suspects: &[Suspect
         ([first, ..], Some(suspect)) if suspect.is_sure => {
             format!("{difference}; nothing differs any more when {first}.")
         }
+        ([first, others @ ..], Some(likely)) if is_likeliest(comparison.block, likely, &suspects[1..]) => {
+            let others = match others {
+                [] => String::new(),
+                _ => format!(" It could also be: {}.", others.join("; or: ")),
+            };
+            format!("{difference}. Most likely, {first}.{others}")
+        }
         (all, _) if !all.is_empty() => format!(
-            "{difference}; the cause cannot be told from this recording: nothing differs any more when {}. Record a step of the \
-             setpoint in automatic mode, with more digits.",
-            all.join("; or when ")
+            "{difference}. More than one change explains this recording: {}. Record a step of the setpoint in automatic mode, with \
+             more digits.",
+            all.join("; or: ")
         ),
         (_, Some(best)) if has_tried => format!(
-            "{difference}; the cause cannot be told from this recording: no change of one or two settings explains everything. The \
-             nearest is: {} ({} calls still differ).",
+            "{difference}. No single or paired setting change explains this recording. The nearest is: {} ({} {} still {}).",
             plain(best),
-            best.different
+            best.different,
+            if best.different == 1 { "value" } else { "values" },
+            if best.different == 1 { "differs" } else { "differ" }
         ),
         _ if has_tried => format!(
-            "{difference}; the cause cannot be told from this recording: no change of one or two settings makes it better, so look for \
-             {them} in what the recording does not have."
+            "{difference}. No single or paired setting change explains this recording: look for the cause in what the recording does \
+             not have."
         ),
         _ => format!("{difference}."),
     }
+}
+
+/// Whether it is the only explanation that changes settings of the controller alone.
+fn is_likeliest(block: &Block, first: &Suspect, others: &[Suspect]) -> bool {
+    let is_usual = |suspect: &Suspect| suspect.fits && suspects::is_usual(block, suspect);
+    is_usual(first) && !others.iter().any(is_usual)
 }
 
 #[cfg(test)]

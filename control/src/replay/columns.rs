@@ -1,6 +1,7 @@
 //! Which column of a recording is which variable of the block, with its values as the block takes them.
 
 use super::instance::Block;
+use super::suspects::ordinal;
 use crate::csv::names::{MANIPULATED_VALUES, MANUAL, PROCESS_VALUES, SETPOINTS, ends, short_name};
 use crate::csv::{Column, Table as Csv};
 use anyhow::{Context, Result, bail};
@@ -8,6 +9,7 @@ use blocks::table::number::to_value;
 use blocks::{Kind, Role};
 use modeldescription::digits::short;
 use run::plan::near;
+use std::collections::BTreeSet;
 
 /// A recording, as far as it belongs to the block.
 pub(super) struct Recording {
@@ -27,6 +29,10 @@ pub(super) struct Recording {
     pub(super) matched: Vec<(String, String)>,
     /// Whether it begins with a restart and says so.
     pub(super) says_restart: bool,
+    /// The last row, if it repeats all outputs of the row before it: a run's last row has the values at its end and is no call.
+    pub(super) end: Option<usize>,
+    /// The rows between calls, of a recording that is faster than the block.
+    pub(super) between: BTreeSet<usize>,
 }
 
 /// A variable over the rows.
@@ -48,12 +54,24 @@ pub(super) struct Signal {
     written: Column,
     /// From what is written to `values`.
     scale: f64,
+    /// What REAL leaves open of its largest value.
+    rounding: f64,
+    /// Whether the column is an output of the block that stands for an input of it.
+    is_output_column: bool,
 }
+
+/// How much of an output's largest value counts as rounding: 16 times what REAL resolves, since each call rounds again.
+const ROUNDING: f64 = 16.0 * f32::EPSILON as f64 / 2.0;
 
 impl Signal {
     /// How far the true value may be from the recorded one.
     pub(super) fn resolution(&self, value: f64) -> f64 {
         if self.is_boolean { 0.0 } else { self.written.resolution(value / self.scale) * self.scale }
+    }
+
+    /// How far a computed value may be off: what the digits of the recording leave open, and never less than REAL does.
+    pub(super) fn tolerance(&self, value: f64) -> f64 {
+        self.resolution(value).max(self.rounding)
     }
 }
 
@@ -92,6 +110,8 @@ impl Recording {
             outputs: Vec::new(),
             matched: Vec::new(),
             says_restart: false,
+            end: None,
+            between: BTreeSet::new(),
         };
         for (column, row) in pairs {
             recording.add(block, csv, (column, row), scale, remarks)?;
@@ -99,7 +119,49 @@ impl Recording {
         recording.check(block, csv)?;
         recording.complete(block, remarks);
         recording.find_times(block, csv, time, remarks)?;
+        let last = recording.rows - 1;
+        recording.end = (last > 1 && !recording.changes(last)).then_some(last);
         Ok(recording)
+    }
+
+    /// Whether an output differs from that of the row before.
+    fn changes(&self, row: usize) -> bool {
+        row > 0 && self.outputs.iter().any(|of| of.values[row] != of.values[row - 1] && !of.values[row].is_nan())
+    }
+
+    /// The rows between calls, if the outputs change in each `ratio`-th row only: not in the others, though often in these.
+    pub(super) fn rows_between_calls(&self, ratio: usize) -> Option<BTreeSet<usize>> {
+        const FEWEST: usize = 5;
+        let changed: Vec<usize> = (1..self.rows).filter(|row| self.changes(*row)).collect();
+        let first = *changed.first()?;
+        let is_call = |row: usize| row % ratio == first % ratio;
+        let has_rhythm = ratio > 1 && changed.len() >= FEWEST && changed.iter().all(|row| is_call(*row));
+        has_rhythm.then(|| (0..self.rows).filter(|row| !is_call(*row)).collect())
+    }
+
+    /// Each how many rows the outputs change at most.
+    pub(super) fn rhythm(&self) -> usize {
+        let changed: Vec<usize> = (1..self.rows).filter(|row| self.changes(*row)).collect();
+        changed.windows(2).map(|pair| pair[1] - pair[0]).fold(0, |a, b| {
+            let (mut a, mut b) = (a, b);
+            while b != 0 {
+                (a, b) = (b, a % b);
+            }
+            a
+        })
+    }
+
+    /// The recording with each output in the row of its call, where a row has the outputs of the call before: those that the other
+    /// FMUs read in a step in which all values are exchanged at once.
+    pub(super) fn with_earlier_outputs(mut self) -> Recording {
+        let shifted = self.inputs.iter_mut().filter(|of| of.is_output_column).chain(&mut self.outputs);
+        for of in shifted {
+            of.values.remove(0);
+            let last = of.values.last().copied().unwrap_or_default();
+            of.values.push(if of.is_output_column { last } else { f64::NAN });
+        }
+        self.end = None;
+        self
     }
 
     fn add(
@@ -158,6 +220,12 @@ impl Recording {
         let is_real = matches!(variable.kind, Kind::Real | Kind::LReal);
         let is_measured =
             variable.role == Role::Input && is_real && (changes * 5 > values.len() || is_process_value && changes > 0);
+        let largest = values
+            .iter()
+            .copied()
+            .filter(|value| value.is_finite())
+            .fold(0.0, |most: f64, value| most.max(value.abs()));
+        let rounding = if variable.kind == Kind::Real { ROUNDING * largest } else { 0.0 };
         let unit = if variable.kind == Kind::Time { Some("s".into()) } else { variable.unit.clone() };
         let signal = Signal {
             row,
@@ -170,6 +238,9 @@ impl Recording {
             is_measured,
             written: Column { values: Vec::new(), ..of.clone() },
             scale,
+            rounding,
+            is_output_column: is_input
+                && variable_of(block, &of.name).is_some_and(|row| !block.table.variables[row].role.is_settable()),
         };
         self.matched.push((of.header.clone(), name.clone()));
         if is_input {
@@ -244,6 +315,7 @@ impl Recording {
                 before = *value;
             }
             signal.written = self.outputs[output].written.clone();
+            signal.is_output_column = true;
             self.inputs.push(signal);
         }
         let terminal = block.row(block.roles.process_value.as_ref());
@@ -269,6 +341,8 @@ impl Recording {
             is_measured: false,
             written: Column { is_boolean: true, ..Column::default() },
             scale: 1.0,
+            rounding: 0.0,
+            is_output_column: false,
         }
     }
 
@@ -300,7 +374,18 @@ impl Recording {
         let spacing = step(&self.times);
         if spacing > 0.0 {
             self.spacing = Some(spacing);
-            if (spacing / cycle - 1.0).abs() > 0.02 {
+            let ratio = (cycle / spacing).round();
+            let is_whole = (cycle / spacing / ratio - 1.0).abs() < 0.02;
+            self.between = self.rows_between_calls(ratio as usize).filter(|_| is_whole).unwrap_or_default();
+            if !self.between.is_empty() {
+                remarks.push(format!(
+                    "The rows are {} s apart, and the outputs change in each {} row only, as of a block that is called every {} s: \
+                     the rows between count as no calls.",
+                    short(spacing),
+                    ordinal(ratio as usize),
+                    short(cycle)
+                ));
+            } else if (spacing / cycle - 1.0).abs() > 0.02 {
                 remarks.push(format!(
                     "Most rows are {} s apart, and the block is called every {} s: each row counts as one call.",
                     short(spacing),
@@ -332,7 +417,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
     let mut pairs: Vec<(usize, usize)> = Vec::new();
     let mut left = Vec::new();
     for (column, of) in csv.columns.iter().enumerate().filter(|(column, _)| Some(*column) != time) {
-        match variable(block, &of.name) {
+        match variable_of(block, &of.name) {
             Some(row) if pairs.iter().any(|(_, other)| *other == row) => {
                 remarks.push(format!(
                     "{} occurs twice; the column {} is not used.",
@@ -384,7 +469,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
 }
 
 /// The variable that a column names.
-fn variable(block: &Block, column: &str) -> Option<usize> {
+fn variable_of(block: &Block, column: &str) -> Option<usize> {
     let rows = &block.table.variables;
     let of = |name: &str| rows.iter().position(|row| row.name.eq_ignore_ascii_case(name));
     let plain = |name: &str| {

@@ -161,15 +161,16 @@ impl Comparison<'_> {
                 let widest = others.iter().map(|other| (other[row] - now).abs()).fold(0.0, f64::max);
                 spread = spread.max(SPREAD * widest);
             }
-            if recorded.is_nan() || is_equal(of.kind, *now, *recorded) {
+            let is_no_call = self.recording.end == Some(row) || self.recording.between.contains(&row);
+            if is_no_call || recorded.is_nan() || is_equal(of.kind, *now, *recorded) {
                 continue;
             }
             let off = (now - recorded).abs();
             difference.largest = difference.largest.max(if off.is_nan() { f64::INFINITY } else { off });
             let allowed = match (self.tolerance, others) {
                 (Some(tolerance), _) if !of.is_boolean => tolerance,
-                (None, None) => of.resolution(*recorded),
-                (None, Some((_, held))) if !of.is_boolean => of.resolution(*recorded) + spread + held,
+                (None, None) => of.tolerance(*recorded),
+                (None, Some((_, held))) if !of.is_boolean => of.tolerance(*recorded) + spread + held,
                 (None, Some((others, _))) => {
                     // A switch that another last digit moves by a call.
                     let near = row.saturating_sub(1)..(row + 2).min(computed.len());

@@ -9,6 +9,7 @@ use super::compare::{Comparison, Outcome};
 use super::instance::Variant;
 use blocks::table::number::to_value;
 use blocks::{Kind, Role};
+use modeldescription::Row;
 use std::cell::Cell;
 
 /// The factors of the grid, both ways.
@@ -79,7 +80,9 @@ impl<'a> Search<'a> {
         let mut all = Vec::with_capacity(self.rows * computed.len());
         for ((of, now), scale) in recording.outputs.iter().zip(&computed).zip(&self.scales) {
             let mut count = 0.0;
-            for (recorded, now) in of.values.iter().zip(now).filter(|(recorded, _)| !recorded.is_nan()) {
+            let rows = self.rows.min(recording.end.unwrap_or(self.rows));
+            let both = of.values[..rows].iter().zip(now);
+            for (recorded, now) in both.filter(|(recorded, _)| !recorded.is_nan()) {
                 count += now - recorded;
                 let off = if of.is_boolean { count } else { now - recorded };
                 all.push(if off.is_finite() { off / scale } else { 1e6 });
@@ -111,8 +114,8 @@ impl<'a> Search<'a> {
 
     /// The variant with another value of a setting, as its type holds it; `None` if it does not.
     fn with(&self, variant: &Variant, row: usize, value: f64) -> Option<Variant> {
-        let kind = self.comparison.block.table.variables[row].kind;
-        let value = held(kind, value)?;
+        let of = &self.comparison.block.table.variables[row];
+        let value = held(of.kind, value).filter(|value| is_sensible(of, *value))?;
         let mut variant = variant.clone();
         variant.values.insert(row, value);
         Some(variant)
@@ -350,6 +353,11 @@ impl<'a> Search<'a> {
 
 fn square(all: &[f64]) -> f64 {
     all.iter().map(|one| one * one).sum::<f64>() / all.len().max(1) as f64
+}
+
+/// Whether a value is one that the table calls sensible.
+fn is_sensible(of: &Row, value: f64) -> bool {
+    of.min.is_none_or(|min| value >= min) && of.max.is_none_or(|max| value <= max)
 }
 
 /// The value as the type holds it; a TIME is a millisecond at least.

@@ -100,6 +100,9 @@ impl Diagnosis<'_> {
             for (row, value) in &start.variant.values {
                 variant.values.entry(*row).or_insert(*value);
             }
+            if variant.skipped.is_empty() {
+                variant.skipped.clone_from(&start.variant.skipped);
+            }
             let Ok(outcome) = self.comparison.best(&variant, self.rows).map(Outcome::without_outputs) else { continue };
             if rank(&outcome) < rank(start) {
                 better.push(Tried { outcome, text: whole(&text), rows, is_estimate: false });
@@ -143,11 +146,17 @@ impl Diagnosis<'_> {
             let one = |row: &usize| change(block, *row, of.variant.values[row], start.variant.values.get(row));
             whole(&rows.iter().map(one).collect::<Vec<_>>().join(", and "))
         };
+        let own = |row: &usize| start.variant.values.get(row).copied().unwrap_or(block.settings[*row]);
+        let is_changed = |row: &usize, of: &Found| of.variant.values[row] as f32 != own(row) as f32;
         let estimate = |rows: &[usize], of: &Found| {
+            if !rows.iter().all(|row| is_changed(row, of)) {
+                return None;
+            }
             let outcome = search.outcome(&of.variant)?;
             Some(Tried { outcome, text: text(rows, of), rows: rows.to_vec(), is_estimate: true })
         };
         tried.extend(found.iter().filter_map(|(row, of)| estimate(&[*row], of)));
+        keep_fewest(&mut tried);
         let singles = fitting(&tried);
         if singles > 0 {
             let sure = singles == 1 && self.is_told(&mut tried, &candidates);
@@ -166,7 +175,8 @@ impl Diagnosis<'_> {
             let variant = &of.outcome.variant;
             let from = Found { error: search.error(variant), variant: variant.clone() };
             for row in search.candidates(&from).into_iter().filter(|row| !of.rows.contains(row)) {
-                if let Some(found) = search.one(variant, row).filter(|found| found.error < GOOD * base.error)
+                if let Some(found) =
+                    search.one(variant, row).filter(|found| found.error < GOOD * base.error && is_changed(&row, found))
                     && let Some(outcome) = search.outcome(&found.variant)
                 {
                     let text = format!("{}, and {}", of.text, change(block, row, found.variant.values[&row], None));
@@ -187,6 +197,7 @@ impl Diagnosis<'_> {
                 }
             }
         }
+        keep_fewest(&mut two);
         let pairs = fitting(&two);
         let sure = pairs == 1 && self.is_told(&mut two, &candidates);
         tried.extend(two);
@@ -281,7 +292,8 @@ impl Diagnosis<'_> {
                 is_sure: fits && is_sure,
             });
         }
-        suspects.sort_by(|a, b| (a.different, a.largest).partial_cmp(&(b.different, b.largest)).expect("finite"));
+        let rank = |of: &Suspect| (of.different, of.fits && !is_usual(self.comparison.block, of), of.largest);
+        suspects.sort_by(|a, b| rank(a).partial_cmp(&rank(b)).expect("finite"));
         if suspects.iter().filter(|suspect| suspect.fits).count() != 1 {
             // The same settings may be there twice, with the same values.
             let first = suspects.iter().find(|suspect| suspect.fits).map(|suspect| suspect.values.clone());
@@ -294,6 +306,20 @@ impl Diagnosis<'_> {
         }
         Ok(suspects)
     }
+}
+
+/// Leaves out what changes more than another explanation does: a limit that explains everything needs no second one.
+fn keep_fewest(tried: &mut Vec<Tried>) {
+    let fits = |of: &Tried| of.outcome.different() == 0 && !of.rows.is_empty();
+    let sets: Vec<Vec<usize>> = tried.iter().filter(|of| fits(of)).map(|of| of.rows.clone()).collect();
+    let is_less =
+        |set: &Vec<usize>, of: &Tried| set.len() < of.rows.len() && set.iter().all(|row| of.rows.contains(row));
+    tried.retain(|of| !fits(of) || !sets.iter().any(|set| is_less(set, of)));
+}
+
+/// Whether it changes settings of the controller alone, which are changed most often.
+pub(super) fn is_usual(block: &Block, suspect: &Suspect) -> bool {
+    !suspect.values.is_empty() && suspect.values.keys().all(|name| block.roles.controller.contains(name))
 }
 
 /// How many different sets of settings explain everything.
@@ -332,6 +358,12 @@ fn mode(comparison: &Comparison, base: &Outcome) -> Option<Try> {
     let recorded: Vec<f64> =
         recording.outputs[output].values.iter().copied().filter(|value| value.is_finite()).collect();
     let moves = |values: &[f64]| values.iter().any(|value| *value != values[0]);
+    // In automatic mode it rests at a limit, too.
+    let limits = block.roles.limits.as_ref();
+    let is_limit = |value: f64| {
+        let rows = limits.into_iter().flat_map(|(high, low)| [high, low]).filter_map(|name| block.table.find(name));
+        rows.into_iter().any(|row| block.settings[row] as f32 == value as f32)
+    };
     let is_manual = block.settings[switch] == 1.0;
     let mut variant = base.variant.clone();
     variant.values.insert(switch, f64::from(u8::from(!is_manual)));
@@ -339,7 +371,7 @@ fn mode(comparison: &Comparison, base: &Outcome) -> Option<Try> {
         return Some(Try { text: change(block, switch, 0.0, None), variant });
     }
     let computed = &base.outputs[output];
-    if !is_manual && recorded.len() > 2 && !moves(&recorded) && moves(computed) {
+    if !is_manual && recorded.len() > 2 && !moves(&recorded) && moves(computed) && !is_limit(recorded[0]) {
         variant.values.insert(value, recorded[0]);
         let text = format!("{}, and {}", change(block, switch, 1.0, None), change(block, value, recorded[0], None));
         return Some(Try { text, variant });
@@ -352,7 +384,19 @@ fn time(comparison: &Comparison) -> Vec<Try> {
     let (block, recording) = (comparison.block, comparison.recording);
     let mut tries = Tries { comparison, tries: Vec::new() };
     let (cycle, own) = (Some(block.table.cycle), block.settings[block.table.cycle]);
-    if let Some(spacing) = recording.spacing.filter(|spacing| (spacing / own - 1.0).abs() > 0.02) {
+    let rhythm = recording.rhythm();
+    let longer = (rhythm as f64 * recording.spacing.unwrap_or(own) * 1000.0).round() / 1000.0;
+    if longer != own
+        && tries.own(cycle).is_some()
+        && let Some(skipped) = recording.rows_between_calls(rhythm)
+    {
+        let values = [(block.table.cycle, longer)].into();
+        let text = change(block, block.table.cycle, longer, None);
+        let text = format!("{text}: the outputs change in each {} row only", ordinal(rhythm));
+        tries.tries.push(Try { variant: Variant { values, skipped, ..Variant::default() }, text });
+    }
+    let is_other = |spacing: &f64| recording.between.is_empty() && (spacing / own - 1.0).abs() > 0.02;
+    if let Some(spacing) = recording.spacing.filter(is_other) {
         let spacing = (spacing * 1000.0).round() / 1000.0;
         tries.value(cycle, spacing, ", the spacing of the rows");
         let calls = (spacing / own).round();
@@ -362,6 +406,17 @@ fn time(comparison: &Comparison) -> Vec<Try> {
         }
     }
     tries.tries
+}
+
+/// `2nd`
+pub(super) fn ordinal(number: usize) -> String {
+    let end = match (number % 10, number % 100) {
+        (1, of) if of != 11 => "st",
+        (2, of) if of != 12 => "nd",
+        (3, of) if of != 13 => "rd",
+        _ => "th",
+    };
+    format!("{number}{end}")
 }
 
 /// A row without a call, or a call without a row, where the difference begins; then the next ones.

@@ -189,7 +189,11 @@ fn what_no_suspect_explains_is_said() {
     }
     let replayed = run(&request(text("time,SP,PV,OUT", &rows)));
     assert!(replayed.suspects.iter().all(|suspect| !suspect.fits));
-    assert!(replayed.verdict.contains("cannot be told from this recording"), "{}", replayed.verdict);
+    assert!(
+        replayed.verdict.contains("No single or paired setting change explains this recording"),
+        "{}",
+        replayed.verdict
+    );
 }
 
 #[test]

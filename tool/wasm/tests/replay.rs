@@ -187,7 +187,7 @@ fn a_recording_that_begins_in_the_middle_is_taken_up_bumplessly() {
         let replayed = run(&request(member("CONT_C", &FILE), text));
         assert!(replayed.verdict.contains("equal from the first call on"), "{from}: {}", replayed.verdict);
         let says = |words: &str| replayed.remarks.iter().any(|remark| remark.contains(words));
-        assert!(says("brought to the recorded LMN in manual"), "{from}: {:?}", replayed.remarks);
+        assert!(says("starts in manual at the recorded LMN"), "{from}: {:?}", replayed.remarks);
     }
 }
 
@@ -486,5 +486,9 @@ fn what_a_recording_does_not_tell_is_not_told() {
     let text = Plant { values: &with(&[("GAIN", 3.1), ("TI", 47.0), ("LMN_LLM", 12.0)]), ..Plant::default() }.record();
     let replayed = run(&request(member("CONT_C", &FILE), text));
     assert!(!replayed.suspects.iter().any(|suspect| suspect.is_sure), "{}", replayed.verdict);
-    assert!(replayed.verdict.contains("the cause cannot be told from this recording"), "{}", replayed.verdict);
+    assert!(
+        replayed.verdict.contains("No single or paired setting change explains this recording"),
+        "{}",
+        replayed.verdict
+    );
 }

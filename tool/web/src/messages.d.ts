@@ -600,7 +600,7 @@ text: string,
 columns: Array<[string, string]>,
 /** How far a value may be off and still counts as equal: that of the recording's resolution. */
 tolerance?: number | null,
-/** Whether to try what usually is the matter. */
+/** Whether to look for likely causes. */
 try_suspects: boolean, };
 
 /** What came out. */

@@ -76,7 +76,7 @@ function suspectsBox() {
   box.addEventListener("change", () => {
     trySuspects = box.checked;
   });
-  return element("label", {}, box, " try what usually is the matter");
+  return element("label", {}, box, " Look for likely causes");
 }
 
 function toleranceField() {

@@ -1,0 +1,198 @@
+//! Recordings as the product itself writes them, and as a recorder with a faster clock does, through the replay.
+
+use control::replay::{Replayed, Request, replay};
+use run::fmus::Fmus;
+use run::system::Value;
+use std::fmt::Write;
+use tool::message::Member;
+use tool_wasm::home::Linked;
+
+type Values<'a> = &'a [(&'a str, f64)];
+
+/// The loop with which all are replayed.
+const FILE: Values = &[("GAIN", 1.4), ("TI", 20.0), ("CYCLE", 1.0), ("LMN_HLM", 90.0), ("MAN_ON", 0.0)];
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    /// A row at the stop time that repeats the outputs, as of `plcfmu run`.
+    EndRow,
+    /// Four rows for each call.
+    FasterClock,
+    /// Each row has the output of the call before, as of a loop with parallel exchange.
+    Parallel,
+}
+
+fn member(values: Values) -> Member {
+    let value = |(name, value): &(&str, f64)| (name.to_string(), Value::Number(*value));
+    Member { name: "TIC101".into(), fmu: "CONT_C".into(), values: values.iter().map(value).collect() }
+}
+
+fn replayed(values: Values, text: String) -> Replayed {
+    let request =
+        Request { controller: member(values), text, columns: Vec::new(), tolerance: None, try_suspects: true };
+    replay(&Linked::new(), &request).unwrap_or_else(|error| panic!("{error:#}"))
+}
+
+/// 160 calls in a loop with a lag, with two steps of the setpoint.
+fn recording(faults: Values, kind: Kind, decimals: Option<usize>) -> String {
+    let home = Linked::new();
+    let description = home.description("CONT_C").unwrap();
+    let find = |name: &str| {
+        let variable = description.variable(name).unwrap();
+        (variable.kind.unwrap(), variable.value_reference)
+    };
+    let mut block = home.instantiate("CONT_C", "PLC").unwrap();
+    block.setup(0.0, None).unwrap();
+    for (name, value) in FILE.iter().chain(faults) {
+        block.write(find(name).0, &[find(name).1], &[*value]).unwrap();
+    }
+    block.enter_initialization().unwrap();
+    block.exit_initialization().unwrap();
+    let cycle = faults.iter().find(|(name, _)| *name == "CYCLE").map_or(1, |(_, cycle)| *cycle as usize);
+    let number = |value: f64| decimals.map_or_else(|| format!("{value}"), |digits| format!("{value:.digits$}"));
+    let (mut text, mut pv, mut lmn) = (String::from("time,SP_INT,PV_IN,LMN\n"), 20.0f64, [0.0]);
+    for call in 0..160 {
+        let sp = [20.0, 60.0, 45.0][usize::from(call >= 10) + usize::from(call >= 90)];
+        let pv_in: f64 = number(f64::from(pv as f32)).parse().unwrap();
+        let before = lmn[0];
+        if call % cycle == 0 {
+            for (name, value) in [("SP_INT", sp), ("PV_IN", pv_in)] {
+                block.write(find(name).0, &[find(name).1], &[value]).unwrap();
+            }
+            block.step((call / cycle) as f64 * cycle as f64, cycle as f64).unwrap();
+            block.read(find("LMN").0, &[find("LMN").1], &mut lmn).unwrap();
+        }
+        let shown = if kind == Kind::Parallel { before } else { lmn[0] };
+        let rows = if kind == Kind::FasterClock { 4 } else { 1 };
+        for row in 0..rows {
+            let time = call as f64 + f64::from(row) * 0.25;
+            let between = pv_in + 0.01 * f64::from(row);
+            writeln!(text, "{time},{sp},{},{}", number(between), number(shown)).unwrap();
+        }
+        pv += (20.0 + 0.9 * lmn[0] - if call > 50 { 4.0 } else { 0.0 } - pv) / 30.0;
+    }
+    if kind == Kind::EndRow {
+        writeln!(text, "160,45,{},{}", number(pv), number(lmn[0])).unwrap();
+    }
+    text
+}
+
+const FAULTS: [Values; 7] = [
+    &[],
+    &[("GAIN", 1.0)],
+    &[("TI", 35.0)],
+    &[("LMN_HLM", 45.0)],
+    &[("DEADB_W", 0.5)],
+    &[("GAIN", 0.7), ("TI", 50.0)],
+    &[("LMN_LLM", 20.0)],
+];
+
+/// What is told of each: `=` equal, `+` the true change for sure, `l` the true change as the likeliest, `?` nothing. With `!`, another
+/// change would be told.
+/// One column for each of `FAULTS`; a low limit that is never left does what an offset does.
+const VERDICTS: [(Kind, Option<usize>, &str); 6] = [
+    (Kind::EndRow, None, "=l+++l?"),
+    (Kind::EndRow, Some(3), "=l+++l?"),
+    (Kind::FasterClock, None, "=l+++l?"),
+    (Kind::FasterClock, Some(3), "=l++++?"),
+    (Kind::Parallel, None, "=l+++l?"),
+    (Kind::Parallel, Some(3), "=l+++l?"),
+];
+
+fn verdict(faults: Values, kind: Kind, decimals: Option<usize>) -> (char, String) {
+    let replayed = replayed(FILE, recording(faults, kind, decimals));
+    let is_near = |found: &Value, value: f64| matches!(found, Value::Number(found) if *found as f32 == value as f32);
+    let is_true = |suspect: &control::replay::Suspect| {
+        suspect.values.len() == faults.len()
+            && faults.iter().all(|(name, value)| suspect.values.get(*name).is_some_and(|found| is_near(found, *value)))
+    };
+    let sure = replayed.suspects.iter().find(|suspect| suspect.is_sure);
+    let verdict = match sure {
+        _ if replayed.outputs.iter().all(|output| output.different == 0) => '=',
+        Some(suspect) if is_true(suspect) => '+',
+        Some(_) => '!',
+        None if !replayed.verdict.contains("Most likely") => '?',
+        None if is_true(&replayed.suspects[0]) => 'l',
+        None => '!',
+    };
+    (verdict, format!("{}\n  {:?}", replayed.verdict, replayed.remarks))
+}
+
+fn assert_verdicts(wanted: Kind) {
+    let mut wrong = String::new();
+    for (kind, decimals, expected) in VERDICTS.into_iter().filter(|(kind, ..)| *kind == wanted) {
+        for (faults, expected) in FAULTS.into_iter().zip(expected.chars()) {
+            let (told, text) = verdict(faults, kind, decimals);
+            if told != expected {
+                writeln!(wrong, "{kind:?} {decimals:?} {faults:?}: {told} instead of {expected}: {text}").unwrap();
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+}
+
+#[test]
+fn a_row_at_the_end_of_a_run_hides_no_cause() {
+    assert_verdicts(Kind::EndRow);
+}
+
+#[test]
+fn rows_between_calls_hide_no_cause() {
+    assert_verdicts(Kind::FasterClock);
+}
+
+#[test]
+fn outputs_one_call_late_hide_no_cause() {
+    assert_verdicts(Kind::Parallel);
+}
+
+#[test]
+fn at_least_six_of_seven_causes_are_named_and_none_wrong() {
+    let all: String = VERDICTS.iter().map(|(.., told)| *told).collect();
+    assert!(all.len() >= 40 && !all.contains('!'), "{all}");
+    assert!(all.matches(['=', '+', 'l']).count() * 7 >= all.len() * 6, "{all}");
+}
+
+#[test]
+fn the_example_of_the_plant_tells_the_tuned_values() {
+    let text = include_str!("../../../examples/plant/recorded.csv").to_string();
+    let file = [
+        ("MAN_ON", 0.0),
+        ("PVPER_ON", 1.0),
+        ("PV_FAC", 4.0),
+        ("CYCLE", 1.0),
+        ("SP_INT", 60.0),
+        ("GAIN", 1.4),
+        ("TI", 80.0),
+    ];
+    let replayed = replayed(&file, text);
+    let best = &replayed.suspects[0];
+    let expected = [("GAIN".to_string(), Value::Number(f64::from(0.7f32))), ("TI".into(), Value::Number(130.0))];
+    assert!(best.fits && best.values == expected.into(), "{}\n{:?}", replayed.verdict, replayed.remarks);
+    assert_eq!(replayed.calls, 900);
+}
+
+#[test]
+fn a_longer_cycle_shows_in_the_rows_that_move() {
+    let replayed = replayed(FILE, recording(&[("CYCLE", 2.0)], Kind::EndRow, None));
+    assert!(
+        replayed.verdict.contains("CYCLE is 2 s instead of 1 s: the outputs change in each 2nd row only"),
+        "{}",
+        replayed.verdict
+    );
+}
+
+#[test]
+fn a_loop_in_manual_mode_is_told_from_a_recording_in_manual_mode() {
+    let text = "time,SP_INT,PV_IN,LMN\n0,20,20,0\n1,20,20,0\n2,20,20,0\n".to_string();
+    let replayed = replayed(&[("MAN_ON", 1.0)], text);
+    let expected = "Set MAN_ON to FALSE if it was recorded in automatic mode.";
+    assert!(!replayed.is_conclusive && replayed.verdict.ends_with(expected), "{}", replayed.verdict);
+}
+
+#[test]
+fn a_controller_at_its_limit_is_not_taken_for_one_in_manual_mode() {
+    let replayed = replayed(FILE, recording(&[("GAIN", -1.4)], Kind::EndRow, None));
+    assert!(!replayed.suspects.iter().any(|suspect| suspect.is_sure), "{}", replayed.verdict);
+    assert!(!replayed.verdict.contains("MAN_ON is TRUE"), "{}", replayed.verdict);
+}
