@@ -188,8 +188,10 @@ def test_a_negative_number_is_a_value_and_no_option(plcfmu):
 def test_a_run_tells_the_figures_of_its_loop(plcfmu):
     given = ["run", *FMUS, *LOOP, *STEP, "--set=CONT_C.SP_INT=80@600", "--step=1", "--stop=1800"]
     lines = plcfmu(*given).stdout.splitlines()
-    assert lines[1] == "figures:"
+    heads = [line.split(", ")[0] for line in lines[1:] if not line.startswith(" ")]
+    assert heads == ["step at the start", "step of the setpoint at 600 s"]
     assert [line.split()[0] for line in lines[2:6]] == ["Rise", "Overshoot", "Settling", "IAE"]
+    assert lines[5].endswith(" K·s") and lines[6].endswith(" K²·s")
     told = json.loads(plcfmu(*given, "--json").stdout)
     assert (told["steps"], told["step"], told["stop"]) == (1800, 1.0, 1800.0)
     figures = {figure["key"]: figure for figure in told["figures"]}

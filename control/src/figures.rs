@@ -1,15 +1,23 @@
 //! Figures of a loop: how fast, how far, how much. [`FIGURES`] defines each of them once, for the parameter tool, its report,
 //! studies, the command and Python.
 //!
-//! All figures refer to a window of a run. By default it begins with the last change of the setpoint: the call in which the
-//! setpoint has the new value for the first time. A setpoint that changes in several calls in a row, a ramp, changes in the
-//! first of them.
+//! Figures belong to one event of a run: a step of the setpoint, or a disturbance. The part of the run that an event has, its
+//! *window*, ends at the next change of the setpoint, disturbance, or change between manual and automatic mode. A step begins in
+//! the call in which the setpoint has the new value for the first time; a setpoint that changes in several calls in a row, a ramp,
+//! changes in the first of them. A run that begins far from its setpoint begins with a step, in the first call with a process value
+//! that the plant has given.
 //!
 //! The *step* goes from the process value in that call, which the new setpoint has not moved yet, to the last setpoint of the
 //! window. *Rise*, *overshoot* and *settling* refer to it; *rise* interpolates between two calls. The integrals are sums over
 //! the calls, each with the time to the next call; the last call of a run takes as long as the one before it.
 
+mod events;
+
+pub use events::{Cause, Set, Wiring};
+
+use events::Event;
 use modeldescription::digits::short;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// Half of the band in which the process value counts as settled, as a part of the step.
@@ -70,10 +78,12 @@ pub enum Needs {
     ManipulatedValue,
     /// Pulse outputs.
     Pulses,
+    /// A disturbance.
+    Disturbance,
 }
 
 /// All figures, in the order in which they are shown.
-pub static FIGURES: [&Figure; 8] = [
+pub static FIGURES: [&Figure; 11] = [
     &Figure {
         key: "rise",
         title: "Rise time",
@@ -136,6 +146,36 @@ pub static FIGURES: [&Figure; 8] = [
         needs: Needs::Pulses,
         of: |window| window.pulses(),
     },
+    &Figure {
+        key: "recovery",
+        title: "Recovery time",
+        meaning: "From a disturbance until the process value stays within the band of the settling time",
+        unit: Unit::Seconds,
+        is_lower_better: true,
+        absent: "the process value does not come back",
+        needs: Needs::Disturbance,
+        of: |window| window.disturbed()?.recovery.clone(),
+    },
+    &Figure {
+        key: "disturbed_peak",
+        title: "Deviation after disturbance",
+        meaning: "Largest absolute deviation after a disturbance",
+        unit: Unit::ProcessValue,
+        is_lower_better: true,
+        absent: NO_DISTURBANCE,
+        needs: Needs::Disturbance,
+        of: |window| Ok(window.disturbed()?.deviation.clone()?.peak),
+    },
+    &Figure {
+        key: "disturbed_iae",
+        title: "IAE after disturbance",
+        meaning: "Integral of the absolute deviation after a disturbance",
+        unit: Unit::ProcessValueSeconds,
+        is_lower_better: true,
+        absent: NO_DISTURBANCE,
+        needs: Needs::Disturbance,
+        of: |window| Ok(window.disturbed()?.deviation.clone()?.iae),
+    },
 ];
 
 /// Overshoot, which a prediction tells too.
@@ -162,6 +202,9 @@ pub static SETTLING: Figure = Figure {
     of: |window| window.settling(),
 };
 
+/// Why there are no figures of a disturbance.
+const NO_DISTURBANCE: &str = "nothing disturbs the loop in this part of the run";
+
 const NO_CALL: &str = "there is no call in this part of the run";
 const NO_DEVIATION: &str = "the setpoint or the process value is not a number in some calls";
 
@@ -181,17 +224,18 @@ impl Figure {
 }
 
 impl Unit {
-    /// Its text, with the units of the process value and of the manipulated value. Differences of degC are in K.
+    /// Its text, with the units of the process value and of the manipulated value. Differences of degC are in K. An integral of values
+    /// without a unit has none.
     pub fn text(self, process_value: Option<&str>, manipulated_value: Option<&str>) -> Option<String> {
-        let process_value = process_value.map(|unit| if unit == "degC" { "K" } else { unit });
-        let seconds = |unit: Option<String>| unit.map_or_else(|| "s".into(), |unit| format!("{unit} s"));
+        let process_value =
+            process_value.map(|unit| if unit == "degC" { "K" } else { unit }).filter(|unit| *unit != "1");
         match self {
             Unit::One => None,
             Unit::Seconds => Some("s".into()),
             Unit::Percent => Some("%".into()),
             Unit::ProcessValue => process_value.map(str::to_string),
-            Unit::ProcessValueSeconds => Some(seconds(process_value.map(str::to_string))),
-            Unit::SquareSeconds => Some(seconds(process_value.map(squared))),
+            Unit::ProcessValueSeconds => process_value.map(|unit| format!("{unit} s")),
+            Unit::SquareSeconds => process_value.map(|unit| format!("{} s", squared(unit))),
             Unit::ManipulatedValue => manipulated_value.map(str::to_string),
         }
     }
@@ -206,15 +250,12 @@ fn squared(unit: &str) -> String {
 /// Of which part of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Span {
-    /// The beginning in seconds; the last change of the setpoint without it.
+    /// The beginning in seconds; that of the last step without it.
     pub from: Option<f64>,
-    /// The end in seconds; the last call without it.
+    /// The end in seconds. Without it and without a beginning, that of the last step; with a beginning, the last call.
     pub to: Option<f64>,
     /// From which to which value the step goes, if it is known: then it begins with the first call.
     pub step: Option<(f64, f64)>,
-    /// The first call with a process value, if a setpoint that never changes is a step from there. It counts if it is at least half of
-    /// what the process value moves: else the loop was at rest.
-    pub start: Option<usize>,
 }
 
 /// What a run has recorded of a loop: a value of each signal for every call.
@@ -226,13 +267,19 @@ pub struct Signals<'a> {
     pub setpoint: &'a [f64],
     /// The process value in the setpoint's unit.
     pub process_value: &'a [f64],
-    /// The manipulated value; empty if the controller has pulses only.
+    /// The manipulated value; empty if the controller drives the plant by pulses, whose mean does not travel.
     pub manipulated_value: &'a [f64],
     /// The pulse outputs; may be empty.
     pub pulses: &'a [Vec<bool>],
     /// Whether the controller is in manual mode; empty: never. A setpoint that is changed in manual mode is a step when automatic
     /// mode begins.
     pub manual: &'a [bool],
+    /// What disturbed the loop, and when.
+    pub disturbances: &'a [Set],
+    /// The first call with outputs of a call: 1 where members act in parallel, whose first row has those before it.
+    pub first: usize,
+    /// Whether the run began before the first call.
+    pub is_cut: bool,
     /// The unit of the manipulated value, for a reason.
     pub travel_unit: Option<&'a str>,
 }
@@ -245,6 +292,28 @@ pub struct Window<'a> {
     calls: Range<usize>,
     step: Result<Step<'a>, String>,
     deviation: Result<Deviation, String>,
+    /// The disturbance, if there is one.
+    disturbed: Option<Disturbed>,
+    /// Whether it has figures of a step.
+    has_step: bool,
+}
+
+/// The event that a window belongs to.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
+pub struct Happened {
+    /// What began it.
+    pub cause: Cause,
+    /// The process value when it began.
+    pub from: f64,
+    /// The setpoint at its end.
+    pub to: f64,
+    /// When it began, in seconds.
+    pub start: f64,
+    /// How long its window is, in seconds.
+    pub duration: f64,
+    /// What disturbed the loop, each variable with its last value.
+    pub by: Vec<Set>,
 }
 
 /// A range of values in a part of the time.
@@ -266,10 +335,21 @@ struct Deviation {
     peak: f64,
 }
 
+/// What follows a disturbance.
+#[derive(Debug)]
+struct Disturbed {
+    calls: Range<usize>,
+    deviation: Result<Deviation, String>,
+    recovery: Result<f64, String>,
+}
+
 /// A step of the setpoint with the answer of the process value.
 #[derive(Debug)]
 struct Step<'a> {
+    cause: Cause,
     times: &'a [f64],
+    /// The process value at its beginning.
+    start: f64,
     /// Where it goes.
     setpoint: f64,
     /// How far, with its sign.
@@ -282,27 +362,93 @@ struct Step<'a> {
 }
 
 impl<'a> Window<'a> {
-    /// The part of a recorded loop.
+    /// The part of a recorded loop: by default that of its last step. It has the figures of the last disturbance, too.
     pub fn of(signals: Signals<'a>, span: &Span) -> Window<'a> {
-        let count = signals.times.len().min(signals.setpoint.len()).min(signals.process_value.len());
+        let count = signals.count();
         let times = &signals.times[..count];
         let end = span.to.map_or(count, |to| times.partition_point(|time| *time <= to));
-        let (first, is_step) = match span.step {
-            Some(_) => (0, Ok(())),
-            None => signals.beginning(end, span.start),
+        let mut events = signals.events(end);
+        if span.step.is_some() {
+            // The rows begin with the step, so that nothing before a disturbance ends it.
+            events.retain(|event| !event.is_step());
+            let until = events.first().map_or(end, |event| event.calls.start);
+            events.insert(0, Event { cause: Cause::Setpoint, calls: 0..until });
+        }
+        let begin = span.from.map(|from| times.partition_point(|time| *time < from));
+        let is_inside = |event: &&Event| event.calls.start >= begin.unwrap_or(0);
+        let step = events.iter().rev().filter(|event| event.is_step()).find(is_inside);
+        let calls = match (begin, step) {
+            (Some(begin), _) => begin..end.max(begin),
+            (None, Some(step)) => step.calls.clone(),
+            (None, None) => signals.first_call(end)..end,
         };
-        let begin = span.from.map_or(first, |from| times.partition_point(|time| *time < from));
-        let calls = begin..end.max(begin);
-        let is_inside = first >= begin && !calls.is_empty();
-        let step = is_step.and(if is_inside { Ok(()) } else { Err(NO_CHANGE.into()) });
-        let step = step.and_then(|()| Step::of(&signals, first..end, span.step));
+        let disturbance = events.iter().rposition(|event| !event.is_step() && is_inside(&event));
+        Window::new(signals, calls, step, disturbance.map(|at| events.split_at(at)), span.step)
+    }
+
+    /// The windows of all steps and disturbances, in the order of time, each with its own figures alone.
+    pub fn of_events(signals: Signals<'a>) -> Vec<Window<'a>> {
+        let events = signals.events(signals.count());
+        let window = |(at, event): (usize, &Event)| {
+            let calls = event.calls.clone();
+            match event.is_step() {
+                true => Window::new(signals, calls, Some(event), None, None),
+                false => {
+                    Window { has_step: false, ..Window::new(signals, calls, None, Some(events.split_at(at)), None) }
+                }
+            }
+        };
+        events.iter().enumerate().map(window).collect()
+    }
+
+    /// `disturbance` is the events before it, and it with those after it.
+    fn new(
+        signals: Signals<'a>,
+        calls: Range<usize>,
+        step: Option<&Event>,
+        disturbance: Option<(&[Event], &[Event])>,
+        given: Option<(f64, f64)>,
+    ) -> Window<'a> {
+        let is_manual = |call: usize| signals.manual.get(call).copied().unwrap_or(false);
+        let step = match step {
+            Some(event) => Step::of(&signals, event, given),
+            None if !calls.is_empty() && is_manual(calls.end - 1) => Err("the controller is in manual mode".into()),
+            None => Err(NO_CHANGE.into()),
+        };
+        let disturbed = disturbance.map(|(before, from)| {
+            let before = before.iter().rev().find(|event| event.is_step());
+            let before = before.ok_or("no step comes before the disturbance, of whose height the band is a part");
+            let half = before.map_err(str::to_string).and_then(|event| Step::of(&signals, event, given));
+            Disturbed::of(&signals, from[0].calls.clone(), half.map(|step| BAND * step.height.abs()))
+        });
         let deviation = Deviation::of(&signals, calls.clone());
-        Window { signals, calls, step, deviation }
+        Window { signals, calls, step, deviation, disturbed, has_step: true }
     }
 
     /// The times of its first and its last call in seconds, unless it has none.
     pub fn times(&self) -> Option<(f64, f64)> {
-        Some((self.signals.times[*self.calls.clone().next().as_ref()?], self.signals.times[self.calls.end - 1]))
+        self.times_of(&self.calls)
+    }
+
+    fn times_of(&self, calls: &Range<usize>) -> Option<(f64, f64)> {
+        let times = self.signals.times.get(calls.clone())?;
+        Some((*times.first()?, *times.last()?))
+    }
+
+    /// The step that its figures belong to.
+    pub fn step_happened(&self) -> Option<Happened> {
+        let Step { cause, start: from, setpoint: to, times, .. } = self.step.as_ref().ok()?;
+        let (start, end) = (times[0], times[times.len() - 1]);
+        Some(Happened { cause: *cause, from: *from, to: *to, start, duration: end - start, by: Vec::new() })
+    }
+
+    /// The disturbance that its figures belong to.
+    pub fn disturbance_happened(&self) -> Option<Happened> {
+        let calls = &self.disturbed.as_ref()?.calls;
+        let (start, end) = self.times_of(calls)?;
+        let (from, to) = (self.signals.process_value[calls.start], self.signals.setpoint[calls.end - 1]);
+        let by = self.signals.disturbances_in(calls);
+        Some(Happened { cause: Cause::Disturbance, from, to, start, duration: end - start, by })
     }
 
     /// The band in which the process value counts as settled; none without a step.
@@ -315,8 +461,13 @@ impl<'a> Window<'a> {
 
     /// The figures that its signals allow.
     pub fn figures(&self) -> impl Iterator<Item = &'static Figure> {
-        let (has_travel, has_pulses) = (!self.signals.manipulated_value.is_empty(), !self.signals.pulses.is_empty());
-        applicable(has_travel, has_pulses)
+        let has_step = self.has_step;
+        let given = Given {
+            manipulated_value: !self.signals.manipulated_value.is_empty(),
+            pulses: !self.signals.pulses.is_empty(),
+            disturbance: self.disturbed.is_some(),
+        };
+        applicable(given).filter(move |figure| has_step || figure.needs == Needs::Disturbance)
     }
 
     /// What is to be said of figures, a sentence each: which of them are absent and why.
@@ -344,6 +495,10 @@ impl<'a> Window<'a> {
 
     fn step(&self) -> Result<&Step<'a>, String> {
         self.step.as_ref().map_err(Clone::clone)
+    }
+
+    fn disturbed(&self) -> Result<&Disturbed, String> {
+        self.disturbed.as_ref().ok_or_else(|| NO_DISTURBANCE.into())
     }
 
     fn deviation(&self) -> Result<Deviation, String> {
@@ -394,12 +549,24 @@ impl<'a> Window<'a> {
     }
 }
 
-/// The figures of a loop with or without a manipulated value and pulses.
-pub fn applicable(has_manipulated_value: bool, has_pulses: bool) -> impl Iterator<Item = &'static Figure> {
+/// What a loop has besides setpoint and process value.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Given {
+    /// A manipulated value that moves by itself, not as the mean of pulses.
+    pub manipulated_value: bool,
+    /// Pulse outputs.
+    pub pulses: bool,
+    /// A disturbance.
+    pub disturbance: bool,
+}
+
+/// The figures of a loop that has what is given.
+pub fn applicable(given: Given) -> impl Iterator<Item = &'static Figure> {
     FIGURES.into_iter().filter(move |figure| match figure.needs {
         Needs::Nothing => true,
-        Needs::ManipulatedValue => has_manipulated_value,
-        Needs::Pulses => has_pulses,
+        Needs::ManipulatedValue => given.manipulated_value,
+        Needs::Pulses => given.pulses,
+        Needs::Disturbance => given.disturbance,
     })
 }
 
@@ -409,29 +576,37 @@ fn in_sentence(title: &str) -> String {
     if is_abbreviation { title.into() } else { title.to_lowercase() }
 }
 
-/// The call in which the last change of the setpoint, or the last ramp, begins.
-fn last_change(setpoint: &[f64]) -> Option<usize> {
-    let changes = |call: &usize| setpoint[*call] != setpoint[call - 1];
-    let last = (1..setpoint.len()).rev().find(changes)?;
-    let before = (1..last).rev().find(|call| !changes(call));
-    Some(before.map_or(1, |call| call + 1))
+impl Signals<'_> {
+    /// How many calls it has.
+    fn count(&self) -> usize {
+        self.times.len().min(self.setpoint.len()).min(self.process_value.len())
+    }
 }
 
-impl Signals<'_> {
-    /// The call before `end` in which the last step begins, or the last change of the setpoint and why that is no step.
-    fn beginning(&self, end: usize, start: Option<usize>) -> (usize, Result<(), String>) {
-        let changed = last_change(&self.setpoint[..end]);
-        let Some(first) = changed.or(start.filter(|start| *start < end)) else { return (0, Err(NO_CHANGE.into())) };
-        let is_manual = |call: usize| self.manual.get(call).copied().unwrap_or(false);
-        let Some(call) = (first..end).find(|call| !is_manual(*call)) else {
-            return (first, Err("the controller is in manual mode".into()));
-        };
-        let values = &self.process_value[call..end];
-        let is_far = || {
-            let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), of| (low.min(*of), high.max(*of)));
-            (self.setpoint[call] - values[0]).abs() >= (high - low) / 2.0
-        };
-        if changed.is_some() || is_far() { (call, Ok(())) } else { (0, Err(NO_CHANGE.into())) }
+impl Disturbed {
+    /// What follows in these calls; within half of the band it has recovered.
+    fn of(signals: &Signals, calls: Range<usize>, half: Result<f64, String>) -> Disturbed {
+        let recovery = half.and_then(|half| Disturbed::recovery(signals, &calls, half));
+        Disturbed { deviation: Deviation::of(signals, calls.clone()), recovery, calls }
+    }
+
+    fn recovery(signals: &Signals, calls: &Range<usize>, half: f64) -> Result<f64, String> {
+        let deviation = |call: usize| (signals.setpoint[call] - signals.process_value[call]).abs();
+        let times = &signals.times[calls.clone()];
+        let (begin, end) = (times[0], times[times.len() - 1]);
+        // What is not a number is not within the band.
+        let outside = calls.clone().rev().find(|call| !(deviation(*call) <= half));
+        let since = outside.map_or(calls.start, |call| call + 1);
+        if since >= calls.end {
+            let off = short(deviation(calls.end - 1));
+            return Err(format!("the process value is {off} away from the setpoint at {} s", short(end)));
+        }
+        let since = signals.times[since];
+        if outside.is_some() && end - since < STAY * (end - begin) {
+            let stayed = short(end - since);
+            return Err(format!("the process value has been in the band for {stayed} s only and may leave it again"));
+        }
+        Ok(since - begin)
     }
 }
 
@@ -460,8 +635,12 @@ fn duration(times: &[f64], call: usize) -> f64 {
 }
 
 impl<'a> Step<'a> {
-    /// The step that begins in the first of these calls, from and to the values that are given.
-    fn of(signals: &Signals<'a>, calls: Range<usize>, given: Option<(f64, f64)>) -> Result<Step<'a>, String> {
+    /// The step of an event, from and to the values that are given.
+    fn of(signals: &Signals<'a>, event: &Event, given: Option<(f64, f64)>) -> Result<Step<'a>, String> {
+        let Event { cause, calls } = event.clone();
+        if calls.is_empty() {
+            return Err(NO_CALL.into());
+        }
         let (times, setpoints) = (&signals.times[calls.clone()], &signals.setpoint[calls.clone()]);
         let values = &signals.process_value[calls];
         let (start, setpoint) = given.unwrap_or((values[0], setpoints[setpoints.len() - 1]));
@@ -473,7 +652,9 @@ impl<'a> Step<'a> {
             return Err("the process value is at the new setpoint already".into());
         }
         Ok(Step {
+            cause,
             times,
+            start,
             setpoint,
             height,
             done: values.iter().map(|value| (value - start) / height).collect(),
@@ -530,252 +711,4 @@ impl<'a> Step<'a> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The answer of a second-order system with damping 0.5 and natural frequency 1 rad/s to a setpoint step at `at`.
-    fn second_order(count: usize, step: f64, at: usize) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
-        let times: Vec<f64> = (0..count).map(|call| call as f64 * step).collect();
-        let setpoint = (0..count).map(|call| if call < at { 20.0 } else { 60.0 }).collect();
-        let frequency = 0.75_f64.sqrt();
-        let answer = |time: f64| {
-            let swing = (frequency * time).cos() + 0.5 / frequency * (frequency * time).sin();
-            1.0 - (-0.5 * time).exp() * swing
-        };
-        let value = times.iter().map(|time| 20.0 + 40.0 * answer((time - times[at]).max(0.0))).collect();
-        (times, setpoint, value)
-    }
-
-    fn all<'a>(times: &'a [f64], setpoint: &'a [f64], process_value: &'a [f64]) -> Window<'a> {
-        Window::of(Signals { times, setpoint, process_value, ..Signals::default() }, &Span::default())
-    }
-
-    impl Window<'_> {
-        fn get(&self, key: &str) -> Option<f64> {
-            find(key).unwrap().value(self).ok()
-        }
-
-        fn all_remarks(&self) -> Vec<String> {
-            self.remarks(&self.figures().collect::<Vec<_>>())
-        }
-    }
-
-    #[test]
-    fn the_figures_of_a_short_step_can_be_checked_by_hand() {
-        let times: Vec<f64> = (0..12).map(f64::from).collect();
-        let setpoint: Vec<f64> = (0..12).map(|call| if call < 1 { 0.0 } else { 10.0 }).collect();
-        let value = [0.0, 0.0, 2.0, 4.0, 6.0, 8.0, 11.0, 10.1, 10.0, 10.0, 10.0, 10.0];
-        let figures = all(&times, &setpoint, &value);
-        // 1 is reached at 1.5 s, 9 at 5 1/3 s; 11 at 6 s is outside of 9.8 to 10.2; the step is at 1 s.
-        let expected = [
-            ("rise", 16.0 / 3.0 - 1.5),
-            ("overshoot", 10.0),
-            ("settling", 6.0),
-            ("iae", 10.0 + 8.0 + 6.0 + 4.0 + 2.0 + 1.0 + 0.1),
-            ("ise", 100.0 + 64.0 + 36.0 + 16.0 + 4.0 + 1.0 + 0.01),
-            ("peak", 10.0),
-        ];
-        for (key, expected) in expected {
-            let value = figures.get(key).unwrap();
-            assert!((value - expected).abs() < 1e-9, "{key}: {value}");
-        }
-        assert_eq!(figures.figures().map(|figure| figure.key).collect::<Vec<_>>(), expected.map(|(key, _)| key));
-        assert_eq!(figures.band(), Some(Band { times: (1.0, 11.0), low: 9.8, high: 10.2 }));
-    }
-
-    #[test]
-    fn rows_that_begin_with_the_step_say_from_where_to_where_it_goes() {
-        let (times, value) = ([0.0, 1.0, 2.0, 3.0, 4.0], [20.0, 40.0, 60.0, 60.0, 60.0]);
-        let signals = Signals { times: &times, setpoint: &[60.0; 5], process_value: &value, ..Signals::default() };
-        assert_eq!(Window::of(signals, &Span::default()).get("rise"), None);
-        let figures = Window::of(signals, &Span { step: Some((20.0, 60.0)), ..Span::default() });
-        // From 24 at 0.2 s to 56 at 1.8 s.
-        assert!((figures.get("rise").unwrap() - 1.6).abs() < 1e-12);
-        assert_eq!((figures.get("settling"), figures.get("iae")), (Some(2.0), Some(60.0)));
-    }
-
-    #[test]
-    fn a_second_order_answer_has_the_figures_of_the_textbook() {
-        let (times, setpoint, value) = second_order(30_000, 0.001, 1000);
-        let figures = all(&times, &setpoint, &value);
-        assert_eq!(figures.times().unwrap(), (1.0, times[29_999]));
-        // exp(-pi zeta / sqrt(1 - zeta^2)), and roots of the answer, computed independently.
-        assert!((figures.get("overshoot").unwrap() - 16.30335).abs() < 1e-4, "{figures:?}");
-        assert!((figures.get("rise").unwrap() - 1.6376).abs() < 2e-4, "{figures:?}");
-        assert!((figures.get("settling").unwrap() - 8.0764).abs() < 1.1e-3, "{figures:?}");
-        assert_eq!(figures.all_remarks(), [""; 0]);
-    }
-
-    #[test]
-    fn the_integrals_are_sums_over_the_calls() {
-        let times = [0.0, 0.5, 1.0, 1.5];
-        let figures = all(&times, &[0.0, 10.0, 10.0, 10.0], &[0.0, 0.0, 4.0, 12.0]);
-        // 10, 6 and 2 for half a second each.
-        assert_eq!((figures.get("iae"), figures.get("ise"), figures.get("peak")), (Some(9.0), Some(70.0), Some(10.0)));
-        assert_eq!(figures.get("overshoot"), Some(20.0));
-    }
-
-    #[test]
-    fn travel_and_pulses_count_from_the_call_of_the_change_on() {
-        let pulses = [vec![true, false, true, true], vec![false, true, false, true]];
-        let signals = Signals {
-            times: &[0.0, 1.0, 2.0, 3.0],
-            setpoint: &[0.0, 0.0, 5.0, 5.0],
-            process_value: &[0.0; 4],
-            manipulated_value: &[7.0, 10.0, 30.0, 25.0],
-            pulses: &pulses,
-            travel_unit: Some("%"),
-            ..Signals::default()
-        };
-        let figures = Window::of(signals, &Span::default());
-        assert_eq!((figures.get("travel"), figures.get("pulses")), (Some(25.0), Some(2.0)));
-        let figures = Window::of(signals, &Span { from: Some(0.0), ..Span::default() });
-        assert_eq!((figures.get("travel"), figures.get("pulses")), (Some(28.0), Some(4.0)));
-        let window = Span { from: Some(0.5), to: Some(1.5), ..Span::default() };
-        let figures = Window::of(signals, &window);
-        assert_eq!(
-            (figures.times(), figures.get("travel"), figures.get("pulses")),
-            (Some((1.0, 1.0)), Some(3.0), Some(1.0))
-        );
-    }
-
-    #[test]
-    fn a_step_down_has_the_same_figures_as_a_step_up() {
-        let (times, setpoint, value) = second_order(3000, 0.01, 100);
-        let of = |window: Window| FIGURES.map(|figure| figure.value(&window).ok());
-        let up = of(all(&times, &setpoint, &value));
-        let mirrored = |values: &[f64]| values.iter().map(|value| -value).collect::<Vec<_>>();
-        let down = of(all(&times, &mirrored(&setpoint), &mirrored(&value)));
-        assert_eq!(up, down);
-    }
-
-    #[test]
-    fn without_a_change_of_the_setpoint_there_are_integrals_only() {
-        let figures = all(&[0.0, 1.0], &[5.0, 5.0], &[4.0, 4.0]);
-        assert_eq!(
-            (figures.get("iae"), figures.get("rise"), figures.get("overshoot"), figures.get("settling")),
-            (Some(2.0), None, None, None)
-        );
-        assert!(figures.all_remarks()[0].ends_with("the setpoint does not change in this part of the run"));
-    }
-
-    #[test]
-    fn a_setpoint_that_never_changes_is_a_step_from_the_first_call_on() {
-        // From 20 to 60, with a peak of 64: 4 of 40 beyond.
-        let (times, setpoint) = ([0.0, 1.0, 2.0, 3.0, 4.0], [60.0; 5]);
-        let signals =
-            |process_value| Signals { times: &times, setpoint: &setpoint, process_value, ..Signals::default() };
-        let span = Span { start: Some(0), ..Span::default() };
-        let rising = [20.0, 40.0, 64.0, 60.0, 60.0];
-        let figures = Window::of(signals(&rising), &span);
-        // 24 at 0.2 s and 56 at 1.667 s; within 0.8 of 60 from 3 s on.
-        assert_eq!((figures.get("overshoot"), figures.get("settling")), (Some(10.0), Some(3.0)));
-        assert!((figures.get("rise").unwrap() - (1.0 + 16.0 / 24.0 - 0.2)).abs() < 1e-12);
-        // The same where the first row has the outputs before the first call.
-        let late = [0.0, 20.0, 40.0, 64.0, 60.0];
-        let figures = Window::of(signals(&late), &Span { start: Some(1), ..Span::default() });
-        assert_eq!((figures.get("overshoot"), figures.get("peak")), (Some(10.0), Some(40.0)));
-        // At rest, 1 below, and disturbed by 10.
-        assert_eq!(Window::of(signals(&[59.0, 59.0, 49.0, 55.0, 60.0]), &span).get("rise"), None);
-    }
-
-    #[test]
-    fn a_setpoint_that_is_changed_in_manual_mode_is_a_step_when_automatic_mode_begins() {
-        let times = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
-        let setpoint = [0.0, 10.0, 10.0, 10.0, 10.0, 10.0];
-        // In manual mode it drifts from 0 to 2: the step is one of 8, with 2 beyond.
-        let process_value = [0.0, 1.0, 2.0, 12.0, 10.0, 10.0];
-        let manual = [true, true, false, false, false, false];
-        let all = Signals { times: &times, setpoint: &setpoint, process_value: &process_value, ..Signals::default() };
-        let figures = Window::of(Signals { manual: &manual, ..all }, &Span::default());
-        assert_eq!(
-            (figures.times(), figures.get("overshoot"), figures.get("settling")),
-            (Some((2.0, 5.0)), Some(25.0), Some(2.0))
-        );
-        let figures = Window::of(Signals { manual: &[true; 6], ..all }, &Span::default());
-        assert!(figures.all_remarks()[0].ends_with("the controller is in manual mode"), "{:?}", figures.all_remarks());
-    }
-
-    #[test]
-    fn a_process_value_that_is_still_on_its_way_has_neither_settled_nor_overshot() {
-        let (times, setpoint, value) = second_order(200, 0.01, 100);
-        let figures = all(&times, &setpoint, &value);
-        assert_eq!((figures.get("rise"), figures.get("overshoot"), figures.get("settling")), (None, None, None));
-        assert!(
-            figures.all_remarks()[0].starts_with("no rise time: the process value has done 3"),
-            "{:?}",
-            figures.all_remarks()
-        );
-        assert!(figures.all_remarks()[1].ends_with("has not reached the setpoint yet"));
-        assert!(figures.all_remarks()[2].contains("% of the step away from the setpoint at the end"));
-    }
-
-    #[test]
-    fn a_process_value_that_crosses_the_setpoint_at_the_end_has_not_settled() {
-        // The answer passes the setpoint at 2.418 s.
-        let (times, setpoint, value) = second_order(343, 0.01, 100);
-        let figures = all(&times, &setpoint, &value);
-        assert_eq!(figures.get("settling"), None);
-        assert!(figures.all_remarks().last().unwrap().ends_with("may leave it again"), "{:?}", figures.all_remarks());
-    }
-
-    #[test]
-    fn a_manipulated_value_at_its_limit_is_named_as_the_reason() {
-        let count = 100;
-        let times: Vec<f64> = (0..count).map(f64::from).collect();
-        let setpoint: Vec<f64> = (0..count).map(|call| if call < 10 { 0.0 } else { 100.0 }).collect();
-        let value: Vec<f64> = (0..count).map(|call| f64::from((call - 10).max(0)).min(50.0)).collect();
-        let manipulated: Vec<f64> = (0..count).map(|call| f64::from((call - 10).clamp(0, 20)) * 5.0).collect();
-        let signals = Signals {
-            times: &times,
-            setpoint: &setpoint,
-            process_value: &value,
-            manipulated_value: &manipulated,
-            travel_unit: Some("%"),
-            ..Signals::default()
-        };
-        let figures = Window::of(signals, &Span::default());
-        assert_eq!(figures.get("settling"), None);
-        let remark = figures.all_remarks().pop().unwrap();
-        assert!(
-            remark.contains(
-                "been 100 % since 30 s: it is at a limit, in manual mode, or the \
-                     deviation is within the dead band"
-            ),
-            "{remark}"
-        );
-    }
-
-    #[test]
-    fn a_ramp_begins_where_the_setpoint_begins_to_move() {
-        let setpoint = [0.0, 0.0, 2.0, 4.0, 6.0, 6.0, 6.0];
-        let times: Vec<f64> = (0..7).map(f64::from).collect();
-        let figures = all(&times, &setpoint, &[0.0, 0.0, 0.0, 3.0, 6.0, 6.0, 6.0]);
-        assert_eq!((figures.times(), figures.get("settling")), (Some((2.0, 6.0)), Some(2.0)));
-        assert!(figures.all_remarks()[0].starts_with("the setpoint is a ramp"));
-    }
-
-    #[test]
-    fn values_that_are_no_numbers_leave_figures_out_with_a_reason() {
-        let figures = all(&[0.0, 1.0, 2.0], &[0.0, 1.0, 1.0], &[0.0, f64::NAN, 0.0]);
-        assert_eq!((figures.get("iae"), figures.get("peak"), figures.get("rise")), (None, None, None));
-        let all = "no rise time, overshoot, settling time, IAE, ISE or largest deviation";
-        assert_eq!(figures.all_remarks(), [format!("{all}: {NO_DEVIATION}")]);
-    }
-
-    #[test]
-    fn the_guide_has_a_line_for_each_figure() {
-        let guide = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/studies.md")).unwrap();
-        for Figure { key, meaning, .. } in FIGURES {
-            let is_line_of =
-                |line: &str| line.starts_with(&format!("| `{key}` | ")) && line.ends_with(&format!(" | {meaning} |"));
-            assert!(guide.lines().any(is_line_of), "write in docs/studies.md: | `{key}` | unit | {meaning} |");
-        }
-    }
-
-    #[test]
-    fn an_empty_run_has_no_figures() {
-        let figures = all(&[], &[], &[]);
-        assert_eq!(figures.all_remarks(), ["there is no call in this part of the run"]);
-    }
-}
+mod tests;

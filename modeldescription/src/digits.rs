@@ -35,6 +35,12 @@ pub fn within(value: f64, spread: f64) -> String {
     if rounded.abs() < 1e9 { format!("{}", rounded + 0.0) } else { format!("{rounded:e}") }
 }
 
+/// A number with three significant digits, as a person reads it; none of them is finer than `least`.
+pub fn rounded(value: f64, least: f64) -> String {
+    let third = 10f64.powf(value.abs().log10().floor() - 2.0);
+    within(value, 50.0 * third.max(10f64.powf(least.log10().floor())))
+}
+
 /// A variable's value without its unit. A 32-bit REAL has as many digits as tell it from its neighbours.
 pub fn number(kind: Kind, value: f64) -> String {
     match kind {
@@ -57,6 +63,14 @@ mod tests {
         assert_eq!(within(1.0 / 3.0, 0.0), "0.333333");
         assert_eq!(within(105.0, 9.0), "105");
         assert_eq!([within(-0.04, 400.0), within(f64::INFINITY, 1.0)], ["0", "inf"]);
+    }
+
+    #[test]
+    fn what_people_read_has_three_digits_and_none_finer_than_the_least() {
+        let texts =
+            [(2484.82, 0.0), (0.96918, 0.0), (80.635, 0.1), (-12.892, 0.1), (8.06, 1.0), (0.0, 0.1), (1e-7, 0.0)];
+        let texts = texts.map(|(value, least)| rounded(value, least));
+        assert_eq!(texts, ["2480", "0.969", "80.6", "-12.9", "8", "0", "0.0000001"]);
     }
 
     #[test]

@@ -126,6 +126,11 @@ pub fn shown(text: &str) -> String {
     text.replace("degC", "°C").split_inclusive(|one: char| !one.is_ascii_alphanumeric()).map(in_print).collect()
 }
 
+/// A unit of a product in print: `K^2 s` is K²·s.
+pub fn product(text: &str) -> String {
+    shown(&text.replace("^2", "²").replace(' ', "·"))
+}
+
 /// A word with the sign behind it.
 fn in_print(word: &str) -> String {
     let name = word.trim_end_matches(|one: char| !one.is_ascii_alphanumeric());

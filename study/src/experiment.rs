@@ -5,6 +5,7 @@ use crate::measures::{Measures, Traces};
 use crate::results::{Loops, Quantity, Results, Row};
 use crate::{Job, Signals, Study};
 use anyhow::{Context, Result};
+use control::figures::Set;
 use modeldescription::digits::short;
 use modeldescription::{Causality, Description};
 use run::component::Reset;
@@ -65,6 +66,8 @@ pub struct Experiment {
     pub warnings: Vec<String>,
     /// The names of the loop's signals; none of them if the setpoint or the process value is not known.
     pub signals: Signals,
+    /// What disturbs the loop.
+    pub disturbances: Vec<Set>,
     /// The loops that the runs are of, if the study has a table of loops with names.
     pub loops: Option<Loops>,
     axes: Axes,
@@ -163,6 +166,7 @@ impl Experiment {
             plan,
             warnings,
             signals: measures.signals.clone(),
+            disturbances: measures.disturbances.clone(),
             loops: axes.loops(study),
             axes,
             measures,
@@ -224,8 +228,8 @@ fn constant_setpoint(study: &Study, system: &System, signals: &Signals, names: &
     let has_axis = study.axes.iter().any(|axis| axis.time.is_some() && axis.variables.contains(setpoint));
     (is_set && !is_connected && !has_event && !has_axis).then(|| {
         format!(
-            "{setpoint} does not change during a run: there are no rise, overshoot and settling; for these, write [[events]] with \
-             time = SECONDS and set = {{ {setpoint} = VALUE }}"
+            "{setpoint} does not change during a run: rise, overshoot and settling are those of the start, where it is far from \
+             the setpoint; for those of a step, write [[events]] with time = SECONDS and set = {{ {setpoint} = VALUE }}"
         )
     })
 }

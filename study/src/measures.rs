@@ -4,11 +4,11 @@ use crate::experiment::traced;
 use crate::results::Quantity;
 use crate::{Limit, Signals, Study, Take};
 use anyhow::{Context, Result, bail};
-use control::figures::{self, Figure, Span, Window};
+use control::figures::{self, Figure, Given, Set, Span, Window, Wiring};
 use run::component::Type;
 use run::dialog::Roles;
 use run::plan::{Names, Plan, Reference};
-use run::system::System;
+use run::system::{Exchange, System};
 
 /// The figures of a study, and which variables they are of.
 #[derive(Clone, Debug)]
@@ -21,6 +21,8 @@ pub(super) struct Measures {
     pub warnings: Vec<String>,
     /// The names of the loop's signals, if it has a setpoint and a process value.
     pub signals: Signals,
+    /// What disturbs the loop.
+    pub disturbances: Vec<Set>,
     loop_signals: Option<Loop>,
     span: Span,
     values: Vec<(usize, Vec<Take>)>,
@@ -35,6 +37,10 @@ struct Loop {
     process_value: usize,
     manipulated_value: Option<usize>,
     pulses: Vec<usize>,
+    /// The switch to manual mode, if it moves.
+    manual: Option<usize>,
+    /// The first step with outputs of a call.
+    first: usize,
 }
 
 /// What is kept of a run. It is used for one run after the other.
@@ -148,6 +154,7 @@ impl Measures {
             figures: Vec::new(),
             warnings: Vec::new(),
             signals: Signals::default(),
+            disturbances: Vec::new(),
             loop_signals: None,
             span: Span { from: study.window.from, to: study.window.to, ..Span::default() },
             values: Vec::new(),
@@ -185,6 +192,13 @@ impl Measures {
         };
         let (setpoint_column, setpoint_reference) = columns.add(setpoint).context("setpoint")?;
         let (process_column, process_reference) = columns.add(process_value).context("process_value")?;
+        let wiring = Wiring {
+            setpoint: setpoint.clone(),
+            members: system.members.iter().map(|member| member.name.as_str()).collect(),
+            roles: vec![roles.cloned()],
+            connections: system.connections.iter().map(|of| (of.from.as_str(), of.to.as_str())).collect(),
+        };
+        let known = |name: &str| columns.names.find(name).ok()?.variable.unit.clone();
         let unit = columns.unit(&process_reference);
         if let (Some(one), Some(other)) = (columns.unit(&setpoint_reference), &unit)
             && one != *other
@@ -194,6 +208,17 @@ impl Measures {
                  compared as they are"
             ));
         }
+        let unit = unit.or_else(|| wiring.unit_of_process_value(known));
+        let at_times = study.axes.iter().filter_map(|axis| Some((axis.time?, &axis.variables)));
+        let varied = at_times.flat_map(|(time, variables)| {
+            variables.iter().map(move |variable| Set { time, variable: variable.clone(), ..Set::default() })
+        });
+        let set: Vec<Set> = Set::of_settings(&system.settings).into_iter().chain(varied).collect();
+        let switch = roles.and_then(|roles| Some(format!("{first}.{}", roles.manual.as_ref()?.0)));
+        let is_connected = |name: &String| wiring.connections.iter().any(|(_, to)| to == name);
+        let switch = switch.filter(|name| set.iter().any(|of| of.variable == *name) || is_connected(name));
+        self.disturbances = wiring.disturbances(set);
+        let manual = switch.map(|name| columns.add(&name)).transpose()?;
         let manipulated_value = signals.manipulated_value.as_ref();
         let manipulated = manipulated_value.map(|name| columns.add(name).context("manipulated_value")).transpose()?;
         let travel_unit = manipulated.and_then(|(_, reference)| columns.unit(&reference));
@@ -205,7 +230,14 @@ impl Measures {
             Ok(column)
         };
         let pulses = signals.pulses.iter().flatten().map(pulse).collect::<Result<Vec<_>>>()?;
-        let figures: Vec<_> = figures::applicable(manipulated.is_some(), !pulses.is_empty()).collect();
+        let figures: Vec<_> = figures::applicable(Given {
+            // The mean of pulses does not travel; what the user names does.
+            manipulated_value: manipulated.is_some()
+                && (pulses.is_empty() || study.signals.manipulated_value.is_some()),
+            pulses: !pulses.is_empty(),
+            disturbance: !self.disturbances.is_empty(),
+        })
+        .collect();
         for figure in &figures {
             self.add_figure(figure.key, figure.unit.text(unit.as_deref(), travel_unit.as_deref()))?;
         }
@@ -215,6 +247,9 @@ impl Measures {
             process_value: process_column,
             manipulated_value: manipulated.map(|(column, _)| column),
             pulses,
+            manual: manual.map(|(column, _)| column),
+            // Where members act in parallel, the first row has the outputs before the first call.
+            first: usize::from(system.exchange == Exchange::Parallel),
         });
         self.signals = signals;
         Ok(())
@@ -276,14 +311,18 @@ impl Measures {
         times.extend((times.len()..steps).map(|step| plan.time(step)));
         let mut all = Vec::with_capacity(self.figures.len());
         if let Some(signals) = &self.loop_signals {
-            let pulse = |column: &usize| columns[*column].iter().map(|value| *value == 1.0).collect();
-            let pulses: Vec<Vec<bool>> = signals.pulses.iter().map(pulse).collect();
+            let switched = |column: &usize| columns[*column].iter().map(|value| *value == 1.0).collect();
+            let pulses: Vec<Vec<bool>> = signals.pulses.iter().map(switched).collect();
+            let manual: Vec<bool> = signals.manual.as_ref().map_or_else(Vec::new, switched);
             let borrowed = figures::Signals {
                 times: &times[..steps],
                 setpoint: &columns[signals.setpoint],
                 process_value: &columns[signals.process_value],
                 manipulated_value: signals.manipulated_value.map_or(&[], |column| &columns[column]),
                 pulses: &pulses,
+                manual: &manual,
+                disturbances: &self.disturbances,
+                first: signals.first,
                 ..figures::Signals::default()
             };
             let window = Window::of(borrowed, &self.span);

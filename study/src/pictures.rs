@@ -272,7 +272,7 @@ fn best_place(results: &Results, figure: usize, coordinates: &[usize], points: &
 /// It cannot be drawn.
 pub fn curves(
     signals: &Signals,
-    window: Window,
+    (window, disturbances): (Window, &[figures::Set]),
     (of, values, [absent, count]): (&Distribution, &[f64], [u64; 2]),
     runs: &[(&str, u64, &Recording)],
     loops: Option<&Loops>,
@@ -307,7 +307,13 @@ pub fn curves(
         if let Some(setpoint) = &signals.setpoint {
             let all: Vec<_> = runs.iter().filter_map(|(_, _, recording)| values_of(recording, setpoint)).collect();
             if let (Some(setpoint), Some(process_value)) = (all.first(), values_of(first, name)) {
-                let signals = figures::Signals { times, setpoint, process_value: &process_value, ..Default::default() };
+                let signals = figures::Signals {
+                    times,
+                    setpoint,
+                    process_value: &process_value,
+                    disturbances,
+                    ..Default::default()
+                };
                 let span = figures::Span { from: window.from, to: window.to, ..figures::Span::default() };
                 let of_figures = figures::Window::of(signals, &span);
                 shown_window = of_figures.times();
@@ -490,7 +496,8 @@ mod tests {
         let draw = |signals: &Signals, figure: &str, loops: Option<&Loops>, envelope: Option<&Envelope>| {
             let results = results(&[[0.0; 2]; 2], 0, figure, &values);
             let summary = Summary::of(&results, 1).unwrap();
-            curves(signals, Window::default(), (&summary.figures[0], &of_runs, [0, 2]), &runs, loops, envelope).unwrap()
+            curves(signals, Default::default(), (&summary.figures[0], &of_runs, [0, 2]), &runs, loops, envelope)
+                .unwrap()
         };
         let times = vec![0.0, 2.0];
         let envelope = Envelope { runs: 200, times, low: vec![20.0; 2], high: vec![70.0; 2] };
@@ -514,7 +521,7 @@ mod tests {
             let values = [1.0, 3.0, f64::NAN];
             let results = results(&[[0.0; 2]; 3], 0, "settling", &values);
             let summary = Summary::of(&results, 1).unwrap();
-            curves(&signals, Window::default(), (&summary.figures[0], &[3.0, 1.0], [1, 3]), &runs, None, None)
+            curves(&signals, Default::default(), (&summary.figures[0], &[3.0, 1.0], [1, 3]), &runs, None, None)
                 .unwrap()
                 .unwrap()
         };

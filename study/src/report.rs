@@ -15,6 +15,7 @@ use crate::summary::{Distribution, PERCENTS, Summary};
 use crate::{Along, Axis, Correlation, Job, Sampling, Signals};
 use anyhow::{Context, Result, bail};
 use askama::Template;
+use control::figures::Set;
 use draw::histogram::Mark;
 use draw::picture;
 use host::package::temporary;
@@ -50,6 +51,8 @@ pub struct Report<'a> {
     pub ran: &'a Ran,
     /// The loop's signals, `FMU.VARIABLE`.
     pub signals: &'a Signals,
+    /// What disturbs the loop.
+    pub disturbances: &'a [Set],
     /// What the runs came to.
     pub results: &'a Results,
     /// What they came to together.
@@ -161,7 +164,7 @@ fn pictures(report: &Report) -> Result<(Vec<Picture>, Vec<String>)> {
         let window = report.job.study.window;
         let svg = pictures::curves(
             report.signals,
-            window,
+            (window, report.disturbances),
             (of, &values, [absent, report.summary.runs]),
             &runs,
             report.results.loops.as_ref(),

@@ -20,13 +20,15 @@ use std::f64::consts::TAU;
 const FIRST: usize = 40;
 /// A process value rests if it moves by less than this part of how far it has moved.
 const REST: f64 = 0.005;
-/// The same for a run that ends by itself: what the user looks at has come to its end.
+/// The same for a run that ends by itself: what the user looks at has come to its end. It is what figures resolve of a step.
 const SETTLED: f64 = 0.001;
 /// Such a run has so many calls at least: a dead time is no rest.
 const WATCHED: usize = 200;
 /// It swings if the last third of it is wider than the band of 2 % to both sides in which a step counts as settled, of all that it has
 /// moved in the run.
 const BAND: f64 = 0.04;
+/// So often a swing crosses its mean in two periods.
+const CROSSINGS: usize = 4;
 /// It has moved if it is this many times the noise away.
 const MOVED: f64 = 8.0;
 /// How many periods of a relay are waited for; the first of them do not count.
@@ -131,10 +133,14 @@ pub fn settle(home: &dyn Home, session: &mut Session, request: &Settle) -> Resul
         let record = session.record(None)?;
         let done = record.done().last().map_or(0.0, |done| record.time(done.call));
         let signals = |from| Signals::of(home, record, from, None);
-        let resting = signals(Some(request.from.max(done))).ok().filter(|signals| {
-            watched = signals.times.len();
-            let Signals { process_value, manipulated_value, .. } = signals;
-            watched >= WATCHED && [process_value, manipulated_value].iter().all(|values| is_at_rest(values, SETTLED))
+        let resting = signals(Some(request.from.max(done))).ok().filter(|last| {
+            watched = last.times.len();
+            let rests = |values: &[f64], all: &[f64]| is_at_rest(values, SETTLED) && has_settled(values, all);
+            watched >= WATCHED
+                && signals(None).is_ok_and(|all| {
+                    rests(&last.process_value, &all.process_value)
+                        && rests(&last.manipulated_value, &all.manipulated_value)
+                })
         });
         if resting.is_some() || left == 0 || state.failure.is_some() {
             let resting = resting.filter(|_| state.failure.is_none());
@@ -438,6 +444,17 @@ fn is_at_rest(values: &[f64], part: f64) -> bool {
     let (first, second) = last.split_at(last.len() / 2);
     let seen = 3.0 * noise(values) / (first.len().max(1) as f64).sqrt();
     values.len() >= FIRST && (mean(second) - mean(first)).abs() <= part * width(values) + seen
+}
+
+/// Whether the last third of values that are at rest on the whole stays within what figures resolve of `all` values of the run, or goes up
+/// and down evenly around its mean: at a turning point it does neither.
+fn has_settled(values: &[f64], all: &[f64]) -> bool {
+    let last = &values[values.len() * 2 / 3..];
+    let mean = mean(last);
+    let crossings = last.windows(2).filter(|pair| (pair[0] < mean) != (pair[1] < mean)).count();
+    let (first, second) = last.split_at(last.len() / 2);
+    let is_even = crossings >= CROSSINGS && width(second) > width(first) / 2.0;
+    values.is_empty() || is_even || width(last) <= (SETTLED * width(all)).max(MOVED * noise(values))
 }
 
 /// Whether values that are at rest on the whole swing, by more than noise and by what can be seen of `all` values of the run.

@@ -12,6 +12,7 @@
 
 use serde::{Deserialize, Serialize};
 
+pub use control::figures::Happened;
 pub use run::fmus::{Member, Part, Values};
 pub use run::system::{Exchange, Value};
 
@@ -355,9 +356,9 @@ pub struct Event {
 pub struct FiguresRequest {
     /// The run; the present one without it.
     pub run: Option<usize>,
-    /// The beginning in seconds; the last change of the setpoint without it.
+    /// The beginning in seconds; that of the last step without it.
     pub from: Option<f64>,
-    /// The end in seconds; the last call without it.
+    /// The end in seconds; without it and without a beginning, that of the last step's window.
     pub to: Option<f64>,
     /// The unit of the process value, where its variable has none.
     pub unit: Option<String>,
@@ -373,6 +374,10 @@ pub struct Figures {
     pub from: f64,
     /// Up to where, in seconds.
     pub to: f64,
+    /// The step that they belong to: two runs with the same step over the same time can be compared.
+    pub step: Option<Happened>,
+    /// The disturbance that those of a disturbance belong to.
+    pub disturbance: Option<Happened>,
     /// The figures, in the order in which they are shown.
     pub figures: Vec<Figure>,
     /// Which figures are absent, and why.

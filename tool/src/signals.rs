@@ -2,12 +2,13 @@
 
 use crate::describe::describe;
 use crate::home::Home;
-use crate::message::{Figure, Figures, FiguresRequest};
-use crate::session::{Record, Session};
+use crate::message::{Figure, Figures, FiguresRequest, Member};
+use crate::session::{Done, Record, Session};
 use crate::travel;
 use anyhow::{Context, Result};
-use control::figures::{self, Span, Window};
+use control::figures::{self, Set, Span, Window, Wiring};
 use control::identify::{self, Data, Identified};
+use run::dialog::Roles;
 use run::system::Exchange;
 
 /// The signals of a loop in the calls that are held exactly.
@@ -25,6 +26,12 @@ pub struct Signals {
     pub pulses: Vec<Vec<bool>>,
     /// Whether it is in manual mode; empty if it has none.
     pub manual: Vec<bool>,
+    /// What disturbed the loop.
+    pub disturbances: Vec<Set>,
+    /// The first call with outputs of a call.
+    pub first: usize,
+    /// Whether earlier calls are no longer held.
+    pub is_cut: bool,
     /// The unit of the process value.
     pub unit: Option<String>,
     /// The unit of the manipulated value.
@@ -57,6 +64,9 @@ impl Signals {
         let pulses = roles.pulses.iter().map(column).collect::<Result<Vec<_>>>()?;
         let manual = roles.manual.as_ref().map(|(switch, _)| column(switch)).transpose()?;
         let switched = |column: usize| values(column).into_iter().map(|value| value == 1.0).collect::<Vec<_>>();
+        let wiring =
+            wiring(home, record, format!("{}.{}", controller.name, roles.setpoint.as_deref().unwrap_or_default()))?;
+        let name_unit = |name: &str| record.column(name).ok().and_then(unit);
         let mut remarks = Vec::new();
         if wanted.start < calls.start {
             let (first, count) = (record.time(calls.start), calls.len());
@@ -71,8 +81,12 @@ impl Signals {
             manipulated_value: manipulated_value.map_or_else(Vec::new, values),
             pulses: pulses.into_iter().map(switched).collect(),
             manual: manual.map_or_else(Vec::new, switched),
-            unit: unit(process_value),
-            travel_unit: manipulated_value.and_then(unit),
+            disturbances: disturbances(record, &wiring),
+            // Where members act in parallel, the first row has the outputs before the first call.
+            first: usize::from(record.setup().exchange == Exchange::Parallel && calls.start == 0),
+            is_cut: exact.start > 0,
+            unit: wiring.unit_of_process_value(name_unit),
+            travel_unit: wiring.unit_of_manipulated_value(name_unit),
             remarks,
         })
     }
@@ -83,12 +97,43 @@ impl Signals {
             times: &self.times,
             setpoint: &self.setpoint,
             process_value: &self.process_value,
-            manipulated_value: &self.manipulated_value,
+            // The mean of pulses does not travel.
+            manipulated_value: if self.pulses.is_empty() { &self.manipulated_value } else { &[] },
             pulses: &self.pulses,
             manual: &self.manual,
+            disturbances: &self.disturbances,
+            first: self.first,
+            is_cut: self.is_cut,
             travel_unit: self.travel_unit.as_deref(),
         }
     }
+}
+
+/// How the members of a run are connected at its end.
+fn wiring<'a>(home: &dyn Home, record: &'a Record, setpoint: String) -> Result<Wiring<'a>> {
+    let roles = |member: &Member| -> Result<Option<Roles>> { Ok(Some(describe(home, &member.fmu)?.roles)) };
+    Ok(Wiring {
+        setpoint,
+        members: record.members().map(|member| member.name.as_str()).collect(),
+        roles: record.members().map(roles).collect::<Result<_>>()?,
+        connections: record.connections().iter().map(|(from, to)| (from.as_str(), to.as_str())).collect(),
+    })
+}
+
+/// What disturbed a run: what was set, and members that took the place of others.
+fn disturbances(record: &Record, wiring: &Wiring) -> Vec<Set> {
+    let set = |done: &Done| {
+        let before =
+            done.call.checked_sub(1).and_then(|call| record.trace().column(done.column, call..done.call).next());
+        let (time, variable) = (record.time(done.call), record.columns()[done.column].name.clone());
+        Set { time, variable, value: Some(done.value), before }
+    };
+    let mut all = wiring.disturbances(record.done().iter().map(set));
+    all.extend(record.exchanges().iter().map(|exchange| {
+        let names: Vec<&str> = exchange.members.iter().map(|member| member.name.as_str()).collect();
+        Set { time: record.time(exchange.call), variable: names.join(", "), ..Set::default() }
+    }));
+    all
 }
 
 /// The figures of a run.
@@ -101,10 +146,7 @@ pub fn figures(home: &dyn Home, session: &Session, request: &FiguresRequest) -> 
     let mut signals = Signals::of(home, record, None, None)?;
     signals.unit = signals.unit.or_else(|| request.unit.clone());
     signals.travel_unit = signals.travel_unit.or_else(|| request.travel_unit.clone());
-    // Where members act in parallel, the first row has the outputs before the first call.
-    let first = usize::from(record.setup().exchange == Exchange::Parallel);
-    let start = (record.trace().exact().start == 0).then_some(first);
-    let span = Span { from: request.from, to: request.to, start, ..Span::default() };
+    let span = Span { from: request.from, to: request.to, ..Span::default() };
     let window = Window::of(signals.borrowed(), &span);
     let begin = request.from.unwrap_or_default();
     let (from, to) = window.times().unwrap_or((begin, request.to.unwrap_or(begin)));
@@ -120,7 +162,8 @@ pub fn figures(home: &dyn Home, session: &Session, request: &FiguresRequest) -> 
         value: of.value(&window).ok(),
         unit: of.unit.text(signals.unit.as_deref(), signals.travel_unit.as_deref()),
     };
-    Ok(Figures { from, to, figures: all.into_iter().map(figure).collect(), remarks })
+    let (step, disturbance) = (window.step_happened(), window.disturbance_happened());
+    Ok(Figures { from, to, step, disturbance, figures: all.into_iter().map(figure).collect(), remarks })
 }
 
 /// A plant's model from a step in a run or in a file.
@@ -145,7 +188,8 @@ pub fn identify(home: &dyn Home, session: &Session, request: &identify::Request)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::message::{Member, Setup, Values};
+    use crate::message::{Setup, Values};
+    use control::figures::Cause;
     use crate::test_home::TestHome;
     use run::system::Value;
 
@@ -180,10 +224,11 @@ mod tests {
         let figures = figures(&home, &session(&home, false), &FiguresRequest::default()).unwrap();
         assert_eq!(figures.from, 5.0);
         let find = |key: &str| figures.figures.iter().find(|figure| figure.key == key).unwrap();
-        for (key, unit) in [("settling", "s"), ("ise", "K^2 s"), ("travel", "%")] {
+        for (key, unit) in [("settling", "s"), ("ise", "K^2 s")] {
             assert_eq!(find(key).unit.as_deref(), Some(unit));
         }
-        assert_eq!(figures.figures.len(), figures::FIGURES.len());
+        let step = figures.step.as_ref().unwrap();
+        assert_eq!((step.cause, step.from, step.to, step.start), (Cause::Setpoint, 20.0, 60.0, 5.0));
         assert!(figures.figures.iter().all(|figure| figure.value.is_some()), "{figures:?}");
         // UP and DOWN are its pulses: UP comes with the step, which is above 50 %, and DOWN later.
         assert!(find("pulses").value >= Some(2.0) && find("pulses").unit.is_none(), "{figures:?}");

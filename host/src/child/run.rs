@@ -30,8 +30,8 @@ struct Request {
 
 #[derive(Deserialize, Serialize)]
 enum Reply {
-    /// The run begins: what the variables of the first member are in a loop, if it says so.
-    Began(Option<Box<Roles>>),
+    /// The run begins: what the variables of each member are in a loop, if it says so.
+    Began(Vec<Option<Roles>>),
     /// The next rows, each the time and the values as numbers of 8 bytes.
     Rows(ByteBuf),
     /// The run is over: what FMUs have logged, with their names, and which FMU ended it before its time, or why it failed.
@@ -43,8 +43,8 @@ pub trait Rows {
     /// Whether all rows are needed, or the last one alone.
     fn are_wanted(&self) -> bool;
 
-    /// The run begins; `roles` are what the variables of the first member are in a loop, if it says so.
-    fn begin(&mut self, roles: Option<Roles>);
+    /// The run begins; `roles` are what the variables of each member are in a loop, if it says so.
+    fn begin(&mut self, roles: Vec<Option<Roles>>);
 
     /// Takes the next row: the time in seconds, and the values of the plan's columns.
     ///
@@ -96,7 +96,7 @@ pub fn run(
             std::mem::replace(&mut calls, witness.calls()) != calls
         });
         match reply {
-            Ok(Reply::Began(roles)) => rows.begin(roles.map(|roles| *roles)),
+            Ok(Reply::Began(roles)) => rows.begin(roles),
             Ok(Reply::Rows(bytes)) => {
                 progress(process.witness.steps());
                 let numbers: Vec<f64> = bytes.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
@@ -153,8 +153,8 @@ fn simulate(
     let instances = (0..system.members.len()).map(|member| Witnessed::instantiate(&fmus, member, witness));
     let mut instances = instances.collect::<Result<Vec<_>>>()?;
     // A foreign FMU has no table and no roles.
-    let roles = fmus.of(0).table().and_then(|table| dialog::of(&table)).ok().map(|(roles, _)| roles);
-    channel.send(&Reply::Began(roles.map(Box::new)))?;
+    let roles = |member| fmus.of(member).table().and_then(|table| dialog::of(&table)).ok().map(|(roles, _)| roles);
+    channel.send(&Reply::Began((0..system.members.len()).map(roles).collect()))?;
     let mut rows: Vec<u8> = Vec::with_capacity(PIECE);
     let mut give = |time: f64, row: &[f64]| {
         if !wants_rows {

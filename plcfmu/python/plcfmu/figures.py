@@ -76,13 +76,15 @@ def step_figures(
     lmn: Optional[Array] = None,
     unit: str = "",
     travel_unit: str = "",
+    disturbances: Iterable[float] = (),
     prefix: str = "",
     theory: Optional[Mapping[str, Any]] = None,
 ) -> Figures:
     """The figures of a setpoint step from `start` to `end`, with which the arrays begin.
 
     They are those of the parameter tool and of studies, by the same names: rise, overshoot, settling, iae, ise and peak,
-    and with the manipulated value `lmn` also travel. A figure that a run does not have is NaN: a loop that has not settled
+    and with the manipulated value `lmn` also travel. `disturbances` are the times at which something disturbed the loop: the
+    figures of the step end at the first of them, and recovery, disturbed_peak and disturbed_iae are those of the last. A figure that a run does not have is NaN: a loop that has not settled
     has no settling time. `unit` is that of the process value, such as "K", `travel_unit` that of `lmn`; `prefix` comes
     before each name; `theory` is what is predicted for some of them, by their names.
 
@@ -94,6 +96,7 @@ def step_figures(
         "process_value": _numbers(pv),
         "manipulated_value": _numbers(() if lmn is None else lmn),
         "step": (float(start), float(end)),
+        "disturbances": [float(at) for at in disturbances],
         "unit": unit or None,
         "travel_unit": travel_unit or None,
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
 
 import numpy as np
@@ -104,13 +104,14 @@ class Result:
         *,
         lmn: Optional[str] = None,
         unit: str = "",
+        disturbances: Iterable[float] = (),
         prefix: str = "",
         theory: Optional[Mapping[str, Any]] = None,
     ) -> Figures:
         """The quality figures of a setpoint step, with which the rows begin, as `figures.step_figures` describes them.
 
         The process value `pv` goes from `start` to `end`; by default from its first value to the last setpoint. `lmn` is
-        the manipulated value. `unit` is that of a difference of process values, such as "K", by default that of `pv`.
+        the manipulated value; `disturbances` are the times at which something disturbed the loop. `unit` is that of a difference of process values, such as "K", by default that of `pv`.
         """
         start = float(self[pv][0]) if start is None else start
         end = float(self[sp][-1]) if end is None else end
@@ -124,6 +125,7 @@ class Result:
             lmn=None if lmn is None else self[lmn],
             unit=unit or ("K" if of_pv == "degC" else of_pv),
             travel_unit="" if lmn is None else self.signal(lmn).unit or "",
+            disturbances=disturbances,
             prefix=prefix,
             theory=theory,
         )

@@ -2,7 +2,7 @@
 
 use super::print;
 use anyhow::{Context, Result};
-use control::figures::{Signals, Span, Window};
+use control::figures::{Set, Signals, Span, Window};
 use serde::{Deserialize, Serialize};
 use std::io;
 
@@ -22,6 +22,9 @@ struct Recorded {
     manipulated_value: Vec<Option<f64>>,
     /// From which to which value the setpoint step goes, with which the rows begin.
     step: (f64, f64),
+    /// When the loop was disturbed, in seconds.
+    #[serde(default)]
+    disturbances: Vec<f64>,
     /// The unit of the process value.
     unit: Option<String>,
     /// The unit of the manipulated value.
@@ -47,11 +50,14 @@ pub fn run(_: &Options) -> Result<()> {
     let numbers = |values: &[Option<f64>]| values.iter().map(|value| value.unwrap_or(f64::NAN)).collect::<Vec<f64>>();
     let [setpoint, process_value, manipulated_value] =
         [&recorded.setpoint, &recorded.process_value, &recorded.manipulated_value].map(|values| numbers(values));
+    let disturbances: Vec<Set> =
+        recorded.disturbances.iter().map(|time| Set { time: *time, ..Set::default() }).collect();
     let signals = Signals {
         times: &recorded.times,
         setpoint: &setpoint,
         process_value: &process_value,
         manipulated_value: &manipulated_value,
+        disturbances: &disturbances,
         ..Signals::default()
     };
     let window = Window::of(signals, &Span { step: Some(recorded.step), ..Span::default() });

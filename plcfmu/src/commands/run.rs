@@ -9,12 +9,14 @@ use crate::interruption;
 use crate::progress::Progress;
 use crate::tell;
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
+use control::figures::{Cause, Happened};
 use host::child::run::Finished;
 use host::child::{self, Starter};
 use host::instance::Type;
 use host::package::{Package, temporary};
-use kept::{Kept, Recorder, Told};
-use modeldescription::digits::short;
+use kept::{Figures, Kept, Recorder, Told};
+use modeldescription::digits::{rounded, short};
+use modeldescription::units;
 use run::file;
 use run::master::write_header;
 use run::plan::Plan;
@@ -189,7 +191,7 @@ pub fn run(options: &Options) -> Result<()> {
     if options.json {
         return print(&as_json(&kept, &plan, steps, ended.as_deref(), &figures, &written)?);
     }
-    lines.extend(figure_lines(&figures));
+    lines.extend(figure_lines(&figures, plan.step));
     if !system.record.is_empty() {
         lines.push("last row:".into());
         lines.extend(last_row(&kept, &plan));
@@ -216,7 +218,7 @@ struct Simulated<'a> {
 /// Runs the FMUs, and writes the recording while they run.
 fn simulate<'a>(
     options: &Options,
-    system: &System,
+    system: &'a System,
     plan: &'a Plan,
     mut csv: Option<&mut dyn Write>,
     every: usize,
@@ -232,7 +234,7 @@ fn simulate<'a>(
     let starter = Starter { limit, interrupted: interruption::flag(), ..Starter::new()? };
     let progress = Progress::steps(plan.steps);
     let began = Instant::now();
-    let mut recorder = Recorder::new(plan, csv, every, is_drawn);
+    let mut recorder = Recorder::new(system, plan, csv, every, is_drawn);
     let finished = child::run::run(&starter, system, plan, &mut recorder, |done| progress.set(done));
     let took = began.elapsed().as_secs_f64();
     drop(progress);
@@ -267,7 +269,7 @@ fn as_json(
     plan: &Plan,
     steps: usize,
     ended: Option<&str>,
-    figures: &Result<Vec<Told>, String>,
+    figures: &Result<Figures, String>,
     written: &[&PathBuf],
 ) -> Result<String> {
     let last = |(column, value): (&run::plan::Column, &f64)| {
@@ -286,7 +288,8 @@ fn as_json(
         "steps": steps,
         "ended": ended,
         "warnings": plan.warnings,
-        "figures": figures.as_ref().map_or(&[][..], Vec::as_slice),
+        "figures": figures.as_ref().map_or(&[][..], |figures| &figures.last),
+        "events": figures.as_ref().map_or(&[][..], |figures| &figures.events),
         "last": last,
         "written": written.iter().map(|path| path.display().to_string()).collect::<Vec<_>>(),
     });
@@ -326,26 +329,52 @@ fn summary(plan: &Plan, steps: usize, took: f64) -> String {
     )
 }
 
-/// What the figures say, a line each; first those that have a value.
-fn figure_lines(figures: &Result<Vec<Told>, String>) -> Vec<String> {
+/// What the figures say: each step and each disturbance with its own, a line each; of a run without them, those of the whole run.
+fn figure_lines(figures: &Result<Figures, String>, cycle: f64) -> Vec<String> {
     let figures = match figures {
         Ok(figures) => figures,
         Err(why) => return vec![why.clone()],
     };
-    let width = figures.iter().map(|figure| figure.title.chars().count()).max().unwrap_or(0);
-    let has_any = figures.iter().any(|figure| figure.value.is_some());
-    let line = |figure: &Told| {
-        let unit = figure.unit.as_deref().map_or_else(String::new, |unit| format!(" {unit}"));
-        let text = match (figure.value, &figure.why) {
-            (Some(value), _) => format!("{}{unit}", short(value)),
-            (None, why) => format!("none: {}", why.as_deref().unwrap_or_default()),
+    let all = figures.events.iter().flat_map(|of| &of.figures).chain(&figures.last);
+    let width = all.map(|figure| figure.title.chars().count()).max().unwrap_or(0);
+    let lines = |of: &[Told]| -> Vec<String> {
+        let line = |figure: &Told| {
+            let unit = figure.unit.as_deref().map_or_else(String::new, |unit| format!(" {}", units::product(unit)));
+            let text = match (figure.value, &figure.why) {
+                (Some(value), _) => {
+                    let least = if figure.unit.as_deref() == Some("s") { cycle / 10.0 } else { 0.0 };
+                    format!("{}{unit}", rounded(value, least))
+                }
+                (None, why) => format!("none: {}", why.as_deref().unwrap_or_default()),
+            };
+            format!("  {:width$}  {text}", figure.title)
         };
-        format!("  {:width$}  {text}", figure.title)
+        of.iter().map(line).collect()
     };
-    if has_any {
-        return std::iter::once("figures:".to_string()).chain(figures.iter().map(line)).collect();
+    if !figures.events.is_empty() {
+        let of_event = |of: &kept::Of| [vec![heading(&of.happened)], lines(&of.figures)].concat();
+        return figures.events.iter().flat_map(of_event).collect();
     }
-    figures.iter().find_map(|figure| figure.why.as_ref()).map(|why| format!("no figures: {why}")).into_iter().collect()
+    if figures.last.iter().any(|figure| figure.value.is_some()) {
+        return [vec!["figures:".into()], lines(&figures.last)].concat();
+    }
+    let why = figures.last.iter().find_map(|figure| figure.why.as_ref());
+    why.map(|why| format!("no figures: {why}")).into_iter().collect()
+}
+
+/// What happened, in a line.
+fn heading(Happened { cause, from, to, start, by, .. }: &Happened) -> String {
+    let step = format!("from {} to {}", rounded(*from, 0.0), short(*to));
+    let what = match cause {
+        Cause::Start => format!("step at the start, {step}"),
+        Cause::Setpoint => format!("step of the setpoint at {} s, {step}", short(*start)),
+        Cause::Automatic => format!("step at the begin of automatic mode at {} s, {step}", short(*start)),
+        Cause::Disturbance => {
+            let set = by.iter().filter_map(|set| Some(format!("{} = {}", set.variable, short(set.value?))));
+            format!("disturbance at {} s, {}", short(*start), set.collect::<Vec<_>>().join(", "))
+        }
+    };
+    format!("{what}:")
 }
 
 fn last_row(kept: &Kept, plan: &Plan) -> Vec<String> {

@@ -168,6 +168,7 @@ pub fn run(options: &Options) -> Result<()> {
         table: &Table::of(&out, options.format)?,
         ran: &ran,
         signals: &experiment.signals,
+        disturbances: &experiment.disturbances,
         results: &results,
         summary: &summary,
         main,

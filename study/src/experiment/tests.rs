@@ -152,10 +152,25 @@ fn the_figures_are_those_of_the_signals_that_the_first_fmu_tells_and_of_single_v
     let figures = resolved(&job).unwrap().figures;
     let names: Vec<_> = figures.iter().map(|of| (of.name.as_str(), of.unit.as_deref().unwrap_or("-"))).collect();
     let of_variables = [("P.TEMP.max", "degC"), ("P.TEMP.last", "degC"), ("C.OUT.violation", "s")];
-    let of_loop = figures::FIGURES.map(|figure| (figure.key, figure.unit.text(Some("degC"), Some("%"))));
-    let of_loop = of_loop.iter().map(|(key, unit)| (*key, unit.as_deref().unwrap_or("-")));
-    let expected: Vec<_> = of_loop.chain(of_variables).collect();
-    assert_eq!(names, expected);
+    let of_step = [
+        ("rise", "s"),
+        ("overshoot", "%"),
+        ("settling", "s"),
+        ("iae", "K s"),
+        ("ise", "K^2 s"),
+        ("peak", "K"),
+        ("pulses", "-"),
+    ];
+    assert_eq!(names, [&of_step[..], &of_variables].concat());
+    // The mean of pulses does not travel, unless the user names it; what is set of the plant disturbs the loop.
+    job.study.signals.manipulated_value = Some("C.OUT".into());
+    job.study.axes.push(Axis { time: Some(40.0), ..axis("P.LOAD", values(&[5.0])) });
+    let figures = resolved(&job).unwrap().figures;
+    let more = figures.iter().filter(|of| !names.iter().any(|(name, _)| *name == of.name));
+    let more: Vec<_> = more.map(|of| (of.name.as_str(), of.unit.as_deref())).collect();
+    let expected =
+        [("travel", Some("%")), ("recovery", Some("s")), ("disturbed_peak", Some("K")), ("disturbed_iae", Some("K s"))];
+    assert_eq!(more, expected);
 }
 
 #[test]
@@ -709,8 +724,8 @@ fn a_loop_whose_figures_cannot_be_said_in_any_run_is_a_warning() {
     assert_eq!(resolved(&job).unwrap().warnings, [warning]);
     job.study.window.from = None;
     job.system.settings.retain(|of| of.time.is_none());
-    let warning = "C.SP does not change during a run: there are no rise, overshoot and settling; for these, write [[events]] \
-                   with time = SECONDS and set = { C.SP = VALUE }";
+    let warning = "C.SP does not change during a run: rise, overshoot and settling are those of the start, where it is far from \
+                   the setpoint; for those of a step, write [[events]] with time = SECONDS and set = { C.SP = VALUE }";
     assert_eq!(resolved(&job).unwrap().warnings, [warning]);
     job.study.axes.push(Axis { time: Some(5.0), ..axis("C.SP", values(&[20.0])) });
     assert_eq!(resolved(&job).unwrap().warnings, [""; 0]);
@@ -738,7 +753,7 @@ fn signals_can_be_named_and_have_to_be_where_no_fmu_tells_them() {
     job.study.signals.setpoint = Some("C.SP".into());
     let figures = none(&job).unwrap().figures;
     let names: Vec<_> = figures.iter().map(|of| of.name.as_str()).collect();
-    let of_loop = figures::applicable(false, false).map(|figure| figure.key);
+    let of_loop = figures::applicable(figures::Given::default()).map(|figure| figure.key);
     assert_eq!(names, of_loop.chain(["P.TEMP.max"]).collect::<Vec<_>>());
     job.study.signals.pulses = Some(vec!["C.OUT".into()]);
     assert_eq!(message(&job), "signals: pulses: C.OUT is Real: name Boolean variables");

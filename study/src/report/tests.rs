@@ -97,6 +97,7 @@ impl Sample {
             fingerprint: "0123",
             table: &self.table,
             signals: &self.signals,
+            disturbances: &[],
             results: &self.results,
             summary: &self.summary,
             main: main_figure(&self.job, &self.results.figures).unwrap(),

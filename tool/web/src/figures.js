@@ -66,7 +66,7 @@ async function update() {
       const figures = await figuresOf(loop);
       if (store.loop === loop && store.isLive()) {
         show(figures);
-        store.emit("figures", figures.figures);
+        store.emit("figures", figures);
       }
     } catch (error) {
       show(undefined, error instanceof Error ? error.message : String(error));
@@ -88,10 +88,7 @@ async function update() {
  * @param {string} [why]
  */
 function show(figures, why) {
-  text(
-    heading,
-    figures ? `From ${rounded(figures.from, "REAL")} s to ${rounded(figures.to, "REAL")} s` : (why ?? "No run yet."),
-  );
+  text(heading, figures ? headingOf(figures) : (why ?? "No run yet."));
   const all = figures?.figures ?? [];
   // An element that is made anew under the pointer loses its title.
   if (all.length !== places.size || all.some(({ key }) => !places.has(key))) {
@@ -107,7 +104,7 @@ function show(figures, why) {
   glance(all);
   for (const { key, value, unit } of all) {
     const place = /** @type {HTMLElement} */ (places.get(key));
-    text(place, value === null ? "–" : `${rounded(value, "LREAL", 4)} ${shownUnit(unit)}`.trimEnd());
+    text(place, value === null ? "–" : `${rounded(value, "LREAL", 3)} ${shownUnit(unit)}`.trimEnd());
     place.title = value === null ? "" : String(value);
   }
   const sentences = figures?.remarks ?? [];
@@ -117,6 +114,46 @@ function show(figures, why) {
       sentences.map((remark) => element("li", {}, remark)),
     );
   }
+}
+
+/**
+ * What the figures belong to: the last step, and the last disturbance.
+ *
+ * @param {Figures} figures
+ */
+function headingOf({ from, to, step, disturbance }) {
+  const of = step ? stepText(step) : `From ${rounded(from, "REAL")} s to ${rounded(to, "REAL")} s`;
+  if (!disturbance) return of;
+  const by = disturbance.by.map(({ variable, value }) => {
+    return value === null ? variable : `${variable} ${rounded(value, "REAL")}`;
+  });
+  return `${of}; disturbance at ${rounded(disturbance.start, "REAL")} s: ${by.join(", ")}`;
+}
+
+/**
+ * A step in short: `20 to 60, 0 s to 599 s`.
+ *
+ * @param {import("./messages").Happened} step
+ */
+export function stepText({ from, to, start, duration }) {
+  const [begin, goal] = [rounded(from, "LREAL", 4), rounded(to, "LREAL", 4)];
+  return `${begin} to ${goal}, ${rounded(start, "REAL")} s to ${rounded(start + duration, "REAL")} s`;
+}
+
+/**
+ * Whether figures of two steps can be compared: both go from the same value to the same over the same time.
+ *
+ * @param {import("./messages").Happened | null | undefined} one
+ * @param {import("./messages").Happened | null | undefined} other
+ */
+export function areComparable(one, other) {
+  if (!one || !other) return false;
+  const least = 0.001 * Math.abs(one.to - one.from);
+  return (
+    Math.abs(one.from - other.from) <= least &&
+    Math.abs(one.to - other.to) <= least &&
+    Math.abs(one.duration - other.duration) <= 0.001 * one.duration
+  );
 }
 
 /** The figures of the run bar with their short names. @type {[string, string][]} */

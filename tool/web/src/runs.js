@@ -14,12 +14,13 @@
  * @property {import("./messages").Event[]} events
  * @property {number} calls
  * @property {Figure[]} figures
+ * @property {import("./messages").Happened | null} [step] the step that the figures belong to
  */
 
 import { swatch, theme } from "tool/charts.js";
 import { element, fill, tableHead } from "tool/dom.js";
 import { ask } from "tool/engine.js";
-import { figuresOf, shownUnit } from "tool/figures.js";
+import { areComparable, figuresOf, shownUnit, stepText } from "tool/figures.js";
 import { split, store } from "tool/store.js";
 import { rounded, same, shown } from "tool/values.js";
 
@@ -36,10 +37,11 @@ export function mount(content) {
   body = element("div", { class: "runs" });
   fill(content, body);
   store.on("run", begin);
-  store.on("figures", (/** @type {Figure[]} */ figures) => {
+  store.on("figures", (/** @type {import("./messages").Figures} */ { figures, step }) => {
     const now = present();
     if (!now) return;
     now.figures = figures;
+    now.step = step;
     now.calls = store.state?.calls ?? 0;
     show();
   });
@@ -101,7 +103,7 @@ async function complete(loop, kept) {
     const { events, calls } = await ask({ do: "events", run: kept.run });
     kept.events = events.length > MOST_EVENTS ? [] : events;
     kept.calls = calls;
-    if (calls > 0) kept.figures = (await figuresOf(loop, kept.run)).figures;
+    if (calls > 0) ({ figures: kept.figures, step: kept.step } = await figuresOf(loop, kept.run));
     show();
   } catch {
     // The engine does not have it any more: what the list knows stays.
@@ -206,11 +208,17 @@ function show() {
       const { variable } = loop.settings[setting];
       return `${setting} ${shown(all[at].get(setting), variable.kind)}`;
     });
+    const isComparable = kept === list.at(-1) || areComparable(kept.step, list.at(-1)?.step);
     const cells = [...titles.keys()].map((key) => {
       const figure = kept.figures.find((one) => one.key === key);
       const there = figure && figure.value !== null;
       const text = there ? `${rounded(figure.value, "LREAL", 3)} ${shownUnit(figure.unit)}`.trimEnd() : "";
-      return element("td", { class: "number", "data-full": there ? String(figure.value) : null }, text);
+      const title = isComparable ? null : "Of another step, or over another time, than those of the last run";
+      return element(
+        "td",
+        { class: isComparable ? "number" : "number faint", title, "data-full": there ? String(figure.value) : null },
+        text,
+      );
     });
     const colour = isNow ? theme().curves[1] : runs[kept.colour % runs.length];
     return element(
@@ -218,6 +226,7 @@ function show() {
       { class: isNow && "is-now" },
       element("td", {}, element("span", { class: "row" }, box, swatch(colour), name)),
       element("td", { class: "name" }, values.join(", ") || (isNow ? "now" : "")),
+      element("td", { class: isComparable ? null : "faint" }, kept.step ? stepText(kept.step) : ""),
       cells,
       element("td", {}, isNow || !loop.runs.includes(kept.run) ? null : bitsButton(kept)),
     );
@@ -236,7 +245,7 @@ function show() {
       element(
         "table",
         {},
-        tableHead(["Run", "Settings that differ", ...titles.values(), "Again"], (at) => at > 1),
+        tableHead(["Run", "Settings that differ", "Step", ...titles.values(), "Again"], (at) => at > 2),
         element("tbody", {}, rows),
       ),
     ),

@@ -31,7 +31,7 @@
  * | `plant` | members, connections or settings of members are others |
  * | `run` | a run has begun; earlier ones are in `loop.runs`; detail: its Setup |
  * | `runs` | the list of runs is another, or others of them are drawn |
- * | `figures` | the figures of the present run; detail: they |
+ * | `figures` | the figures of the present run; detail: they, with their step |
  * | `pause` | no more calls are to be made |
  * | `run-to-rest` | calls are to be made as fast as they go until the loop rests |
  * | `marks` | what was done in the run is another list; detail: times and texts |

@@ -63,9 +63,9 @@ pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bo
         of.iter().zip(colors).map(curve).collect()
     };
     // The unit, or the names without that of their FMU.
-    let label = |of: &[usize]| {
+    let label = |of: &[usize], known: Option<&String>| {
         let name = |at: &usize| plan.columns[*at].name.rsplit('.').next().unwrap_or_default();
-        let unit = of.iter().find_map(|at| plan.columns[*at].unit.clone());
+        let unit = of.iter().find_map(|at| plan.columns[*at].unit.clone()).or_else(|| known.cloned());
         unit.unwrap_or_else(|| match of {
             [] | [_] | [_, _] => of.iter().map(name).collect::<Vec<_>>().join(", "),
             [first, ..] => format!("{}, ...", name(first)),
@@ -100,7 +100,10 @@ pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bo
             _ => left_out += 1,
         }
     }
-    let panel = |(of, _): (Vec<usize>, bool)| Panel { label: label(&of), curves: curves_of(&of), ..Panel::default() };
+    let panel = |(of, _): (Vec<usize>, bool)| {
+        let known = kept.unit.as_ref().filter(|_| kept.process_value().is_some_and(|value| of.contains(&value)));
+        Panel { label: label(&of, known), curves: curves_of(&of), ..Panel::default() }
+    };
     let panels = panels.into_iter().map(panel).collect();
     let lanes = curves_of(&lanes);
     let chart = Chart { title, time, panels, lanes, ..Chart::default() };

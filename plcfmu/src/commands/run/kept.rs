@@ -1,11 +1,14 @@
 //! What `plcfmu run` does with the rows of a run: it writes them, keeps what is drawn within bounds, and the signals of the figures.
 
 use anyhow::{Context, Result};
-use control::figures::{Signals, Span, Window};
+use control::figures::{Figure, Happened, Set, Signals, Span, Window, Wiring};
 use host::child::run::Rows;
+use host::instance::Type;
+use host::package::Package;
 use run::dialog::Roles;
 use run::master::write_row;
 use run::plan::Plan;
+use run::system::{Exchange, Member, System};
 use run::trace::Trace;
 use serde::Serialize;
 use std::io::{ErrorKind, Write};
@@ -28,6 +31,15 @@ pub struct Recorder<'a, 'w> {
 /// What is kept of the rows.
 pub struct Kept<'a> {
     plan: &'a Plan,
+    system: &'a System,
+    /// What is set while it runs.
+    set: Vec<Set>,
+    /// What disturbs the loop.
+    disturbances: Vec<Set>,
+    /// The unit of the process value.
+    pub unit: Option<String>,
+    /// The unit of the manipulated value.
+    travel_unit: Option<String>,
     /// Of this many rows one is recorded.
     every: usize,
     /// The recorded rows, for a drawing.
@@ -39,12 +51,33 @@ pub struct Kept<'a> {
     times: Vec<f64>,
     values: [Vec<f64>; 3],
     pulses: Vec<(usize, Vec<bool>)>,
+    /// The switch to manual mode, if it is recorded.
+    manual: Option<(usize, Vec<bool>)>,
     /// How many rows there were.
     pub rows: usize,
     /// How many were recorded.
     pub recorded: usize,
     /// The last row.
     pub last: Vec<f64>,
+}
+
+/// The figures of a run.
+#[derive(Debug, Serialize)]
+pub struct Figures {
+    /// Those of the last step and of the last disturbance.
+    pub last: Vec<Told>,
+    /// Each step and each disturbance with its own.
+    pub events: Vec<Of>,
+}
+
+/// The figures of a step or of a disturbance, as `--json` prints them.
+#[derive(Debug, Serialize)]
+pub struct Of {
+    /// What happened.
+    #[serde(flatten)]
+    pub happened: Happened,
+    /// Its figures.
+    pub figures: Vec<Told>,
 }
 
 /// A figure, as `--json` prints it.
@@ -64,9 +97,20 @@ pub struct Told {
 
 impl<'a, 'w> Recorder<'a, 'w> {
     /// For the rows of a plan: one of `every` rows is written to `csv` and drawn.
-    pub fn new(plan: &'a Plan, csv: Option<&'w mut dyn Write>, every: usize, is_drawn: bool) -> Recorder<'a, 'w> {
+    pub fn new(
+        system: &'a System,
+        plan: &'a Plan,
+        csv: Option<&'w mut dyn Write>,
+        every: usize,
+        is_drawn: bool,
+    ) -> Recorder<'a, 'w> {
         let kept = Kept {
             plan,
+            system,
+            set: Set::of_settings(&system.settings),
+            disturbances: Vec::new(),
+            unit: None,
+            travel_unit: None,
             every,
             drawn: is_drawn.then(|| Trace::new(plan.columns.len())),
             roles: Roles::default(),
@@ -74,6 +118,7 @@ impl<'a, 'w> Recorder<'a, 'w> {
             times: Vec::new(),
             values: Default::default(),
             pulses: Vec::new(),
+            manual: None,
             rows: 0,
             recorded: 0,
             last: Vec::new(),
@@ -117,9 +162,25 @@ impl Kept<'_> {
         self.plan.columns.iter().position(|column| column.name == name)
     }
 
-    /// The process value that is compared with the setpoint.
+    /// The process value that is compared with the setpoint. An analog word is not.
     pub fn process_value(&self) -> Option<usize> {
-        self.column(self.roles.shown_process_value.as_ref()).or_else(|| self.column(self.roles.process_value.as_ref()))
+        let input = || self.column(self.roles.process_value.as_ref());
+        let is_word = |at: &usize| self.plan.columns[*at].kind != Type::Real;
+        self.column(self.roles.shown_process_value.as_ref()).or_else(|| input().filter(|at| !is_word(at)))
+    }
+
+    /// Why there are no figures.
+    fn why_none(&self) -> String {
+        let Some(([setpoint, Some(process_value), _], first)) =
+            Some(self.roles.signals()).zip(self.plan.members.first()).filter(|([setpoint, ..], _)| setpoint.is_some())
+        else {
+            return "no figures: setpoint and process value of the first FMU are not recorded".into();
+        };
+        let missing = [setpoint, Some(process_value)].into_iter().flatten();
+        let missing =
+            missing.filter(|name| self.column(Some(name)).is_none()).map(|name| format!("{}.{name}", first.name));
+        let missing: Vec<String> = missing.collect();
+        format!("no figures: {} is not recorded, see --record", missing.join(" and "))
     }
 
     /// The times and the curves of all columns that are drawn.
@@ -133,14 +194,14 @@ impl Kept<'_> {
     }
 
     /// The figures of the loop; the reason in a sentence if there are none.
-    pub fn figures(&self) -> Result<Vec<Told>, String> {
-        let Some([_, process_value, manipulated_value]) = self.signals else {
-            return Err("no figures: setpoint and process value of the first FMU are not recorded".into());
-        };
+    pub fn figures(&self) -> Result<Figures, String> {
+        if self.signals.is_none() {
+            return Err(self.why_none());
+        }
         if self.rows > MOST_CALLS {
             return Err(format!("no figures: the run has more than {MOST_CALLS} steps, plcfmu study has them"));
         }
-        let unit = |column: Option<usize>| column.and_then(|at| self.plan.columns[at].unit.as_deref());
+        let travel_unit = self.travel_unit.as_deref();
         // At the end there is no call.
         let calls = self.times.len().saturating_sub(1);
         let pulses: Vec<Vec<bool>> = self.pulses.iter().map(|(_, values)| values[..calls].to_vec()).collect();
@@ -149,23 +210,33 @@ impl Kept<'_> {
             times: &self.times[..calls],
             setpoint,
             process_value: value,
-            manipulated_value: output,
+            // The mean of pulses does not travel.
+            manipulated_value: if pulses.is_empty() { output } else { &[] },
             pulses: &pulses,
-            travel_unit: unit(manipulated_value),
-            ..Signals::default()
+            manual: self.manual.as_ref().map_or(&[], |(_, values)| &values[..calls]),
+            disturbances: &self.disturbances,
+            // Where members act in parallel, the first row has the outputs before the first call.
+            first: usize::from(self.plan.exchange == Exchange::Parallel),
+            is_cut: false,
+            travel_unit,
         };
-        let window = Window::of(signals, &Span::default());
-        let told = window.figures().map(|figure| {
-            let value = figure.value(&window);
+        let told = |window: &Window, figure: &'static Figure| {
+            let value = figure.value(window);
             Told {
                 key: figure.key,
                 title: figure.title,
-                unit: figure.unit.text(unit(process_value), unit(manipulated_value)),
+                unit: figure.unit.text(self.unit.as_deref(), travel_unit),
                 value: value.as_ref().ok().copied(),
                 why: value.err(),
             }
-        });
-        Ok(told.collect())
+        };
+        let all = |window: &Window| window.figures().map(|figure| told(window, figure)).collect();
+        let of_event = |window: Window| {
+            let happened = window.step_happened().or_else(|| window.disturbance_happened())?;
+            Some(Of { happened, figures: all(&window) })
+        };
+        let events = Window::of_events(signals).into_iter().filter_map(of_event).collect();
+        Ok(Figures { last: all(&Window::of(signals, &Span::default())), events })
     }
 }
 
@@ -175,15 +246,31 @@ impl Rows for Recorder<'_, '_> {
         self.csv.is_some() || self.kept.drawn.is_some() || self.kept.plan.steps <= MOST_CALLS
     }
 
-    fn begin(&mut self, roles: Option<Roles>) {
+    fn begin(&mut self, roles: Vec<Option<Roles>>) {
         let kept = &mut self.kept;
-        kept.roles = roles.unwrap_or_default();
+        kept.roles = roles.first().cloned().flatten().unwrap_or_default();
+        let members = kept.system.members.iter().map(|member| member.name.as_str()).collect();
+        if let Some(wiring) = Wiring::new(members, roles, &kept.system.connections) {
+            let of = |member: &Member| Some((member.name.clone(), Package::open(&member.path).ok()?.description));
+            let described: Vec<_> = kept.system.members.iter().filter_map(of).collect();
+            let unit = |name: &str| {
+                described.iter().find_map(|(member, description)| {
+                    let own = name.strip_prefix(member)?.strip_prefix('.')?;
+                    description.variables.iter().find(|variable| variable.name == own)?.unit.clone()
+                })
+            };
+            kept.unit = wiring.unit_of_process_value(unit);
+            kept.travel_unit = wiring.unit_of_manipulated_value(unit);
+            kept.disturbances = wiring.disturbances(std::mem::take(&mut kept.set));
+        }
         let setpoint = kept.column(kept.roles.setpoint.as_ref());
         let process_value = kept.process_value();
         if setpoint.is_some() && process_value.is_some() && kept.plan.steps <= MOST_CALLS {
             kept.signals = Some([setpoint, process_value, kept.column(kept.roles.manipulated_value.as_ref())]);
             let pulses = kept.roles.pulses.iter().filter_map(|name| kept.column(Some(name)));
             kept.pulses = pulses.map(|column| (column, Vec::new())).collect();
+            let switch = kept.roles.manual.as_ref().map(|(switch, _)| switch);
+            kept.manual = kept.column(switch).map(|column| (column, Vec::new()));
         }
     }
 
@@ -194,7 +281,7 @@ impl Rows for Recorder<'_, '_> {
             for (values, column) in kept.values.iter_mut().zip(signals) {
                 values.extend(column.map(|column| row[column]));
             }
-            for (column, values) in &mut kept.pulses {
+            for (column, values) in kept.pulses.iter_mut().chain(&mut kept.manual) {
                 values.push(row[*column] != 0.0);
             }
         }

@@ -1,0 +1,236 @@
+//! What happens in a run of a loop: steps of the setpoint and disturbances. Each has the part of the run up to the next one.
+
+use super::{BAND, Signals, duration};
+use run::dialog::Roles;
+use run::fmus::number_of;
+use run::system::{Connection, Setting};
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::ops::Range;
+
+/// What begins a part of a run.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
+pub enum Cause {
+    /// The run, with a process value that is far from the setpoint.
+    Start,
+    /// A change of the setpoint, in manual mode as soon as automatic mode begins.
+    Setpoint,
+    /// Automatic mode, with a process value that is far from the setpoint.
+    Automatic,
+    /// What disturbs the loop.
+    Disturbance,
+}
+
+/// A step of the setpoint or a disturbance.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Event {
+    pub cause: Cause,
+    /// From its first call to the next change of the setpoint, disturbance or change of the mode.
+    pub calls: Range<usize>,
+}
+
+impl Event {
+    pub fn is_step(&self) -> bool {
+        self.cause != Cause::Disturbance
+    }
+}
+
+/// What is set while a loop runs, and what it disturbs: all variables are named `MEMBER.VARIABLE`.
+#[derive(Clone, Debug)]
+pub struct Wiring<'a> {
+    /// The setpoint.
+    pub setpoint: String,
+    /// The names of the members, the controller first.
+    pub members: Vec<&'a str>,
+    /// What the variables of the members are, as far as they are known.
+    pub roles: Vec<Option<Roles>>,
+    /// From an output to an input.
+    pub connections: Vec<(&'a str, &'a str)>,
+}
+
+/// A value that is set while a loop runs.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
+pub struct Set {
+    /// When, in seconds.
+    pub time: f64,
+    /// `MEMBER.VARIABLE`
+    pub variable: String,
+    /// The value; true is 1. None: another member took the place of this one.
+    pub value: Option<f64>,
+    /// The value before, if it is known.
+    pub before: Option<f64>,
+}
+
+impl Set {
+    /// What a system sets while it runs, in the order of time.
+    pub fn of_settings(settings: &[Setting]) -> Vec<Set> {
+        let mut timed: Vec<(f64, &Setting)> = settings.iter().filter_map(|of| Some((of.time?, of))).collect();
+        timed.sort_by(|one, other| one.0.total_cmp(&other.0));
+        let at_start = settings.iter().filter(|of| of.time.is_none());
+        let mut values: HashMap<String, f64> = at_start.map(|of| (of.variable.clone(), number_of(of.value))).collect();
+        let set = |(time, of): (f64, &Setting)| {
+            let (variable, value) = (of.variable.clone(), number_of(of.value));
+            let before = values.insert(variable.clone(), value);
+            Set { time, variable, value: Some(value), before }
+        };
+        timed.into_iter().map(set).collect()
+    }
+}
+
+impl<'a> Wiring<'a> {
+    /// The wiring of a system whose controller is its first member; without a setpoint there is none.
+    pub fn new(members: Vec<&'a str>, roles: Vec<Option<Roles>>, connections: &'a [Connection]) -> Option<Wiring<'a>> {
+        let setpoint = roles.first()?.as_ref()?.setpoint.as_ref()?;
+        let connections = connections.iter().map(|of| (of.from.as_str(), of.to.as_str())).collect();
+        Some(Wiring { setpoint: format!("{}.{setpoint}", members.first()?), members, roles, connections })
+    }
+
+    /// The member that has a variable, as its place, and the variable's own name.
+    fn owner<'b>(&self, variable: &'b str) -> Option<(usize, &'b str)> {
+        let own = |(at, member): (usize, &&str)| Some((at, variable.strip_prefix(member)?.strip_prefix('.')?));
+        self.members.iter().enumerate().filter_map(own).min_by_key(|(_, name)| name.len())
+    }
+
+    /// Whether a variable disturbs the loop when it is set: it belongs to another member than the one that has the setpoint and than
+    /// those that give it, or the first member names it as a disturbance.
+    pub fn is_disturbance(&self, variable: &str) -> bool {
+        let Some((member, name)) = self.owner(variable) else { return false };
+        let is_of = |of: &str| self.owner(of).is_some_and(|(owner, _)| owner == member);
+        match member {
+            0 => self
+                .roles
+                .first()
+                .and_then(Option::as_ref)
+                .is_some_and(|roles| roles.disturbances.iter().any(|of| of == name)),
+            _ => {
+                !is_of(&self.setpoint) && !self.connections.iter().any(|(from, to)| *to == self.setpoint && is_of(from))
+            }
+        }
+    }
+
+    /// The disturbances among what is set: a value that a variable has already is none.
+    pub fn disturbances(&self, set: impl IntoIterator<Item = Set>) -> Vec<Set> {
+        let is_change =
+            |set: &Set| (set.value.is_none() || set.before != set.value) && self.is_disturbance(&set.variable);
+        set.into_iter().filter(is_change).collect()
+    }
+
+    /// The unit of the manipulated value: its own, or that of the input that it goes to. `unit` is that of a variable.
+    pub fn unit_of_manipulated_value(&self, unit: impl Fn(&str) -> Option<String>) -> Option<String> {
+        let name = self.roles.first()?.as_ref()?.manipulated_value.as_ref()?;
+        let own = format!("{}.{name}", self.members[0]);
+        let inputs = self.connections.iter().filter(|(from, _)| *from == own).map(|(_, to)| *to);
+        [own.as_str()].into_iter().chain(inputs).find_map(&unit)
+    }
+
+    /// The unit of the process value: its own, that of the setpoint, of the output that it comes from, or of the process value that a
+    /// plant gives. `unit` is that of a variable.
+    pub fn unit_of_process_value(&self, unit: impl Fn(&str) -> Option<String>) -> Option<String> {
+        let roles = self.roles.first()?.as_ref()?;
+        let full = |member: &str, name: &String| format!("{member}.{name}");
+        let own = roles.compared_process_value().map(|name| full(self.members[0], name));
+        let input = roles.process_value.as_ref().map(|name| full(self.members[0], name));
+        let source = self.connections.iter().find(|(_, to)| Some(*to) == input.as_deref());
+        let plants = self.members.iter().zip(&self.roles).skip(1);
+        let given = plants.filter_map(|(member, roles)| Some(full(member, roles.as_ref()?.process_value.as_ref()?)));
+        let named = own.into_iter().chain([self.setpoint.clone()]).chain(source.map(|(from, _)| from.to_string()));
+        named.chain(given).filter_map(|name| unit(&name)).find(|unit| unit != "1")
+    }
+}
+
+/// The call before which something is set.
+fn call_of(times: &[f64], set: &Set) -> usize {
+    // Times of calls have roundings.
+    let slack = 1e-6 * duration(times, 0);
+    times.partition_point(|of| *of < set.time - slack)
+}
+
+/// The calls before which something is set, in order.
+fn calls_of(times: &[f64], set: &[Set]) -> Vec<usize> {
+    let mut calls: Vec<usize> = set.iter().map(|set| call_of(times, set)).collect();
+    calls.sort_unstable();
+    calls
+}
+
+impl Signals<'_> {
+    /// The steps and disturbances before the call `end`.
+    pub(super) fn events(&self, end: usize) -> Vec<Event> {
+        let (setpoint, value) = (&self.setpoint[..end], &self.process_value[..end]);
+        let is_manual = |call: usize| self.manual.get(call).copied().unwrap_or(false);
+        let disturbed = calls_of(self.times, self.disturbances);
+        let is_disturbed = |call: usize| disturbed.binary_search(&call).is_ok();
+        let first = self.first_call(end);
+        let begins = first < end && !is_manual(first) && !self.is_cut;
+        let mut begun = begins.then_some((Cause::Start, first));
+        let mut is_pending = false;
+        let mut events = Vec::new();
+        let mut close = |begun: &mut Option<(Cause, usize)>, call: usize| {
+            let event = begun.take().map(|(cause, start)| Event { cause, calls: start..call });
+            events.extend(event.filter(|event| {
+                matches!(event.cause, Cause::Setpoint | Cause::Disturbance)
+                    || is_far(setpoint, value, first, &event.calls)
+            }));
+        };
+        for call in first + 1..end {
+            let has_changed = setpoint[call] != setpoint[call - 1];
+            let is_ramp = call > first + 1 && setpoint[call - 1] != setpoint[call - 2];
+            let (is, was) = (is_manual(call), is_manual(call - 1));
+            is_pending |= has_changed && (is || was);
+            let cause = match (was, is) {
+                (_, true) => None,
+                (true, false) if std::mem::take(&mut is_pending) => Some(Cause::Setpoint),
+                (true, false) => Some(Cause::Automatic),
+                _ if has_changed && !is_ramp => Some(Cause::Setpoint),
+                // A disturbance that moves call by call begins in the first of them.
+                _ if is_disturbed(call) && !is_disturbed(call - 1) => Some(Cause::Disturbance),
+                _ => continue,
+            };
+            close(&mut begun, call);
+            begun = cause.map(|cause| (cause, call));
+        }
+        close(&mut begun, end);
+        events
+    }
+
+    /// What disturbs the loop in some calls, each variable with its last value.
+    pub(super) fn disturbances_in(&self, calls: &Range<usize>) -> Vec<Set> {
+        let mut by: Vec<Set> = Vec::new();
+        for set in self.disturbances {
+            if calls.contains(&call_of(self.times, set)) {
+                by.retain(|other| other.variable != set.variable);
+                by.push(set.clone());
+            }
+        }
+        by
+    }
+
+    /// The first call with a process value that the plant has given. Before the first call of a block, its output is 0: from there it
+    /// jumps farther than it moves next.
+    pub(super) fn first_call(&self, end: usize) -> usize {
+        let values = &self.process_value[..end];
+        let given = values.iter().position(|value| *value != 0.0).filter(|_| !self.is_cut);
+        let Some(given) = given else { return self.first.min(end) };
+        let is_quiet = self.setpoint[..=given].windows(2).all(|pair| pair[0] == pair[1])
+            && calls_of(self.times, self.disturbances).first().is_none_or(|call| *call == 0 || *call > given);
+        let next = values[given..].windows(2).map(|pair| (pair[1] - pair[0]).abs()).find(|of| *of > 0.0).unwrap_or(0.0);
+        let is_jump = given > 0 && is_quiet && values[given].abs() > JUMP * next;
+        if is_jump { given } else { self.first.min(end) }
+    }
+}
+
+/// By this factor the jump from the output of a block that was not called yet is larger than what follows.
+const JUMP: f64 = 3.0;
+
+/// Whether the process value begins far from the setpoint: by half of what it moves, and by the band of settling of all that it moves
+/// in the run. Else the loop was at rest.
+fn is_far(setpoint: &[f64], value: &[f64], first: usize, calls: &Range<usize>) -> bool {
+    let width = |values: &[f64]| {
+        let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), of| (low.min(*of), high.max(*of)));
+        high - low
+    };
+    let distance = (setpoint[calls.start] - value[calls.start]).abs();
+    distance >= width(&value[calls.clone()]) / 2.0 && distance >= BAND * width(&value[first..])
+}
