@@ -111,7 +111,7 @@ def test_from_nothing_to_a_tuned_loop_at_60_degc_saved_as_awl_and_fmu_in_10_acti
     wait_for_rest(page)
     value = "async () => (await moduleOf('tool/store.js')).store.state.values['CONT_C_1.PV']"
     assert abs(page.evaluate(value) - 60) < 0.1
-    # What was predicted for this step, which ends manual mode, is what came.
+    # What was predicted for this step, after a rest in automatic mode, is what came.
     predicted = page.evaluate("async () => (await moduleOf('tool/store.js')).store.prediction.curves")
     figures = page.evaluate("async () => (await (await moduleOf('tool/engine.js')).ask({ do: 'figures' })).figures")
     came = {figure["key"]: figure["value"] for figure in figures}
@@ -142,7 +142,7 @@ def test_a_furnace_that_begins_cold_overshoots_by_less_than_5_percent_and_that_i
     user.click(page.locator("#run").get_by_role("checkbox", name="Manual"))
     user.button("Reset")
     user.button("max")
-    # The step that comes is from 20 degC to 60 degC at once, without the bumpless change from manual mode.
+    # The step that comes is from 20 degC to 60 degC at once, as the loop begins.
     page.wait_for_function("() => document.querySelector('#tune-from').placeholder === '20'")
     predicted = page.evaluate("async () => (await moduleOf('tool/store.js')).store.prediction.curves")
     user.button("Run")
@@ -169,12 +169,12 @@ def test_mode_and_setpoint_of_the_run_are_in_the_file_if_the_user_says_so(open_t
     assert (tried["MAN_ON"], float(tried["SP_INT"])) == ("FALSE", 60)
 
 
-def test_a_goal_where_the_step_begins_is_refused_and_no_other_step_is_made(open_tool):  # noqa: F811
+def test_a_target_where_the_step_begins_is_named_and_no_other_step_is_offered(open_tool):  # noqa: F811
     page, user = new_furnace(open_tool)
     make_step_test(page, user)
     user.type("#tune-from", "60")
     user.type("#tune-to", "60")
-    page.locator("#tune").get_by_text("The step would begin at 60, where it is to go").wait_for()
+    page.locator("#tune").get_by_text("Start and target are both 60. Enter a different start or target.").wait_for()
     assert page.get_by_role("button", name=re.compile("^Run the step")).count() == 0
 
 

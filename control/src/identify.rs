@@ -24,7 +24,6 @@ use crate::csv::{Column, Table};
 use crate::process::Process;
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
-use std::f64::consts::PI;
 use step::Step;
 
 /// A model that fits worse, in percent, is refused.
@@ -273,21 +272,6 @@ pub fn of_csv(request: &Request) -> Result<Identified> {
     identified.remarks.extend(times.remark);
     identified.remarks.extend(table.remarks);
     Ok(identified)
-}
-
-/// The ultimate gain from a relay experiment: the manipulated value switches by `amplitude` up and down around its mean
-/// whenever the process value has passed its mean by `hysteresis`, and the process value swings with the amplitude `swing`.
-///
-/// # Errors
-/// The swing is not above the hysteresis.
-pub fn ultimate_gain(amplitude: f64, swing: f64, hysteresis: f64) -> Result<f64> {
-    if !(amplitude > 0.0 && amplitude.is_finite() && hysteresis >= 0.0 && swing > hysteresis && swing.is_finite()) {
-        bail!(
-            "a relay of {amplitude} with a hysteresis of {hysteresis} and a swing of {swing}: the relay has to be above 0 and \
-             the swing above the hysteresis"
-        );
-    }
-    Ok(4.0 * amplitude / (PI * (swing * swing - hysteresis * hysteresis).sqrt()))
 }
 
 /// A method as users know it.

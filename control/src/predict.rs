@@ -11,7 +11,7 @@
 
 use crate::figures::{FIGURES, OVERSHOOT, SETTLING, Signals, Span, Window};
 use crate::process::Process;
-use crate::tune::{Controller, Predicted, Request};
+use crate::tune::{Controller, Load, Predicted, Request};
 use anyhow::{Context, Result, bail};
 use blocks::{Kind, Role};
 use modeldescription::digits::short;
@@ -27,6 +27,10 @@ use run::system::{Connection, Member, Recorded, Setting, System, Value};
 const MANUAL: f64 = 50.0;
 /// The step of the setpoint, as percent of the manipulated value.
 const STEP: f64 = 10.0;
+/// The load step at the plant's input, in percent of the manipulated value.
+const LOAD: f64 = 10.0;
+/// The loop has recovered when its error stays within this part of the setpoint step, as when it settles.
+const RECOVERED: f64 = 0.02;
 /// At most this many calls are simulated.
 const MOST_CALLS: usize = 200_000;
 /// This many calls after the step are all shown; of the others, about as many again and four times as many.
@@ -60,6 +64,8 @@ struct Plant {
     scaling: Option<(f64, f64)>,
     /// How long a valve takes from stop to stop; without it the input is what the model gets.
     motor_time: Option<f64>,
+    /// From when on a load is added to the input, and how large it is.
+    load: Option<(f64, f64)>,
     /// Until when the plant is kept at rest, and how much before that its input is averaged.
     rest: (f64, f64),
     /// The sum of the inputs in that time, and how many there were.
@@ -133,7 +139,8 @@ impl Component for Plant {
             }
             return Ok(());
         }
-        self.process.put(time, input - self.resting.0 / self.resting.1.max(1.0));
+        let load = self.load.filter(|(from, _)| time >= from - size / 2.0).map_or(0.0, |(_, load)| load);
+        self.process.put(time, input + load - self.resting.0 / self.resting.1.max(1.0));
         let deviation = self.process.output_at(time + size);
         self.show(deviation);
         Ok(())
@@ -166,12 +173,10 @@ fn description() -> Description {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Schedule {
     cycle: f64,
-    /// The call from which on the plant is free; the first automatic one, unless the setpoint steps in manual mode.
+    /// The first call in automatic mode, from which on the plant is free.
     automatic: usize,
     /// The call with the new setpoint.
     step: usize,
-    /// Whether the call behind it is the first automatic one.
-    is_takeover: bool,
     /// The end.
     calls: usize,
 }
@@ -199,13 +204,7 @@ impl Schedule {
         let duration = slow + 15.0 * dead_time + 2.0 * motor_time + 10.0 * period;
         let step = rest + rest.max(5);
         let wanted = if duration / cycle < MOST_CALLS as f64 { calls(duration) } else { MOST_CALLS };
-        let is_takeover = request.step.is_takeover && controller.roles.manual.is_some();
-        Ok(Schedule { cycle, automatic: rest, step, is_takeover, calls: step + wanted.max(20) })
-    }
-
-    /// The call in which the controller answers the step.
-    fn answer(&self) -> usize {
-        self.step + usize::from(self.is_takeover)
+        Ok(Schedule { cycle, automatic: rest, step, calls: step + wanted.max(20) })
     }
 
     fn time(&self, call: usize) -> f64 {
@@ -250,19 +249,17 @@ pub fn predict(
         }
     }
 
-    let plant = Plant {
+    let plant = |load| Plant {
         process: Process::at_rest(request.model, schedule.time(schedule.automatic)),
         level,
         scaling,
         motor_time,
+        load,
         rest: (schedule.time(schedule.automatic), schedule.time(schedule.automatic / 2)),
         resting: (0.0, 0.0),
         values: [0.0; VARIABLES.len()],
     };
     let mut system = system(controller, &values, &terminal, &schedule, manual)?;
-    system
-        .settings
-        .push(Setting { time: Some(schedule.time(schedule.step)), ..setting(setpoint, Value::Number(level + height)) });
     system.record = vec![
         Recorded::from(format!("{CONTROLLER}.{setpoint}").as_str()),
         Recorded::from(format!("{PROCESS}.OUTPUT").as_str()),
@@ -275,13 +272,36 @@ pub fn predict(
         ),
     ];
     let (own, other) = (home.description(&controller.member.fmu)?, description());
-    let plan = Plan::of(&system, &[&own, &other])?;
-    let components: Vec<Box<dyn Component>> =
-        vec![home.instantiate(&controller.member.fmu, CONTROLLER)?, Box::new(plant)];
-    let rows = simulate(&plan, components)?;
-    let (predicted, mut remarks) = shown(&rows, &schedule, controller, height);
+    let run = |system: &System, plant: Plant| {
+        let plan = Plan::of(system, &[&own, &other])?;
+        simulate(&plan, vec![home.instantiate(&controller.member.fmu, CONTROLLER)?, Box::new(plant)])
+    };
+    // The load step comes when the setpoint would step.
+    let load = Load::of(&run(&system, plant(Some((schedule.time(schedule.step), LOAD))))?, &schedule, height);
+    let at_step = Some(schedule.time(schedule.step));
+    system.settings.push(Setting { time: at_step, ..setting(setpoint, Value::Number(level + height)) });
+    let (mut predicted, mut remarks) = shown(&run(&system, plant(None))?, &schedule, controller, height);
+    predicted.load = Some(load);
     remarks.extend(terminal.remark());
     Ok((predicted, remarks))
+}
+
+impl Load {
+    /// The figures after the load step of a loop whose setpoint stays.
+    fn of(rows: &[[f64; 3]], schedule: &Schedule, height: f64) -> Load {
+        // The plant answers from the next call on.
+        let errors: Vec<f64> = rows[schedule.step..].iter().map(|[setpoint, value, _]| setpoint - value).collect();
+        let largest = errors.iter().fold(0.0_f64, |largest, error| largest.max(error.abs()));
+        let recovered =
+            errors.iter().rposition(|error| error.abs() > RECOVERED * height.abs()).map_or(0, |last| last + 1);
+        let sum: f64 = errors.windows(2).map(|pair| f64::midpoint(pair[0].abs(), pair[1].abs())).sum();
+        let has_recovered = recovered < errors.len();
+        Load {
+            deviation: largest,
+            recovery: has_recovered.then(|| schedule.time(recovered)),
+            iae: has_recovered.then_some(sum * schedule.cycle),
+        }
+    }
 }
 
 /// The step of the setpoint, in units of the process value: the tenth of what the process value does over 100 % of the
@@ -356,8 +376,7 @@ fn system(
     if let Some((switch, value)) = &controller.roles.manual {
         all.insert(switch.clone(), Value::Boolean(true));
         all.insert(value.clone(), Value::Number(manual));
-        let automatic = if schedule.is_takeover { schedule.answer() } else { schedule.automatic };
-        let automatic = Some(schedule.time(automatic));
+        let automatic = Some(schedule.time(schedule.automatic));
         events.push(Setting { time: automatic, ..setting(switch, Value::Boolean(false)) });
     }
     if controller.is_step_controller() {
@@ -412,13 +431,11 @@ fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height
     let times: Vec<f64> = (0..rows.len()).map(|call| schedule.time(call)).collect();
     let column = |column: usize| rows.iter().map(|row| row[column]).collect::<Vec<f64>>();
     let (setpoint, process_value, manipulated_value) = (column(0), column(1), column(2));
-    let manual: Vec<bool> = (begin..schedule.calls).map(|call| call < schedule.answer()).collect();
     let signals = Signals {
         times: &times,
         setpoint: &setpoint,
         process_value: &process_value,
         manipulated_value: &manipulated_value,
-        manual: &manual,
         ..Signals::default()
     };
     let window = Window::of(signals, &Span::default());
@@ -439,6 +456,7 @@ fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height
         manipulated_value: pick(&manipulated_value),
         overshoot: OVERSHOOT.value(&window).ok(),
         settling: SETTLING.value(&window).ok(),
+        load: None,
         travel: FIGURES.iter().find(|figure| figure.key == "travel").and_then(|figure| figure.value(&window).ok()),
     };
     (predicted, remarks)

@@ -81,9 +81,6 @@ pub struct Step {
     pub size: Option<f64>,
     /// The manual value at which the plant rests before it, in percent; 50 without it.
     pub manual: Option<f64>,
-    /// Whether the setpoint is changed in manual mode, a call before automatic mode begins: that is bumpless, so that the P action
-    /// does not answer the step at once.
-    pub is_takeover: bool,
 }
 
 /// Settings and what they lead to.
@@ -165,6 +162,20 @@ pub struct Predicted {
     pub settling: Option<f64>,
     /// How far the manipulated value moves in all, from the step on.
     pub travel: Option<f64>,
+    /// What a disturbance does: a load of 10 % of the manipulated value that comes at the plant's input, from the same rest.
+    pub load: Option<Load>,
+}
+
+/// The loop after a load step at the plant's input.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
+pub struct Load {
+    /// The largest deviation from the setpoint, in its unit.
+    pub deviation: f64,
+    /// When the deviation stays within the band of the settling time, in seconds after the load; absent if it does not.
+    pub recovery: Option<f64>,
+    /// The integral of the absolute error, in the unit of the setpoint times seconds; absent if the loop does not recover.
+    pub iae: Option<f64>,
 }
 
 /// A block that controls, with its present settings.

@@ -1,8 +1,8 @@
 //! Experiments with the loop that runs, each in one request: a step of the manual value, and a relay.
 //!
 //! Both begin in the same way: the manual value is that at which the actuator is now, the controller goes to manual mode, and calls are
-//! made until the process value rests. At the end the setpoint is where the process value is, so that the controller holds it there
-//! when it goes to automatic mode. What is done is in the record as if a user had done it.
+//! made until the process value rests. At the end the actuator goes back, the plant follows, and mode and manual value are what they
+//! were; the setpoint never changes. What is done is in the record as if a user had done it.
 
 use crate::describe::describe;
 use crate::home::Home;
@@ -31,10 +31,6 @@ const BAND: f64 = 0.04;
 const CROSSINGS: usize = 4;
 /// It has moved if it is this many times the noise away.
 const MOVED: f64 = 8.0;
-/// How many periods of a relay are waited for; the first of them do not count.
-const PERIODS: usize = 5;
-/// How many of them count.
-const COUNTED: usize = 2;
 
 /// A step of the manual value.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
@@ -55,7 +51,7 @@ pub struct StepTest {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct StepTested {
-    /// Where the run is now: in manual mode, behind the step.
+    /// Where the run is now: after the test, with mode, manual value and setpoint from before it.
     pub state: State,
     /// From when on the plant was held, in seconds.
     pub from: f64,
@@ -81,18 +77,29 @@ pub struct RelayTest {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct RelayTested {
-    /// Where the run is now: in manual mode, at the manipulated value from before.
+    /// Where the run is now: after the test, with mode, manual value and setpoint from before it.
     pub state: State,
     /// From when on the plant was held, in seconds.
     pub from: f64,
     /// Ultimate gain and period in seconds, as the rule of Ziegler and Nichols takes them.
     pub ultimate: (f64, f64),
-    /// The amplitude of the process value.
+    /// The amplitude of the process value while the relay switches.
     pub swing: f64,
+    /// How far the process value had to go before the relay switched, in its unit.
+    pub hysteresis: f64,
     /// An integrator with dead time that has this ultimate gain and period: a relay tells a plant at one frequency only.
     pub model: Model,
     /// What the user should know, a sentence each.
     pub remarks: Vec<String>,
+}
+
+/// Automatic mode at rest at a setpoint, from which a step can begin.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct RestAt {
+    /// The setpoint, in its unit.
+    pub setpoint: f64,
 }
 
 /// A run until the loop rests.
@@ -153,7 +160,46 @@ pub fn settle(home: &dyn Home, session: &mut Session, request: &Settle) -> Resul
     }
 }
 
-/// Holds the plant, steps the manipulated value, waits, and identifies.
+/// Brings the loop to rest in automatic mode at a setpoint: from there a step of the setpoint is the one that is predicted. Manual mode
+/// ends with the setpoint at the process value, so that the bumpless change has no error to swallow.
+///
+/// # Errors
+/// The setpoint is not known or connected, the run has ended, or the loop does not come to rest.
+pub fn rest_at(home: &dyn Home, session: &mut Session, request: &RestAt) -> Result<Settled> {
+    let record = session.record(None)?;
+    let controller = record.members().next().context("there is no controller")?.clone();
+    let roles = describe(home, &controller.fmu)?.roles;
+    let name = |variable: &String| format!("{}.{variable}", controller.name);
+    let setpoint = roles.setpoint.as_ref().map(name);
+    let setpoint =
+        setpoint.with_context(|| format!("{} does not say which variable is its setpoint", controller.fmu))?;
+    let send = |session: &mut Session, name: &str, value| session.send(&Values::from([(name.to_string(), value)]));
+    if let (Some((switch, _)), Some(process_value)) = (&roles.manual, roles.compared_process_value()) {
+        let (switch, process_value) = (name(switch), name(process_value));
+        let mut values = session.state()?.values;
+        if values.get(switch.as_str()) == Some(&Value::Boolean(true)) {
+            // A block that was never called does not know its process value yet.
+            if session.record(None)?.calls() == 0 {
+                values = session.run(1)?.values;
+            }
+            send(session, &setpoint, values[process_value.as_str()])?;
+            session.run(1)?;
+            send(session, &switch, Value::Boolean(false))?;
+        }
+    }
+    send(session, &setpoint, Value::Number(request.setpoint))?;
+    let from = session.state()?.time;
+    let settled = settle(home, session, &Settle { calls: MOST_CALLS, from })?;
+    ensure!(
+        settled.is_at_rest || settled.swings,
+        "{} does not come to rest at {} from where the step is to begin: choose calmer settings or another start",
+        controller.name,
+        request.setpoint
+    );
+    Ok(settled)
+}
+
+/// Holds the plant, steps the manipulated value, waits, identifies, and gives the loop back as it was.
 ///
 /// # Errors
 /// The controller has no manual value, the plant does not come to rest, the step does not move it, or no model fits: why, and what to do.
@@ -161,10 +207,20 @@ pub fn step(home: &dyn Home, session: &mut Session, request: &StepTest) -> Resul
     let size = request.size;
     ensure!(size != 0.0 && size.is_finite(), "the step is {size}: it has to be a number other than 0");
     let mut bench = Bench::hold(home, session)?;
+    let tested = step_held(&mut bench, request);
+    bench.release(tested.as_ref().ok().map(|(_, _, level)| *level), request.is_integrating)?;
+    let (step, identified, _) = tested?;
+    let from = bench.from;
+    Ok(StepTested { state: session.state()?, from, step, identified })
+}
+
+/// The step of a plant that is held: when, the model, and the process value before it.
+fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, f64)> {
+    let size = request.size;
     if request.is_integrating {
         bench.run(FIRST)?;
     } else {
-        bench.settle(|_| true)?;
+        bench.settle(REST, |_| true)?;
     }
     let before = bench.process_value()?;
     let (level, noise) = (mean(&before[before.len() * 2 / 3..]), noise(&before));
@@ -181,85 +237,31 @@ pub fn step(home: &dyn Home, session: &mut Session, request: &StepTest) -> Resul
         }
         bench.run(waited.max(FIRST) * 2)?;
     } else {
-        bench.settle(has_moved)?;
+        bench.settle(REST, has_moved)?;
     }
     let data = Data::Run { run: None, from: Some(bench.from), to: None };
     let of = identify::Request { data, method: request.method, is_integrating: request.is_integrating };
-    let from = bench.from;
-    let identified = signals::identify(home, bench.session, &of)?;
-    bench.follow()?;
-    Ok(StepTested { state: session.state()?, from, step, identified })
+    let identified = signals::identify(bench.home, bench.session, &of)?;
+    Ok((step, identified, level))
 }
 
-/// Holds the plant, lets the manipulated value switch up and down around where it was, and measures how the process value swings.
+/// Holds the plant, lets the manipulated value switch up and down around where it was, and measures the gain and period at which the loop
+/// with a P action alone would oscillate; then gives the loop back as it was.
 ///
 /// # Errors
-/// As for [`step`]; the process value does not swing.
+/// As for [`step`]; the process value does not swing, or it has no ultimate period that calls so far apart can show.
 pub fn relay(home: &dyn Home, session: &mut Session, request: &RelayTest) -> Result<RelayTested> {
     let amplitude = request.amplitude;
     ensure!(amplitude > 0.0 && amplitude.is_finite(), "the relay is {amplitude}: it has to be above 0");
     let mut bench = Bench::hold(home, session)?;
-    bench.settle(|_| true)?;
-    let before = bench.process_value()?;
-    let level = mean(&before[before.len() * 2 / 3..]);
-    for way in [amplitude, -amplitude] {
-        ensure!(
-            bench.is_within(way)?,
-            "the manipulated value is {}, and {amplitude} more or less are beyond its limits: choose a smaller relay, or move it \
-             to the middle first",
-            bench.output
-        );
-    }
-    let hysteresis = request.hysteresis.unwrap_or(4.0 * noise(&before));
-    ensure!(hysteresis >= 0.0 && hysteresis.is_finite(), "the hysteresis is {hysteresis}: it has to be 0 or more");
-    let mut is_up = true;
-    bench.put(bench.manual + amplitude)?;
-    // The sign of the plant's gain: which way the first step moves it.
-    let (mut sign, mut rises, mut waited) = (0.0, Vec::new(), 0);
-    while rises.len() <= PERIODS {
-        bench.run(1)?;
-        waited += 1;
-        bench.check_patience(waited, "the process value does not swing: choose a larger amplitude")?;
-        let off = bench.value(&bench.process_value_name.clone())? - level;
-        if sign == 0.0 && off.abs() > hysteresis + 1e-9 {
-            sign = off.signum();
-        }
-        let goes = match sign * off {
-            off if off > hysteresis && is_up => false,
-            off if off < -hysteresis && !is_up => true,
-            _ => continue,
-        };
-        if goes {
-            rises.push(bench.next_time()?);
-        }
-        is_up = goes;
-        bench.put(bench.manual + if goes { amplitude } else { -amplitude })?;
-    }
-    bench.put(bench.manual)?;
-    let from = rises[rises.len() - 1 - COUNTED];
-    let periods: Vec<f64> = rises.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let counted = &periods[periods.len() - COUNTED..];
-    let period = mean(counted);
-    let half = |values: &[f64]| {
-        let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
-        (high - low) / 2.0
-    };
-    let recorded = bench.signals(from)?;
-    let (swing, moved) = (half(&recorded.process_value), half(&recorded.manipulated_value));
-    let gain = identify::ultimate_gain(moved, swing, hysteresis)? * sign;
-    let mut remarks = Vec::new();
-    if half(counted) > 0.05 * period {
-        remarks.push(format!("The periods differ, {:?} s: the plant drifts or the noise is strong.", counted));
-    }
-    if moved < 0.99 * amplitude {
-        remarks.push(format!("The manipulated value moved by {moved} only: it is at a limit."));
-    }
+    let tested = relay::held(&mut bench, request);
+    bench.release(tested.as_ref().ok().map(|_| 0.0), false)?;
+    let relay::Found { gain, period, swing, hysteresis, remarks } = tested?;
     let from = bench.from;
-    bench.follow()?;
     // At the ultimate frequency its phase is -180 degrees, of which the dead time has a half, and its gain that of the plant.
     let model =
         Model { gain: TAU / (period * gain), dead_time: period / 4.0, is_integrating: true, ..Model::default() };
-    Ok(RelayTested { state: session.state()?, from, ultimate: (gain, period), swing, model, remarks })
+    Ok(RelayTested { state: session.state()?, from, ultimate: (gain, period), swing, hysteresis, model, remarks })
 }
 
 /// A loop in manual mode.
@@ -269,8 +271,10 @@ struct Bench<'a> {
     /// `MEMBER.VARIABLE` of the manual value.
     manual_name: String,
     process_value_name: String,
-    /// `MEMBER.VARIABLE` of the setpoint, if it can be set.
-    setpoint_name: Option<String>,
+    /// `MEMBER.VARIABLE` of the switch to manual mode.
+    switch_name: String,
+    /// Mode and manual value from before.
+    was: Values,
     /// `MEMBER.VARIABLE` of the limits of the manipulated value, high and low.
     limits: Option<(String, String)>,
     /// Where the actuator was.
@@ -298,15 +302,18 @@ impl<'a> Bench<'a> {
             .compared_process_value()
             .with_context(|| format!("{fmu} does not say which of its variables is its process value"))?;
         let name = |variable: &String| format!("{}.{variable}", controller.name);
-        let is_free = |setpoint: &String| record.connections().iter().all(|(_, to)| to != setpoint);
-        let setpoint_name = roles.setpoint.as_ref().map(name).filter(is_free);
+        let (switch_name, manual_name, output) = (name(switch), name(manual), name(output));
+        let limits = roles.limits.as_ref().map(|(high, low)| (name(high), name(low)));
+        let values = session.state()?.values;
+        let was = [&switch_name, &manual_name].map(|name| Some((name.clone(), *values.get(name.as_str())?)));
         let mut bench = Bench {
             home,
             session,
-            setpoint_name,
-            manual_name: name(manual),
+            was: was.into_iter().flatten().collect(),
+            switch_name,
+            manual_name,
             process_value_name: name(process_value),
-            limits: roles.limits.as_ref().map(|(high, low)| (name(high), name(low))),
+            limits,
             output: 0.0,
             manual: 0.0,
             from: 0.0,
@@ -316,10 +323,9 @@ impl<'a> Bench<'a> {
         if record.calls() == 0 || record.done().last().is_some_and(|done| done.call == record.calls()) {
             bench.run(1)?;
         }
-        let (switch, output) = (name(switch), name(output));
         let target = bench.value(&output)?;
         bench.from = bench.next_time()?;
-        bench.session.send(&Values::from([(switch, Value::Boolean(true))]))?;
+        bench.session.send(&Values::from([(bench.switch_name.clone(), Value::Boolean(true))]))?;
         // What the block does to the manual value is a straight line: a factor and an offset.
         let mut tried: Option<(f64, f64)> = None;
         (bench.output, bench.manual) = (target, target);
@@ -354,13 +360,41 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// Sets the setpoint to where the process value is. In manual mode that moves nothing, and from the next call on the P action starts
-    /// from an error of 0.
-    fn follow(&mut self) -> Result<()> {
-        let Some(setpoint) = self.setpoint_name.clone() else { return Ok(()) };
-        let value = self.value(&self.process_value_name.clone())?;
-        self.session.send(&Values::from([(setpoint, Value::Number(value))]))?;
+    /// Gives the loop back: the actuator goes to where it was, the plant follows, and mode and manual value are those from before. A plant
+    /// that integrates is driven back to this `level`. Without a level the test has failed, and nothing is waited for.
+    fn release(&mut self, level: Option<f64>, is_integrating: bool) -> Result<()> {
+        let was_automatic = self.was.get(&self.switch_name) == Some(&Value::Boolean(false));
+        self.put(self.manual)?;
+        match level {
+            Some(level) if is_integrating && !was_automatic => self.drive_back(level)?,
+            Some(_) if !is_integrating => self.settle(SETTLED, |_| true)?,
+            _ => {}
+        }
+        self.session.send(&self.was.clone())?;
+        if was_automatic && level.is_some() {
+            let from = self.next_time()?;
+            settle(self.home, self.session, &Settle { calls: MOST_CALLS / 10, from })?;
+            return Ok(());
+        }
         self.run(1)
+    }
+
+    /// Moves the process value of a plant that integrates back to a level, by the opposite of the last step.
+    fn drive_back(&mut self, level: f64) -> Result<()> {
+        let values = self.process_value()?;
+        let off = values.last().map_or(0.0, |last| last - level);
+        let output = self.signals(self.from)?.manipulated_value;
+        let size = output[output.len().saturating_sub(2)] - self.output;
+        if self.is_within(-size)? {
+            self.put(self.manual - size)?;
+            let mut left = values.len() * 4;
+            while left > 0 && (self.value(&self.process_value_name.clone())? - level) * off > 0.0 {
+                self.run(1)?;
+                left -= 1;
+            }
+            self.put(self.manual)?;
+        }
+        Ok(())
     }
 
     fn run(&mut self, calls: usize) -> Result<()> {
@@ -396,7 +430,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Makes calls until the process value rests, and has done what `is_done` asks for.
-    fn settle(&mut self, is_done: impl Fn(&[f64]) -> bool) -> Result<()> {
+    fn settle(&mut self, part: f64, is_done: impl Fn(&[f64]) -> bool) -> Result<()> {
         let from = self.next_time()?;
         let mut calls = FIRST;
         let mut made = 0;
@@ -404,7 +438,7 @@ impl<'a> Bench<'a> {
             self.run(calls)?;
             made += calls;
             let values = self.process_value_from(from)?;
-            if is_done(&values) && is_at_rest(&values, REST) {
+            if is_done(&values) && is_at_rest(&values, part) {
                 return Ok(());
             }
             self.check_patience(made, "it does not come to rest, or the step does not move it: choose a larger step")?;
@@ -426,6 +460,11 @@ impl<'a> Bench<'a> {
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Half of the way from the lowest to the highest of values.
+fn half(values: &[f64]) -> f64 {
+    width(values) / 2.0
 }
 
 /// The standard deviation of what changes from call to call without a trend.
@@ -470,5 +509,6 @@ fn width(values: &[f64]) -> f64 {
     high - low
 }
 
+mod relay;
 #[cfg(test)]
 mod tests;

@@ -118,6 +118,8 @@ requests! { |home, session|
     } -> State = session.run(calls)?;
     /// Makes calls until the loop rests.
     Settle(of: experiment::Settle) -> Settled = experiment::settle(home, session, &of)?;
+    /// Brings the loop to rest in automatic mode at a setpoint, from where a step can begin.
+    RestAt(of: experiment::RestAt) -> Settled = experiment::rest_at(home, session, &of)?;
     /// Replaces all members but the first by others, which begin now; the controller goes on.
     Exchange {
         /// The new members.

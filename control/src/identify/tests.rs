@@ -526,12 +526,3 @@ fn a_movement_that_has_died_away_before_the_step_does_not_count() {
         }
     }
 }
-
-#[test]
-fn a_relay_gives_the_ultimate_gain() {
-    // 4 d / (pi a), and with hysteresis.
-    assert!((ultimate_gain(5.0, 2.0, 0.0).unwrap() - 10.0 / PI).abs() < 1e-12);
-    assert!((ultimate_gain(5.0, 5.0, 3.0).unwrap() - 5.0 / PI).abs() < 1e-12);
-    assert!(ultimate_gain(5.0, 1.0, 1.0).is_err());
-    assert!(ultimate_gain(0.0, 1.0, 0.0).is_err());
-}

@@ -44,33 +44,45 @@ fn a_step_test_holds_waits_steps_waits_and_identifies() {
     assert_eq!(at("C.OUT", tested.step), before + 10.0);
     assert_eq!(at("C.OUT", tested.step - 0.1), before);
     assert!(tested.step - tested.from > 20.0, "the plant was not at rest");
+    // Afterwards everything is as the user had it.
     let values = tested.state.values;
-    assert_eq!(values["C.MAN_ON"], Value::Boolean(true));
-    // In automatic mode the P action starts from there.
     let number = |name: &str| number_of(values[name]);
-    assert!((number("C.SP") - number("C.PV_IN")).abs() < 0.01, "{values:?}");
+    assert_eq!((values["C.MAN_ON"], number("C.MAN"), number("C.SP")), (Value::Boolean(false), 0.0, 30.0));
 }
 
 #[test]
-fn a_relay_test_gives_the_ultimate_gain_and_period() {
+fn a_test_in_manual_mode_leaves_manual_value_and_plant_where_they_were() {
     let home = TestHome::default();
     let mut session = session(&home);
-    let tested = relay(&home, &mut session, &RelayTest { amplitude: 10.0, hysteresis: Some(1.0) }).unwrap();
-    // The lag is driven to 15 above and below its mean, and goes from one end of its swing to the other in T ln((15 + a) / (15 - a)).
-    let period = 2.0 * 10.0 * ((15.0 + tested.swing) / (15.0 - tested.swing)).ln();
-    assert!((tested.ultimate.1 - period).abs() < 0.2, "{tested:?}");
-    let expected = 4.0 * 10.0 / (std::f64::consts::PI * (tested.swing * tested.swing - 1.0).sqrt());
-    assert!(
-        (tested.ultimate.0 / expected - 1.0).abs() < 1e-9 && tested.swing > 1.0 && tested.swing < 1.4,
-        "{tested:?}"
-    );
-    // An integrator K/s with dead time L: at 2 pi / (4 L) its gain is 1 over the ultimate gain.
-    let model = tested.model;
-    assert!(model.is_integrating && (4.0 * model.dead_time / tested.ultimate.1 - 1.0).abs() < 1e-12, "{model:?}");
-    let frequency = std::f64::consts::FRAC_PI_2 / model.dead_time;
-    assert!((model.gain / frequency * tested.ultimate.0 - 1.0).abs() < 1e-12, "{model:?}");
-    let number = |name: &str| number_of(tested.state.values[name]);
-    assert!(number("C.MAN_ON") == 1.0 && tested.remarks.is_empty(), "{tested:?}");
+    let set = |values: &[(&str, Value)]| values.iter().map(|(name, value)| (name.to_string(), *value)).collect();
+    session.send(&set(&[("C.MAN_ON", Value::Boolean(true)), ("C.MAN", Value::Number(12.0))])).unwrap();
+    session.run(2000).unwrap();
+    let before = session.state().unwrap().values;
+    let request = StepTest { size: 10.0, method: Method::LeastSquares, is_integrating: false };
+    let after = step(&home, &mut session, &request).unwrap().state.values;
+    for name in ["C.MAN_ON", "C.MAN", "C.SP", "C.OUT"] {
+        assert_eq!(after[name], before[name], "{name}");
+    }
+    assert!((number_of(after["P.TEMP"]) - number_of(before["P.TEMP"])).abs() < 0.02, "{after:?}");
+    // The step that follows begins in automatic mode at rest, and its first answer has the P action: GAIN is 1.
+    let at = number_of(before["P.TEMP"]);
+    let settled = rest_at(&home, &mut session, &RestAt { setpoint: at }).unwrap();
+    let (held, is_manual) = (number_of(settled.state.values["C.OUT"]), settled.state.values["C.MAN_ON"]);
+    assert!(settled.is_at_rest && is_manual == Value::Boolean(false) && (held - 12.0).abs() < 0.02, "{settled:?}");
+    session.send(&set(&[("C.SP", Value::Number(at + 5.0))])).unwrap();
+    let answer = number_of(session.run(1).unwrap().values["C.OUT"]);
+    assert!((answer - held - 5.0).abs() < 0.2, "{answer} {held}");
+}
+
+#[test]
+fn a_relay_test_of_a_plant_without_dead_time_is_refused_and_leaves_no_trace() {
+    let home = TestHome::default();
+    let mut session = session(&home);
+    let refused = relay(&home, &mut session, &RelayTest { amplitude: 10.0, hysteresis: Some(1.0) }).unwrap_err();
+    assert!(refused.to_string().contains("too little dead time for calls every 0.1 s"), "{refused:#}");
+    let values = session.state().unwrap().values;
+    let number = |name: &str| number_of(values[name]);
+    assert_eq!((values["C.MAN_ON"], number("C.MAN"), number("C.SP")), (Value::Boolean(false), 0.0, 30.0));
 }
 
 #[test]

@@ -6,6 +6,7 @@ use control::process::Process;
 use control::rules::{Rule, Structure};
 use control::tune::{Predicted, Request, Step, Tuned, table, tune};
 use run::system::Value;
+use tool::experiment::{self, RelayTest, RestAt, Settle, StepTest};
 use tool::message::{Member, Setup, Values};
 use tool::session::Session;
 use tool::signals;
@@ -211,7 +212,7 @@ fn the_plant_of_a_step_controller_is_identified_from_a_pulse_in_manual_mode() {
 fn the_prediction_is_for_the_step_that_the_user_makes() {
     let mut request =
         with("CONT_C", Rule::Simc, Structure::Pi, lag(2.0, 8.0, 1.0), &[("CYCLE", 0.2), ("SP_INT", 20.0)]);
-    request.step = Step { from: Some(50.0), size: Some(-4.0), manual: Some(30.0), ..Step::default() };
+    request.step = Step { from: Some(50.0), size: Some(-4.0), manual: Some(30.0) };
     let predicted = tuned(&request).predicted;
     let ends = |values: &[f64]| (values[0], values[values.len() - 1]);
     assert_eq!(ends(&predicted.setpoint), (50.0, 46.0));
@@ -393,4 +394,178 @@ fn a_second_lag_is_told_where_the_rule_does_not_know_it() {
     let pid = tuned(&with("CONT_C", Rule::Simc, Structure::Pid, model, &[("CYCLE", 0.1)]));
     assert!(!pid.remarks.iter().any(|remark| remark.contains("one lag")));
     assert!((number(&pid, "TD") - 2.0 / 1.238).abs() < 0.001, "{}", number(&pid, "TD"));
+}
+
+/// CONT_C with PROCESS, in manual mode at 40 %, as the tool connects them.
+fn held_process(home: &Linked, of: &[(&str, f64)], is_word: bool) -> Session {
+    let values = |values: &[(&str, f64)]| -> Values {
+        values.iter().map(|(name, value)| ((*name).into(), Value::Number(*value))).collect()
+    };
+    let mut plant = values(of);
+    plant.extend(values(&[("CYCLE", 0.1), ("DEAD_MAX", 20.0), ("U_0", 40.0), ("PV_0", 50.0)]));
+    let mut controller = values(&[("CYCLE", 0.1), ("MAN", 40.0)]);
+    controller.insert("PVPER_ON".into(), Value::Boolean(is_word));
+    if let Some(value) = plant.get_mut("INTEG") {
+        *value = Value::Boolean(true);
+    }
+    let input = if is_word { ("P.PV_PER", "C.PV_PER") } else { ("P.PV", "C.PV_IN") };
+    let member = |name: &str, fmu: &str, values| Member { name: name.into(), fmu: fmu.into(), values };
+    let setup = Setup {
+        members: vec![member("C", "CONT_C", controller), member("P", "PROCESS", plant)],
+        connections: [("C.LMN", "P.U"), input].map(|(from, to)| (from.into(), to.into())).into(),
+        ..Setup::default()
+    };
+    let mut session = Session::default();
+    session.start(home, setup).unwrap();
+    session
+}
+
+/// The gain and period of P control at the stability limit, by a frequency scan of the plant between two calls 0.1 s apart: a lag or two, or
+/// an integrator with one, behind a hold and a dead time of whole calls.
+fn exact_ultimate(gain: f64, lags: [f64; 2], dead_calls: f64, integrates: bool) -> (f64, f64) {
+    // Each part in its discrete form: the step response of partial fractions, A_k / (z - e^(-T/T_k)).
+    let response = |angle: f64| -> (f64, f64) {
+        let [a, b] = lags;
+        // c + d t + sum of r_k e^(-t/T_k)
+        let (constant, ramp, parts): (f64, f64, Vec<(f64, f64)>) = match (integrates, b > 0.0) {
+            (false, false) => (1.0, 0.0, vec![(-1.0, a)]),
+            (false, true) => (1.0, 0.0, vec![(-a / (a - b), a), (b / (a - b), b)]),
+            (true, _) => (-a, 1.0, vec![(a, a)]),
+        };
+        // (1 - z^-1) times the z-transform of the step response.
+        let (mut real, mut imaginary) = (constant, 0.0);
+        let back = (angle.cos(), -angle.sin());
+        let off = (1.0 - back.0, -back.1);
+        let quotient = |n: (f64, f64), d: (f64, f64)| {
+            let size = d.0 * d.0 + d.1 * d.1;
+            ((n.0 * d.0 + n.1 * d.1) / size, (n.1 * d.0 - n.0 * d.1) / size)
+        };
+        let slope = quotient((back.0 * 0.1 * ramp, back.1 * 0.1 * ramp), off);
+        (real, imaginary) = (real + slope.0, imaginary + slope.1);
+        for (part, time) in parts {
+            let stays = (-0.1 / time).exp();
+            let one = quotient((off.0 * part, off.1 * part), (1.0 - stays * back.0, -stays * back.1));
+            (real, imaginary) = (real + one.0, imaginary + one.1);
+        }
+        (gain * real.hypot(imaginary), imaginary.atan2(real))
+    };
+    let (mut before, mut turned, mut angle): (Option<f64>, f64, f64) = (None, 0.0, 1e-4);
+    loop {
+        let (size, phase) = response(angle);
+        if let Some(before) = before {
+            turned += (phase - before + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
+        } else {
+            turned = phase;
+        }
+        before = Some(phase);
+        if turned - angle * dead_calls <= -std::f64::consts::PI {
+            return (1.0 / size, std::f64::consts::TAU / angle * 0.1);
+        }
+        angle *= 1.0005;
+    }
+}
+
+#[test]
+fn a_relay_finds_the_ultimate_gain_and_period_of_100_plants() {
+    let home = Linked::new();
+    let mut state = 7_u32;
+    let mut random = |low: f64, high: f64| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        low * (high / low).powf(f64::from(state >> 8) / f64::from(1 << 24))
+    };
+    for plant in 0..100 {
+        let (integrates, is_word) = (plant % 4 == 3, plant % 2 == 1);
+        let lag = random(1.0, 20.0);
+        let second = if plant % 4 == 2 { lag * random(0.1, 0.9) } else { 0.0 };
+        let dead = (random(0.05, 1.5) * lag * 10.0).clamp(4.0, 60.0).round();
+        let gain = if integrates { random(0.02, 0.1) } else { random(0.5, 1.5) };
+        let integ = if integrates { Some(("INTEG", 1.0)) } else { None };
+        let of: Vec<_> =
+            [("GAIN", gain), ("T1", lag), ("T2", second), ("DEAD_TM", dead / 10.0)].into_iter().chain(integ).collect();
+        let mut session = held_process(&home, &of, is_word);
+        let found = experiment::relay(&home, &mut session, &RelayTest { amplitude: 10.0, hysteresis: None });
+        let found = found.unwrap_or_else(|error| panic!("{of:?}: {error:#}"));
+        let (expected, period) = exact_ultimate(gain, [lag, second], dead, integrates);
+        let ratio = (found.ultimate.0 / expected, found.ultimate.1 / period);
+        assert!([ratio.0, ratio.1].iter().all(|one| (one - 1.0).abs() < 0.1), "{of:?} {is_word}: {ratio:?} {found:?}");
+        // A word of 1/27648 of the range has a step, not noise; nothing else has any.
+        assert!(
+            if is_word { found.hysteresis < 0.02 } else { found.hysteresis < 1e-6 },
+            "{of:?}: {}",
+            found.hysteresis
+        );
+        let values = &found.state.values;
+        assert_eq!(
+            (values["C.MAN_ON"], values["C.MAN"], values["C.SP_INT"]),
+            (Value::Boolean(true), Value::Number(40.0), Value::Number(0.0))
+        );
+    }
+}
+
+#[test]
+fn after_a_step_test_the_step_that_is_predicted_is_the_step_that_comes() {
+    let home = Linked::new();
+    let mut session = held_process(&home, &[("GAIN", 1.5), ("T1", 10.0), ("DEAD_TM", 1.0)], false);
+    let test = StepTest { size: 10.0, method: Method::LeastSquares, is_integrating: false };
+    let model = experiment::step(&home, &mut session, &test).unwrap().identified.model;
+    for (rule, least) in [(Rule::ZieglerNicholsStep, 20.0), (Rule::Simc, 0.0)] {
+        let mut request = with("CONT_C", rule, Structure::Pi, model, &[("CYCLE", 0.1)]);
+        request.step = Step { from: Some(50.0), size: Some(5.0), manual: Some(40.0) };
+        let Tuned { values, predicted, .. } = tuned(&request);
+        let named = values.iter().map(|(name, value)| (format!("C.{name}"), *value)).collect();
+        session.send(&named).unwrap();
+        let settled = experiment::rest_at(&home, &mut session, &RestAt { setpoint: 50.0 }).unwrap();
+        assert!(settled.is_at_rest, "{rule:?}");
+        let from = settled.state.time;
+        session.send(&Values::from([("C.SP_INT".into(), Value::Number(55.0))])).unwrap();
+        experiment::settle(&home, &mut session, &Settle { calls: 20_000, from }).unwrap();
+        let came = signals::Signals::of(&home, session.record(None).unwrap(), Some(from), None).unwrap();
+        // The highest value, without the code of the figures.
+        let highest = came.process_value.iter().fold(f64::NEG_INFINITY, |high, value| high.max(*value));
+        let overshoot = ((highest - 55.0) / 5.0 * 100.0).max(0.0);
+        assert!(
+            (predicted.overshoot.unwrap() - overshoot).abs() < 1.0,
+            "{rule:?}: {overshoot} {:?}",
+            predicted.overshoot
+        );
+        assert!(overshoot >= least, "{rule:?}: {overshoot}");
+    }
+}
+
+#[test]
+fn a_load_step_costs_ti_over_gain() {
+    // SIMC with lambda = 2 L does not overshoot after a load, so that the IAE is the integral of the error: load * TI / GAIN.
+    let mut request = request("CONT_C", Rule::Simc, Structure::Pi, &[("CYCLE", 0.05)]);
+    request.closed_loop = Some(2.0);
+    let tuned = tuned(&request);
+    let load = tuned.predicted.load.clone().unwrap();
+    let expected = 10.0 * number(&tuned, "TI") / number(&tuned, "GAIN");
+    assert!((load.iae.unwrap() / expected - 1.0).abs() < 0.01, "{load:?} {expected}");
+    // Within the dead time nothing answers: 10 (1 - e^(-L/T)) at L = 1 s after it began to act, and at most that of 2 L more.
+    let unanswered = |time: f64| 10.0 * (1.0 - (-time / 10.0_f64).exp());
+    assert!(load.deviation > unanswered(1.0) && load.deviation < unanswered(4.0), "{load:?}");
+    assert!(load.recovery.unwrap() > 2.0 && load.recovery.unwrap() < 40.0, "{load:?}");
+}
+
+#[test]
+fn a_test_in_automatic_mode_ends_there_at_rest_at_the_setpoint() {
+    let home = Linked::new();
+    let mut session = held_process(&home, &[("GAIN", 1.5), ("T1", 10.0), ("DEAD_TM", 1.0)], false);
+    let settings = [("C.GAIN", 1.0), ("C.TI", 10.0)].map(|(name, value)| (name.to_string(), Value::Number(value)));
+    session.send(&Values::from(settings)).unwrap();
+    experiment::rest_at(&home, &mut session, &RestAt { setpoint: 60.0 }).unwrap();
+    let was =
+        |session: &mut Session| ["C.MAN_ON", "C.MAN", "C.SP_INT"].map(|name| session.state().unwrap().values[name]);
+    let before = was(&mut session);
+    assert_eq!((before[0], before[2]), (Value::Boolean(false), Value::Number(60.0)));
+    let step = StepTest { size: 10.0, method: Method::LeastSquares, is_integrating: false };
+    experiment::step(&home, &mut session, &step).unwrap();
+    let at = |session: &mut Session| run::fmus::number_of(session.state().unwrap().values["C.PV"]);
+    assert!(was(&mut session) == before && (at(&mut session) - 60.0).abs() < 0.05, "{}", at(&mut session));
+    experiment::relay(&home, &mut session, &RelayTest { amplitude: 5.0, hysteresis: None }).unwrap();
+    assert!(was(&mut session) == before && (at(&mut session) - 60.0).abs() < 0.05, "{}", at(&mut session));
+    // The setpoint never moved.
+    let events = session.record(None).unwrap().events().events;
+    let moved = events.iter().filter(|event| event.variable == "C.SP_INT").count();
+    assert_eq!(moved, 2, "{events:?}");
 }

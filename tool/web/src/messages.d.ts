@@ -348,6 +348,15 @@ stop: number | null,
 /** What is set meanwhile: the time in seconds, `MEMBER.VARIABLE`, and the value. */
 events: Array<[number, string, Value]>, };
 
+/** The loop after a load step at the plant's input. */
+export type Load = {
+/** The largest deviation from the setpoint, in its unit. */
+deviation: number,
+/** When the deviation stays within the band of the settling time, in seconds after the load; absent if it does not. */
+recovery: number | null,
+/** The integral of the absolute error, in the unit of the setpoint times seconds; absent if the loop does not recover. */
+iae: number | null, };
+
 /** A loop of a file. */
 export type Loop = {
 /** Its name. */
@@ -458,7 +467,9 @@ overshoot: number | null,
 /** Its settling time in seconds. */
 settling: number | null,
 /** How far the manipulated value moves in all, from the step on. */
-travel: number | null, };
+travel: number | null,
+/** What a disturbance does: a load of 10 % of the manipulated value that comes at the plant's input, from the same rest. */
+load: Load | null, };
 
 /** What a preset has in place of the original's files. */
 export type Preset = {
@@ -568,14 +579,16 @@ hysteresis?: number | null, };
 
 /** What a relay test gives. */
 export type RelayTested = {
-/** Where the run is now: in manual mode, at the manipulated value from before. */
+/** Where the run is now: after the test, with mode, manual value and setpoint from before it. */
 state: State,
 /** From when on the plant was held, in seconds. */
 from: number,
 /** Ultimate gain and period in seconds, as the rule of Ziegler and Nichols takes them. */
 ultimate: [number, number],
-/** The amplitude of the process value. */
+/** The amplitude of the process value while the relay switches. */
 swing: number,
+/** How far the process value had to go before the relay switched, in its unit. */
+hysteresis: number,
 /** An integrator with dead time that has this ultimate gain and period: a relay tells a plant at one frequency only. */
 model: Model,
 /** What the user should know, a sentence each. */
@@ -647,7 +660,7 @@ to: number,
 /** How long it takes. */
 seconds: number, } | { "do": "run",
 /** How many, one at least. */
-calls: number, } | { "do": "settle" } & Settle | { "do": "exchange",
+calls: number, } | { "do": "settle" } & Settle | { "do": "rest_at" } & RestAt | { "do": "exchange",
 /** The new members. */
 members: Array<Member>,
 /** All connections. */
@@ -669,6 +682,11 @@ values: Values,
 view: View, } | { "do": "figures" } & FiguresRequest | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "rules" } & TuneRequest | { "do": "step_test" } & StepTest | { "do": "relay_test" } & RelayTest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
 /** The file's text. */
 text: string, } | { "do": "replay" } & ReplayRequest | { "do": "preset" } & PresetRequest | { "do": "export" } & Export;
+
+/** Automatic mode at rest at a setpoint, from which a step can begin. */
+export type RestAt = {
+/** The setpoint, in its unit. */
+setpoint: number, };
 
 /** What the variables of an FMU are in a loop. All names are the FMU's own. */
 export type Roles = {
@@ -800,12 +818,7 @@ from?: number | null,
  */
 size?: number | null,
 /** The manual value at which the plant rests before it, in percent; 50 without it. */
-manual?: number | null,
-/**
- * Whether the setpoint is changed in manual mode, a call before automatic mode begins: that is bumpless, so that the P action
- * does not answer the step at once.
- */
-is_takeover: boolean, };
+manual?: number | null, };
 
 /** A step of the manual value. */
 export type StepTest = {
@@ -821,7 +834,7 @@ is_integrating: boolean, };
 
 /** What a step test gives. */
 export type StepTested = {
-/** Where the run is now: in manual mode, behind the step. */
+/** Where the run is now: after the test, with mode, manual value and setpoint from before it. */
 state: State,
 /** From when on the plant was held, in seconds. */
 from: number,
@@ -985,6 +998,7 @@ export interface Dialogue {
   ramp: { request: Extract<Request, { do: "ramp" }>; answer: State };
   run: { request: Extract<Request, { do: "run" }>; answer: State };
   settle: { request: Extract<Request, { do: "settle" }>; answer: Settled };
+  rest_at: { request: Extract<Request, { do: "rest_at" }>; answer: Settled };
   exchange: { request: Extract<Request, { do: "exchange" }>; answer: State };
   view: { request: Extract<Request, { do: "view" }>; answer: Curves };
   events: { request: Extract<Request, { do: "events" }>; answer: Events };

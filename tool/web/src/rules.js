@@ -26,7 +26,7 @@ export function rulesTable(loop, rows, chosen, unit, choose) {
     const of = { type: "button", class: "plain", "aria-pressed": pressed, "data-rule": rule };
     const button = element("td", {}, element("button", { ...of, onclick: () => choose(rule) }, name));
     if (!tuned) {
-      return element("tr", {}, button, element("td", { class: "faint", colspan: 7, title: refusal }, refusal ?? ""));
+      return element("tr", {}, button, element("td", { class: "faint", colspan: 10, title: refusal }, refusal ?? ""));
     }
     const { predicted, sensitivity, values } = tuned;
     const cells = [
@@ -36,6 +36,8 @@ export function rulesTable(loop, rows, chosen, unit, choose) {
       }),
       ...[number(sensitivity), number(predicted.overshoot, " %"), number(predicted.settling, " s")],
       number(predicted.travel, ` ${unit}`),
+      ...[number(predicted.load?.deviation ?? null), number(predicted.load?.recovery ?? null, " s")],
+      number(predicted.load?.iae ?? null),
     ];
     return element(
       "tr",
@@ -47,7 +49,10 @@ export function rulesTable(loop, rows, chosen, unit, choose) {
   return element(
     "table",
     {},
-    tableHead(["Rule", ...names, "Ms", "overshoot", "settles", "travel"], (at) => at > 0),
+    tableHead(
+      ["Rule", ...names, "Ms", "overshoot", "settles", "travel", "load: deviation", "recovers", "IAE"],
+      (at) => at > 0,
+    ),
     element("tbody", {}, body),
   );
 }
@@ -117,6 +122,16 @@ export function settingsTable(loop, answer) {
     ["phase margin", "", number(answer.phase_margin, "°")],
     ["overshoot", "Of the predicted setpoint step", number(predicted.overshoot, " %")],
     ["settling", "Settling time of the predicted setpoint step, within 2 %", number(predicted.settling, " s")],
+    [
+      "load: deviation",
+      "Largest deviation after a load of 10 % at the plant's input",
+      number(predicted.load?.deviation ?? null),
+    ],
+    [
+      "load: recovery",
+      "Until the deviation stays within the band of the settling time",
+      number(predicted.load?.recovery ?? null, " s"),
+    ],
     ["dead time used", "The model's, half a cycle, half a pulse period", number(answer.dead_time, " s")],
   ]);
   return element(

@@ -13,43 +13,49 @@ import { number } from "tool/values.js";
 const LEAST = 1e-3;
 
 /**
- * The step to predict, and where its curve begins in the picture of the run.
+ * The step to predict, and where its curve begins in the picture of the run. It begins in automatic mode, at rest.
  *
  * @param {Work} loop
- * @param {{ from: string, to: string }} typed process value before and setpoint behind it; empty for those of the run
- * @returns {Promise<{ step: import("./messages").Step, origin: import("tool/overlay.js").Origin }>}
+ * @param {{ from: string, to: string }} typed process value before and setpoint after it; empty for those of the run
+ * @param {import("./messages").Model} model
+ * @returns {Promise<{ step: import("./messages").Step, origin: import("tool/overlay.js").Origin, same: string }>} `same` is what start and
+ *   target both are, if they are typed so, else empty
  */
-export async function userStep(loop, typed) {
+export async function userStep(loop, typed, model) {
   const { setpoint } = loop.description.roles;
-  const before = await restBefore(loop);
   const aim = setpoint ? loop.settings[setpoint] : undefined;
   // A setpoint that nobody has set is no goal: 0 degC in a furnace.
   const goal = aim && source(aim) !== "start" ? number(aim.sent) : Number.NaN;
-  const from = typed.from === "" ? before.processValue : Number(typed.from);
   const to = typed.to === "" ? goal : Number(typed.to);
+  // The step to where the setpoint is has been made, or is about to be; another one begins where the loop is now.
+  const isNext = typed.to !== "" && to !== goal;
+  const before = await restBefore(loop, goal, isNext);
+  const from = typed.from === "" ? before.processValue : Number(typed.from);
   const isStep = Math.abs(to - from) > LEAST * Math.max(Math.abs(from), Math.abs(to));
-  // Another step than the typed one is none that the user wants to see.
-  if (typed.to !== "" && !isStep && Number.isFinite(to) && Number.isFinite(from))
-    throw new Error(`The step would begin at ${typed.to}, where it is to go: type another goal, or where it begins.`);
+  const isSame = typed.to !== "" && !isStep && Number.isFinite(to) && Number.isFinite(from);
+  // Where the user lets it begin, another manipulated value holds the plant.
+  const moved = typed.from === "" || model.is_integrating ? 0 : (from - before.processValue) / model.gain;
+  const manual = before.manipulatedValue + moved;
   const step = {
     from: Number.isFinite(from) ? from : null,
     size: isStep ? to - from : null,
-    manual: Number.isFinite(before.manipulatedValue) ? before.manipulatedValue : null,
-    is_takeover: before.isTakeover,
+    manual: Number.isFinite(manual) ? manual : null,
   };
-  return { step, origin: typed.from === "" ? before : { ...before, processValue: Number.NaN } };
+  const origin = typed.from === "" ? before : { ...before, processValue: Number.NaN };
+  return { step, origin, same: isSame ? typed.to : "" };
 }
 
 /**
- * The loop before the last step of the setpoint, or before it was last switched to automatic mode; in manual mode the loop of now.
+ * The loop before the last step of the setpoint in automatic mode; else, or for the next step, the loop of now.
  *
  * @param {Work} loop
- * @returns {Promise<import("tool/overlay.js").Origin & { isTakeover: boolean }>} and whether the step ends manual mode
+ * @param {number} goal the setpoint, or NaN
+ * @param {boolean} isNext
+ * @returns {Promise<import("tool/overlay.js").Origin>}
  */
-async function restBefore(loop) {
+async function restBefore(loop, goal, isNext) {
   const { state } = store;
-  if (!store.isLive() || !state)
-    return { time: 0, processValue: Number.NaN, manipulatedValue: Number.NaN, isTakeover: false };
+  if (!store.isLive() || !state) return { time: 0, processValue: Number.NaN, manipulatedValue: Number.NaN };
   const { setpoint, manual, manipulated_value: output } = loop.description.roles;
   const isManual = manual !== null && loop.settings[manual[0]]?.sent === true;
   const processValue = await controlledValue(loop);
@@ -57,40 +63,37 @@ async function restBefore(loop) {
     // The run that begins is the step: from where the plant begins, which no call has shown yet, with a controller that has done nothing.
     const source = wiredTo(loop, loop.description.roles.process_value ?? "") ?? processValue;
     const begun = isManual && manual ? number(loop.settings[manual[1]]?.sent) : 0;
-    return {
-      ...{ time: 0, processValue: number(state.values[source ?? ""]), manipulatedValue: begun },
-      isTakeover: isManual,
-    };
+    return { time: 0, processValue: number(state.values[source ?? ""]), manipulatedValue: begun };
   }
   const now = {
     time: state.time + state.step,
     processValue: number(state.values[processValue ?? ""]),
     manipulatedValue: number(runValue(loop, output ?? "")),
-    isTakeover: isManual,
   };
-  if (isManual) return now;
+  if (isManual || !processValue) return now;
+  // In automatic mode the loop rests at its setpoint.
+  const rests = Number.isFinite(goal) ? { ...now, processValue: goal } : now;
+  if (isNext) return rests;
   const { events } = await ask({ do: "events" });
-  const steps = events.filter(
-    ({ variable: name, value }) =>
-      (setpoint && name === variable(loop, setpoint)) || (manual && name === variable(loop, manual[0]) && !value),
-  );
+  const isSwitch = (/** @type {import("./messages").Event} */ { variable: name }) =>
+    manual !== null && name === variable(loop, manual[0]);
+  const switched = events.findLastIndex(isSwitch);
+  // Automatic mode is still to come: the loop is where manual mode held it.
+  if (switched >= 0 && events[switched].call >= state.calls) return now;
+  const automatic = events.slice(switched + 1);
+  const steps = automatic.filter(({ variable: name }) => setpoint && name === variable(loop, setpoint));
   // A ramp sets a value in each call: it begins with the first of them.
   let at = steps.length - 1;
   while (at > 0 && steps[at].call - steps[at - 1].call <= 1) at -= 1;
   const first = steps[at];
-  const isSwitch = (/** @type {import("./messages").Event} */ { variable: name }) =>
-    manual !== null && name === variable(loop, manual[0]);
-  const isTakeover = steps.slice(at).some(isSwitch);
-  // What was just set is still to come: it is the same step as before it was set.
-  if (first && first.call >= state.calls) return { ...now, isTakeover };
-  if (!first || !processValue || first.call === 0) return now;
+  // What was just set is still to come.
+  if (first && first.call >= state.calls) return now;
+  if (!first || first.call === 0) return rests;
   const rest = first.time - state.step;
   const variables = [processValue, ...(output ? [variable(loop, output)] : [])];
   const { values } = await ask({ do: "view", variables, from: rest, to: rest, points: 2 });
   return {
-    isTakeover,
-    // What is predicted has the new setpoint a call before automatic mode.
-    time: isSwitch(first) ? rest : first.time,
+    time: first.time,
     processValue: number(values[0][0] ?? undefined),
     manipulatedValue: number(values[1]?.[0] ?? undefined),
   };

@@ -41,7 +41,7 @@ const STRUCTURES = /** @type {[Structure, string][]} */ ([
  * @property {string} closedLoop lambda in seconds, or empty
  * @property {number | null} pace the same from calm, 0, to fast, 1
  * @property {string} from the process value before the step that is predicted, or empty
- * @property {string} to the setpoint behind it, or empty
+ * @property {string} to the setpoint after it, or empty
  * @property {[number, number] | null} ultimate gain and period that a relay has found
  * @property {string} step the size of the step test
  * @property {import("./messages").Tuning | null} applied what was last taken from here into the fields
@@ -241,7 +241,7 @@ function testButtons() {
  *
  * @param {import("./messages").RelayTested} tested
  */
-function takeRelay({ ultimate, model: found, remarks, swing }) {
+function takeRelay({ ultimate, model: found, remarks, swing, hysteresis }) {
   const kept = notes();
   kept.ultimate = ultimate;
   kept.rule = "ziegler_nichols_ultimate";
@@ -251,7 +251,7 @@ function takeRelay({ ultimate, model: found, remarks, swing }) {
     writeModel(found);
   }
   const [gain, period] = ultimate.map((one) => rounded(one, "LREAL", 4));
-  const sentence = `Ultimate gain ${gain}, ultimate period ${period} s; the process value swings by ${rounded(swing, "LREAL", 3)} ${unitOfProcessValue()}.`;
+  const sentence = `Ultimate gain ${gain}, ultimate period ${period} s; the process value swings by ${rounded(swing, "LREAL", 3)} ${unitOfProcessValue()}, hysteresis ${rounded(hysteresis, "LREAL", 3)} ${unitOfProcessValue()}.`;
   const more =
     typeof of === "object"
       ? []
@@ -609,7 +609,7 @@ async function tune() {
     return;
   }
   try {
-    const { step, origin } = await userStep(loop, kept);
+    const { step, origin, same: place } = await userStep(loop, kept, of);
     const closed = Number(kept.closedLoop);
     const rows = await ask({
       ...{ do: "rules", model: of, rule: kept.rule, structure: kept.structure },
@@ -620,7 +620,7 @@ async function tune() {
     if (mine !== asked || store.loop !== loop) return;
     const row = rows.find(({ rule }) => rule === kept.rule);
     tuned = row?.tuned ?? undefined;
-    showRules(rows, row);
+    showRules(rows, row, place);
     store.predict(tuned && { title: row?.name ?? "", curves: tuned.predicted, origin });
   } catch (error) {
     if (mine !== asked) return;
@@ -635,8 +635,9 @@ async function tune() {
  *
  * @param {import("./messages").Row[]} rows
  * @param {import("./messages").Row | undefined} chosen
+ * @param {string} place where the typed step begins and ends, or empty: the rows are for another one then, which nobody is offered to run
  */
-function showRules(rows, chosen) {
+function showRules(rows, chosen, place) {
   const loop = store.loop;
   if (!loop) return;
   const kept = notes();
@@ -657,7 +658,10 @@ function showRules(rows, chosen) {
     stepFields[end].placeholder = value === undefined ? "" : rounded(value, "LREAL", 4);
   fill(
     resultPlace,
-    answer ? nextRow(loop, chosen?.name ?? "", answer) : null,
+    answer ? nextRow(loop, chosen?.name ?? "", answer, place === "") : null,
+    place === ""
+      ? null
+      : element("p", { class: "faint" }, `Start and target are both ${place}. Enter a different start or target.`),
     element(
       "div",
       { class: "tuned" },
@@ -679,20 +683,23 @@ let showNext = () => {};
  * @param {import("tool/store.js").Work} loop
  * @param {string} rule
  * @param {Tuned} answer
+ * @param {boolean} isStep whether the user can run the step
  */
-function nextRow(loop, rule, answer) {
-  const { setpoint, manual } = loop.description.roles;
-  const to = answer.predicted.setpoint.at(-1);
+function nextRow(loop, rule, answer, isStep) {
+  const { setpoint } = loop.description.roles;
+  const [from, to] = [answer.predicted.setpoint[0], answer.predicted.setpoint.at(-1)];
   const next = [
     { name: "Apply", title: "Into the fields", act: () => applyTuned(answer) },
     { name: "Send", title: "To the block: they are in force from the next call on", act: () => store.send() },
   ];
-  if (setpoint && to !== undefined && !wiredTo(loop, setpoint)) {
-    const shownGoal = `${rounded(to, "LREAL", 4)} ${unitOfProcessValue()}`.trimEnd();
+  if (isStep && setpoint && to !== undefined && !wiredTo(loop, setpoint)) {
+    const [shownStart, shownGoal] = [from, to].map((one) =>
+      `${rounded(one, "LREAL", 4)} ${unitOfProcessValue()}`.trimEnd(),
+    );
     next.push({
       name: `Run the step to ${shownGoal}`,
-      title: `Setpoint ${shownGoal}, automatic mode, and as fast as it goes until it rests`,
-      act: () => runStep({ [setpoint]: to }, manual),
+      title: `Automatic mode at rest at ${shownStart}, then setpoint ${shownGoal}, as fast as it goes until it rests`,
+      act: () => runStep(setpoint, from, to),
     });
   }
   const { row, show } = applyRow(rule, answer, next);
@@ -710,19 +717,21 @@ function nextRow(loop, rule, answer) {
 }
 
 /**
- * Makes the step that was predicted. In manual mode the setpoint comes first: its end is bumpless then.
+ * Makes the step that was predicted: it begins in automatic mode, at rest.
  *
- * @param {import("./messages").Values} step
- * @param {[string, string] | null} manual
+ * @param {string} setpoint
+ * @param {number} from
+ * @param {number} to
  */
-async function runStep(step, manual) {
+async function runStep(setpoint, from, to) {
   store.emit("pause");
   try {
     if (!store.isLive()) await store.begin();
-    await store.now(step);
-    if (manual && store.loop?.settings[manual[0]]?.sent === true) await store.now({ [manual[0]]: false });
+    await store.take(ask({ do: "rest_at", setpoint: from }).then(({ state }) => state));
+    await store.now({ [setpoint]: to });
     store.emit("run-to-rest");
   } catch (error) {
+    if (store.isLive()) await store.take(ask({ do: "state" }));
     store.say(error);
   }
 }
