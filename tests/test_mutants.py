@@ -122,6 +122,18 @@ def test_a_defect_is_found(check, defect):
     assert len(wrong) == 1 and said in wrong[0], output
 
 
+def test_an_output_that_initial_unknowns_leave_out_departs_from_the_standard_and_is_not_wrong(check):
+    """As in every FMU of PythonFMU."""
+    files = unpacked(host.FOLDER / "CONT_C.fmu")
+    replaced(r'(<InitialUnknowns>\s*)<Unknown index="27"[^>]*/>', r"\1")(files)
+    code, output = check(files)
+    assert code == 0
+    departures = [line for line in output.splitlines() if "DEPARTS" in line]
+    assert departures == ['  DEPARTS: modelDescription.xml: InitialUnknowns: variable "LMN" (index 27) is missing: add it']
+    assert "run: instantiated, initialized, 10 steps" in output
+    assert output.endswith("\n  departs from the standard; the tools tried run it\n")
+
+
 def other_guid(files, original):
     guid = re.search('guid="[^"]*"', original[XML].decode())[0]
     replaced('guid="[^"]*"', guid)(files)

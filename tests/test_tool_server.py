@@ -260,6 +260,17 @@ def test_another_token_is_not_found_and_told_nothing(tool):
             assert (answer.status, content) == (404, b""), path
 
 
+def test_two_hosts_are_refused(tool):
+    connection = http.client.HTTPConnection(tool.host)
+    connection.putrequest("GET", f"/{tool.path}", skip_host=True)
+    for name in (tool.host, "evil.example"):
+        connection.putheader("Host", name)
+    connection.putheader("Cookie", tool.cookie)
+    connection.endheaders()
+    assert connection.getresponse().status == 400
+    connection.close()
+
+
 def test_another_host_is_refused(tool):
     port = tool.host.split(":")[1]
     for name in ("evil.example", f"evil.example:{port}", "127.0.0.1", f"127.0.0.1:{port}.evil.example", ""):

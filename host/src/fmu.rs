@@ -2,14 +2,15 @@
 
 use crate::instance::Instance;
 use crate::library::Library;
+use crate::machine;
 use crate::package::binary::Binary;
-use crate::package::temporary::Folder;
+use crate::package::temporary::{self, Folder};
 use crate::package::{LibraryFile, Package};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Error, Result, bail};
 use modeldescription::{Description, Interface, Table};
 use std::env::consts::{ARCH, OS};
 use std::io::{Read, Seek};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// An FMU for co-simulation whose library for this platform is loaded. The folder that it was unpacked to is removed after
 /// the last instance and this value are gone.
@@ -38,13 +39,7 @@ impl Fmu {
     /// # Errors
     /// As [`Fmu::open`].
     pub fn load<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<Fmu> {
-        let file = library(package)?.clone();
-        let folder = Folder::new_in(place).with_context(|| format!("no folder in {}", place.display()))?;
-        let unpacked = folder.path().join("fmu");
-        package.archive.unpack(&unpacked)?;
-        let resources = uri(&unpacked.join("resources"));
-        let path = unpacked.join(&file.path);
-        Ok(Fmu { description: package.description.clone(), library: Library::open_in(folder, &path)?, resources })
+        Unpacked::new(package, place)?.load()
     }
 
     /// A new instance.
@@ -66,6 +61,46 @@ impl Fmu {
     /// Whether the FMU has the capability of this name.
     pub fn can(&self, capability: &str) -> bool {
         self.description.co_simulation.as_ref().is_some_and(|support| support.can(capability))
+    }
+}
+
+/// An FMU for co-simulation in a temporary folder. None of its code has run.
+#[derive(Debug)]
+pub struct Unpacked {
+    description: Description,
+    folder: Folder,
+    library: LibraryFile,
+}
+
+impl Unpacked {
+    /// Unpacks an FMU to a temporary folder in `place`.
+    ///
+    /// # Errors
+    /// As [`library`], the file is damaged, or there is no room: a [`machine::Fault`].
+    pub fn new<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<Unpacked> {
+        let library = library(package)?.clone();
+        let folder = Folder::new_in(place).map_err(Error::new);
+        let folder = folder.with_context(|| format!("no folder in {}", place.display()));
+        let unpacked = folder.and_then(|folder| package.archive.unpack(&Unpacked::of(&folder)).map(|()| folder));
+        Ok(Unpacked { description: package.description.clone(), folder: machine::unpacking(unpacked, place)?, library })
+    }
+
+    /// Loads its library. This runs code of the FMU.
+    ///
+    /// # Errors
+    /// The library cannot be loaded, which may be a [`machine::Fault`], or lacks a function.
+    pub fn load(self) -> Result<Fmu> {
+        let unpacked = Unpacked::of(&self.folder);
+        let place = temporary::folder(self.folder.path()).to_path_buf();
+        let library = Library::open_in(self.folder, &unpacked.join(&self.library.path));
+        // The folder is gone now, and its place is not.
+        let library = machine::loading(library, &place)?;
+        Ok(Fmu { description: self.description, library, resources: uri(&unpacked.join("resources")) })
+    }
+
+    /// Where the FMU is in its folder.
+    fn of(folder: &Folder) -> PathBuf {
+        folder.path().join("fmu")
     }
 }
 

@@ -26,6 +26,9 @@ const TERMINATED: c_int = 3;
 /// This many messages are kept; later ones replace the earliest.
 const MOST_MESSAGES: usize = 100;
 
+/// The longest message that is kept whole, in bytes.
+const LONGEST_MESSAGE: usize = 4096;
+
 /// An instance of an FMU for co-simulation. It is freed when it is dropped.
 #[derive(Debug)]
 pub struct Instance {
@@ -397,7 +400,17 @@ unsafe extern "C" fn log(
         format
     };
     let text = text.to_string_lossy().trim_end().replace("##", "#");
-    messages.add(Message { is_error: status > WARNING, text });
+    messages.add(Message { is_error: status > WARNING, text: cut(text) });
+}
+
+/// A message as it is kept: of a long one the beginning, and how long it is.
+fn cut(mut text: String) -> String {
+    let length = text.len();
+    if length > LONGEST_MESSAGE {
+        text.truncate(text.floor_char_boundary(LONGEST_MESSAGE));
+        text.push_str(&format!("... (cut: the message has {length} bytes)"));
+    }
+    text
 }
 
 // For FMUs that let the host manage their memory.
@@ -443,4 +456,13 @@ impl Reset for Instance {
     fn reset(&mut self) -> Result<()> {
         Instance::reset(self)
     }
+}
+
+#[cfg(test)]
+#[test]
+fn of_a_long_message_the_beginning_is_kept_and_how_long_it_is() {
+    assert_eq!(cut("the sensor is broken".into()), "the sensor is broken");
+    // Two bytes each, after one: the limit is in the middle of one of them.
+    let long = cut(format!("x{}", "ä".repeat(25_000_000)));
+    assert_eq!(long, format!("x{}... (cut: the message has 50000001 bytes)", "ä".repeat(2047)));
 }

@@ -15,6 +15,7 @@ pub mod fmu;
 pub mod hexadecimal;
 pub mod instance;
 pub mod library;
+pub mod machine;
 pub mod package;
 pub mod simulation;
 pub mod standard_output;

@@ -42,7 +42,7 @@ macro_rules! function {
     (required $library:ident $path:ident $symbol:literal ($($argument:ty),*) -> $result:ty) => {
         // SAFETY: FMI 2.0 gives this symbol this type.
         *unsafe { $library.get($symbol) }
-            .map_err(|error| anyhow!("{} does not export {}: {}", $path.display(), $symbol, reason(&error, $path)))?
+            .map_err(|_| anyhow!("its library lacks {}", $symbol))?
     };
     (optional $library:ident $path:ident $symbol:literal ($($argument:ty),*) -> $result:ty) => {{
         unsafe extern "C" fn missing($(_: $argument),*) -> $result {

@@ -1,6 +1,7 @@
 //! How a command ends: errors that have an exit code of their own.
 
 use anyhow::Error;
+use host::machine::Fault;
 use parameters::Problems;
 use parameters::problem::each_drawn;
 use std::fmt;
@@ -44,12 +45,12 @@ impl fmt::Display for Differs {
 
 impl std::error::Error for Differs {}
 
-/// The exit code of an error: 1 is that of a finding, 2 that of a wrong command, 3 that of a file that cannot be read, and 130 (128 and
-/// the number of its signal) that of Ctrl-C.
+/// The exit code of an error: 1 is that of a finding, 2 that of a wrong command, 3 that of a file that cannot be read or of a machine that
+/// cannot do it, and 130 (128 and the number of its signal) that of Ctrl-C.
 pub fn code(error: &Error) -> ExitCode {
     match () {
         () if error.is::<Interrupted>() => ExitCode::from(130),
-        () if error.is::<Unreadable>() || error.is::<Wrong>() => ExitCode::from(3),
+        () if error.is::<Unreadable>() || error.is::<Wrong>() || error.is::<Fault>() => ExitCode::from(3),
         () => ExitCode::FAILURE,
     }
 }

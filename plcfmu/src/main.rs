@@ -12,9 +12,15 @@ use plcfmu::commands::{
 use plcfmu::{exit, interruption, tell};
 use std::process::ExitCode;
 
+/// Which commands run code of FMUs, and when.
+const NATIVE_CODE: &str = "\
+Native code of FMUs runs in a process of its own, in run, check --run, study, tune-study, and in tool when a loop is started. preset \
+starts each preset once. params, preset and tool also load an FMU of a block of your own that is named, to read its table. No other \
+command runs any.";
+
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
 #[derive(Parser)]
-#[command(name = "plcfmu", version)]
+#[command(name = "plcfmu", version, after_help = NATIVE_CODE)]
 struct Arguments {
     #[command(flatten)]
     tell: tell::Options,

@@ -1,17 +1,22 @@
 //! Parameter files of a PLC, and what else holds the values of a loop.
 
 use crate::exit::{Unreadable, Wrong};
+use crate::package::apart;
 #[cfg(feature = "s7")]
 use crate::{plc, progress::Progress};
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use blocks::Value;
 use blocks::table::number::to_value;
-use host::fmu::Fmu;
+use host::child::Starter;
 use host::package::Package;
-use modeldescription::{Description, Interface, Row, Table};
+use modeldescription::{Description, Row, Table};
 use parameters::{Block, Format, Loop, Member, Options, Origin, Part, Problems, Reading, Source};
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
+
+/// How long the library of an FMU may take to tell its block.
+const LOADING: Duration = Duration::from_secs(60);
 
 /// Reads the loops of a file: a parameter file, whose extension selects the format if none is given, and its encoding found out as
 /// [`Source::new`] does; an FMU, whose start values are those of one loop; or a data block of a PLC, `s7://HOST/RACK/SLOT/DBn`.
@@ -134,15 +139,15 @@ fn values(description: &Description, block: &Block) -> Result<Vec<(usize, Value)
     Ok(values)
 }
 
-/// The block of an FMU that was made with `fmu::export!`, from the table in its library for this machine, which is loaded for it.
-/// That of a program comes from its sources.
+/// The block of an FMU that was made with `fmu::export!`, from the table in its library for this machine, which is loaded in a process
+/// of its own. That of a program comes from its sources.
 ///
 /// # Errors
-/// The FMU cannot be loaded here, or was made otherwise.
+/// The FMU cannot be loaded here, ends its process, or was made otherwise.
 pub fn block_of_library(path: &Path) -> Result<Block> {
     let interface = match crate::package::program::interface_of(&mut Package::open(path)?)? {
         Some(interface) => interface,
-        None => Interface::parse(&Fmu::open(path)?.library.interface()?)?,
+        None => apart::interface(&Starter { limit: LOADING, ..Starter::new()? }, path)?,
     };
     block(&interface.table)
 }

@@ -90,7 +90,8 @@ fn line(kind: &str, color: AnsiColor, text: &str) {
 /// A text without the characters that a terminal takes for orders: they are shown as escape sequences. Lines stay.
 pub fn plain(text: &str) -> String {
     let is_order = |c: char| {
-        c.is_control() && c != '\n' && c != '\t' || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+        c.is_control() && c != '\n' && c != '\t'
+            || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
     };
     let shown = |c: char| if is_order(c) { c.escape_default().to_string() } else { c.to_string() };
     text.chars().map(shown).collect()

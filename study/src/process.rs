@@ -7,9 +7,9 @@ use anyhow::{Result, bail};
 use host::child::{self, OWN, Prints, Process};
 pub use host::child::{End, TICK};
 use run::master::Recording;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-/// How long FMUs may take to load, at least: they are unpacked, and the machine is busy with the other workers.
+/// How long FMUs may take to be unpacked, besides the limit: the machine is busy with the other workers.
 const LOADING: Duration = Duration::from_secs(60);
 
 /// How to start workers.
@@ -36,14 +36,16 @@ impl Starter {
     pub fn start(&self, listens: bool) -> Result<(Worker, Ready)> {
         // What FMUs print in thousands of runs helps nobody, unless one crashes.
         let mut worker = Worker(self.child.start(ROLE, if listens { Prints::Kept } else { Prints::Dropped })?);
-        worker.0.limit = self.child.limit.max(LOADING);
         let Starter { renews, exact_door, .. } = *self;
         worker.0.send(&Request::Begin { job: self.job.clone(), is_prompt: listens, renews, exact_door });
-        match worker.reply() {
-            Ok(Reply::Ready(ready)) => {
-                worker.0.limit = self.child.limit;
-                Ok((worker, ready))
-            }
+        let (began, mut calls) = (Instant::now(), 0);
+        // A library may take as long to load as a run.
+        let reply = worker.0.receive(|witness| {
+            let is_next = std::mem::replace(&mut calls, witness.calls()) != calls;
+            is_next || witness.member().is_none() && began.elapsed() < LOADING
+        });
+        match reply {
+            Ok(Reply::Ready(ready)) => Ok((worker, ready)),
             Ok(Reply::Refused(error)) => bail!("{error}"),
             Ok(other) => bail!("a worker answered {other:?}"),
             Err(End::Interrupted) => bail!("interrupted"),

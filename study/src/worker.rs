@@ -14,7 +14,7 @@ use crate::results::Row;
 use anyhow::{Context, Result, bail};
 use host::child::witness::Witnessed;
 use host::child::{Channel, serve};
-use host::fmu::{Fmu, has_table, has_text};
+use host::fmu::{Fmu, Unpacked, has_table, has_text};
 use host::package::Package;
 use host::simulation::Fmus;
 use modeldescription::Table;
@@ -231,14 +231,16 @@ fn load(job: &Job, channel: &Channel) -> Result<(Fmus, Experiment, Vec<Option<St
     let fmus = Fmus::open(&job.system, |path| {
         let mut load = || {
             let mut package = Package::open(path)?;
+            let tells = has_table(&mut package)?;
+            let unpacked = Unpacked::new(&mut package, &channel.folder)?;
             // The initialisers of the library run, and may crash.
             let member = job.system.members.iter().position(|member| member.path == path);
             channel.witness.call(member.unwrap_or_default());
-            let tells = has_table(&mut package)?;
-            let fmu = Fmu::load(&mut package, &channel.folder)?;
+            let fmu = unpacked.load()?;
             if tells {
                 interfaces.insert(path.to_path_buf(), fmu.library.interface()?);
             }
+            channel.witness.clear();
             Ok(fmu)
         };
         let fmu: Result<Fmu> = load();

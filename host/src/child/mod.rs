@@ -15,12 +15,14 @@ mod standard_output;
 pub mod witness;
 
 use crate::instance;
+use crate::machine::Fault;
 use crate::package::temporary::Folder;
 use anyhow::{Context, Result, bail};
 use end::{how, last_bytes};
 use framing::FAREWELL;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use std::env;
 use std::fs::File;
 use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
@@ -135,8 +137,9 @@ impl Starter {
         if self.interrupted.load(Ordering::Relaxed) {
             bail!("interrupted");
         }
-        let folder = Folder::new()?;
-        let witness = Witness::open(folder.path())?;
+        let temporary = env::temp_dir();
+        let folder = Folder::new().with_context(|| Fault::no_room(&temporary))?;
+        let witness = Witness::open(folder.path()).with_context(|| Fault::no_room(&temporary))?;
         let errors = match prints {
             Prints::Shown => Stdio::inherit(),
             Prints::Kept => Stdio::piped(),
@@ -198,6 +201,7 @@ impl Process {
     /// Why there is none.
     pub fn receive<T: DeserializeOwned>(&mut self, mut is_alive: impl FnMut(&Witness) -> bool) -> Result<T, End> {
         let mut began = Instant::now();
+        let mut is_left = false;
         loop {
             let left = self.limit.saturating_sub(began.elapsed());
             match self.replies.recv_timeout(left.min(TICK)) {
@@ -211,6 +215,13 @@ impl Process {
                     return Err(End::Interrupted);
                 }
                 Err(RecvTimeoutError::Disconnected) => return Err(self.ended()),
+                // What it has sent before is still on its way, unless another process holds its output.
+                Err(RecvTimeoutError::Timeout) if self.has_ended_itself() => {
+                    self.end_group();
+                    if std::mem::replace(&mut is_left, true) {
+                        return Err(self.ended());
+                    }
+                }
                 Err(RecvTimeoutError::Timeout) if is_alive(&self.witness) => began = Instant::now(),
                 Err(RecvTimeoutError::Timeout) if left.is_zero() => {
                     self.kill();
@@ -226,13 +237,10 @@ impl Process {
     fn ended(&mut self) -> End {
         let began = Instant::now();
         while began.elapsed() < FAREWELL {
-            match self.process.try_wait() {
-                Ok(None) => thread::sleep(Duration::from_millis(1)),
-                ended => {
-                    self.has_ended = true;
-                    return End::Ended(how(ended.ok().flatten()));
-                }
+            if self.has_ended_itself() {
+                return End::Ended(how(self.kill()));
             }
+            thread::sleep(Duration::from_millis(1));
         }
         self.disturbed()
     }
@@ -270,10 +278,33 @@ impl Process {
 
     /// Ends the process, and says how it has ended.
     pub fn kill(&mut self) -> Option<ExitStatus> {
+        self.end_group();
         self.has_ended = true;
         // It may have closed its output alone. The status of one that has ended stays as it is.
         let _ = self.process.kill();
         self.process.wait().ok()
+    }
+
+    /// Whether it has ended without being told to. Its number is not given to another process before it is waited for.
+    #[cfg(unix)]
+    fn has_ended_itself(&mut self) -> bool {
+        use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
+        let look = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+        !matches!(waitid(WaitId::Pid(Pid::from_child(&self.process)), look), Ok(None))
+    }
+
+    #[cfg(not(unix))]
+    fn has_ended_itself(&mut self) -> bool {
+        !matches!(self.process.try_wait(), Ok(None))
+    }
+
+    /// Ends it and the processes that the FMU has started, but for those that have left its group. On Windows these stay.
+    fn end_group(&self) {
+        #[cfg(unix)]
+        if !self.has_ended {
+            use rustix::process::{Pid, Signal, kill_process_group};
+            let _ = kill_process_group(Pid::from_child(&self.process), Signal::KILL);
+        }
     }
 }
 
@@ -283,7 +314,10 @@ impl Drop for Process {
         drop(self.requests.take());
         if !self.has_ended {
             let began = Instant::now();
-            while began.elapsed() < FAREWELL && self.replies.recv_timeout(FAREWELL).is_ok() {}
+            while began.elapsed() < FAREWELL
+                && !self.has_ended_itself()
+                && self.replies.recv_timeout(TICK) != Err(RecvTimeoutError::Disconnected)
+            {}
             self.kill();
         }
     }

@@ -2,7 +2,8 @@
 
 use super::witness::Witnessed;
 use super::{Channel, End, OWN, Prints, Starter, serve};
-use crate::fmu::Fmu;
+use crate::fmu::Unpacked;
+use crate::machine::Failure;
 use crate::package::Package;
 use crate::simulation::Fmus;
 use anyhow::{Context, Result, anyhow};
@@ -35,7 +36,7 @@ enum Reply {
     /// The next rows, each the time and the values as numbers of 8 bytes.
     Rows(ByteBuf),
     /// The run is over: what FMUs have logged, with their names, and which FMU ended it before its time, or why it failed.
-    Over { messages: Vec<(String, String)>, ended: Result<Option<String>, String> },
+    Over { messages: Vec<(String, String)>, ended: Result<Option<String>, Failure> },
 }
 
 /// What becomes of the rows of a run.
@@ -106,7 +107,7 @@ pub fn run(
             }
             Ok(Reply::Over { messages, ended }) => {
                 let steps = process.witness.steps();
-                return Ok(Finished { messages, steps, ended: ended.map_err(|error| anyhow!(error)) });
+                return Ok(Finished { messages, steps, ended: ended.map_err(Failure::into_error) });
             }
             Err(End::Interrupted) => return Err(anyhow!("interrupted")),
             Err(End::Ended(what)) => {
@@ -132,7 +133,7 @@ pub fn child(folder: &Path) -> Result<()> {
         channel.tell_messages();
         let mut messages = Vec::new();
         let system = serde_json::from_str(&request.system)?;
-        let ended = simulate(channel, &system, request.wants_rows, &mut messages).map_err(|error| format!("{error:#}"));
+        let ended = simulate(channel, &system, request.wants_rows, &mut messages).map_err(Failure::from);
         channel.send(&Reply::Over { messages, ended })
     })
 }
@@ -146,8 +147,12 @@ fn simulate(
     let witness = &channel.witness;
     let fmus = Fmus::open(system, |path| {
         let member = system.members.iter().position(|member| member.path == path).unwrap_or_default();
+        let unpacked = Package::open(path).and_then(|mut package| Unpacked::new(&mut package, &channel.folder));
+        // The initialisers of the library run, and may crash.
         witness.call(member);
-        Fmu::load(&mut Package::open(path)?, &channel.folder).with_context(|| path.display().to_string())
+        let fmu = unpacked.and_then(Unpacked::load).with_context(|| path.display().to_string());
+        witness.clear();
+        fmu
     })?;
     let plan = Plan::of(system, &fmus.descriptions())?;
     let instances = (0..system.members.len()).map(|member| Witnessed::instantiate(&fmus, member, witness));

@@ -9,6 +9,7 @@ use crate::simulation::Fmus;
 use anyhow::{Context, Result};
 use memmap2::{MmapOptions, MmapRaw};
 use run::component::Reset;
+use std::io::Write;
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -40,8 +41,11 @@ impl Witness {
     pub fn open(folder: &Path) -> Result<Witness> {
         let map = || {
             let path = folder.join("witness");
-            let file = temporary::options().read(true).write(true).create(true).truncate(false).open(path)?;
-            file.set_len(SIZE as u64)?;
+            let mut file = temporary::options().read(true).write(true).create(true).truncate(false).open(path)?;
+            if file.metadata()?.len() < SIZE as u64 {
+                // Written, not only made longer: a page of a file that the disk has no room for kills whoever touches it.
+                file.write_all(&[0; SIZE])?;
+            }
             MmapOptions::new().len(SIZE).map_raw(&file)
         };
         Ok(Witness(map().with_context(|| format!("no file can be shared in {}", folder.display()))?))

@@ -127,6 +127,18 @@ impl<R: Read + Seek> Archive<R> {
         Ok(content)
     }
 
+    /// Unpacks everything to nowhere.
+    ///
+    /// # Errors
+    /// An entry is damaged.
+    pub fn verify(&mut self) -> Result<()> {
+        self.entries
+            .clone()
+            .iter()
+            .filter(|entry| !entry.is_folder())
+            .try_for_each(|entry| self.unpack_entry(entry, &mut io::sink()))
+    }
+
     /// Unpacks everything into a folder, which must be empty.
     ///
     /// # Errors

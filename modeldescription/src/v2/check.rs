@@ -17,7 +17,7 @@ use std::fmt::Debug;
 ///
 /// If there are more than [`MOST_FINDINGS`] of a kind, the last sentence counts the rest.
 pub fn check(description: &ModelDescription) -> Findings {
-    let (mut forbidden, mut odd) = (Counted::default(), Counted::default());
+    let (mut forbidden, mut departures, mut odd) = (Counted::default(), Counted::default(), Counted::default());
     contradictions(description, &mut |_, sentence| forbidden.push(sentence));
     check_model(description, &mut forbidden, &mut odd);
     let definitions = Definitions::of(description);
@@ -31,8 +31,8 @@ pub fn check(description: &ModelDescription) -> Findings {
         check_value(variable, &definitions, &mut |sentence| odd.push(about(variable, &sentence)));
     }
     check_aliases(description, &mut forbidden);
-    check_structure(description, &mut forbidden, &mut odd);
-    Findings { forbidden: forbidden.sentences(), odd: odd.sentences() }
+    check_structure(description, &mut forbidden, &mut departures, &mut odd);
+    Findings { forbidden: forbidden.sentences(), departures: departures.sentences(), odd: odd.sentences() }
 }
 
 /// The most findings of a kind that [`check`] tells; one more sentence counts the rest.
@@ -43,6 +43,9 @@ pub const MOST_FINDINGS: usize = 20;
 pub struct Findings {
     /// What the FMI standard forbids. A host may refuse the FMU.
     pub forbidden: Vec<String>,
+    /// What the FMI standard forbids too, but no importer minds: those that were tried run such FMUs alike. These are the variables
+    /// that InitialUnknowns leaves out, which importers use for algebraic loops of the initialization alone.
+    pub departures: Vec<String>,
     /// What is allowed, or often done, but may mislead a host.
     pub odd: Vec<String>,
 }
@@ -50,7 +53,7 @@ pub struct Findings {
 impl Findings {
     /// All of them.
     pub fn all(self) -> Vec<String> {
-        [self.forbidden, self.odd].concat()
+        [self.forbidden, self.departures, self.odd].concat()
     }
 }
 
@@ -431,7 +434,12 @@ fn check_aliases(description: &ModelDescription, forbidden: &mut Counted) {
     }
 }
 
-fn check_structure(description: &ModelDescription, forbidden: &mut Counted, odd: &mut Counted) {
+fn check_structure(
+    description: &ModelDescription,
+    forbidden: &mut Counted,
+    departures: &mut Counted,
+    odd: &mut Counted,
+) {
     let variables = &description.model_variables;
     let structure = &description.model_structure;
     let indexed = || (1..).zip(variables);
@@ -470,7 +478,8 @@ fn check_structure(description: &ModelDescription, forbidden: &mut Counted, odd:
         }
         let name = |index: u32| place(index).and_then(|place| variables.get(place)).map_or("", |found| &found.name);
         for missing in expected.iter().filter(|index| listed.binary_search(index).is_err()) {
-            forbidden.push(format!("{list}: variable {:?} (index {missing}) is missing: add it", name(*missing)));
+            let sentence = format!("{list}: variable {:?} (index {missing}) is missing: add it", name(*missing));
+            if list == "InitialUnknowns" { &mut *departures } else { &mut *forbidden }.push(sentence);
         }
         for surplus in listed.iter().filter(|index| expected.binary_search(index).is_err()) {
             forbidden.push(format!(

@@ -1,13 +1,16 @@
 //! `plcfmu check`: says in one sentence each what is wrong with FMUs, and with programs in SCL.
 
-use super::{LONGEST_NAME, functions, print, shown, time_limit};
+use super::{LONGEST_NAME, functions, print, refuse_folders, shown, time_limit};
 use crate::exit::Unreadable;
 use crate::interruption;
-use crate::package::check::{STEPS, check, run_apart};
+use crate::package::apart;
+use crate::package::check::{STEPS, check};
 use crate::package::program::{self as packing, Refused};
 use crate::program;
+use crate::tell::plain;
 use anyhow::{Error, Result, anyhow, bail};
 use host::child::Starter;
+use host::machine::Fault;
 use host::package::Package;
 use modeldescription::{Description, shortened};
 use parameters::problem::drawn;
@@ -58,13 +61,14 @@ pub fn run(options: &Options) -> Result<()> {
     } else {
         options.program.refuse()?;
     }
-    let mut wrong = 0;
+    let (mut wrong, mut untried) = (0, 0);
     let limit = Duration::from_secs_f64(options.time_limit);
     let starter =
         options.run.then(|| anyhow::Ok(Starter { limit, interrupted: interruption::flag(), ..Starter::new()? }));
     let starter = starter.transpose()?;
     let mut unreadable = None;
     let mut verdicts = Vec::new();
+    refuse_folders(&fmus)?;
     for file in &fmus {
         let verdict = examine(file, starter.as_ref());
         if starter.as_ref().is_some_and(|starter| starter.interrupted.load(Ordering::Relaxed)) {
@@ -74,6 +78,7 @@ pub fn run(options: &Options) -> Result<()> {
             unreadable.get_or_insert_with(|| Unreadable(anyhow!("{} cannot be read: {error}", file.display())));
         }
         wrong += usize::from(!verdict.errors.is_empty());
+        untried += usize::from(verdict.untried.is_some());
         if options.json {
             verdicts.push(verdict);
         } else {
@@ -87,6 +92,10 @@ pub fn run(options: &Options) -> Result<()> {
         return Err(Error::new(unreadable));
     }
     match (wrong, fmus.len()) {
+        (0, _) if untried > 0 => {
+            let all = fmus.len();
+            Err(Error::new(Unreadable(anyhow!("{untried} of {all} FMUs could not be tried on this machine as it is"))))
+        }
         (0, _) => Ok(()),
         (_, 1) => bail!("the FMU is wrong"),
         (wrong, all) => bail!("{wrong} of {all} FMUs are wrong"),
@@ -126,12 +135,16 @@ struct Verdict {
     what: Option<String>,
     /// What the standard forbids, or what stops an importer.
     errors: Vec<String>,
+    /// What the standard forbids and no importer minds.
+    departures: Vec<String>,
     /// What is allowed but may surprise.
     remarks: Vec<String>,
     /// Its libraries, a line each.
     libraries: Vec<String>,
     /// What its run has shown, or why it was not run.
     run: Option<String>,
+    /// Why this machine could not make its run.
+    untried: Option<String>,
 }
 
 impl Verdict {
@@ -140,9 +153,17 @@ impl Verdict {
         let errors = self.errors.iter().map(|error| format!("WRONG: {error}"));
         let remarks = self.remarks.iter().map(|remark| format!("remark: {remark}"));
         let others = self.libraries.iter().chain(&self.run).cloned();
-        let ok = self.errors.is_empty().then(|| "ok".to_string());
-        let lines = self.what.iter().cloned().chain(errors).chain(remarks).chain(others).chain(ok);
-        format!("{}\n{}", self.file, lines.map(|line| format!("  {line}\n")).collect::<String>())
+        let departures = self.departures.iter().map(|departure| format!("DEPARTS: {departure}"));
+        let untried = self.untried.iter().map(|why| format!("could not be tried: {why}"));
+        let verdict = match (self.errors.is_empty() && self.untried.is_none(), self.departures.is_empty()) {
+            (false, _) => None,
+            (true, false) => Some("departs from the standard; the tools tried run it".to_string()),
+            (true, true) => Some("ok".to_string()),
+        };
+        let lines = self.what.iter().cloned().chain(errors).chain(departures).chain(remarks).chain(others);
+        let lines = lines.chain(untried).chain(verdict);
+        // Names in an archive may have characters that a terminal takes for orders.
+        plain(&format!("{}\n{}", self.file, lines.map(|line| format!("  {line}\n")).collect::<String>()))
     }
 }
 
@@ -158,7 +179,7 @@ fn examine(file: &Path, starter: Option<&Starter>) -> Verdict {
     };
     verdict.what = Some(headline(&package.description));
     let report = check(&mut package);
-    (verdict.errors, verdict.remarks) = (report.errors, report.remarks);
+    (verdict.errors, verdict.departures, verdict.remarks) = (report.errors, report.departures, report.remarks);
     for (file, binary) in &report.libraries {
         let needs = |glibc: &String| format!(", needs glibc {}", shown(glibc, LONGEST_NAME));
         let glibc = binary.glibc.as_ref().map_or(String::new(), needs);
@@ -168,11 +189,12 @@ fn examine(file: &Path, starter: Option<&Starter>) -> Verdict {
     match (starter.filter(|_| verdict.errors.is_empty()), host::fmu::library(&package)) {
         (None, _) => {}
         (Some(_), Err(why)) => verdict.run = Some(format!("not run: {why:#}")),
-        (Some(starter), Ok(_)) => match run_apart(starter, file) {
+        (Some(starter), Ok(_)) => match apart::run(starter, file) {
             Ok(()) => {
                 let done = format!("run: instantiated, initialized, {STEPS} steps, all variables read, freed");
                 verdict.run = Some(done);
             }
+            Err(error) if error.is::<Fault>() => verdict.untried = Some(format!("{error:#}")),
             Err(error) => verdict.errors.push(format!("{error:#}")),
         },
     }

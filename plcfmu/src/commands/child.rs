@@ -1,7 +1,7 @@
 //! The hidden command of the processes that run foreign code, see [`host::child`].
 
 use crate::linked;
-use crate::package::check;
+use crate::package::apart;
 #[cfg(feature = "server")]
 use crate::tool::child;
 use anyhow::{Result, bail};
@@ -25,7 +25,7 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<()> {
     match options.role.as_str() {
         simulation::ROLE => simulation::child(&options.folder),
-        check::ROLE => check::child(&options.folder),
+        apart::ROLE => apart::child(&options.folder),
         worker::ROLE => worker::run(&options.folder, linked::find),
         #[cfg(feature = "server")]
         child::ROLE => child::run(&options.folder),

@@ -1,8 +1,9 @@
 //! `plcfmu info`: what an FMU is, what it needs, and its variables.
 
 use super::check::kinds;
-use super::{LONGEST_NAME, functions, print, shown};
+use super::{LONGEST_NAME, functions, print, refuse_folders, shown};
 use crate::package::preset;
+use crate::tell::plain;
 use anyhow::{Context, Result, bail};
 use blocks::table::start::Start;
 use host::package::Package;
@@ -42,6 +43,7 @@ const LONGEST_TEXT: usize = 1000;
 /// # Errors
 /// A file cannot be read; the others have been printed.
 pub fn run(options: &Options) -> Result<()> {
+    refuse_folders(&options.files)?;
     let mut objects = Vec::new();
     let mut unreadable = Vec::new();
     for (place, file) in options.files.iter().enumerate() {
@@ -49,7 +51,7 @@ pub fn run(options: &Options) -> Result<()> {
             Ok(fmu) if options.json => objects.push(fmu.json(file)),
             Ok(fmu) => {
                 let gap = if place > 0 { "\n" } else { "" };
-                print(&format!("{gap}{}\n{}", file.display(), fmu.text()))?;
+                print(&plain(&format!("{gap}{}\n{}", file.display(), fmu.text())))?;
             }
             Err(error) => unreadable.push(format!("{}: {error:#}", file.display())),
         }

@@ -22,7 +22,7 @@ pub struct Arguments {
     pub files: Vec<String>,
     /// FMUs, or folders with FMUs
     ///
-    /// A file may contain their blocks, even if they are blocks of your own; the libraries of these are loaded.
+    /// A file may contain their blocks, even if they are blocks of your own; the libraries of these are loaded, in a process of their own.
     #[arg(long, value_name = "FOLDER|FILE.fmu")]
     pub fmus: Vec<PathBuf>,
     /// The block of the loops, where the file does not say it: its name, or FB 41 and the like
@@ -77,7 +77,7 @@ impl Arguments {
     /// The blocks that files may contain: those that are known, and those of the FMUs that are named.
     ///
     /// # Errors
-    /// An FMU cannot be read, or its library cannot be loaded.
+    /// An FMU cannot be read, or its library, which is loaded in a process of its own, tells no table.
     pub fn blocks(&self) -> Result<Vec<Arc<Block>>> {
         let mut blocks = Block::all();
         for path in fmus(&self.fmus)? {

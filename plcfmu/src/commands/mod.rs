@@ -22,13 +22,14 @@ pub mod test;
 pub mod tool;
 pub mod tune_study;
 
+use crate::exit::Unreadable;
 use crate::tell::{self, plain};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Error, Result, anyhow, ensure};
 use host::library::PREFIX;
 use host::package::binary::Binary;
 use host::standard_output::is_closed;
 use std::io::{ErrorKind, Write, stdout};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The longest name that is printed of a foreign FMU, in characters.
 const LONGEST_NAME: usize = 60;
@@ -99,6 +100,16 @@ fn time_limit(text: &str) -> Result<f64, String> {
         Ok(seconds) if (0.1..=1e6).contains(&seconds) => Ok(seconds),
         _ => Err("a time from 0.1 s to 1000000 s is needed".into()),
     }
+}
+
+/// Refuses folders where FMUs are needed.
+fn refuse_folders(files: &[PathBuf]) -> Result<()> {
+    let folder = files.iter().find(|file| file.is_dir());
+    folder.map_or(Ok(()), |folder| {
+        let sample = folder.join("*.fmu");
+        let error = anyhow!("{} is a folder: name FMUs, such as {}", folder.display(), sample.display());
+        Err(Error::new(Unreadable(error)))
+    })
 }
 
 /// How much of FMI 2.0 a library exports. It may export functions of other versions too.

@@ -4,11 +4,12 @@ use super::loops::{self, Arguments};
 use super::{aligned, print, replacing, told_once};
 use crate::exit::Unreadable;
 use crate::interruption;
-use crate::package::check;
+use crate::package::apart;
 use crate::package::preset::{Original, Preset, identifier};
 use crate::tell;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use host::child::Starter;
+use host::machine::Fault;
 use host::package::temporary::Pending;
 use host::package::{Package, temporary};
 use parameters::{Loop, Origin};
@@ -152,10 +153,13 @@ fn start(made: &[Made]) -> Result<()> {
         let file = folder.path().join(format!("{}.fmu", preset.name));
         std::fs::write(&file, &preset.bytes).with_context(|| file.display().to_string())?;
         let started = match host::fmu::library(&Package::open(&file)?) {
-            Ok(_) => check::run_apart(&starter, &file),
+            Ok(_) => apart::run(&starter, &file),
             Err(_) => Ok(()),
         };
-        started.with_context(|| format!("{} would not run", path.display()))?;
+        if let Err(error) = started {
+            let how = if error.is::<Fault>() { "could not be tried" } else { "would not run" };
+            return Err(error.context(format!("{} {how}", path.display())));
+        }
         std::fs::remove_file(&file).with_context(|| file.display().to_string())?;
     }
     Ok(())

@@ -120,7 +120,7 @@ fn open(options: &Options, starter: Starter) -> Result<Opened> {
         } else if is_preset(path).with_context(shown)? {
             presets.push(path);
         } else {
-            let known = Known::open(path).with_context(shown)?;
+            let known = Known::open(path, Some(&starter)).with_context(shown)?;
             if !known.is_foreign() {
                 start.block.get_or_insert_with(|| known.name.clone());
             }
@@ -128,13 +128,15 @@ fn open(options: &Options, starter: Starter) -> Result<Opened> {
         }
     }
     if let Some(path) = &options.plant {
-        let known = Known::open(path).with_context(|| path.display().to_string())?.into_plant();
+        let known = Known::open(path, Some(&starter)).with_context(|| path.display().to_string())?.into_plant();
         start.plant = Some(known.name.clone());
         add(&mut fmus, known)?;
     }
     let folder = folder(options.fmus.as_deref(), has_fmus);
     if let Some(folder) = &folder {
-        add_folder(&mut fmus, folder)?;
+        // The code of what lies in a usual folder, which nobody has named, does not run.
+        let is_named = options.fmus.is_some() || env::var_os(FMUS).is_some_and(|folder| !folder.is_empty());
+        add_folder(&mut fmus, folder, is_named.then_some(&starter))?;
     }
     ensure!(
         fmus.iter().any(|known| !known.is_foreign()),
@@ -163,13 +165,15 @@ fn add(fmus: &mut Vec<Known>, known: Known) -> Result<()> {
 }
 
 /// Adds the FMUs of a folder that are ours. Those that have been named before take precedence; presets are passed over.
-fn add_folder(fmus: &mut Vec<Known>, folder: &Path) -> Result<()> {
+fn add_folder(fmus: &mut Vec<Known>, folder: &Path, starter: Option<&Starter>) -> Result<()> {
     for path in paths(folder).with_context(|| folder.display().to_string())? {
         let is_named = |known: &Known| path.file_stem().is_some_and(|stem| stem.to_string_lossy() == *known.name);
         if fmus.iter().any(is_named) {
             continue;
         }
-        match is_preset(&path).and_then(|is_preset| if is_preset { Ok(None) } else { Known::open(&path).map(Some) }) {
+        match is_preset(&path)
+            .and_then(|is_preset| if is_preset { Ok(None) } else { Known::open(&path, starter).map(Some) })
+        {
             Ok(Some(known)) if known.is_foreign() => {
                 tell::remark(&format!("{}: it is a foreign FMU: name it to use it", path.display()));
             }

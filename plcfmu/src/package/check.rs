@@ -4,9 +4,8 @@
 use crate::build::compile::GLIBC;
 use crate::build::platform;
 use crate::package::preset;
-use anyhow::{Context, Result, anyhow, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use blocks::table::start::Start;
-use host::child::{End, Prints, Starter, serve};
 use host::fmu::Fmu;
 use host::instance::Instance;
 use host::library::FUNCTIONS;
@@ -15,7 +14,7 @@ use host::package::{DESCRIPTION, LibraryFile, Package, temporary};
 use memchr::memmem;
 use modeldescription::{Causality, Description, Interface, ModelDescription, shortened};
 use std::io::{Read, Seek};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// How many communication steps an FMU makes when it is run.
 pub const STEPS: u32 = 10;
@@ -33,6 +32,8 @@ pub struct Report {
     pub libraries: Vec<(LibraryFile, Binary)>,
     /// What keeps a host from using the FMU, a sentence each. An FMU without any is as it should be.
     pub errors: Vec<String>,
+    /// What departs from the standard in a way that no host minds, a sentence each.
+    pub departures: Vec<String>,
     /// What may mislead a host or its user, a sentence each.
     pub remarks: Vec<String>,
 }
@@ -41,8 +42,12 @@ pub struct Report {
 pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
     let preset = preset::start(package);
     let found = package.xml.check(matches!(preset, Ok(Some(_))));
-    let errors = found.forbidden.into_iter().map(|finding| format!("{DESCRIPTION}: {finding}")).collect();
-    let mut report = Report { errors, remarks: found.odd, ..Report::default() };
+    let named =
+        |findings: Vec<String>| findings.into_iter().map(|finding| format!("{DESCRIPTION}: {finding}")).collect();
+    let (errors, departures) = (named(found.forbidden), named(found.departures));
+    let mut report = Report { errors, departures, remarks: found.odd, ..Report::default() };
+    // Whoever runs it unpacks it.
+    report.errors.extend(package.archive.verify().err().map(|error| format!("{error:#}")));
     for name in package.xml.sources() {
         let path = format!("sources/{name}");
         if package.archive.find(&path).is_none() {
@@ -173,6 +178,7 @@ pub fn packed(path: &Path, xml: &ModelDescription, has_host: bool) -> Result<()>
     ensure!(package.xml == *xml, "{DESCRIPTION} does not read back as it was written");
     let report = check(&mut package);
     ensure!(report.errors.is_empty(), report.errors.join("; "));
+    ensure!(report.departures.is_empty(), report.departures.join("; "));
     ensure!(report.remarks.is_empty(), "{DESCRIPTION}: {}", report.remarks.join("; "));
     if has_host {
         run(&mut package, temporary::folder(path))?;
@@ -232,36 +238,6 @@ fn check_starts(description: &Description, instance: &mut Instance) -> Result<()
         );
     }
     Ok(())
-}
-
-/// The role of the process that [`run_apart`] starts.
-pub const ROLE: &str = "check";
-
-/// [`run()`] in a process of its own.
-///
-/// # Errors
-/// As [`run()`], or how the FMU has ended the process, and what it has logged and printed.
-pub fn run_apart(starter: &Starter, path: &Path) -> Result<()> {
-    let mut process = starter.start(ROLE, Prints::Kept)?;
-    process.send(&path);
-    match process.receive::<Option<String>>(|_| false) {
-        Ok(error) => error.map_or(Ok(()), |error| Err(anyhow!(error))),
-        Err(End::Interrupted) => bail!("interrupted"),
-        Err(End::Ended(what)) => bail!("the FMU {what}{}", process.last_words(None)),
-    }
-}
-
-/// The other side.
-///
-/// # Errors
-/// The other side has ended.
-pub fn child(folder: &Path) -> Result<()> {
-    serve(folder, |channel| {
-        let Some(path) = channel.next::<PathBuf>()? else { return Ok(()) };
-        channel.tell_messages();
-        let checked = Package::open(&path).and_then(|mut package| run(&mut package, folder));
-        channel.send(&checked.err().map(|error| format!("{error:#}")))
-    })
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! What is made of FMUs' files, and what is checked in them.
 
+pub mod apart;
 pub mod check;
 pub mod dist;
 pub mod merge;

@@ -4,8 +4,9 @@
 //! Names of the elements are C identifiers, and none begins another one: OMSimulator refuses other characters, and FMPy's
 //! master takes the parameters of `P10` for those of `P1`.
 
+use crate::package::check;
 use crate::package::preset::identifier;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use askama::Template;
 use host::package::{Package, archive};
 use modeldescription::{Causality, Description, Unit};
@@ -189,7 +190,11 @@ impl Resources {
                 continue;
             }
             let content = fs::read(&path).with_context(shown)?;
-            let description = Package::read(Cursor::new(&content)).with_context(shown)?.description;
+            let mut package = Package::read(Cursor::new(&content)).with_context(shown)?;
+            // Who gets the file must not get what `plcfmu check` calls wrong.
+            let errors = check::check(&mut package).errors;
+            ensure!(errors.is_empty(), "{}: the FMU is wrong: {}", shown(), errors.join("; "));
+            let description = package.description;
             if description.co_simulation.is_none() {
                 bail!("{}: the FMU is for model exchange only; only co-simulation is supported", shown());
             }

@@ -20,8 +20,6 @@ pub const ROLE: &str = "instance";
 #[derive(Debug, Deserialize, Serialize)]
 enum Call {
     Open(PathBuf),
-    /// The library's table, as JSON.
-    Interface,
     Instantiate(String),
     Setup(f64, Option<f64>),
     EnterInitialization,
@@ -36,7 +34,7 @@ impl Call {
     /// What happens to the FMU then, after "while it".
     fn doing(&self) -> &'static str {
         match self {
-            Call::Open(_) | Call::Interface => "was loaded",
+            Call::Open(_) => "was loaded",
             Call::Instantiate(_) => "was instantiated",
             Call::Setup(..) => "was set up",
             Call::EnterInitialization | Call::ExitInitialization => "was initialized",
@@ -53,7 +51,6 @@ impl Call {
 enum Reply {
     Done,
     Values(Vec<f64>),
-    Text(String),
     /// What the FMU refused, and why.
     Refused(String),
 }
@@ -76,17 +73,6 @@ pub fn instantiate(starter: &child::Starter, path: &Path, name: &str) -> Result<
     let mut child = Child::start(starter, path)?;
     child.done(Call::Instantiate(name.into()))?;
     Ok(child)
-}
-
-/// The table of the FMU at `path`, as JSON.
-///
-/// # Errors
-/// It has none, or as for [`instantiate`].
-pub fn interface(starter: &child::Starter, path: &Path) -> Result<String> {
-    match Child::start(starter, path)?.ask(Call::Interface)? {
-        Reply::Text(json) => Ok(json),
-        other => bail!("its process answered {other:?}"),
-    }
 }
 
 impl Child {
@@ -213,7 +199,6 @@ fn make(fmu: Option<&Fmu>, instance: &mut Option<Instance>, call: Call) -> Resul
     };
     match call {
         Call::Open(_) => bail!("the FMU is loaded already"),
-        Call::Interface => fmu.library.interface().map(Reply::Text),
         Call::Instantiate(name) => {
             *instance = Some(fmu.instantiate(&name)?);
             Ok(Reply::Done)

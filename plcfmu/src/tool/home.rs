@@ -1,5 +1,8 @@
-//! The home of the engine behind `plcfmu tool`: FMUs, ours in this process and foreign ones in processes of their own.
+//! The home of the engine behind `plcfmu tool`. The library of an FMU is never loaded into this process: the blocks of this program
+//! are linked into it, and the instances of other FMUs have processes of their own.
 
+use crate::linked;
+use crate::package::apart;
 use crate::package::preset::Original;
 use crate::parameter_file;
 use crate::tool::child;
@@ -7,9 +10,9 @@ use anyhow::{Context, Result, bail, ensure};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use host::child::Starter;
-use host::fmu::{Fmu, has_table};
+use host::fmu::{has_table, has_text};
 use host::package::{Package, temporary};
-use modeldescription::{Description, Interface, Table, shortened};
+use modeldescription::{Description, Table, shortened};
 use parameters::{Block, Format, Loop};
 use run::component::Component;
 use run::fmus::Fmus;
@@ -19,6 +22,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
+use study::worker;
 use tool::home::Home;
 use tool::message::{Entry, KnownLoop, Part};
 
@@ -39,37 +43,38 @@ pub struct Known {
 
 #[derive(Debug)]
 enum Source {
-    /// In this process.
-    Loaded(Box<Fmu>, PathBuf),
+    /// In this process: its library is compiled from the code that is linked into this program.
+    Linked(Box<worker::Linked>, PathBuf),
     /// Each in a process of its own.
-    Foreign(PathBuf),
+    Apart(PathBuf),
     /// The same for an FMU that a page has sent; its file goes with it.
     Uploaded(temporary::Document),
 }
 
 impl Known {
-    /// Opens an FMU. One that was made with `fmu::export!` is loaded, which runs code of it.
+    /// Opens an FMU. If it was made with `fmu::export!` and this program does not have its block, `starter` runs code of it: its library
+    /// tells its table. Without one it is foreign.
     ///
     /// # Errors
     /// It is damaged, or has no library for this platform.
-    pub fn open(path: &Path) -> Result<Known> {
+    pub fn open(path: &Path, starter: Option<&Starter>) -> Result<Known> {
         let mut package = Package::open(path)?;
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        let description = Arc::new(package.description.clone());
-        if !has_table(&mut package)? {
-            return Ok(Known {
-                name,
-                description,
-                table: None,
-                part: Part::Other,
-                source: Source::Foreign(path.into()),
-            });
-        }
-        let fmu = Fmu::load(&mut package, &std::env::temp_dir())?;
-        let table = fmu.table()?;
-        let part = part(&table);
-        let source = Source::Loaded(Box::new(fmu), path.into());
-        Ok(Known { name, description, table: Some(Arc::new(table)), part, source })
+        let has_table = has_table(&mut package)?;
+        let linked = linked::find(&package.description).filter(|_| has_table);
+        let table = match (&linked, starter.filter(|_| has_table)) {
+            (Some(linked), _) => Some(worker::table(&linked.interface)?),
+            (None, Some(starter)) => Some(apart::interface(starter, path)?.table),
+            (None, None) => None,
+        };
+        let mut is_same =
+            |of: &worker::Linked| of.code.is_some_and(|code| has_text(&mut package, code).unwrap_or(false));
+        let source = match linked.filter(&mut is_same) {
+            Some(linked) => Source::Linked(Box::new(linked), path.into()),
+            None => Source::Apart(path.into()),
+        };
+        let part = table.as_ref().map_or(Part::Other, part);
+        Ok(Known { name, description: Arc::new(package.description), table: table.map(Arc::new), part, source })
     }
 
     /// Says that it is a plant, if it does not say itself what it is.
@@ -80,7 +85,7 @@ impl Known {
         self
     }
 
-    /// Whether it was not made with `fmu::export!`.
+    /// Whether nothing is known of its block: it was not made with `fmu::export!`, or nobody may ask its library.
     pub fn is_foreign(&self) -> bool {
         self.table.is_none()
     }
@@ -91,7 +96,7 @@ impl Known {
             name: self.name.clone(),
             summary: self.description.description.as_deref().map(short).unwrap_or_default(),
             part: self.part,
-            is_foreign: !matches!(self.source, Source::Loaded(..)),
+            is_foreign: self.is_foreign() || matches!(self.source, Source::Uploaded(_)),
         }
     }
 }
@@ -273,7 +278,7 @@ impl FmuHome {
         let mut package = Package::open(path)?;
         let mut table = None;
         if has_table(&mut package)? {
-            table = Some(Arc::new(Interface::parse(&child::interface(&self.collection.starter, path)?)?.table));
+            table = Some(Arc::new(apart::interface(&self.collection.starter, path)?.table));
         }
         let (name, file) = uploads.waiting.remove(place);
         let known = Known {
@@ -322,8 +327,8 @@ impl Fmus for FmuHome {
         let known = self.known(fmu)?;
         let starter = &self.collection.starter;
         Ok(match &known.source {
-            Source::Loaded(fmu, _) => Box::new(fmu.instantiate(name)?),
-            Source::Foreign(path) => Box::new(child::instantiate(starter, path, name)?),
+            Source::Linked(block, _) => (block.instantiate)(name)?,
+            Source::Apart(path) => Box::new(child::instantiate(starter, path, name)?),
             Source::Uploaded(file) => Box::new(child::instantiate(starter, file.path(), name)?),
         })
     }
@@ -346,7 +351,7 @@ impl Home for FmuHome {
         let block = &of.block.name;
         let is_of_block = |known: &&Arc<Known>| known.table.as_ref().is_some_and(|table| table.name == *block);
         let known = self.collection.fmus.iter().find(is_of_block).map(|known| &known.source);
-        let Some(Source::Loaded(_, path)) = known else {
+        let Some(Source::Linked(_, path) | Source::Apart(path)) = known else {
             bail!("there is no FMU of {block}: name it, or its folder with --fmus, when plcfmu tool is started")
         };
         let preset = Original::open(path).and_then(|mut original| original.preset(of));

@@ -225,8 +225,12 @@ fn routes(shared: &Arc<Shared>) -> Router {
 
 /// Lets pass what is meant for this server and comes from its own page or from nowhere.
 async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
-    let mut response =
-        if shared.allows(request.headers()) { next.run(request).await } else { StatusCode::FORBIDDEN.into_response() };
+    let mut response = match () {
+        // RFC 9112: a server must not choose one of two.
+        () if request.headers().get_all(HOST).iter().count() > 1 => StatusCode::BAD_REQUEST.into_response(),
+        () if shared.allows(request.headers()) => next.run(request).await,
+        () => StatusCode::FORBIDDEN.into_response(),
+    };
     let headers = response.headers_mut();
     for (name, value) in [
         (CACHE_CONTROL, "no-store"),

@@ -1,0 +1,74 @@
+//! Code of an FMU that a command needs once, in a process of its own: a crash or an endless loop of it is a sentence.
+
+use crate::package::check;
+use anyhow::{Result, bail};
+use host::child::{End, Prints, Starter, serve};
+use host::fmu::{Fmu, has_table};
+use host::machine::Failure;
+use host::package::Package;
+use modeldescription::Interface;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// The role of the process.
+pub const ROLE: &str = "apart";
+
+/// What the process is to do with an FMU.
+#[derive(Deserialize, Serialize)]
+enum Request {
+    /// [`check::run()`]
+    Run(PathBuf),
+    /// Tell what the library says of its block, as JSON.
+    Interface(PathBuf),
+}
+
+/// [`check::run()`] in a process of its own.
+///
+/// # Errors
+/// As [`check::run()`], or how the FMU has ended the process, and what it has logged and printed.
+pub fn run(starter: &Starter, path: &Path) -> Result<()> {
+    ask(starter, &Request::Run(path.into())).map(drop)
+}
+
+/// What the library of the FMU at `path` tells of its block. One that has no table is not loaded.
+///
+/// # Errors
+/// It has no table, cannot be loaded here, or ends its process.
+pub fn interface(starter: &Starter, path: &Path) -> Result<Interface> {
+    if !has_table(&mut Package::open(path)?)? {
+        bail!(
+            "it was not made by plcfmu: nothing says which PLC types its variables have; `plcfmu info` shows its start values"
+        );
+    }
+    Ok(Interface::parse(&ask(starter, &Request::Interface(path.into()))?)?)
+}
+
+fn ask(starter: &Starter, request: &Request) -> Result<String> {
+    let mut process = starter.start(ROLE, Prints::Kept)?;
+    process.send(request);
+    match process.receive::<Result<String, Failure>>(|_| false) {
+        Ok(reply) => reply.map_err(Failure::into_error),
+        Err(End::Interrupted) => bail!("interrupted"),
+        Err(End::Ended(what)) => bail!("the FMU {what}{}", process.last_words(None)),
+    }
+}
+
+/// The other side.
+///
+/// # Errors
+/// The other side has ended.
+pub fn child(folder: &Path) -> Result<()> {
+    serve(folder, |channel| {
+        let Some(request) = channel.next::<Request>()? else { return Ok(()) };
+        channel.tell_messages();
+        let done = match request {
+            Request::Run(path) => {
+                Package::open(&path).and_then(|mut package| check::run(&mut package, folder)).map(|()| String::new())
+            }
+            Request::Interface(path) => Package::open(&path)
+                .and_then(|mut package| Fmu::load(&mut package, folder))
+                .and_then(|fmu| fmu.library.interface()),
+        };
+        channel.send(&done.map_err(Failure::from))
+    })
+}
