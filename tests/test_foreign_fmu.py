@@ -313,13 +313,9 @@ def test_check_and_run_agree_on_a_file_that_is_not_as_long_as_it_says(command, p
     assert code == 1 and "resources/text.txt is damaged" in errors, errors
 
 
-def test_names_in_an_archive_give_no_orders_to_a_terminal(command, planted, tmp_path):
-    files = unpacked(planted[False])
-    library = next(name for name in files if name.startswith("binaries/"))
-    files["binaries/a\u202eb\u200f\u009b31m/planted.so"] = files[library]
-    files["binaries/c\u202e/planted.dll"] = b"none"
-    packed(files, tmp_path / "PLANTED.fmu")
-    for call in ["check PLANTED.fmu", "info PLANTED.fmu"]:
-        _, output, errors = called(command, tmp_path, call)
-        assert "\\u{202e}" in output + errors
-        assert not set("\u202e\u200f\u009b") & set(output + errors)
+def test_the_name_of_an_fmu_gives_no_orders_to_a_terminal(command, planted, tmp_path):
+    name = "a\u202eb\u200fc\u009bd.fmu"
+    (tmp_path / name).write_bytes(planted[False].read_bytes())
+    for call in ["check", "info"]:
+        output = subprocess.run([command, call, name], cwd=tmp_path, capture_output=True, text=True).stdout
+        assert output.startswith("a\\u{202e}b\\u{200f}c\\u{9b}d.fmu\n"), output
