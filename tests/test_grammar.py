@@ -277,3 +277,33 @@ def test_there_is_a_manual_page_for_each_command(plcfmu, tmp_path):
     assert {"plcfmu.1", "plcfmu-run.1", "plcfmu-check.1", "plcfmu-tune-study.1"} <= pages
     assert "plcfmu-child.1" not in pages
     assert (tmp_path / "man1/plcfmu-run.1").read_text().splitlines()[2].startswith(".TH plcfmu-run 1")
+
+
+MISTAKEN = {
+    "study CONT_C.fmu": "CONT_C.fmu is an FMU: a study is a .toml that names a loop; 'plcfmu run CONT_C.fmu' runs an FMU",
+    "tune-study CONT_C.fmu": "CONT_C.fmu is an FMU: a study is a .toml that names a loop; 'plcfmu run CONT_C.fmu' runs an FMU",
+    "study tank.scl": "tank.scl is a program: a study is a .toml that names a loop, which may have a program",
+    "test tank.scl": "tank.scl is a program: name its test, a .toml; 'plcfmu new --scl NAME' writes a program with one",
+    "build notes.md": "notes.md is neither a source of a program (.scl, .udt, .db, .awl) nor a package of a workspace",
+    "run notes.md": "notes.md is neither an FMU (.fmu), a loop (.toml), a parameter file (.awl, .db, .xml, ...) nor a program (.scl)",
+    "preset CONT_C.fmu --out p.zip": "p.zip: a preset ends with .fmu; for a folder write p.zip/",
+    "run loop.toml": "loop.toml:2:5: there is no file NOTHING_LIKE_IT.fmu; FMUs are looked for beside this file, or in --fmus FOLDER",
+}
+
+
+@pytest.mark.parametrize("given", MISTAKEN)
+def test_a_file_of_another_kind_is_told_with_what_to_name(given, plcfmu, tmp_path):
+    (tmp_path / "CONT_C.fmu").symlink_to(FMUS[0])
+    (tmp_path / "tank.scl").write_text("FUNCTION_BLOCK A\nBEGIN\nEND_FUNCTION_BLOCK\n")
+    (tmp_path / "notes.md").write_text("# Notes\n")
+    (tmp_path / "loop.toml").write_text('[fmus]\nP = "NOTHING_LIKE_IT.fmu"\n')
+    done = plcfmu(*given.split())
+    assert done.returncode == (3 if given.startswith("run") else 1)
+    assert (done.stdout, done.stderr) == ("", f"error: {MISTAKEN[given]}\n")
+    assert not (tmp_path / "p.zip").exists()
+
+
+def test_a_preset_goes_into_a_folder_whose_name_has_an_ending_if_it_is_written_as_one(plcfmu, tmp_path):
+    done = plcfmu("preset", FMUS[0], "--out", "p.zip/")
+    assert done.returncode == 0, done.stderr
+    assert [path.suffix for path in (tmp_path / "p.zip").iterdir()] == [".fmu"]

@@ -3,6 +3,7 @@ hang cost their own run and nothing else; an expectation that is not met is exit
 
 import html
 import json
+import math
 import os
 import pathlib
 import re
@@ -275,6 +276,38 @@ def test_an_expectation_that_is_not_met_is_exit_code_1(study, expect, tmp_path):
     assert 'failures="1"' in (tmp_path / "junit.xml").read_text()
     done = study("--bundle=bundle", "--expect=P.TEMP.mix < 21")
     assert done.returncode == 1 and not (tmp_path / "bundle").exists(), "it is found before the runs"
+
+
+def binomial_bounds(values, share):
+    """The values between which a percentile of all machines is with 95 % confidence: below it lie binomially many of them."""
+    values, n = sorted(values), len(values)
+    chance = [math.comb(n, k) * share**k * (1 - share) ** (n - k) for k in range(n + 1)]
+    low = max((k for k in range(1, n + 1) if sum(chance[:k]) <= 0.025), default=None)
+    high = min((k for k in range(1, n + 1) if sum(chance[k:]) <= 0.025), default=None)
+    return [low and values[low - 1], high and values[high - 1]]
+
+
+@pytest.mark.parametrize("samples", [20, 80])
+def test_a_percentile_of_samples_is_met_only_if_its_whole_interval_is(samples, study, tmp_path):
+    grid = '[[axes]]\nvariable = "C.GAIN"\nrange = { from = 1, to = 3, count = 3 }\n'
+    sampled = STUDY.replace("samples = 15", f"samples = {samples}").replace(grid, "")
+    (tmp_path / "study.toml").write_text(sampled)
+    bounds = {"p95(P.TEMP.max) < 1000": 80, "p5(P.TEMP.max) > 0": 80, "median(P.TEMP.max) < 1000": 20}
+    done = study("--out=out", "--format=csv", *(f"--expect={text}" for text in bounds))
+    assert done.returncode == (1 if samples == 20 else 0), done.stderr
+    values = [float(row["P.TEMP.max"]) for row in rows(tmp_path / "out/runs.csv")]
+    assert len(values) == samples
+    summary = json.loads((tmp_path / "out/summary.json").read_text())
+    for (text, needed), told, share in zip(bounds.items(), summary["expectations"], [0.95, 0.05, 0.5], strict=True):
+        assert told["interval"] == binomial_bounds(values, share), text
+        is_decided = samples >= needed
+        assert (told["met"], told["undecided"]) == (is_decided, not is_decided), text
+        assert is_decided or f"undecided: {text}: 20 runs do not decide it" in done.stdout
+        assert is_decided or told["problem"].endswith("at least 72 runs are needed")
+    [figure] = [figure for figure in summary["figures"] if figure["name"] == "P.TEMP.max"]
+    for name, share in [("p5", 0.05), ("p50", 0.5), ("p95", 0.95)]:
+        ends = binomial_bounds(values, share)
+        assert figure["intervals"][name] == (None if None in ends else ends)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals and cc")

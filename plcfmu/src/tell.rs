@@ -84,7 +84,21 @@ fn beside(kind: &str, color: AnsiColor, text: &str) {
 
 fn line(kind: &str, color: AnsiColor, text: &str) {
     let style = Style::new().bold().fg_color(Some(color.into()));
-    eprintln!("{style}{kind}:{style:#} {}", plain(text.trim_end()));
+    eprintln!("{style}{kind}:{style:#} {}", shortened(&plain(text.trim_end())));
+}
+
+/// A text whose longest words are cut: what a damaged file has in place of a name, and no path.
+fn shortened(text: &str) -> String {
+    const LONGEST: usize = 5000;
+    const KEPT: usize = 200;
+    let cut = |piece: &str| match piece.char_indices().nth(KEPT) {
+        Some((end, _)) if piece.len() > LONGEST => {
+            let rest = piece.trim_end();
+            format!("{}… ({} characters){}", &piece[..end], rest.chars().count(), &piece[rest.len()..])
+        }
+        _ => piece.to_string(),
+    };
+    text.split_inclusive(char::is_whitespace).map(cut).collect()
 }
 
 /// A text without the characters that a terminal takes for orders: they are shown as escape sequences. Lines stay.
@@ -100,6 +114,14 @@ pub fn plain(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_word_that_nobody_reads_to_its_end_is_cut() {
+        let path = format!("{} cannot be read\n", "/folder".repeat(600));
+        assert_eq!(shortened(&path), path);
+        let long = format!("unknown name \"{}\" here", "ä".repeat(100_000));
+        assert_eq!(shortened(&long), format!("unknown name \"{}… (100002 characters) here", "ä".repeat(199)));
+    }
 
     #[test]
     fn orders_for_a_terminal_are_shown() {

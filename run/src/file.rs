@@ -248,13 +248,7 @@ impl<'a> Reader<'a> {
 
     /// The content of the file.
     pub fn content<T: DeserializeOwned>(&self) -> Result<T> {
-        toml::from_str(&self.source.text).map_err(|error| {
-            let message = anyhow!("{}", plain(error.message()));
-            match error.span() {
-                Some(span) => message.context(self.place(span).to_string()),
-                None => message.context(self.source.file.clone()),
-            }
-        })
+        content(&self.source)
     }
 
     fn system(&self) -> Result<System> {
@@ -343,7 +337,10 @@ impl<'a> Reader<'a> {
                 .collect();
             let wanted = path.file_name().unwrap_or_default().to_string_lossy();
             let hint = near(&wanted, names.iter().map(String::as_str)).map_or_else(
-                || "name another folder with --fmus, or correct the path".into(),
+                || match self.fmus == Some(self.folder) {
+                    true => "FMUs are looked for beside this file, or in --fmus FOLDER".into(),
+                    false => "name their folder with --fmus, or correct the path".into(),
+                },
                 |near| format!("did you mean {near}?"),
             );
             bail!("{}: there is no file {}; {hint}", self.place(at), path.display());
@@ -495,9 +492,28 @@ impl<'a> Reader<'a> {
 
     /// Line and column of a part of the file.
     pub fn place(&self, span: Range<usize>) -> Place {
-        let parameters::Place { line, column, .. } = self.source.place(span);
-        Place { file: self.source.file.clone(), line, column }
+        place(&self.source, span)
     }
+}
+
+/// Where a range of a file begins.
+pub fn place(source: &Source, span: Range<usize>) -> Place {
+    let parameters::Place { line, column, .. } = source.place(span);
+    Place { file: source.file.clone(), line, column }
+}
+
+/// The content of a TOML file.
+///
+/// # Errors
+/// What is wrong with it, after file, line and column.
+pub fn content<T: DeserializeOwned>(source: &Source) -> Result<T> {
+    toml::from_str(&source.text).map_err(|error| {
+        let message = anyhow!("{}", plain(error.message()));
+        match error.span() {
+            Some(span) => message.context(place(source, span).to_string()),
+            None => message.context(source.file.clone()),
+        }
+    })
 }
 
 /// A message of TOML's reader in the words of a user: "expected a list; found the text \"max\"".

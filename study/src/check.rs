@@ -149,6 +149,12 @@ impl Study {
         }
     }
 
+    /// Whether the runs are samples that are independent of each other, so that there are intervals of confidence.
+    pub fn is_independent(&self) -> bool {
+        let is_grid = self.axes.iter().any(|axis| axis.along.length() > 1);
+        self.distributions() > 0 && !is_grid && self.sampling != Sampling::Saltelli
+    }
+
     /// How many axes have a distribution.
     pub(super) fn distributions(&self) -> usize {
         self.axes.iter().filter(|axis| Distribution::of(&axis.along).is_some()).count()

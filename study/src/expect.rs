@@ -7,6 +7,7 @@
 //! TANK.LEVEL.violation == 0    the unit may be left out
 //! ```
 
+use crate::interval;
 use crate::results::{Quantity, Results};
 use crate::summary::{mean, percentile};
 use anyhow::{Context, Result, bail};
@@ -117,6 +118,11 @@ pub struct Verdict {
     pub problem: Option<String>,
     /// How many runs meet it, if it is of each run.
     pub hits: Option<u64>,
+    /// If it is of a percentile of samples, the interval that holds that of all machines with 95 % confidence; infinite on a side for
+    /// which there are too few runs.
+    pub interval: Option<(f64, f64)>,
+    /// Whether a part of the interval keeps to the bound and another one does not.
+    pub is_undecided: bool,
 }
 
 impl Expectation {
@@ -145,11 +151,12 @@ impl Expectation {
         read().with_context(|| format!("expectation {text:?}"))
     }
 
-    /// Whether the runs meet it.
+    /// Whether the runs meet it. If they are independent samples of the machines that there may be, an expectation of a percentile has
+    /// to hold for these, with 95 % confidence.
     ///
     /// # Errors
     /// The results of a large study cannot be read.
-    pub fn verdict(&self, results: &Results) -> Result<Verdict> {
+    pub fn verdict(&self, results: &Results, is_sample: bool) -> Result<Verdict> {
         let values = results.figure(self.figure)?;
         let value = |run: u64| values[run as usize];
         let runs = results.count();
@@ -167,21 +174,24 @@ impl Expectation {
         let named = offending.iter().take(MOST_RUNS).map(|run| (*run, self.reason(results, *run, value(*run))));
         let named: Vec<(u64, String)> = named.collect();
         let hits = (self.of == Of::Each).then(|| runs - count as u64);
-        let problem = if self.of == Of::Each {
-            named.first().map(|(worst, reason)| {
+        let mut verdict = Verdict { hits, ..Verdict::default() };
+        if self.of == Of::Each {
+            verdict.problem = named.first().map(|(worst, reason)| {
                 let (fail, which) = if count == 1 { ("fails", "") } else { ("fail", "worst: ") };
                 format!("{count} of {} {fail}; {which}run {worst}: {reason}", runs_text(runs))
-            })
+            });
         } else {
             drop(offending);
-            self.problem_of_all(results, &values)
-        };
-        let (offending, count) = if problem.is_some() { (named, count) } else { (Vec::new(), 0) };
-        Ok(Verdict { offending, count, problem, hits })
+            self.judge_all(results, &values, is_sample, &mut verdict);
+        }
+        if verdict.problem.is_some() {
+            (verdict.offending, verdict.count) = (named, count);
+        }
+        Ok(verdict)
     }
 
     /// What is wrong with the value of all runs together.
-    fn problem_of_all(&self, results: &Results, values: &[f64]) -> Option<String> {
+    fn judge_all(&self, results: &Results, values: &[f64], is_sample: bool, verdict: &mut Verdict) {
         let figure = &results.figures[self.figure];
         let absent = values.iter().filter(|value| value.is_nan()).count();
         let replaced = |value: &f64| if value.is_nan() { self.comparison.worst() } else { *value };
@@ -193,17 +203,19 @@ impl Expectation {
             Of::Percentile(50.0) => ("median".to_string(), percentile(&values, 50.0)),
             Of::Percentile(100.0) => ("greatest value".to_string(), percentile(&values, 100.0)),
             Of::Percentile(percent) => (format!("{} percentile", ordinal(percent)), percentile(&values, percent)),
-            Of::Each => return None,
+            Of::Each => return,
         };
         // One absent value makes an equality void, wherever it stands.
         let value = value.filter(|_| !(absent > 0 && self.comparison == Comparison::Equal));
-        if value.is_some_and(|value| self.comparison.holds(value, self.bound)) {
-            return None;
-        }
         if results.count() == 0 {
-            return Some(format!("{} has no {name}: there are no runs", figure.name));
+            verdict.problem = Some(format!("{} has no {name}: there are no runs", figure.name));
+            return;
         }
-        Some(match value.filter(|value| value.is_finite() || absent == 0) {
+        let is_met = value.is_some_and(|value| self.comparison.holds(value, self.bound));
+        if let (Of::Percentile(percent), Some(_), true) = (self.of, value, is_sample) {
+            verdict.interval = interval::bounds(&values, percent);
+        }
+        let sentence = match value.filter(|value| value.is_finite() || absent == 0) {
             Some(value) => format!("the {name} of {} is {}", figure.name, with_unit(value, figure)),
             None => {
                 let failed = results.errors.len();
@@ -216,7 +228,34 @@ impl Expectation {
                     figure.name
                 )
             }
-        })
+        };
+        match (verdict.interval, self.of) {
+            (Some(ends), Of::Percentile(percent)) if !self.is_decided(ends) => {
+                verdict.is_undecided = true;
+                let end = |end: f64| if end.is_finite() { with_unit(end, figure) } else { "any value".into() };
+                let (runs, fewest) = (results.count(), interval::fewest(percent));
+                let advice = match runs < fewest {
+                    true => format!("at least {fewest} runs are needed"),
+                    false => "make more runs".to_string(),
+                };
+                verdict.problem = Some(format!(
+                    "{} do not decide it: {sentence}, with 95 % confidence from {} to {}; {advice}",
+                    runs_text(runs),
+                    end(ends.0),
+                    end(ends.1)
+                ));
+            }
+            _ => verdict.problem = (!is_met).then_some(sentence),
+        }
+    }
+
+    /// Whether all values between these ends keep to the bound, or none does.
+    fn is_decided(&self, (low, high): (f64, f64)) -> bool {
+        let holds = [low, high].map(|end| self.comparison.holds(end, self.bound));
+        match self.comparison {
+            Comparison::Equal => holds == [true; 2] || self.bound < low || high < self.bound,
+            _ => holds[0] == holds[1],
+        }
     }
 
     /// Why a run fails: its value, that it has none, or its error.
@@ -410,7 +449,7 @@ mod tests {
     fn runs_without_the_figure_and_failed_runs_fail() {
         let results = results(&[Some((12.5, 1.0)), Some((5.0, 1.0)), None, Some((NONE, 1.0)), Some((30.0, 1.0))]);
         let expectation = parse("overshoot < 10 %");
-        let verdict = expectation.verdict(&results).unwrap();
+        let verdict = expectation.verdict(&results, false).unwrap();
         assert_eq!((runs(&verdict), verdict.count), (vec![3, 4, 0, 2], 4));
         assert_eq!(
             verdict.problem.unwrap(),
@@ -419,7 +458,7 @@ mod tests {
         assert_eq!(verdict.offending[1].1, "overshoot is 30 %");
         assert_eq!(verdict.offending[3].1, "it failed: PLANT: division by zero");
         assert_eq!(
-            parse("settling == 1").verdict(&results).unwrap().problem.unwrap(),
+            parse("settling == 1").verdict(&results, false).unwrap().problem.unwrap(),
             "1 of 5 runs fails; run 2: it failed: PLANT: division by zero"
         );
     }
@@ -427,7 +466,7 @@ mod tests {
     #[test]
     fn ten_of_the_runs_that_fail_are_named_and_all_are_counted() {
         let rows: Vec<_> = (0..25).map(|run| Some((f64::from(run), 1.0))).collect();
-        let verdict = parse("overshoot < 5 %").verdict(&results(&rows)).unwrap();
+        let verdict = parse("overshoot < 5 %").verdict(&results(&rows), false).unwrap();
         assert_eq!((runs(&verdict), verdict.count, verdict.hits), ((15..25).rev().collect(), 20, Some(5)));
     }
 
@@ -441,22 +480,22 @@ mod tests {
             "min(settling) >= 1",
             "p50(overshoot) > 8",
         ] {
-            let Verdict { offending, problem, .. } = parse(met).verdict(&results).unwrap();
+            let Verdict { offending, problem, .. } = parse(met).verdict(&results, false).unwrap();
             assert_eq!((offending, problem), (Vec::new(), None), "{met}");
         }
         assert_eq!(
-            ["overshoot < 10", "mean(overshoot) < 8"].map(|text| parse(text).verdict(&results).unwrap().hits),
+            ["overshoot < 10", "mean(overshoot) < 8"].map(|text| parse(text).verdict(&results, false).unwrap().hits),
             [Some(2), None]
         );
-        assert_eq!(runs(&parse("overshoot < 10").verdict(&results).unwrap()), [1]);
-        assert_eq!(runs(&parse("overshoot > 9").verdict(&results).unwrap()), [2, 0]);
+        assert_eq!(runs(&parse("overshoot < 10").verdict(&results, false).unwrap()), [1]);
+        assert_eq!(runs(&parse("overshoot > 9").verdict(&results, false).unwrap()), [2, 0]);
     }
 
     #[test]
     fn a_percentile_counts_a_run_without_the_figure_as_the_worst() {
         let rows: Vec<_> = (0..=10).map(|run| Some((f64::from(run), if run < 9 { 1.0 } else { NONE }))).collect();
         let results = results(&rows);
-        let problem = |text: &str| parse(text).verdict(&results).unwrap().problem;
+        let problem = |text: &str| parse(text).verdict(&results, false).unwrap().problem;
         assert_eq!(problem("p80(settling) < 2 s"), None);
         assert_eq!(
             problem("p90(settling) < 2 s").unwrap(),
@@ -472,8 +511,46 @@ mod tests {
             "settling has no least value: 2 of 11 runs have no settling"
         );
         assert_eq!(problem("p95(overshoot) < 9 %").unwrap(), "the 95th percentile of overshoot is 9.5 %");
-        assert_eq!(runs(&parse("p95(overshoot) < 9 %").verdict(&results).unwrap()), [10, 9]);
+        assert_eq!(runs(&parse("p95(overshoot) < 9 %").verdict(&results, false).unwrap()), [10, 9]);
         assert_eq!(problem("mean(overshoot) > 5").unwrap(), "the mean of overshoot is 5 %");
+    }
+
+    #[test]
+    fn too_few_samples_decide_nothing_of_a_percentile() {
+        // Of the runs 0 to 19 with 0 to 19 %: the interval of the 95th percentile begins with the 17th value and has no end.
+        let rows: Vec<_> = (0..20).map(|run| Some((f64::from(run), 1.0))).collect();
+        let results = results(&rows);
+        let verdict = |text: &str| parse(text).verdict(&results, true).unwrap();
+        let undecided = verdict("p95(overshoot) < 100 %");
+        assert!(undecided.is_undecided);
+        assert_eq!(undecided.interval, Some((16.0, f64::INFINITY)));
+        assert_eq!(
+            undecided.problem.unwrap(),
+            "20 runs do not decide it: the 95th percentile of overshoot is 18.05 %, with 95 % confidence from 16 % to any value; at \
+             least 72 runs are needed"
+        );
+        // Whatever more runs would show.
+        let not_met = verdict("p95(overshoot) < 16 %");
+        assert!(!not_met.is_undecided);
+        assert_eq!(not_met.problem.unwrap(), "the 95th percentile of overshoot is 18.05 %");
+        assert_eq!(verdict("p95(overshoot) > 15.9 %").problem, None);
+        assert!(verdict("p5(overshoot) > -1 %").problem.unwrap().contains("from any value to 3 %; at least 72 runs"));
+        // The interval of the median: from the 6th to the 15th value.
+        assert_eq!(
+            (verdict("median(overshoot) < 14.1 %").problem, verdict("median(overshoot) < 5 %").is_undecided),
+            (None, false)
+        );
+        let close = verdict("median(overshoot) < 14 %");
+        assert_eq!(
+            close.problem.unwrap(),
+            "20 runs do not decide it: the median of overshoot is 9.5 %, with 95 % confidence from 5 % to 14 %; make more runs"
+        );
+        // All the machines that there are, and what is said of the runs alone.
+        assert_eq!(parse("p95(overshoot) < 100 %").verdict(&results, false).unwrap().problem, None);
+        assert_eq!(
+            [verdict("max(overshoot) < 100 %").problem, verdict("mean(overshoot) < 100 %").problem],
+            [None, None]
+        );
     }
 
     #[test]

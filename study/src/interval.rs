@@ -18,11 +18,25 @@ const NORMAL: f64 = 1.959_963_984_540_054;
 /// percentile has a binomial distribution.
 pub fn percentile(sorted: &[f64], percent: f64) -> Option<(f64, f64)> {
     let (low, high) = ranks(sorted.len(), percent / 100.0)?;
-    Some((sorted[low - 1], sorted[high - 1]))
+    Some((sorted[low? - 1], sorted[high? - 1]))
 }
 
-/// The ranks, from 1, of the values at the ends.
-fn ranks(count: usize, share: f64) -> Option<(usize, usize)> {
+/// The same interval, which reaches to infinity on a side for which there are too few values. None of the least and of the greatest
+/// value, and of nothing.
+pub fn bounds(sorted: &[f64], percent: f64) -> Option<(f64, f64)> {
+    let (low, high) = ranks(sorted.len(), percent / 100.0)?;
+    Some((low.map_or(f64::NEG_INFINITY, |rank| sorted[rank - 1]), high.map_or(f64::INFINITY, |rank| sorted[rank - 1])))
+}
+
+/// How many values the interval of a percentile needs to have both ends; the percentile is above 0 and below 100.
+pub fn fewest(percent: f64) -> u64 {
+    let share = percent / 100.0;
+    // All values are on one side of the percentile with the probability share ^ count.
+    (log(TAIL) / log(share.max(1.0 - share))).ceil() as u64
+}
+
+/// The ranks, from 1, of the values at the ends; none for an end for which there are too few values.
+fn ranks(count: usize, share: f64) -> Option<(Option<usize>, Option<usize>)> {
     if count == 0 || !(0.0 < share && share < 1.0) {
         return None;
     }
@@ -53,7 +67,7 @@ fn ranks(count: usize, share: f64) -> Option<(usize, usize)> {
             break;
         }
     }
-    (low >= 1 && high <= count).then_some((low, high))
+    Some(((low >= 1).then_some(low), (high <= count).then_some(high)))
 }
 
 /// The interval of the share of `hits` in `count`, both from 0 to 1; none of nothing.
@@ -79,19 +93,35 @@ mod tests {
     #[test]
     fn the_interval_of_a_median_is_that_of_the_tables() {
         // Of 20 values the 6th and the 15th: 5 or fewer of 20 tosses have the probability 0.0207, 6 or fewer 0.0577.
-        assert_eq!(ranks(20, 0.5), Some((6, 15)));
+        assert_eq!(ranks(20, 0.5), Some((Some(6), Some(15))));
         // Of 6 values the ends: 2 / 64 = 0.031 outside. Of 5 values 2 / 32 = 0.0625 would be.
-        assert_eq!((ranks(6, 0.5), ranks(5, 0.5)), (Some((1, 6)), None));
+        assert_eq!((ranks(6, 0.5), ranks(5, 0.5)), (Some((Some(1), Some(6))), Some((None, None))));
+        assert_eq!(fewest(50.0), 6);
         let values: Vec<f64> = (1..=20).map(f64::from).collect();
         assert_eq!(percentile(&values, 50.0), Some((6.0, 15.0)));
     }
 
     #[test]
+    fn an_end_for_which_there_are_too_few_values_is_infinite() {
+        // 0.95 ^ 71 = 0.0262 and 0.95 ^ 72 = 0.0249.
+        assert_eq!([fewest(95.0), fewest(5.0)], [72, 72]);
+        let values: Vec<f64> = (1..=72).map(f64::from).collect();
+        assert_eq!(bounds(&values, 95.0).unwrap().1, 72.0);
+        assert_eq!(percentile(&values[..71], 95.0), None);
+        assert_eq!(bounds(&values[..71], 95.0).unwrap().1, f64::INFINITY);
+        // 16 or fewer of 20 are below it with the probability 0.0159, 17 or fewer with 0.0755.
+        assert_eq!(bounds(&values[..20], 95.0), Some((17.0, f64::INFINITY)));
+        assert_eq!(bounds(&values[..20], 5.0), Some((f64::NEG_INFINITY, 4.0)));
+        assert_eq!([bounds(&values, 0.0), bounds(&values, 100.0), bounds(&[], 50.0)], [None; 3]);
+    }
+
+    #[test]
     fn the_ranks_of_a_large_sample_are_those_of_the_normal_distribution() {
         // 500 -+ 1.96 sqrt(10 000 * 0.05 * 0.95) = 500 -+ 42.7.
-        let (low, high) = ranks(10_000, 0.05).unwrap();
+        let both = |count, share| ranks(count, share).and_then(|(low, high)| Some((low?, high?))).unwrap();
+        let (low, high) = both(10_000, 0.05);
         assert!(low.abs_diff(458) <= 1 && high.abs_diff(544) <= 1, "{low} {high}");
-        let (low, high) = ranks(1_000_000, 0.95).unwrap();
+        let (low, high) = both(1_000_000, 0.95);
         assert!(low.abs_diff(949_573) <= 2 && high.abs_diff(950_428) <= 2, "{low} {high}");
     }
 
@@ -99,7 +129,7 @@ mod tests {
     fn the_ends_cover_the_percentile_as_often_as_they_say() {
         // Both tails by adding up the binomial distribution itself.
         for (count, share) in [(59_usize, 0.1), (200, 0.95), (37, 0.5)] {
-            let (low, high) = ranks(count, share).unwrap();
+            let (Some(low), Some(high)) = ranks(count, share).unwrap() else { panic!("{count} {share}") };
             let mut probabilities = vec![(1.0 - share).powi(count as i32)];
             for below in 1..=count {
                 let before = probabilities[below - 1];

@@ -282,17 +282,10 @@ fn numbers(runs: &[u64], count: u64) -> String {
 }
 
 impl Report<'_> {
-    /// Whether the runs are samples that are independent of each other, so that there are intervals of confidence.
-    fn is_independent(&self) -> bool {
-        let study = &self.job.study;
-        let is_grid = study.axes.iter().any(|axis| axis.along.length() > 1);
-        study.distributions() > 0 && !is_grid && study.sampling != Sampling::Saltelli
-    }
-
     /// The share of runs that meet something.
     fn share(&self, of: &str, hits: u64) -> Yield {
         let runs = self.summary.runs;
-        let interval = if self.is_independent() { interval::share(hits, runs) } else { None };
+        let interval = if self.job.study.is_independent() { interval::share(hits, runs) } else { None };
         Yield { of: of.into(), hits, share: hits as f64 / runs.max(1) as f64, interval }
     }
 
@@ -388,7 +381,8 @@ pub fn text(report: &Report) -> Result<String> {
                 let _ = writeln!(text, "met: {expectation}");
             }
             Some(problem) => {
-                let _ = writeln!(text, "not met: {expectation}: {problem}");
+                let judged = if verdict.is_undecided { "undecided" } else { "not met" };
+                let _ = writeln!(text, "{judged}: {expectation}: {problem}");
                 if let Some(hits) = verdict.hits {
                     let _ = writeln!(text, "    {} of the runs meet it", report.share("", hits).text());
                 }
@@ -525,6 +519,11 @@ struct RunDocument {
 struct ExpectationDocument<'a> {
     expectation: &'a str,
     met: bool,
+    /// Whether there are too few runs to tell.
+    undecided: bool,
+    /// Of a percentile of samples, the ends of its interval; null where there are too few runs for an end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    interval: Option<(f64, f64)>,
     problem: Option<&'a str>,
     /// How many meet it, if it is of each run.
     #[serde(flatten)]
@@ -561,7 +560,7 @@ fn json(report: &Report) -> Result<String> {
             count: of.count,
             min: of.min,
             percentiles: Pairs(of.percentiles.iter().map(|(percent, value)| (format!("p{percent}"), *value)).collect()),
-            intervals: report.is_independent().then(|| {
+            intervals: report.job.study.is_independent().then(|| {
                 let intervals = of.percentiles.iter().zip(&of.intervals);
                 Pairs(intervals.map(|((percent, _), interval)| (format!("p{percent}"), *interval)).collect())
             }),
@@ -584,6 +583,8 @@ fn json(report: &Report) -> Result<String> {
         Ok(ExpectationDocument {
             expectation: &of.text,
             met: verdict.problem.is_none(),
+            undecided: verdict.is_undecided,
+            interval: verdict.interval,
             problem: verdict.problem.as_deref(),
             share: verdict.hits.map(|hits| report.share(&of.text, hits)),
             count: verdict.count,
@@ -652,7 +653,7 @@ struct Page<'a> {
 struct ExpectationPart {
     text: String,
     share: String,
-    is_met: bool,
+    judged: &'static str,
     problem: String,
     runs: String,
 }
@@ -685,7 +686,11 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         let runs = listed(results, verdict.count, verdict.offending.iter().cloned())?;
         Ok(ExpectationPart {
             text: printable(&of.text),
-            is_met: verdict.problem.is_none(),
+            judged: match (&verdict.problem, verdict.is_undecided) {
+                (None, _) => "met",
+                (Some(_), true) => "undecided",
+                (Some(_), false) => "not met",
+            },
             share: verdict.hits.map_or_else(String::new, |hits| report.share("", hits).text()),
             problem: match (&verdict.problem, of.of) {
                 (Some(problem), _) => seen(problem),
@@ -747,7 +752,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         percents: PERCENTS.iter().map(|percent| format!("{percent} %")).collect(),
         yields: report.yields()?.iter().map(|of| (printable(&of.of), of.text())).collect(),
         intervals: intervals(report),
-        is_independent: report.is_independent(),
+        is_independent: report.job.study.is_independent(),
         index_names: index_names.into_iter().map(|(name, _)| printable(&name)).collect(),
         indices: indices(report)?,
         figures: summary.figures.iter().enumerate().map(figure).collect::<Result<_>>()?,
@@ -762,19 +767,23 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
 /// Of each figure the intervals of the percentiles 5, 50 and 95.
 fn intervals(report: &Report) -> Vec<(String, Vec<String>)> {
     let row = |of: &Distribution| {
-        let cell = |wanted: f64| {
-            let place = PERCENTS.iter().position(|percent| *percent == wanted)?;
-            let (low, high) = (*of.intervals.get(place)?)?;
-            // The spread of the figure would make one number of both ends.
-            let ends = [low, high].map(|end| shorter(within(end, high - low), short(end)));
-            let ends = if ends[0] == ends[1] { [low, high].map(|end| within(end, high - low)) } else { ends };
-            Some(ends.join(" to "))
-        };
-        let cells = [5.0, 50.0, 95.0].map(|percent| cell(percent).unwrap_or_else(|| "too few runs".into()));
+        let cells = interval_cells(of).map(|cell| cell.unwrap_or_else(|| "too few runs".into()));
         (seen(&pictures::axis(&of.figure)), cells.to_vec())
     };
     let figures = report.summary.figures.iter().filter(|of| of.count > 0);
-    if report.is_independent() { figures.map(row).collect() } else { Vec::new() }
+    if report.job.study.is_independent() { figures.map(row).collect() } else { Vec::new() }
+}
+
+/// The intervals of the percentiles 5, 50 and 95; none for which there are too few runs.
+fn interval_cells(of: &Distribution) -> [Option<String>; 3] {
+    [5.0, 50.0, 95.0].map(|wanted| {
+        let place = PERCENTS.iter().position(|percent| *percent == wanted)?;
+        let (low, high) = (*of.intervals.get(place)?)?;
+        // The spread of the figure would make one number of both ends.
+        let ends = [low, high].map(|end| shorter(within(end, high - low), short(end)));
+        let ends = if ends[0] == ends[1] { [low, high].map(|end| within(end, high - low)) } else { ends };
+        Some(ends.join(" to "))
+    })
 }
 
 /// A figure, and for each axis the first-order index and the total one.

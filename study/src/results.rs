@@ -180,7 +180,7 @@ mod tests {
         write_csv(&mut csv, results).unwrap();
         write_parquet(&mut parquet, results).unwrap();
         let summary = Summary::of(results, 10).unwrap();
-        let verdict = |text: &str| Expectation::parse(text, &results.figures).unwrap().verdict(results).unwrap();
+        let verdict = |text: &str| Expectation::parse(text, &results.figures).unwrap().verdict(results, false).unwrap();
         let texts = vec![
             scatter(results, &summary, 0, &[]).unwrap(),
             tornado(results, &summary, 1).unwrap(),

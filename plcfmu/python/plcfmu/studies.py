@@ -106,7 +106,8 @@ class StudyResult:
         failed = f"; {summary['failed']} failed" if summary["failed"] else ""
         parts = [f"<h3>{text(summary['study'])}: {summary['runs']} runs{failed}</h3>"]
         for one in summary["expectations"]:
-            verdict = "met" if one["met"] else f"<b>not met</b>: {text(one['problem'])}"
+            word = "undecided" if one.get("undecided") else "not met"
+            verdict = "met" if one["met"] else f"<b>{word}</b>: {text(one['problem'])}"
             parts.append(f"<p>{text(one['expectation'])}: {verdict}</p>")
         parts.append("<table><tr><th>Figure</th><th>5 %</th><th>Median</th><th>95 %</th><th>Worst run</th></tr>")
         for figure in summary["figures"]:

@@ -56,8 +56,14 @@ pub fn run(options: &Options) -> Result<()> {
         return print(&format!("{}\n", path.display()));
     }
     options.program.refuse()?;
-    if let Some(told) = names.iter().find_map(|name| program::instead(Path::new(name))) {
+    // A folder may have the name of the package in it.
+    let mut files = names.iter().map(Path::new).filter(|file| !file.is_dir());
+    if let Some(told) = files.find_map(program::instead) {
         bail!(told);
+    }
+    // No package has a dot in its name.
+    if let Some(file) = names.iter().find(|name| name.contains('.')) {
+        bail!("{file} is neither a source of a program (.scl, .udt, .db, .awl) nor a package of a workspace");
     }
     let workspace = Workspace::find()?;
     if options.update {

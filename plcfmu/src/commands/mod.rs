@@ -23,6 +23,7 @@ pub mod tool;
 pub mod tune_study;
 
 use crate::exit::Unreadable;
+use crate::program::is_source;
 use crate::tell::{self, plain};
 use anyhow::{Context, Error, Result, anyhow, ensure};
 use host::library::PREFIX;
@@ -57,6 +58,15 @@ fn replacing(file: &Path, write: impl FnOnce() -> Result<()>) -> Result<()> {
     if was_there {
         tell::note(&format!("{} was replaced", file.display()));
     }
+    Ok(())
+}
+
+/// Refuses an FMU or a program where the description of a study is read.
+fn ensure_study(file: &Path) -> Result<()> {
+    let shown = file.display();
+    let is_fmu = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fmu"));
+    ensure!(!is_fmu, "{shown} is an FMU: a study is a .toml that names a loop; 'plcfmu run {shown}' runs an FMU");
+    ensure!(!is_source(file), "{shown} is a program: a study is a .toml that names a loop, which may have a program");
     Ok(())
 }
 

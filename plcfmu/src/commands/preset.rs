@@ -100,6 +100,14 @@ pub fn run(options: &Options) -> Result<()> {
         !sources.is_empty(),
         "presets are made of FMUs: name those of the loops' blocks, or their folder, with --fmus"
     );
+    if let Some(out) = &options.out {
+        let shown = out.display();
+        let is_folder = out.is_dir() || shown.to_string().ends_with(std::path::is_separator);
+        ensure!(
+            is_folder || is_file(out) || out.extension().is_none() || out.exists(),
+            "{shown}: a preset ends with .fmu; for a folder write {shown}/"
+        );
+    }
     let name = options.out.as_deref().filter(|out| is_file(out)).and_then(Path::file_stem);
     if let (Some(name), [_], true) =
         (name, arguments.files.as_slice(), arguments.files.iter().all(|file| is_fmu(&file)))

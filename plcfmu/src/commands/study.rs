@@ -1,6 +1,6 @@
 //! `plcfmu study`: runs a loop many times with different values.
 
-use super::{print, shown, system, time_limit};
+use super::{ensure_study, print, shown, system, time_limit};
 use crate::interruption;
 use crate::parameter_file;
 use crate::progress::Progress;
@@ -110,6 +110,7 @@ fn range(text: &str) -> Result<Range<u64>, String> {
 /// # Errors
 /// What is wrong and what to do; all runs fail; a run does not meet an expectation; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
+    ensure_study(&options.study)?;
     let mut reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
     let (system, _folder) = system::packed(&reading.job.system)?;
     reading.job.system = system;
@@ -145,8 +146,9 @@ pub fn run(options: &Options) -> Result<()> {
             results(&pool, &parts, &out)?
         }
     };
+    let is_sample = reading.job.study.is_independent();
     let verdicts = expectations.into_iter().map(|expectation| {
-        let verdict = expectation.verdict(&results)?;
+        let verdict = expectation.verdict(&results, is_sample)?;
         Ok((expectation, verdict))
     });
     let verdicts = verdicts.collect::<Result<Vec<_>>>()?;

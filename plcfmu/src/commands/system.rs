@@ -5,12 +5,13 @@ use crate::exit::Unreadable;
 use crate::package::program::Options as Program;
 use crate::program::{has_code, is_source};
 use crate::{package, parameter_file};
-use anyhow::{Context, Error, Result, bail, ensure};
+use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use host::package::temporary;
 use parameters::{Format, Source};
 use run::file;
 use run::system::{Connection, Exchange, Member, Place, Recorded, Setting, System, Value};
-use std::fs;
+use std::fs::{self, File};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -119,7 +120,9 @@ impl Arguments {
             } else if Format::of_file(file).is_some() {
                 self.add_loops(path, &mut system)?;
             } else {
-                system.members.push(member(file)?);
+                let member = member(file)?;
+                ensure_fmu(&member.path)?;
+                system.members.push(member);
             }
         }
         self.add_options(&mut system)?;
@@ -260,6 +263,22 @@ fn signals(file: &str, text: &str) -> Result<Vec<Setting>> {
 /// An argument that has a form of its own.
 fn parse<T: FromStr<Err = Error>>(text: &str) -> Result<T, String> {
     text.parse().map_err(|error| format!("{error:#}"))
+}
+
+/// Refuses a file that is nothing that can be run, neither by its name nor by its content. What is wrong with an FMU is told when it
+/// is opened.
+fn ensure_fmu(path: &Path) -> Result<()> {
+    let is_named = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fmu"));
+    let mut start = [0; 2];
+    if is_named || !path.is_file() {
+        return Ok(());
+    }
+    let is_read = File::open(path).and_then(|mut file| file.read_exact(&mut start)).is_ok();
+    if is_read && start == *b"PK" {
+        return Ok(());
+    }
+    let why = "is neither an FMU (.fmu), a loop (.toml), a parameter file (.awl, .db, .xml, ...) nor a program (.scl)";
+    Err(Unreadable(anyhow!("{} {why}", path.display())).into())
 }
 
 /// The FMU of an argument: `NAME=FILE.fmu`, or `FILE.fmu` for an FMU that is named as its file.

@@ -2,7 +2,7 @@
 
 use super::print;
 use crate::program::{self, trial};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use parameters::problem::drawn;
 use std::fs;
 use std::path::PathBuf;
@@ -45,6 +45,11 @@ pub struct Options {
 /// # Errors
 /// The file or the program is wrong; or the number of cases that failed, which have been printed.
 pub fn run(options: &Options) -> Result<()> {
+    ensure!(
+        !program::is_source(&options.file),
+        "{} is a program: name its test, a .toml; 'plcfmu new --scl NAME' writes a program with one",
+        options.file.display()
+    );
     let file = trial::File::read(&options.file)?;
     let compiled = match program::compile(&file.sources(), &file.options)? {
         Ok(compiled) => compiled,

@@ -1,6 +1,6 @@
 //! `plcfmu tune-study`: searches the settings of a controller that are the best for all plants of a study.
 
-use super::{print, system, time_limit};
+use super::{ensure_study, print, system, time_limit};
 use crate::interruption;
 use crate::parameter_file;
 use crate::progress::Progress;
@@ -72,6 +72,7 @@ The README of plcfmu says what a study and its table [tune] are made of.";
 /// # Errors
 /// What is wrong and what to do; no candidate meets the constraints; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
+    ensure_study(&options.study)?;
     let mut reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
     let (system, _folder) = system::packed(&reading.job.system)?;
     reading.job.system = system;

@@ -2,16 +2,16 @@
 
 use super::Options;
 use ::program::TextPlace;
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Error, Result, anyhow, bail};
 use blocks::TextType;
 use draw::escape::Text;
-use parameters::literal;
+use parameters::{Source, literal};
+use run::file;
 use scl::Compiled;
 use scl::machine::{Code, Machine};
 use scl::program::{Program, Scalar, Type, Value};
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toml::Spanned;
@@ -19,8 +19,7 @@ use toml::Spanned;
 /// A file with cases.
 #[derive(Debug)]
 pub struct File {
-    path: PathBuf,
-    text: String,
+    source: Source,
     content: Content,
     /// How the program is read.
     pub options: Options,
@@ -33,15 +32,15 @@ pub struct File {
 #[serde(deny_unknown_fields)]
 struct Content {
     sources: Vec<PathBuf>,
-    cycle: String,
-    cpu: Option<String>,
+    cycle: Spanned<String>,
+    cpu: Option<Spanned<String>>,
     fb: Option<String>,
     #[serde(default)]
-    tags: Vec<String>,
+    tags: Vec<Spanned<String>>,
     #[serde(default)]
-    instances: Vec<String>,
+    instances: Vec<Spanned<String>>,
     #[serde(default)]
-    constants: Vec<String>,
+    constants: Vec<Spanned<String>>,
     #[serde(default)]
     case: Vec<Case>,
 }
@@ -72,43 +71,45 @@ impl File {
     /// Reads a file.
     ///
     /// # Errors
-    /// It cannot be read, or is not as it should be: a sentence with its name.
+    /// It cannot be read, or what is wrong with it, after file, line and column.
     pub fn read(path: &Path) -> Result<File> {
-        let shown = path.display();
-        let text = fs::read_to_string(path).with_context(|| format!("{shown} cannot be read"))?;
-        let content: Content =
-            toml::from_str(&text).map_err(|error| anyhow!("{shown}: {}", error.to_string().trim()))?;
-        let pairs = |texts: &[String], between: char| -> Result<Vec<(String, String)>> {
-            let pair = |text: &String| {
-                super::halves(text, between).with_context(|| format!("{shown}: {text:?} is not a declaration"))
+        let (shown, bytes) = Source::load(path, Source::LARGEST).map_err(Error::msg)?;
+        let source = Source::new(shown, bytes);
+        let content: Content = file::content(&source)?;
+        let at = |text: &Spanned<String>| file::place(&source, text.span());
+        let pairs = |texts: &[Spanned<String>], between: char| -> Result<Vec<(String, String)>> {
+            let pair = |text: &Spanned<String>| {
+                super::halves(text.get_ref(), between)
+                    .with_context(|| format!("{}: {:?} is not a declaration", at(text), text.get_ref()))
             };
             texts.iter().map(pair).collect()
         };
+        let cpu = |text: &Spanned<String>| super::cpu(text.get_ref()).map_err(|error| anyhow!("{}: {error}", at(text)));
         let options = Options {
-            cpu: content.cpu.as_deref().map(super::cpu).transpose().map_err(|error| anyhow!("{shown}: {error}"))?,
+            cpu: content.cpu.as_ref().map(cpu).transpose()?,
             fb: content.fb.clone(),
             tag: vec![pairs(&content.tags, ':')?],
             instance: pairs(&content.instances, ':')?,
             constant: pairs(&content.constants, '=')?,
         };
-        let cycle = nanoseconds(&content.cycle).with_context(|| format!("{shown}: cycle"))?;
+        let cycle = nanoseconds(content.cycle.get_ref()).with_context(|| format!("{}: cycle", at(&content.cycle)))?;
         if cycle <= 0 {
-            bail!("{shown}: the cycle is longer than 0");
+            bail!("{}: the cycle is longer than 0", at(&content.cycle));
         }
         let cases = content.case.clone();
-        Ok(File { path: path.to_path_buf(), text, content, options, cases, cycle })
+        Ok(File { source, content, options, cases, cycle })
     }
 
     /// The sources of the program, found from the file.
     pub fn sources(&self) -> Vec<PathBuf> {
-        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let folder = Path::new(&self.source.file).parent().unwrap_or(Path::new(""));
         self.content.sources.iter().map(|source| folder.join(source)).collect()
     }
 
     /// `FILE:LINE` of a step.
     fn place(&self, step: &Spanned<Step>) -> String {
-        let line = self.text[..step.span().start].matches('\n').count() + 1;
-        format!("{}:{line}", self.path.display())
+        let place = file::place(&self.source, step.span());
+        format!("{}:{}", place.file, place.line)
     }
 
     /// The first call at this time or behind it.
@@ -415,6 +416,30 @@ mod tests {
         let mut trial = Trial::new(super::super::compile(&file.sources(), &file.options).unwrap().unwrap()).unwrap();
         let results = file.cases.iter().map(|case| trial.run(&file, case).unwrap()).collect();
         (results, trial.coverage(), source, folder)
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_file_is_told_with_line_and_column() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("main.toml");
+        let error = |text: &str| {
+            fs::write(&path, text).unwrap();
+            let error = format!("{:#}", File::read(&path).unwrap_err());
+            error.strip_prefix(&format!("{}:", path.display())).unwrap().to_string()
+        };
+        let rest = "sources = [\"main.scl\"]\n";
+        assert!(error("DATA_BLOCK x\n").starts_with("1:12: "), "{}", error("DATA_BLOCK x\n"));
+        assert_eq!(error(&format!("{rest}cycle = 5\n")), "2:9: expected a text in quotation marks; found 5");
+        assert_eq!(
+            error(&format!("{rest}cycle = \"soon\"\n")),
+            "2:9: cycle: \"soon\" is not a duration: write 2s, 100ms or 1m30s"
+        );
+        let cycle = "cycle = \"1s\"\n";
+        assert_eq!(error(&format!("{rest}{cycle}cpu = \"9\"\n")), "3:7: the CPUs are 300, 400, 1200 and 1500");
+        assert_eq!(
+            error(&format!("{rest}{cycle}tags = [\"A : Bool\",\n  \"B\"]\n")),
+            "4:3: \"B\" is not a declaration"
+        );
     }
 
     #[test]

@@ -53,7 +53,7 @@ impl Sample {
         }
         let expectation = |text: &&str| {
             let expectation = Expectation::parse(text, &results.figures).unwrap();
-            let verdict = expectation.verdict(&results).unwrap();
+            let verdict = expectation.verdict(&results, false).unwrap();
             (expectation, verdict)
         };
         Sample {
