@@ -595,7 +595,7 @@ impl Disturbed {
         let times = &signals.times[calls.clone()];
         let (begin, end) = (times[0], times[times.len() - 1]);
         // What is not a number is not within the band.
-        let outside = calls.clone().rev().find(|call| !(deviation(*call) <= half));
+        let outside = calls.clone().rev().find(|call| !deviation(*call).le(&half));
         let since = outside.map_or(calls.start, |call| call + 1);
         if since >= calls.end {
             let off = short(deviation(calls.end - 1));

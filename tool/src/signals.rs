@@ -189,8 +189,8 @@ pub fn identify(home: &dyn Home, session: &Session, request: &identify::Request)
 mod tests {
     use super::*;
     use crate::message::{Setup, Values};
-    use control::figures::Cause;
     use crate::test_home::TestHome;
+    use control::figures::Cause;
     use run::system::Value;
 
     fn session(home: &TestHome, is_manual: bool) -> Session {

@@ -400,6 +400,7 @@ impl Coverage {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     const PROGRAM: &str = "FUNCTION_BLOCK \"Main\"\nVAR_INPUT start : Bool; level : Real; name : String[4] := 'A'; END_VAR\n\
         VAR_OUTPUT valve : Bool; half : Real; END_VAR\nVAR t : TON_TIME; END_VAR\nBEGIN\n\
