@@ -29,6 +29,8 @@ const WATCHED: usize = 200;
 const BAND: f64 = 0.04;
 /// So often a swing crosses its mean in two periods.
 const CROSSINGS: usize = 4;
+/// A swing that has become this many times as wide still grows.
+const GROWN: f64 = 1.01;
 /// It has moved if it is this many times the noise away.
 const MOVED: f64 = 8.0;
 
@@ -492,7 +494,8 @@ fn has_settled(values: &[f64], all: &[f64]) -> bool {
     let mean = mean(last);
     let crossings = last.windows(2).filter(|pair| (pair[0] < mean) != (pair[1] < mean)).count();
     let (first, second) = last.split_at(last.len() / 2);
-    let is_even = crossings >= CROSSINGS && width(second) > width(first) / 2.0;
+    let (earlier, later) = (width(first), width(second));
+    let is_even = crossings >= CROSSINGS && later > earlier / 2.0 && later < GROWN * earlier;
     values.is_empty() || is_even || width(last) <= (SETTLED * width(all)).max(MOVED * noise(values))
 }
 

@@ -228,7 +228,7 @@ mod tests {
             assert_eq!(find(key).unit.as_deref(), Some(unit));
         }
         let step = figures.step.as_ref().unwrap();
-        assert_eq!((step.cause, step.from, step.to, step.start), (Cause::Setpoint, 20.0, 60.0, 5.0));
+        assert_eq!((step.cause, step.from, step.to, step.start), (Cause::Setpoint, 0.0, 60.0, 5.0));
         assert!(figures.figures.iter().all(|figure| figure.value.is_some()), "{figures:?}");
         // UP and DOWN are its pulses: UP comes with the step, which is above 50 %, and DOWN later.
         assert!(find("pulses").value >= Some(2.0) && find("pulses").unit.is_none(), "{figures:?}");

@@ -1,13 +1,12 @@
 //! Which column of a recording is which variable of the block, with its values as the block takes them.
 
 use super::instance::Block;
-use super::suspects::ordinal;
 use crate::csv::names::{MANIPULATED_VALUES, MANUAL, PROCESS_VALUES, SETPOINTS, ends, short_name};
 use crate::csv::{Column, Table as Csv};
 use anyhow::{Context, Result, bail};
 use blocks::table::number::to_value;
 use blocks::{Kind, Role};
-use modeldescription::digits::short;
+use modeldescription::digits::{ordinal, short};
 use run::plan::near;
 use std::collections::BTreeSet;
 

@@ -7,7 +7,7 @@ use super::estimate::{Found, Search, held};
 use super::instance::{Block, Variant};
 use anyhow::Result;
 use blocks::Kind;
-use modeldescription::digits::short;
+use modeldescription::digits::{ordinal, short};
 use run::fmus::Values;
 use run::system::Value;
 
@@ -406,17 +406,6 @@ fn time(comparison: &Comparison) -> Vec<Try> {
         }
     }
     tries.tries
-}
-
-/// `2nd`
-pub(super) fn ordinal(number: usize) -> String {
-    let end = match (number % 10, number % 100) {
-        (1, of) if of != 11 => "st",
-        (2, of) if of != 12 => "nd",
-        (3, of) if of != 13 => "rd",
-        _ => "th",
-    };
-    format!("{number}{end}")
 }
 
 /// A row without a call, or a call without a row, where the difference begins; then the next ones.

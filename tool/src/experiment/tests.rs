@@ -113,7 +113,7 @@ fn a_loop_that_swings_for_ever_is_not_said_to_rest() {
     let mut session = session(&home);
     let from = session.state().unwrap().time;
     // With TI far below the delay of a call the loop is unstable, until the limits of the output hold its swing.
-    let unstable = [("C.GAIN", 0.7), ("C.TI", 0.004)].map(|(name, value)| (name.to_string(), Value::Number(value)));
+    let unstable = [("C.GAIN", 3.0), ("C.TI", 0.004)].map(|(name, value)| (name.to_string(), Value::Number(value)));
     session.send(&Values::from(unstable)).unwrap();
     let settled = settle(&home, &mut session, &Settle { calls: 20_000, from }).unwrap();
     assert_eq!((settled.is_at_rest, settled.swings), (false, true), "{}", settled.state.calls);

@@ -36,6 +36,9 @@ loops: Array<KnownLoop>,
 /** The kinds of parameter files that can be written: extensions and titles. */
 formats: Array<[string, string]>, };
 
+/** What begins a part of a run. */
+export type Cause = "start" | "setpoint" | "automatic" | "disturbance";
+
 /** Whose. */
 export type CharacteristicRequest = {
 /** The block with its settings. */
@@ -260,6 +263,10 @@ export type Figures = {
 from: number,
 /** Up to where, in seconds. */
 to: number,
+/** The step that they belong to: two runs with the same step over the same time can be compared. */
+step: Happened | null,
+/** The disturbance that those of a disturbance belong to. */
+disturbance: Happened | null,
 /** The figures, in the order in which they are shown. */
 figures: Array<Figure>,
 /** Which figures are absent, and why. */
@@ -269,9 +276,9 @@ remarks: Array<string>, };
 export type FiguresRequest = {
 /** The run; the present one without it. */
 run?: number | null,
-/** The beginning in seconds; the last change of the setpoint without it. */
+/** The beginning in seconds; that of the last step without it. */
 from?: number | null,
-/** The end in seconds; the last call without it. */
+/** The end in seconds; without it and without a beginning, that of the last step's window. */
 to?: number | null,
 /** The unit of the process value, where its variable has none. */
 unit?: string | null,
@@ -299,6 +306,21 @@ export type Group = {
 title: string,
 /** Its settings, in order. */
 fields: Array<Field>, };
+
+/** The event that a window belongs to. */
+export type Happened = {
+/** What began it. */
+cause: Cause,
+/** The process value when it began. */
+from: number,
+/** The setpoint at its end. */
+to: number,
+/** When it began, in seconds. */
+start: number,
+/** How long its window is, in seconds. */
+duration: number,
+/** What disturbed the loop, each variable with its last value. */
+by: Array<Set>, };
 
 /** A model with how well it fits. */
 export type Identified = {
@@ -738,6 +760,17 @@ refusal: string | null, };
 
 /** A rule. */
 export type Rule = "ziegler_nichols_step" | "ziegler_nichols_ultimate" | "chr_setpoint0" | "chr_setpoint20" | "chr_disturbance0" | "chr_disturbance20" | "simc" | "lambda" | "amigo";
+
+/** A value that is set while a loop runs. */
+export type Set = {
+/** When, in seconds. */
+time: number,
+/** `MEMBER.VARIABLE` */
+variable: string,
+/** The value; true is 1. None: another member took the place of this one. */
+value: number | null,
+/** The value before, if it is known. */
+before: number | null, };
 
 /** A value of a loop. */
 export type Setting = {
