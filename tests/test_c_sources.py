@@ -365,8 +365,8 @@ def test_the_self_test_refuses_another_result(change, is_refused, source, native
     assert bool(told) == is_refused and all("compiled with options that change its results" in text for text in told)
 
 
-def test_the_self_test_of_a_controller_finds_fused_multiplication_and_addition(both, tmp_path):
-    name = "CONT_C"
+@pytest.mark.parametrize("name", ["CONT_C", "HLG", "PULSEGEN", "PULS_CTR"])
+def test_the_self_test_finds_fused_multiplication_and_addition(both, name, tmp_path):
     cpu = pathlib.Path("/proc/cpuinfo")
     if not cpu.exists() or " fma " not in cpu.read_text():
         pytest.skip("this processor has no fused multiplication and addition for x86")

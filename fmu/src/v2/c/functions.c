@@ -64,7 +64,7 @@ static fmi2Status plcfmu_check_arguments(plcfmu_component_t *c, fmi2String name,
         return plcfmu_refuse(&c->text, ": this library is " PLCFMU_GUID "; take the modelDescription.xml that came with it");
     }
     plcfmu_fresh(c);
-    if (!plcfmu_is_exact(c)) {
+    if (!plcfmu_is_strict() || !plcfmu_is_exact(c)) {
         return plcfmu_refuse(&c->text, "this library was compiled with options that change its results (-ffast-math, fused "
                                        "multiplication and addition, x87 or such): its self-test differs; compile it without them");
     }

@@ -384,6 +384,14 @@ static double plcfmu_tape(const plcfmu_row_t *row, u32_t *tape) {
     }
 }
 
+/* Whether products and sums are rounded one by one, in their order. The numbers are volatile: nothing is computed beforehand. The
+   square of 1 + 2^-12 rounds to 1 + 2^-11, and 1 vanishes beside 10^8. */
+static int plcfmu_is_strict(void) {
+    volatile float factor = 1.000244140625f, rounded = 1.00048828125f, large = 1e8f;
+    float x = factor, y = rounded, z = large;
+    return x * x - y == 0.0f && (x + z) - z == 0.0f;
+}
+
 /* Makes the calls of the tape, and says whether their results have the hash of the library that plcfmu packed. */
 static int plcfmu_is_exact(plcfmu_component_t *c) {
     plcfmu_hash_t hash = plcfmu_hash_basis;
