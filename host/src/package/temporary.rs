@@ -468,6 +468,17 @@ mod tests {
     }
 
     #[test]
+    fn a_file_that_cannot_be_made_is_told_by_the_name_that_the_user_gave() {
+        let told = |kind: io::ErrorKind| {
+            format!("{:#}", unwritable(Path::new("ro/a.csv"), io::Error::new(kind, ".plcfmu-x.tmp")))
+        };
+        let expected = "ro/a.csv cannot be written: you may not write to the folder ro";
+        assert_eq!(told(io::ErrorKind::PermissionDenied), expected);
+        let full = told(io::ErrorKind::StorageFull);
+        assert!(full.starts_with("ro/a.csv cannot be written: ") && !full.contains(".plcfmu"), "{full}");
+    }
+
+    #[test]
     fn a_folder_is_not_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let error = format!("{:#}", put(folder.path(), "text").unwrap_err());
