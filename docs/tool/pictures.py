@@ -39,9 +39,9 @@ def run_for(page, seconds):
     """Runs the loop as fast as it goes."""
     page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
     page.locator("#run-for").fill(str(seconds))
-    page.get_by_role("button", name="Run", exact=True).click()
-    page.get_by_role("button", name="Pause", exact=True).wait_for(state="hidden")
-    page.get_by_role("button", name="Run", exact=True).wait_for()
+    # After settings were applied it says Go on.
+    page.locator("#run-go").click()
+    page.wait_for_function("() => document.querySelector('#run-go').textContent !== 'Pause'")
     page.locator("#run-for").fill("")
 
 
@@ -119,7 +119,7 @@ def frames(page):
     page.locator("#split").focus()
     for _ in range(2):
         page.keyboard.press("ArrowUp")
-    page.wait_for_function("() => document.querySelector('#runs tbody td:nth-child(4)')?.textContent.includes('%')")
+    page.wait_for_function("() => document.querySelector('#runs tbody td:nth-child(5)')?.textContent.includes('%')")
     for _ in range(8):
         yield page.screenshot()
     for name, value in AFTER.items():

@@ -57,6 +57,8 @@ pub struct StepTested {
     pub state: State,
     /// From when on the plant was held, in seconds.
     pub from: f64,
+    /// The last call that the model was found from, in seconds: later ones give the loop back.
+    pub to: f64,
     /// When the manipulated value stepped, in seconds.
     pub step: f64,
     /// The model.
@@ -210,10 +212,11 @@ pub fn step(home: &dyn Home, session: &mut Session, request: &StepTest) -> Resul
     ensure!(size != 0.0 && size.is_finite(), "the step is {size}: it has to be a number other than 0");
     let mut bench = Bench::hold(home, session)?;
     let tested = step_held(&mut bench, request);
+    let last = bench.signals(bench.from)?.times.last().copied();
     bench.release(tested.as_ref().ok().map(|(_, _, level)| *level), request.is_integrating)?;
     let (step, identified, _) = tested?;
     let from = bench.from;
-    Ok(StepTested { state: session.state()?, from, step, identified })
+    Ok(StepTested { state: session.state()?, from, to: last.unwrap_or(from), step, identified })
 }
 
 /// The step of a plant that is held: when, the model, and the process value before it.

@@ -871,6 +871,8 @@ export type StepTested = {
 state: State,
 /** From when on the plant was held, in seconds. */
 from: number,
+/** The last call that the model was found from, in seconds: later ones give the loop back. */
+to: number,
 /** When the manipulated value stepped, in seconds. */
 step: number,
 /** The model. */

@@ -226,7 +226,7 @@ function show() {
       { class: isNow && "is-now" },
       element("td", {}, element("span", { class: "row" }, box, swatch(colour), name)),
       element("td", { class: "name" }, values.join(", ") || (isNow ? "now" : "")),
-      element("td", { class: isComparable ? null : "faint" }, kept.step ? stepText(kept.step) : ""),
+      element("td", { class: isComparable ? "name" : "name faint" }, kept.step ? stepText(kept.step) : ""),
       cells,
       element("td", {}, isNow || !loop.runs.includes(kept.run) ? null : bitsButton(kept)),
     );

@@ -152,7 +152,7 @@ function identifyRow() {
     element(
       "button",
       {
-        ...{ type: "button", onclick: () => identify(false) },
+        ...{ type: "button", onclick: () => identifyRun() },
         title: "From the last step of the manipulated value in this run: at rest, in manual, one step, wait",
       },
       "Identify from this step",
@@ -212,9 +212,11 @@ function testButtons() {
   };
   const step = made(async (size) => {
     const { method, isIntegrating } = kept;
-    const { state, identified } = await ask({ do: "step_test", size, method, is_integrating: isIntegrating });
+    const tested = await ask({ do: "step_test", size, method, is_integrating: isIntegrating });
+    const { state, identified } = tested;
     await store.take(Promise.resolve(state));
     isFromCsv = false;
+    tests.set(loop, { from: tested.from, to: tested.to });
     if (store.loop === loop) takeModel(identified);
   }, "Step test: in manual mode until the process value rests, one step, until it rests again.");
   const relay = made(async (size) => {
@@ -265,9 +267,18 @@ function takeRelay({ ultimate, model: found, remarks, swing, hysteresis }) {
 /** From what the model was identified last: a CSV, or the run. @type {boolean | undefined} */
 let isFromCsv;
 
+/** The part of a loop's run that its last step test was: what follows gives the loop back. @type {WeakMap<object, { from: number, to: number }>} */
+const tests = new WeakMap();
+
+/** From the whole run. */
+function identifyRun() {
+  if (store.loop) tests.delete(store.loop);
+  identify(false);
+}
+
 /** Another method, or another kind of plant: the same data give another model. */
 function identifyAgain() {
-  if (isFromCsv !== undefined) identify(isFromCsv);
+  if (isFromCsv !== undefined) identify(isFromCsv, store.loop && tests.get(store.loop));
 }
 
 /** @param {import("./csv.js").Recording} recording */
@@ -316,8 +327,8 @@ function showCsv() {
   );
 }
 
-/** @param {boolean} fromCsv */
-async function identify(fromCsv) {
+/** @param {boolean} fromCsv @param {{ from?: number, to?: number }} [part] the part of the run, without it all of it */
+async function identify(fromCsv, part = {}) {
   const loop = store.loop;
   if (!loop) return;
   const kept = notes();
@@ -333,7 +344,7 @@ async function identify(fromCsv) {
             ),
           },
         }
-      : { run: {} };
+      : { run: part };
   if (!fromCsv && !store.isLive()) {
     refuse(
       "There is no run yet. Run the loop in manual until the process value rests, then step the manual value and wait.",
