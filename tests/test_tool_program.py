@@ -143,13 +143,13 @@ def test_the_values_of_a_line_stand_beside_it_while_the_program_runs(open_tool):
     press = page.get_by_role("button", name="One call")
     press.click()
     line(page, 6).locator(".value.is-false").wait_for()
-    assert line(page, 6).locator(".value").inner_text() == "FALSE"
+    assert line(page, 6).locator(".value").inner_text() == "up FALSE"
     assert "has-run" not in line(page, 7).get_attribute("class")
     set_input(page, "up", True)
     page.locator("#send").click()
     press.click()
     page.locator('.program [data-line="7"].has-run').wait_for()
-    assert line(page, 6).locator(".value").inner_text() == "TRUE"
+    assert line(page, 6).locator(".value").inner_text() == "up TRUE"
     assert line(page, 7).locator(".values").inner_text().split() == ["count", "1", "step", "1"]
     # The element that the index names.
     assert line(page, 8).locator(".values").inner_text().split() == ["a[count]", "1", "count", "1"]
