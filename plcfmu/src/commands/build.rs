@@ -7,7 +7,7 @@ use crate::build::workspace::Workspace;
 use crate::package::{self, pack};
 use crate::program;
 use crate::tell;
-use anyhow::{Result, bail, ensure};
+use anyhow::{Error, Result, bail, ensure};
 use host::package::Package;
 use host::package::binary::{Binary, version};
 use std::path::{Path, PathBuf};
@@ -65,7 +65,8 @@ pub fn run(options: &Options) -> Result<()> {
     if let Some(file) = names.iter().find(|name| name.contains('.')) {
         bail!("{file} is neither a source of a program (.scl, .udt, .db, .awl) nor a package of a workspace");
     }
-    let workspace = Workspace::find()?;
+    let is_told = || names.iter().find_map(|name| program::instead(Path::new(name)));
+    let workspace = Workspace::find().map_err(|error| is_told().map_or(error, Error::msg))?;
     if options.update {
         template::update(&workspace.root)?;
     }
