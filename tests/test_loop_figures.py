@@ -87,7 +87,7 @@ def test_figures_are_those_of_a_second_computation(name, command, tmp_path, tool
     for key, value in known.items():
         assert of_run[key] == pytest.approx(value, rel=1e-5 if name not in PULSED else 0.01, abs=1e-3), (name, key)
 
-    ask = lambda **request: json.loads(tool.ask(request, name))["ok"]
+    ask = lambda **request: json.loads(tool.ask(request, name.replace("_", "-")))["ok"]
     loop = next(loop for loop in ask(do="catalogue")["loops"] if loop["name"] == name)
     state = ask(do="start", **loop["setup"])
     for time, variable, value in [*sorted(loop["events"]), (loop["stop"], None, None)]:

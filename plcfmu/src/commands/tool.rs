@@ -66,16 +66,16 @@ Examples:
 /// # Errors
 /// There are no FMUs, a file cannot be opened, or the port is taken.
 pub fn run(options: &Options) -> Result<()> {
-    // The server ends in order at the first signal, which it receives as well.
-    let interrupted = interruption::flag();
     let limit = Duration::from_secs_f64(options.time_limit);
+    // Held to the end: without it the first signal would end the process at once.
+    let interrupted = interruption::flag();
     let starter = Starter { limit, interrupted: interrupted.clone(), ..Starter::new()? };
     let Opened { collection, start } = open(options, starter)?;
     let server = Server::bind(options.port)?;
     let url = server.address()?;
     let door = if options.no_browser { None } else { Some(door(&server.address()?)?) };
     let page = start.put_into(&page(&collection)?, server.secret())?;
-    server.run(page, collection, &interrupted, || {
+    server.run(page, collection, || {
         // A closed standard output is no reason to end.
         let _ = print(&format!("{url}\n"));
         eprintln!("Ctrl-C ends it.");

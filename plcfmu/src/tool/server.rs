@@ -25,7 +25,6 @@ use host::hexadecimal;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -148,13 +147,7 @@ impl Server {
     ///
     /// # Errors
     /// The system cannot tell when the user interrupts it.
-    pub fn run(
-        self,
-        page: String,
-        collection: Collection,
-        is_interrupted: &AtomicBool,
-        ready: impl FnOnce(),
-    ) -> Result<()> {
+    pub fn run(self, page: String, collection: Collection, ready: impl FnOnce()) -> Result<()> {
         let Server { runtime, listener, port, access } = self;
         let (alive, are_over) = mpsc::channel();
         let shared = Arc::new(Shared {
@@ -172,9 +165,9 @@ impl Server {
             interrupted.await;
             anyhow::Ok(())
         })?;
-        // No more requests, then no more calls of foreign FMUs, then no more engines.
+        // No more requests, then no more engines. The command's own handler of the same signal ends the calls of foreign FMUs:
+        // setting its flag here would make it take this signal for the second one.
         drop(runtime);
-        is_interrupted.store(true, Ordering::Relaxed);
         drop(shared);
         wait(&are_over);
         Ok(())
