@@ -69,5 +69,11 @@ def test_a_step_is_identified_and_its_settings_are_sent(seen):
     assert seen["before"]["edited"] == [] and seen["before"]["gain"] > 0
 
 
+def test_the_open_loop_has_margins(seen):
+    assert [row[0] for row in seen["margins"]] == ["in force", "SIMC"]
+    # lambda of one and a half dead times.
+    assert float(seen["margins"][1][3].removesuffix("°")) == pytest.approx(90 - 0.4 * 57.2958, abs=1)
+
+
 def test_a_reload_keeps_settings_and_the_run(seen):
     assert seen["after"] == seen["before"]

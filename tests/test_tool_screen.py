@@ -272,6 +272,34 @@ def test_the_step_test_finds_the_plant_and_all_rules_are_told(tool):
     tool.wait_for_function(f"() => {gain} > 0 && {gain} < 1.3")
 
 
+def test_the_open_loop_is_drawn_for_the_settings_in_force_and_for_the_rule(tool):
+    make_step_test(tool)
+    tool.wait_for_function("() => document.querySelectorAll('.bode canvas').length === 2")
+
+    def margins():
+        cells = "rows => rows.map(row => [...row.children].map(cell => cell.innerText))"
+        return {name: row for name, *row in tool.locator(".bode tbody tr").evaluate_all(cells)}
+
+    before = margins()
+    # Amplitude at -180 degrees and phase at 0 dB of SIMC with lambda = 1.5 L: 2.5 (1 + 1.5) / T = GAIN K L' / T is 0.4, so that the
+    # gain margin is pi/2 / 0.4 and the phase margin 90 degrees - 0.4 rad.
+    ms, gain, phase, *_ = before["SIMC"]
+    assert float(phase.removesuffix("°")) == pytest.approx(90 - 0.4 * 57.2958, abs=0.8)
+    assert float(gain.split()[0]) == pytest.approx(3.927, rel=0.02) and 1.2 < float(ms) < 1.6
+    assert before["in force"][0] == "unstable" or float(before["in force"][0]) > 1
+    assert before["in force"] != before["SIMC"]
+    tool.get_by_role("button", name="Apply").first.click()
+    tool.locator("#tune").get_by_role("button", name="Send", exact=True).click()
+    tool.wait_for_function(
+        "wanted => document.querySelectorAll('.bode tbody tr')[0].innerText.includes(wanted)", arg=gain.split()[0]
+    )
+    assert margins()["in force"] == before["SIMC"]
+    # Each half has the curves of both, and the margin that is read in it.
+    ink = """canvas => { const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+        return data.reduce((count, value, at) => count + (at % 4 === 3 && value > 0 ? 1 : 0), 0); }"""
+    assert all(count > 2000 for count in (tool.locator(".bode canvas").nth(at).evaluate(ink) for at in range(2)))
+
+
 def test_a_step_test_leaves_mode_manual_value_and_setpoint_as_they_were(tool):
     values = "async () => (await moduleOf('tool/store.js')).store.state.values"
     run_calls(tool, 1)
@@ -493,7 +521,7 @@ def test_after_a_step_test_what_comes_next_stands_in_one_place_in_sight(tool):
     tune.get_by_text("in the fields, not sent").wait_for()
     assert bottom(send.bounding_box()) <= tool.viewport_size["height"] and run.is_disabled()
     send.click()
-    tune.get_by_text("in force").wait_for()
+    tune.locator("p.row").get_by_text("in force", exact=True).wait_for()
     run.click()
     tool.locator("#run .status").get_by_text("at rest").wait_for()
     values = tool.evaluate("async () => (await moduleOf('tool/store.js')).store.state.values")

@@ -1,6 +1,7 @@
 //! Control engineering: figures of a recorded step, a plant's model, settings by rules, their margins and what they lead to,
 //! why a recording differs from what a block computes, and gains as other tools write them.
 
+pub mod bode;
 pub mod characteristic;
 pub mod csv;
 pub mod figures;

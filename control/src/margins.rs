@@ -36,6 +36,10 @@ pub struct Margins {
     pub gain_margin: Option<f64>,
     /// By how many degrees the phase can fall until the loop oscillates; below 0 it is unstable.
     pub phase_margin: Option<f64>,
+    /// The frequency in radians per second at which the gain margin is read: the phase is -180 degrees.
+    pub phase_crossover: Option<f64>,
+    /// The frequency in radians per second at which the phase margin is read: the amplitude is 1.
+    pub gain_crossover: Option<f64>,
 }
 
 impl Margins {
@@ -167,43 +171,84 @@ impl Plant {
     }
 }
 
+/// A point of the frequency response of an open loop, whose negative feedback is left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// In radians per second.
+    pub frequency: f64,
+    /// As a factor.
+    pub amplitude: f64,
+    /// In degrees, without jumps by 360.
+    pub phase: f64,
+}
+
+/// The open loop of a controller with a plant, up to the highest frequency that the calls can show. `delay` is that of [`of`].
+pub fn open_loop(plant: &Plant, law: &Law, delay: f64) -> Vec<Point> {
+    let mut phase = 0.0;
+    let mut before: Option<Complex> = None;
+    let responses = responses(plant, law, delay);
+    let points = responses.map(|(frequency, open)| {
+        phase = before.map_or_else(|| first_phase(open), |before| phase + (open / before).angle());
+        before = Some(open);
+        Point { frequency, amplitude: open.amount(), phase: phase.to_degrees() }
+    });
+    points.collect()
+}
+
+/// The frequency response of the open loop.
+fn responses(plant: &Plant, law: &Law, delay: f64) -> impl Iterator<Item = (f64, Complex)> {
+    let sampling = law.sampling();
+    let delay = delay + sampling / 2.0 - plant.hold;
+    let seen = plant.responses.iter().take_while(move |(frequency, _)| *frequency <= PI / sampling * (1.0 + 1e-9));
+    seen.map(move |(frequency, response)| {
+        let back = Complex::turned(-frequency * sampling);
+        (*frequency, law.response(back) * *response * Complex::turned(-frequency * delay))
+    })
+}
+
+/// The phase in radians with which an open loop begins: between that of three integrators and that of a differentiator.
+fn first_phase(open: Complex) -> f64 {
+    open.angle() - if open.angle() > FRAC_PI_2 { 2.0 * PI } else { 0.0 }
+}
+
 /// The margins of a controller with a plant, whose gain counts by its amount.
 ///
 /// `delay` is what pulses add to the hold, half of their period, in seconds. If the plant is known for another delay, or another time
 /// between two process values than that of the law, the difference is taken for it, and half of that.
 pub fn of(plant: &Plant, law: &Law, delay: f64) -> Margins {
     let sampling = law.sampling();
-    let delay = delay + sampling / 2.0 - plant.hold;
     // The integrators, of which each is a pole at 1.
     let integrators = usize::from(law.settings.ti.is_some()) + usize::from(plant.is_integrating);
-    let seen = plant.responses.iter().take_while(|(frequency, _)| *frequency <= PI / sampling * (1.0 + 1e-9));
-    let mut points = seen.map(|(frequency, response)| {
+    let mut points = responses(plant, law, delay).map(|(frequency, open)| {
         let back = Complex::turned(-frequency * sampling);
-        let open = law.response(back) * *response * Complex::turned(-frequency * delay);
         let turning = (0..integrators).fold(Complex::ONE + open, |turning, _| turning * (Complex::ONE - back));
-        (open, turning)
+        (frequency, open, turning)
     });
-    let Some((mut open, mut turning)) = points.next() else { return Margins::default() };
+    let Some((mut frequency, mut open, mut turning)) = points.next() else { return Margins::default() };
     let mut angle = turning.angle();
-    // The phase of the open loop begins between that of three integrators and that of a differentiator.
-    let mut phase = open.angle() - if open.angle() > FRAC_PI_2 { 2.0 * PI } else { 0.0 };
+    let mut phase = first_phase(open);
     let mut nearest = (open + Complex::ONE).amount();
-    let (mut gain_margin, mut phase_margin) = (None::<f64>, None::<f64>);
-    let least = |margin: &mut Option<f64>, value: f64| *margin = Some(margin.map_or(value, |other| other.min(value)));
-    for (next, next_turning) in points {
+    let (mut gain_margin, mut phase_margin) = (None::<(f64, f64)>, None::<(f64, f64)>);
+    let least = |margin: &mut Option<(f64, f64)>, value: f64, frequency: f64| {
+        if margin.is_none_or(|(other, _)| value < other) {
+            *margin = Some((value, frequency));
+        }
+    };
+    for (next_frequency, next, next_turning) in points {
         angle += (next_turning / turning).angle();
         let turn = (next / open).angle();
+        let between = |part: f64| frequency * pow(next_frequency / frequency, part);
         if open.imaginary < 0.0 && next.imaginary >= 0.0 {
             let part = open.imaginary / (open.imaginary - next.imaginary);
             let real = open.real + part * (next.real - open.real);
             if real < 0.0 {
-                least(&mut gain_margin, -1.0 / real);
+                least(&mut gain_margin, -1.0 / real, between(part));
             }
         }
         let (amount, next_amount) = (open.amount(), next.amount());
         if (amount > 1.0) != (next_amount > 1.0) {
             let part = log(amount) / (log(amount) - log(next_amount));
-            least(&mut phase_margin, 180.0 + (phase + part * turn).to_degrees());
+            least(&mut phase_margin, 180.0 + (phase + part * turn).to_degrees(), between(part));
         }
         // Between them the amount and the angle change evenly, which is an arc.
         let middle = open * Complex::turned(turn / 2.0) * (next_amount / amount).sqrt();
@@ -211,14 +256,19 @@ pub fn of(plant: &Plant, law: &Law, delay: f64) -> Margins {
             nearest = nearest.min(distance(from + Complex::ONE, to + Complex::ONE));
         }
         phase += turn;
-        (open, turning) = (next, next_turning);
+        (frequency, open, turning) = (next_frequency, next, next_turning);
     }
     // At the highest frequency a sampled loop is real.
     if open.real < 0.0 && open.imaginary < 0.0 {
-        least(&mut gain_margin, -1.0 / open.real);
+        least(&mut gain_margin, -1.0 / open.real, frequency);
     }
-    let sensitivity = (angle.abs() < FRAC_PI_2).then(|| 1.0 / nearest.max(f64::MIN_POSITIVE));
-    Margins { sensitivity, gain_margin, phase_margin }
+    Margins {
+        sensitivity: (angle.abs() < FRAC_PI_2).then(|| 1.0 / nearest.max(f64::MIN_POSITIVE)),
+        gain_margin: gain_margin.map(|(margin, _)| margin),
+        phase_margin: phase_margin.map(|(margin, _)| margin),
+        phase_crossover: gain_margin.map(|(_, frequency)| frequency),
+        gain_crossover: phase_margin.map(|(_, frequency)| frequency),
+    }
 }
 
 /// How far the line between two points is from 0.

@@ -280,6 +280,11 @@ impl Controller {
         self.own_period().filter(|period| *period > sampling).map_or(0.0, |period| period / 2.0)
     }
 
+    /// What it computes with settings in its form, if it multiplies its manipulated value by this factor at the end.
+    pub fn law(&self, settings: &Settings, factor: f64) -> Law {
+        Law { settings: Settings { gain: settings.gain * factor, ..*settings }, cycle: self.sampling(), calls: 1 }
+    }
+
     /// How long the actuator of a step controller takes from stop to stop, in seconds: the TIME in the group of its stops.
     pub fn motor_time(&self) -> Option<f64> {
         self.motor_time_setting().filter(|_| self.is_step_controller()).map(|name| self.value(name))
@@ -365,9 +370,9 @@ fn tune_calmer(home: &dyn Fmus, request: &Request, calmer: Option<f64>) -> Resul
         ));
     }
     let settings = in_form_of(&controller, &Settings { gain: ideal.gain / factor, ..ideal }, &mut remarks)?;
-    let sampling = controller.sampling();
-    let law = Law { settings: Settings { gain: settings.gain * factor, ..settings }, cycle: sampling, calls: 1 };
-    let margins = margins::of(&Plant::of_model(&request.model, sampling), &law, controller.delay_of_pulses());
+    let law = controller.law(&settings, factor);
+    let plant = Plant::of_model(&request.model, controller.sampling());
+    let margins = margins::of(&plant, &law, controller.delay_of_pulses());
     remarks.extend(robustness(&margins));
     remarks.extend(coarseness(&controller, request));
     let values = values(&controller, request.structure, &settings);

@@ -38,6 +38,8 @@ try {
   await page.click("#step-test");
   await page.waitForFunction(() => document.querySelectorAll("#tune .rules tbody tr").length > 5);
   const fit = await page.$eval("#tune .fit", (one) => one.textContent);
+  await page.waitForFunction(() => document.querySelectorAll(".bode canvas").length === 2);
+  const margins = await page.$$eval(".bode tbody tr", (rows) => rows.map((row) => row.innerText.split("\t")));
   await page.evaluate(() => [...document.querySelectorAll("#tune button")].find((one) => one.textContent === "Apply").click());
   await page.keyboard.down("Control");
   await page.keyboard.press("Enter");
@@ -59,7 +61,7 @@ try {
     before.calls,
   );
   const after = await settings();
-  console.log(JSON.stringify({ cards, example, ink, fit, before, after, complaints }));
+  console.log(JSON.stringify({ cards, example, ink, fit, margins, before, after, complaints }));
 } finally {
   await browser.close();
 }

@@ -12,6 +12,7 @@ use crate::program::{self, Compiled, Monitored, Programs};
 use crate::session::Session;
 use crate::{connect, describe, known, signals};
 use anyhow::Result;
+use control::bode::{self, Bode};
 use control::characteristic::{self, Characteristics};
 use control::csv;
 use control::identify::{self, Identified};
@@ -167,6 +168,8 @@ requests! { |home, session|
     /// All rules for a plant's model and one structure, with what they lead to: Ms, overshoot, settling time and travel for one step.
     /// The rule of the request does not count.
     Rules(of: tune::Request) -> Vec<tune::Row> = tune::table(home, &of)?;
+    /// The open loop of a plant's model with the controller, with its settings and with others, and its margins.
+    Bode(of: bode::Request) -> Bode = bode::bode(home, &of)?;
     /// Holds the plant at the present manipulated value until it rests, steps it, waits until it rests again, and identifies.
     StepTest(of: experiment::StepTest) -> StepTested = experiment::step(home, session, &of)?;
     /// Holds the plant, lets the manipulated value switch up and down, and gives the ultimate gain and period.

@@ -16,6 +16,13 @@
  * @property {number[]} x ascending
  * @property {Line[]} lines
  * @property {number} [height] in CSS pixels
+ * @property {boolean} [isLogarithmic] whether x is
+ * @property {Mark[]} [marks] straight lines over the curves of the left side
+ *
+ * @typedef {object} Mark
+ * @property {[number, number]} from
+ * @property {[number, number]} to
+ * @property {number} [colour] its place in the palette; that of an axis without it
  */
 
 import { element, fill } from "tool/dom.js";
@@ -248,6 +255,25 @@ export function swatch(colour, isDashed = false) {
 }
 
 /**
+ * @param {uPlot} plot
+ * @param {Mark[]} marks
+ */
+function drawMarks(plot, marks) {
+  const { curves, faint } = theme();
+  const { ctx } = plot;
+  ctx.save();
+  ctx.setLineDash([]);
+  for (const { from, to, colour } of marks) {
+    ctx.strokeStyle = colour === undefined ? faint : curves[colour];
+    ctx.lineWidth = (colour === undefined ? 1 : 2.5) * devicePixelRatio;
+    ctx.beginPath();
+    for (const [x, y] of [from, to]) ctx.lineTo(plot.valToPos(x, "x", true), plot.valToPos(y, "left", true));
+    ctx.stroke();
+  }
+  ctx.restore();
+}
+
+/**
  * A small chart within an element, as wide as that. Its lines are told apart by the legend, which is text.
  *
  * @param {HTMLElement} within
@@ -278,7 +304,7 @@ export function draw(within, drawing) {
         legend: { show: false },
         cursor: { show: false },
         scales: {
-          x: { time: false },
+          x: drawing.isLogarithmic ? { time: false, distr: 3, range: (_, low, high) => [low, high] } : { time: false },
           ...Object.fromEntries(sides.map((side) => [side, { range: ranged(unit(side)) }])),
         },
         series: [
@@ -289,8 +315,12 @@ export function draw(within, drawing) {
             paths: line.isStepped ? uPlot.paths.stepped?.({ align: 1 }) : undefined,
           })),
         ],
+        hooks: { draw: [(self) => drawMarks(self, drawing.marks ?? [])] },
         axes: [
-          axis({ label: drawing.xLabel, size: 20, labelSize: 15, space: 50, values: (_, splits) => ticks(splits) }),
+          axis({
+            ...{ label: drawing.xLabel, size: 20, labelSize: 15, space: 50 },
+            values: (_, splits) => (drawing.isLogarithmic ? splits.map((one) => one && String(one)) : ticks(splits)),
+          }),
           ...sides.map((side) =>
             axis({
               ...{ scale: side, side: side === "left" ? 3 : 1, label: unit(side) },

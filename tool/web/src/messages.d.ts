@@ -20,6 +20,22 @@ temps: Array<[string, string]>,
 /** The values of its constants by name, as they are written. */
 constants: Array<[string, string]>, };
 
+/** Open loops over the frequencies that the calls of the controller can show. */
+export type Bode = {
+/** Ascending, in radians per second. */
+frequencies: Array<number>,
+/** In the order of the request. */
+loops: Array<OpenLoop>, };
+
+/** Whose open loops are drawn. */
+export type BodeRequest = {
+/** The plant. */
+model: Model,
+/** The controller with the settings of the first loop. */
+controller: Member,
+/** What the settings of each further loop have otherwise, such as those of a rule. */
+others: Array<Values>, };
+
 /** A call of an instance. */
 export type Called = {
 /** The instance. */
@@ -462,6 +478,23 @@ input: string,
 /** What is missing, a sentence. */
 text: string, };
 
+/** An open loop with its margins. A margin that is infinite is absent. */
+export type OpenLoop = {
+/** At each frequency, in dB. */
+amplitude: Array<number>,
+/** At each frequency, in degrees. */
+phase: Array<number>,
+/** Ms, the largest sensitivity; absent if the loop is unstable. */
+sensitivity: number | null,
+/** How much more gain the loop takes, as a factor. */
+gain_margin: number | null,
+/** In degrees. */
+phase_margin: number | null,
+/** Where the gain margin is read, in radians per second. */
+phase_crossover: number | null,
+/** Where the phase margin is read, in radians per second. */
+gain_crossover: number | null, };
+
 /** What an FMU is in a loop. */
 export type Part = "controller" | "plant" | "other";
 
@@ -701,7 +734,7 @@ values: Values, } | { "do": "try",
 /** The settings, by `MEMBER.VARIABLE`; stimuli are ignored. */
 values: Values,
 /** What is drawn; its `run` is ignored. */
-view: View, } | { "do": "figures" } & FiguresRequest | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "rules" } & TuneRequest | { "do": "step_test" } & StepTest | { "do": "relay_test" } & RelayTest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
+view: View, } | { "do": "figures" } & FiguresRequest | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "rules" } & TuneRequest | { "do": "bode" } & BodeRequest | { "do": "step_test" } & StepTest | { "do": "relay_test" } & RelayTest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
 /** The file's text. */
 text: string, } | { "do": "replay" } & ReplayRequest | { "do": "preset" } & PresetRequest | { "do": "export" } & Export;
 
@@ -1044,6 +1077,7 @@ export interface Dialogue {
   identify: { request: Extract<Request, { do: "identify" }>; answer: Identified };
   tune: { request: Extract<Request, { do: "tune" }>; answer: Tuned };
   rules: { request: Extract<Request, { do: "rules" }>; answer: Array<Row> };
+  bode: { request: Extract<Request, { do: "bode" }>; answer: Bode };
   step_test: { request: Extract<Request, { do: "step_test" }>; answer: StepTested };
   relay_test: { request: Extract<Request, { do: "relay_test" }>; answer: RelayTested };
   ratio: { request: Extract<Request, { do: "ratio" }>; answer: Ratio };

@@ -26,7 +26,7 @@ export function rulesTable(loop, rows, chosen, unit, choose) {
     const of = { type: "button", class: "plain", "aria-pressed": pressed, "data-rule": rule };
     const button = element("td", {}, element("button", { ...of, onclick: () => choose(rule) }, name));
     if (!tuned) {
-      return element("tr", {}, button, element("td", { class: "faint", colspan: 10, title: refusal }, refusal ?? ""));
+      return element("tr", {}, button, element("td", { class: "faint", colspan: 12, title: refusal }, refusal ?? ""));
     }
     const { predicted, sensitivity, values } = tuned;
     const cells = [
@@ -38,6 +38,7 @@ export function rulesTable(loop, rows, chosen, unit, choose) {
       number(predicted.travel, ` ${unit}`),
       ...[number(predicted.load?.deviation ?? null), number(predicted.load?.recovery ?? null, " s")],
       number(predicted.load?.iae ?? null),
+      ...[number(tuned.gain_margin), number(tuned.phase_margin, "°")],
     ];
     return element(
       "tr",
@@ -50,7 +51,10 @@ export function rulesTable(loop, rows, chosen, unit, choose) {
     "table",
     {},
     tableHead(
-      ["Rule", ...names, "Ms", "overshoot", "settles", "travel", "load: deviation", "recovers", "IAE"],
+      [
+        ...["Rule", ...names, "Ms", "overshoot", "settles", "travel", "load: deviation", "recovers", "IAE"],
+        ...["gain margin", "phase margin"],
+      ],
       (at) => at > 0,
     ),
     element("tbody", {}, body),

@@ -9,6 +9,7 @@
  * @typedef {import("./messages").Tuned} Tuned
  */
 
+import { bodePlot } from "tool/bode.js";
 import { draw } from "tool/charts.js";
 import { chooser } from "tool/csv.js";
 import { attribute, element, fill, text } from "tool/dom.js";
@@ -63,6 +64,8 @@ let endChart = () => {};
 let asked = 0;
 /** @type {Tuned | undefined} */
 let tuned;
+/** The name of its rule. */
+let tunedBy = "";
 
 /** @type {HTMLElement} */
 let csvPlace;
@@ -70,6 +73,8 @@ let csvPlace;
 let identifiedPlace;
 /** @type {HTMLElement} */
 let resultPlace;
+/** @type {ReturnType<typeof bodePlot>} */
+let bode;
 /** @type {HTMLElement} */
 let ratioPlace;
 /** @type {HTMLElement} */
@@ -90,6 +95,7 @@ export function mount(content) {
   store.on("run", () => tuned && tune());
   store.on("settings", (names) => {
     showNext();
+    showBode();
     // CYCLE, the normalisation and the pulse former count in a rule; what the rule itself has written does not.
     const own = Object.keys(tuned?.values ?? {});
     if (tuned && names.some((/** @type {string} */ name) => !own.includes(name))) tune();
@@ -114,6 +120,7 @@ function notes() {
 function show() {
   const loop = store.loop;
   endChart();
+  bode?.clear();
   tuned = undefined;
   asked += 1;
   isFromCsv = undefined;
@@ -129,10 +136,23 @@ function show() {
   csvPlace = element("div", {});
   identifiedPlace = element("div", { "aria-live": "polite" });
   resultPlace = element("div", { "aria-live": "polite" });
+  const bodePlace = element("div", { class: "bode" });
+  bode = bodePlot(bodePlace);
   ratioPlace = element("div", {});
   fitPlace = element("div", {});
   fit = element("span", { class: "fit" });
-  fill(body, identifyRow(), csvPlace, modelRow(), identifiedPlace, ruleRow(), resultPlace, ratioPlace, fitPlace);
+  fill(
+    body,
+    identifyRow(),
+    csvPlace,
+    modelRow(),
+    identifiedPlace,
+    ruleRow(),
+    resultPlace,
+    bodePlace,
+    ratioPlace,
+    fitPlace,
+  );
   showCsv();
   showRatio();
   tune();
@@ -617,6 +637,7 @@ async function tune() {
     const why =
       of ?? "Identify the plant, or type K, T and L: then each rule shows its settings and the predicted curve.";
     fill(resultPlace, element("p", { class: of ? "error" : "faint" }, why));
+    showBode();
     return;
   }
   try {
@@ -632,13 +653,23 @@ async function tune() {
     const row = rows.find(({ rule }) => rule === kept.rule);
     tuned = row?.tuned ?? undefined;
     showRules(rows, row, place);
+    tunedBy = row?.name ?? "";
+    showBode();
     store.predict(tuned && { title: row?.name ?? "", curves: tuned.predicted, origin });
   } catch (error) {
     if (mine !== asked) return;
     tuned = undefined;
     store.predict(undefined);
+    showBode();
     fill(resultPlace, element("p", { class: "error" }, error instanceof Error ? error.message : String(error)));
   }
+}
+
+/** The open loop, for the settings in force and for those of the rule. */
+function showBode() {
+  const of = model();
+  if (store.loop && tuned && typeof of === "object") bode.show(store.loop, of, tunedBy, tuned.values);
+  else bode?.clear();
 }
 
 /**

@@ -1,0 +1,134 @@
+//! The Bode plot of an open loop: the controller as its block computes it, call by call, with a plant's model.
+//!
+//! What the plot shows and the margins that are read in it are those of [`margins`]. The settings count as the block raises them: TI
+//! and TM_LAG to half the time between two calls of the controller, TD to all of it.
+
+use crate::identify::Model;
+use crate::margins::{self, Law, Plant};
+use crate::predict;
+use crate::rules::Settings;
+use crate::tune::Controller;
+use anyhow::{Result, bail};
+use libm::log10;
+use run::fmus::{Fmus, Member, Values};
+use serde::{Deserialize, Serialize};
+
+/// A curve has at most about this many points.
+const POINTS: usize = 400;
+/// The plot begins this factor below the lowest frequency at which a margin is read.
+const BELOW: f64 = 30.0;
+
+/// Whose open loops are drawn.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "BodeRequest"))]
+pub struct Request {
+    /// The plant.
+    pub model: Model,
+    /// The controller with the settings of the first loop.
+    pub controller: Member,
+    /// What the settings of each further loop have otherwise, such as those of a rule.
+    pub others: Vec<Values>,
+}
+
+/// Open loops over the frequencies that the calls of the controller can show.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
+pub struct Bode {
+    /// Ascending, in radians per second.
+    pub frequencies: Vec<f64>,
+    /// In the order of the request.
+    pub loops: Vec<OpenLoop>,
+}
+
+/// An open loop with its margins. A margin that is infinite is absent.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
+pub struct OpenLoop {
+    /// At each frequency, in dB.
+    pub amplitude: Vec<f64>,
+    /// At each frequency, in degrees.
+    pub phase: Vec<f64>,
+    /// Ms, the largest sensitivity; absent if the loop is unstable.
+    pub sensitivity: Option<f64>,
+    /// How much more gain the loop takes, as a factor.
+    pub gain_margin: Option<f64>,
+    /// In degrees.
+    pub phase_margin: Option<f64>,
+    /// Where the gain margin is read, in radians per second.
+    pub phase_crossover: Option<f64>,
+    /// Where the phase margin is read, in radians per second.
+    pub gain_crossover: Option<f64>,
+}
+
+/// The open loops of a controller with a plant.
+///
+/// # Errors
+/// The model is not that of a plant, the FMU is not a controller or has no such setting, or its P action is off: what works.
+pub fn bode(home: &dyn Fmus, request: &Request) -> Result<Bode> {
+    request.model.check()?;
+    let mut plotted = Vec::new();
+    for other in std::iter::once(&Values::new()).chain(&request.others) {
+        let mut member = request.controller.clone();
+        member.values.extend(other.clone());
+        let controller = Controller::of(home, &member)?;
+        let law = law(home, &controller)?;
+        let plant = Plant::of_model(&request.model, controller.sampling());
+        let delay = controller.delay_of_pulses();
+        plotted.push((margins::open_loop(&plant, &law, delay), margins::of(&plant, &law, delay)));
+    }
+    let crossovers = plotted.iter().flat_map(|(_, margins)| [margins.phase_crossover, margins.gain_crossover]);
+    let lowest = crossovers.flatten().fold(f64::INFINITY, f64::min) / BELOW;
+    let of_first = &plotted[0].0;
+    let from = of_first.iter().position(|point| point.frequency >= lowest).unwrap_or_default();
+    // The last point is where the calls show no more.
+    let stride = (of_first.len() - from).div_ceil(POINTS).max(1);
+    let taken = |points: &[margins::Point]| -> Vec<margins::Point> {
+        let mut taken: Vec<_> = points[from..].iter().rev().step_by(stride).copied().collect();
+        taken.reverse();
+        taken
+    };
+    let frequencies = taken(of_first).iter().map(|point| point.frequency).collect();
+    let loops = plotted.iter().map(|(points, margins)| {
+        let points = taken(points);
+        OpenLoop {
+            amplitude: points.iter().map(|point| 20.0 * log10(point.amplitude)).collect(),
+            phase: points.iter().map(|point| point.phase).collect(),
+            sensitivity: margins.sensitivity,
+            gain_margin: margins.gain_margin,
+            phase_margin: margins.phase_margin,
+            phase_crossover: margins.phase_crossover,
+            gain_crossover: margins.gain_crossover,
+        }
+    });
+    Ok(Bode { frequencies, loops: loops.collect() })
+}
+
+/// What a controller computes with its settings.
+fn law(home: &dyn Fmus, controller: &Controller) -> Result<Law> {
+    let fmu = &controller.member.fmu;
+    let is_on = |action: usize| controller.roles.structure.get(action).is_none_or(|name| controller.value(name) != 0.0);
+    if !is_on(0) {
+        bail!("{} is FALSE: {fmu} has a Bode plot with its P action on", controller.roles.structure[0]);
+    }
+    let sampling = controller.sampling();
+    let setting = |action: usize, place: usize, lowest: f64| {
+        let name = controller.roles.controller.get(place).filter(|_| is_on(action))?;
+        Some(controller.value(name).max(lowest))
+    };
+    let Some(name) = controller.roles.controller.first() else { bail!("{fmu} has no GAIN") };
+    let gain = controller.value(name);
+    if gain == 0.0 {
+        bail!("{name} is 0: the loop is open, and has no Bode plot");
+    }
+    let settings = Settings {
+        gain,
+        ti: setting(1, 1, sampling / 2.0),
+        td: setting(2, 2, sampling),
+        tm_lag: setting(2, 3, sampling / 2.0).unwrap_or_default(),
+    };
+    Ok(controller.law(&settings, predict::output_factor(home, controller)?.unwrap_or(1.0)))
+}
+
+#[cfg(test)]
+mod tests;
