@@ -4,6 +4,7 @@ The page is that of PLCFMU_TOOL, or target/tool/plcfmu-tool.html (`cargo xtask t
 state of it as a picture.
 """
 
+import base64
 import importlib.util
 import re
 
@@ -235,6 +236,59 @@ def test_a_picture_has_title_date_legend_and_marks(tool):
     assert ">TIC101  CONT_C<" in text and re.search(r">\d{4}-\d\d-\d\d \d\d:\d\d UTC<", text)
     for words in ("SP_INT", "PV", "LMN in %", "SP_INT 60", "plant: PROCESS"):
         assert f">{words}<" in text, words
+
+
+def test_words_of_a_picture_do_not_lie_on_each_other(tool):
+    run_calls(tool, 20)
+    # All of it before the same call, and more than there is room for.
+    for name, value in (("GAIN", "1.5"), ("TI", "30"), ("LMN_HLM", "90"), ("LMN_LLM", "5"), ("DEADB_W", "0.1")):
+        tool.locator(f"#field-{name}").fill(value)
+        tool.locator(f"#field-{name}").press("Enter")
+    set_now(tool, "setpoint", 60)
+    run_calls(tool, 20)
+    _, picture = saved(tool, "Picture (SVG)")
+    boxes = tool.evaluate(
+        """svg => {
+            document.body.insertAdjacentHTML("beforeend", `<div id="shown-picture">${svg}</div>`);
+            return [...document.querySelectorAll("#shown-picture text")].map(text => {
+                const { left, right, top, bottom } = text.getBoundingClientRect();
+                return { words: text.textContent, left, right, top, bottom };
+            });
+        }""",
+        picture.decode(),
+    )
+    assert {"GAIN 1.5", "TI 30"} <= {box["words"] for box in boxes}
+    assert any(re.search(r" \+\d$", box["words"]) for box in boxes)
+    for at, one in enumerate(boxes):
+        for other in boxes[at + 1 :]:
+            across = min(one["right"], other["right"]) - max(one["left"], other["left"])
+            down = min(one["bottom"], other["bottom"]) - max(one["top"], other["top"])
+            assert across <= 1 or down <= 3, (one, other)
+
+
+def test_a_report_has_the_plant_the_runs_before_and_after_and_numbers_of_three_digits(open_tool):
+    tool = open_tool()
+    new_loop(tool, "TIC101")
+    tool.locator("#curves").get_by_role("button", name="HEATER").click()
+    automatic(tool)
+    set_now(tool, "setpoint", 60)
+    run_calls(tool, 60)
+    tool.locator("#field-GAIN").fill("1")
+    tool.locator("#field-GAIN").press("Enter")
+    tool.locator("#run-again").click()
+    tool.wait_for_function("() => document.querySelectorAll('.earlier span').length === 1")
+    tool.wait_for_function("() => !document.querySelector('#glance').textContent.includes('–') && document.querySelector('#glance dd')")
+    _, report = saved(tool, "Report (HTML)")
+    text = report.decode()
+    head = re.search(r"Before and after</h2>.*?</thead>", text, re.S)[0]
+    assert "Run 1<br>GAIN 2" in head and "Run 2<br>GAIN 1" in head
+    iae = re.search(r"<tr><td>IAE</td>(.*?)</tr>", text)[1]
+    values = re.findall(r">([\d.]+) K·s<", iae)
+    assert len(values) == 2 and all(len(value.replace(".", "").strip("0")) <= 3 for value in values), iae
+    assert "<p>Run 2: " in text and "HEATER</h2>" in text
+    # The picture is that of the page: both runs.
+    encoded = re.search(r"data:image/svg\+xml;base64,([A-Za-z0-9+/=]+)", text)[1]
+    assert ">Run 1</text>" in base64.b64decode(encoded).decode()
 
 
 def test_the_first_page_lives_and_an_example_runs_when_it_is_clicked(open_tool):

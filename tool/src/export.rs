@@ -4,7 +4,7 @@ use crate::chain::begin_at_the_plant;
 use crate::describe::{as_loop, opened, stimuli_of_block};
 use crate::home::Home;
 use crate::message::{FiguresRequest, Loop, Member, ReadFile};
-use crate::report::{self, Report, Tuning};
+use crate::report::{self, Report, ReportedRun, Tuning};
 use crate::session::{Record, Session};
 use crate::signals;
 use anyhow::{Context, Result, bail};
@@ -82,6 +82,15 @@ pub enum Request {
         /// Where the settings come from.
         #[serde(default)]
         tuning: Option<Box<Tuning>>,
+        /// The runs of the same step that are compared, the earliest first.
+        #[serde(default)]
+        runs: Vec<ReportedRun>,
+        /// The unit of the process value, where no variable says it.
+        #[serde(default)]
+        unit: Option<String>,
+        /// The unit of the manipulated value, where no variable says it.
+        #[serde(default)]
+        travel_unit: Option<String>,
     },
     /// The home's FMU of a block with these start values.
     Preset {
@@ -126,17 +135,24 @@ pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<E
             let file = format!("{}.csv", file_name(&record.setup().members[0].name));
             Ok(Exported::of(file, "text/csv", text, remarks))
         }
-        Request::Report { of, before, run, picture, date, tuning } => {
+        Request::Report { of, before, run, picture, date, tuning, runs, unit, travel_unit } => {
             // A report of settings alone needs no run.
             let record = match run {
                 Some(run) => Some(session.record(Some(*run))?),
                 None => session.record(None).ok(),
             };
             // A loop without a setpoint has no figures.
-            let of_run = FiguresRequest { run: *run, ..FiguresRequest::default() };
-            let figures = record.and_then(|_| signals::figures(home, session, &of_run).ok());
+            let figures_of = |run: Option<usize>| {
+                let (unit, travel_unit) = (unit.clone(), travel_unit.clone());
+                let of_run = FiguresRequest { run, unit, travel_unit, ..FiguresRequest::default() };
+                signals::figures(home, session, &of_run).ok()
+            };
+            let figures = record.and_then(|_| figures_of(*run));
+            let compared = runs.iter().filter_map(|one| Some((one, figures_of(Some(one.run))?))).collect();
+            let units = [unit.as_deref(), travel_unit.as_deref()];
             let (picture, date, tuning) = (picture.as_deref(), date.as_deref(), tuning.as_deref());
-            let report = Report { of, before, record, figures: figures.as_ref(), picture, date, tuning };
+            let report =
+                Report { of, before, record, figures: figures.as_ref(), compared, picture, date, tuning, units };
             let page = report::page(home, &report)?;
             Ok(Exported::of(format!("{}.html", file_name(&of.name)), "text/html", page.into_bytes(), Vec::new()))
         }

@@ -10,7 +10,7 @@ use control::rules::{self, Rule};
 use draw::escape::Text;
 use draw::plot::{Chart, Curve, Panel, svg};
 use draw::response::Colors;
-use modeldescription::digits::short;
+use modeldescription::digits::{rounded, short};
 use modeldescription::units;
 use run::dialog::Roles;
 use run::fmus::number_of;
@@ -52,6 +52,20 @@ pub struct Tuning {
     pub phase_margin: Option<f64>,
 }
 
+/// A run that is compared with others.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
+pub struct ReportedRun {
+    /// Its number in the session.
+    pub run: usize,
+    /// What the user calls it.
+    pub name: String,
+    /// Its settings that other runs had otherwise.
+    #[serde(default)]
+    pub values: Values,
+}
+
 /// What is reported.
 pub(crate) struct Report<'a> {
     /// The loop with its values.
@@ -62,12 +76,16 @@ pub(crate) struct Report<'a> {
     pub(crate) record: Option<&'a Record>,
     /// Its result.
     pub(crate) figures: Option<&'a Figures>,
+    /// The runs of the same step with their figures, the earliest first.
+    pub(crate) compared: Vec<(&'a ReportedRun, Figures)>,
     /// The curves as the user sees them; drawn here without it.
     pub(crate) picture: Option<&'a str>,
     /// When it is made, as it is to stand there.
     pub(crate) date: Option<&'a str>,
     /// Where the settings come from.
     pub(crate) tuning: Option<&'a Tuning>,
+    /// The units of process value and manipulated value.
+    pub(crate) units: [Option<&'a str>; 2],
 }
 
 /// The page.
@@ -109,12 +127,16 @@ pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
         writeln!(page, "</ul>")?;
     }
     run(&mut page, report, &description.roles)?;
+    compared(&mut page, &report.compared)?;
+    if let Some(record) = report.record {
+        plants(&mut page, home, record)?;
+    }
     if let Some(of) = report.tuning {
-        tuning(&mut page, of)?;
+        tuning(&mut page, of, report.units)?;
     }
     settings(&mut page, report, &description, &checked.unused)?;
     if let Some(record) = report.record {
-        events(&mut page, record)?;
+        events(&mut page, record, &report.compared)?;
     }
     for source in home.sources(&fmu) {
         write!(page, "<h2>{}</h2>\n<pre>{}</pre>\n", Text(&source.file), Text(&source.text))?;
@@ -141,17 +163,21 @@ fn fmu_of(home: &dyn Home, block: &str) -> Result<String> {
 /// Figures and curves.
 fn run(page: &mut String, report: &Report, roles: &Roles) -> Result<()> {
     if let Some(figures) = report.figures {
+        let step = figures.step.as_ref().map_or_else(String::new, |step| {
+            let unit = with_unit(step.to, report.units[0]);
+            format!("Setpoint from {} to {unit}, ", three(step.from))
+        });
         writeln!(
             page,
-            "<h2>Figures</h2>\n<p class=\"about\">From {} s to {} s.</p>\n<dl class=\"figures\">",
+            "<h2>Figures</h2>\n<p class=\"about\">{}{} s to {} s.</p>\n<dl class=\"figures\">",
+            Text(&step),
             short(figures.from),
             short(figures.to)
         )?;
         for figure in &figures.figures {
             if let Some(value) = figure.value {
-                let unit = units::shown(figure.unit.as_deref().unwrap_or_default());
-                let (title, unit) = (Text(&figure.title), Text(&unit));
-                writeln!(page, "<div><dt>{title}</dt> <dd>{} {unit}</dd></div>", short(value))?;
+                let (title, value) = (Text(&figure.title), with_unit(value, figure.unit.as_deref()));
+                writeln!(page, "<div><dt>{title}</dt> <dd>{}</dd></div>", Text(&value))?;
             }
         }
         writeln!(page, "</dl>")?;
@@ -179,25 +205,109 @@ fn run(page: &mut String, report: &Report, roles: &Roles) -> Result<()> {
     Ok(())
 }
 
+/// A figure with three significant digits and its unit, `degC^2 s` as `°C²·s`.
+fn with_unit(value: f64, unit: Option<&str>) -> String {
+    let unit: Vec<_> = unit.unwrap_or_default().split(' ').map(units::shown).collect();
+    format!("{} {}", three(value), unit.join("\u{b7}").replace("^2", "\u{b2}")).trim_end().to_string()
+}
+
+/// A number with three significant digits.
+fn three(value: f64) -> String {
+    rounded(value, f64::MIN_POSITIVE)
+}
+
+/// The figures of compared runs side by side.
+fn compared(page: &mut String, runs: &[(&ReportedRun, Figures)]) -> Result<()> {
+    if runs.len() < 2 {
+        return Ok(());
+    }
+    writeln!(page, "<h2>Before and after</h2>\n<table>\n<thead><tr><th>Figure</th>")?;
+    for (run, _) in runs {
+        let values: Vec<String> =
+            run.values.iter().map(|(name, value)| format!("{name} {}", shown_alone(*value))).collect();
+        write!(page, "<th class=\"number\">{}<br>{}</th>", Text(&run.name), Text(&values.join(", ")))?;
+    }
+    writeln!(page, "</tr></thead>\n<tbody>")?;
+    let (_, last) = &runs[runs.len() - 1];
+    for figure in &last.figures {
+        let values = runs.iter().map(|(_, figures)| {
+            let of = figures.figures.iter().find(|one| one.key == figure.key)?;
+            Some(with_unit(of.value?, of.unit.as_deref()))
+        });
+        let values: Vec<_> = values.collect();
+        if values.iter().all(Option::is_none) {
+            continue;
+        }
+        write!(page, "<tr><td>{}</td>", Text(&figure.title))?;
+        for value in values {
+            write!(page, "<td class=\"number\">{}</td>", Text(value.as_deref().unwrap_or("\u{2013}")))?;
+        }
+        writeln!(page, "</tr>")?;
+    }
+    writeln!(page, "</tbody>\n</table>")?;
+    Ok(())
+}
+
+/// What the controller was run with: each other member with its settings.
+fn plants(page: &mut String, home: &dyn Home, record: &Record) -> Result<()> {
+    for member in record.members().skip(1) {
+        let Ok(description) = describe(home, &member.fmu) else { continue };
+        write!(page, "<h2>{}: {}</h2>\n<p class=\"about\">", Text(&member.name), Text(&member.fmu))?;
+        writeln!(page, "{}</p>", Text(&description.summary))?;
+        let is_setting = |variable: &&Variable| {
+            !variable.is_stimulus && matches!(variable.role.as_str(), "parameter" | "fixed")
+                || member.values.contains_key(&variable.name)
+        };
+        let settings: Vec<_> = description.variables.iter().filter(is_setting).collect();
+        if settings.is_empty() {
+            continue;
+        }
+        writeln!(
+            page,
+            "<table>\n<thead><tr><th>Name</th><th class=\"number\">Value</th><th>Unit</th><th>Meaning</th></tr></thead>\n<tbody>"
+        )?;
+        for variable in settings {
+            let value = member.values.get(&variable.name).copied().unwrap_or(variable.start);
+            writeln!(
+                page,
+                "<tr><td class=\"name\">{}</td><td class=\"number\">{}</td><td>{}</td><td>{}</td></tr>",
+                Text(&variable.name),
+                Text(&shown(variable, value)),
+                Text(&units::shown(variable.unit.as_deref().unwrap_or(""))),
+                Text(&variable.description)
+            )?;
+        }
+        writeln!(page, "</tbody>\n</table>")?;
+    }
+    Ok(())
+}
+
 /// The plant's model, the rule and the margins.
-fn tuning(page: &mut String, of: &Tuning) -> Result<()> {
+fn tuning(page: &mut String, of: &Tuning, units: [Option<&str>; 2]) -> Result<()> {
     let Model { gain, time_constant, second_time_constant, dead_time, is_integrating } = of.model;
-    let digits = |value: f64| format!("{value:.4}").trim_end_matches('0').trim_end_matches('.').to_string();
-    let mut rows = vec![("K", digits(gain), if is_integrating { "1/s" } else { "" })];
+    let [process_value, manipulated_value] = units.map(|unit| units::shown(unit.unwrap_or("1")));
+    let of_gain = match (process_value.as_ref(), manipulated_value.as_ref(), is_integrating) {
+        ("1", "1", false) => String::new(),
+        (above, "1", true) => format!("{above}/s"),
+        (above, "1", false) => above.to_string(),
+        (above, below, true) => format!("{above}/({below}\u{b7}s)"),
+        (above, below, false) => format!("{above}/{below}"),
+    };
+    let mut rows = vec![("K", three(gain), of_gain.as_str())];
     if !is_integrating {
-        rows.push(("T", digits(time_constant), "s"));
+        rows.push(("T", three(time_constant), "s"));
     }
     if second_time_constant != 0.0 {
-        rows.push(("T2", digits(second_time_constant), "s"));
+        rows.push(("T2", three(second_time_constant), "s"));
     }
-    rows.push(("L", digits(dead_time), "s"));
+    rows.push(("L", three(dead_time), "s"));
     let margins = [
         ("\u{3bb}", of.closed_loop, "s"),
         ("Ms", of.sensitivity, ""),
         ("gain margin", of.gain_margin, ""),
         ("phase margin", of.phase_margin, "\u{b0}"),
     ];
-    rows.extend(margins.into_iter().filter_map(|(name, value, unit)| Some((name, digits(value?), unit))));
+    rows.extend(margins.into_iter().filter_map(|(name, value, unit)| Some((name, three(value?), unit))));
     let values: Vec<String> = of
         .values
         .iter()
@@ -215,7 +325,7 @@ fn tuning(page: &mut String, of: &Tuning) -> Result<()> {
         if is_integrating { "integrating, and " } else { "time constant T and " }
     )?;
     for (name, value, unit) in rows {
-        writeln!(page, "<div><dt>{name}</dt> <dd>{value} {unit}</dd></div>")?;
+        writeln!(page, "<div><dt>{name}</dt> <dd>{value} {}</dd></div>", Text(unit))?;
     }
     writeln!(page, "</dl>")?;
     Ok(())
@@ -370,11 +480,21 @@ fn shown(variable: &Variable, value: Value) -> String {
     }
 }
 
+/// A value without its variable.
+fn shown_alone(value: Value) -> String {
+    match value {
+        Value::Boolean(value) => if value { "TRUE" } else { "FALSE" }.to_string(),
+        Value::Number(value) => short(value),
+    }
+}
+
 /// What was done while it ran.
-fn events(page: &mut String, record: &Record) -> Result<()> {
+fn events(page: &mut String, record: &Record, runs: &[(&ReportedRun, Figures)]) -> Result<()> {
     let events = record.events();
     writeln!(page, "<h2>What was done</h2>")?;
-    write!(page, "<p>Run {}: {} calls, {} s apart.", record.number(), events.calls, short(record.step()))?;
+    let named = runs.iter().find(|(run, _)| run.run == record.number());
+    let name = named.map_or_else(|| format!("Run {}", record.number() + 1), |(run, _)| run.name.clone());
+    write!(page, "<p>{}: {} calls, {} s apart.", Text(&name), events.calls, short(record.step()))?;
     for (from, to) in &record.setup().connections {
         write!(page, " {} goes to {}.", Text(from), Text(to))?;
     }
@@ -388,16 +508,12 @@ fn events(page: &mut String, record: &Record) -> Result<()> {
             "<table>\n<thead><tr><th class=\"number\">Time</th><th>Variable</th><th class=\"number\">Value</th></tr></thead>\n<tbody>"
         )?;
         for event in events.events.iter().take(MOST_EVENTS) {
-            let value = match event.value {
-                Value::Boolean(value) => if value { "TRUE" } else { "FALSE" }.to_string(),
-                Value::Number(value) => format!("{value}"),
-            };
             writeln!(
                 page,
                 "<tr><td class=\"number\">{} s</td><td>{}</td><td class=\"number\">{}</td></tr>",
                 short(event.time),
                 Text(&event.variable),
-                Text(&value)
+                Text(&shown_alone(event.value))
             )?;
         }
         writeln!(page, "</tbody>\n</table>")?;

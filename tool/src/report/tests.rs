@@ -14,7 +14,17 @@ fn of(name: &str, settings: Vec<Setting>) -> Loop {
 }
 
 fn report(of: &Loop) -> Report<'_> {
-    Report { of, before: &[], record: None, figures: None, picture: None, date: None, tuning: None }
+    Report {
+        of,
+        before: &[],
+        record: None,
+        figures: None,
+        compared: Vec::new(),
+        picture: None,
+        date: None,
+        tuning: None,
+        units: [Some("degC"), Some("%")],
+    }
 }
 
 fn made(report: &Report) -> String {
@@ -84,9 +94,14 @@ fn a_report_has_curves_with_axes_and_units_and_what_was_done() {
         ">%</text>",
         ">SP</text>",
         ">OUT</text>",
-        "<dt>Rise time</dt> <dd>12.3457 s</dd>",
-        "<dt>ISE</dt> <dd>7 °C^2 s</dd>",
+        "<dt>Rise time</dt> <dd>12.3 s</dd>",
+        "<dt>ISE</dt> <dd>7 °C²·s</dd>",
         "C.OUT goes to P.POWER.",
+        "<p>Run 1: 100 calls, 0.5 s apart.",
+        // The plant with its values.
+        "<h2>P: LAG</h2>",
+        "<tr><td class=\"name\">K</td><td class=\"number\">1.5</td><td></td><td>Gain</td></tr>",
+        "<tr><td class=\"name\">CYCLE</td><td class=\"number\">0.5</td><td>s</td><td>Time between two calls</td></tr>",
         "<td class=\"number\">25 s</td><td>C.SP</td><td class=\"number\">60</td>",
     ] {
         assert!(page.contains(part), "{part}\n{page}");
@@ -164,8 +179,44 @@ fn it_tells_its_date_and_from_what_the_settings_were_computed() {
     let page = made(&Report { date: Some("2026-03-01 12:00 UTC"), tuning: Some(&tuning), ..report(&now) });
     assert!(page.contains("2026-03-01 12:00 UTC.</p>"), "{page}");
     assert!(page.contains("GAIN 2 by SIMC for a plant with gain K, time constant T and dead time L."), "{page}");
-    for row in ["<dt>T</dt> <dd>20 s</dd>", "<dt>L</dt> <dd>2.5 s</dd>", "<dt>Ms</dt> <dd>1.59 </dd>"] {
+    for row in [
+        "<dt>K</dt> <dd>2 °C/%</dd>",
+        "<dt>T</dt> <dd>20 s</dd>",
+        "<dt>L</dt> <dd>2.5 s</dd>",
+        "<dt>Ms</dt> <dd>1.59 </dd>",
+    ] {
         assert!(page.contains(row), "{row}");
     }
     assert!(!page.contains("phase margin"));
+}
+
+#[test]
+fn runs_of_the_same_step_stand_side_by_side_with_their_names() {
+    let session = session("C");
+    let now = of("C", Vec::new());
+    let figures = |iae: f64| Figures {
+        figures: vec![Figure {
+            key: "iae".into(),
+            title: "IAE".into(),
+            value: Some(iae),
+            unit: Some("K s".into()),
+            ..Figure::default()
+        }],
+        ..Figures::default()
+    };
+    let run = |run: usize, name: &str, gain: f64| ReportedRun {
+        run,
+        name: name.into(),
+        values: Values::from([("GAIN".to_string(), Value::Number(gain))]),
+    };
+    let (before, after) = (run(7, "before", 2.0), run(0, "tuned", 0.75));
+    let compared = vec![(&before, figures(2506.88)), (&after, figures(0.123_456))];
+    let page = made(&Report { record: Some(session.record(None).unwrap()), compared, ..report(&now) });
+    for part in [
+        "<th class=\"number\">before<br>GAIN 2</th><th class=\"number\">tuned<br>GAIN 0.75</th>",
+        "<tr><td>IAE</td><td class=\"number\">2510 K·s</td><td class=\"number\">0.123 K·s</td></tr>",
+        "<p>tuned: 100 calls",
+    ] {
+        assert!(page.contains(part), "{part}\n{page}");
+    }
 }

@@ -39,19 +39,29 @@ const RUNS_DARK = ["#b9a0f0", "#3fc79f", "#e08fc0", "#e6b13c", "#ff8f98"];
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
+/** What a picture on white paper is drawn with, as the style sheet has it for a light page. */
+const ON_PAPER = { ink: "#18212e", faint: "#566070", paper: "#ffffff" };
+
 /** The colours of charts as the page is shown now. */
 export function theme() {
   const style = getComputedStyle(document.documentElement);
   /** @param {string} name */
   const colour = (name) => style.getPropertyValue(name).trim();
+  return { ...palette(dark.matches), ink: colour("--ink"), faint: colour("--faint"), paper: colour("--paper") };
+}
+
+/** The colours of charts on white paper, whatever the page is. */
+export function paperTheme() {
+  return { ...palette(false), ...ON_PAPER };
+}
+
+/** @param {boolean} isDark */
+function palette(isDark) {
   return {
-    curves: dark.matches ? DARK : LIGHT,
-    ink: colour("--ink"),
-    faint: colour("--faint"),
-    paper: colour("--paper"),
-    runs: dark.matches ? RUNS_DARK : RUNS_LIGHT,
-    grid: dark.matches ? "#262d38" : "#e9ecf0",
-    mark: dark.matches ? "#4a5566" : "#c2c9d3",
+    curves: isDark ? DARK : LIGHT,
+    runs: isDark ? RUNS_DARK : RUNS_LIGHT,
+    grid: isDark ? "#262d38" : "#e9ecf0",
+    mark: isDark ? "#4a5566" : "#c2c9d3",
   };
 }
 

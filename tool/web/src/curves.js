@@ -28,7 +28,7 @@
  * @property {number} window in seconds, 0 is all
  */
 
-import { onTheme, swatch, theme } from "tool/charts.js";
+import { onTheme, paperTheme, swatch, theme } from "tool/charts.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { copyInFull, drawnOfEarlier, ofCalls, overlays } from "tool/overlay.js";
@@ -145,7 +145,8 @@ export function shownPicture() {
     view,
     curves: visible,
     values: visible.map(drawnValues),
-    behind: behind(),
+    behind: behind(paperTheme()),
+    runs: drawnRuns(),
     marks,
     base,
   };
@@ -362,7 +363,7 @@ function make() {
   showValues();
   if (curves.length === 0) return;
   const size = { width: width(), height: height() };
-  const parts = { range, isExact: () => view.is_exact, behind, marks: () => marks, hooks: hooks() };
+  const parts = { range, isExact: () => view.is_exact, behind: () => behind(), marks: () => marks, hooks: hooks() };
   // Above the lanes.
   legend.style.bottom = `${44 + 18 * curves.filter((curve) => curve.isSwitch && isShown(curve)).length}px`;
   ({ plot, base } = makePlot(sheet, size, curves.filter(isShown), parts));
@@ -644,7 +645,7 @@ function show() {
 
 /** The names of the earlier runs that are drawn, in their colours. */
 function showEarlier() {
-  const drawn = runsOf(store.loop).filter(({ run }) => earlier.has(run));
+  const drawn = drawnRuns();
   const key = JSON.stringify(drawn.map(({ name, colour }) => [name, colour]));
   if (legend.dataset.key === key) return;
   legend.dataset.key = key;
@@ -655,8 +656,13 @@ function showEarlier() {
   );
 }
 
-/** What is drawn behind the curves. */
-function behind() {
+/** The earlier runs that are drawn. */
+function drawnRuns() {
+  return runsOf(store.loop).filter(({ run }) => earlier.has(run));
+}
+
+/** What is drawn behind the curves. @param {ReturnType<typeof theme>} [colours] */
+function behind(colours) {
   const loop = store.loop;
   if (!loop) return [];
   const visible = curves.filter((curve) => !curve.isSwitch && isShown(curve));
@@ -667,6 +673,7 @@ function behind() {
       const of = earlier.get(run);
       return of ? [{ view: of.view, colour }] : [];
     }),
+    colours,
   );
 }
 

@@ -238,7 +238,13 @@ picture?: string | null,
 /** When it is made, as it is to stand there. */
 date?: string | null,
 /** Where the settings come from. */
-tuning?: Tuning | null, } | { "what": "preset",
+tuning?: Tuning | null,
+/** The runs of the same step that are compared, the earliest first. */
+runs: Array<ReportedRun>,
+/** The unit of the process value, where no variable says it. */
+unit?: string | null,
+/** The unit of the manipulated value, where no variable says it. */
+travel_unit?: string | null, } | { "what": "preset",
 /** The loop with its values. */
 of: Loop, };
 
@@ -687,6 +693,15 @@ verdict: string,
 is_conclusive: boolean,
 /** What the user should know, a sentence each. */
 remarks: Array<string>, };
+
+/** A run that is compared with others. */
+export type ReportedRun = {
+/** Its number in the session. */
+run: number,
+/** What the user calls it. */
+name: string,
+/** Its settings that other runs had otherwise. */
+values: Values, };
 
 /** What the page asks for. */
 export type Request = { "do": "catalogue" } | { "do": "describe",

@@ -49,10 +49,10 @@ export function ofCalls(times, values) {
  * @param {Work} loop
  * @param {Curve[]} visible
  * @param {{ view: View, colour: number }[]} earlier
+ * @param {ReturnType<typeof theme>} [colours]
  * @returns {Overlay[]}
  */
-export function overlays(loop, visible, earlier) {
-  const { curves: palette, runs } = theme();
+export function overlays(loop, visible, earlier, { curves: palette, runs } = theme()) {
   const { setpoint, processValue, manipulatedValue } = roles(loop);
   /** @param {string | undefined} name */
   const shown = (name) => visible.find((curve) => curve.name === name);

@@ -2,16 +2,18 @@
  * What is shown as a picture to take away: SVG with title, date and legend, and PNG that is drawn from it.
  */
 
-import { clock, FONT, theme, ticks, timeUnit } from "tool/charts.js";
+import { clock, FONT, paperTheme, ticks, timeUnit } from "tool/charts.js";
 import { shownPicture } from "tool/curves.js";
 import { outline } from "tool/outline.js";
 import { store } from "tool/store.js";
 
 const [WIDTH, HEIGHT] = [1200, 640];
-const MARGINS = { left: 76, right: 76, top: 112, bottom: 48 };
+const MARGINS = { left: 76, right: 76, top: 146, bottom: 48 };
 /** How many pixels of the PNG are one of the picture. */
 const SCALE = 2;
 const LANE = 0.68;
+/** Rows of words at the marks, with their distance, and the width of a letter and of what is counted. */
+const [ROWS, LINE, LETTER, MORE] = [3, 15, 7.2, 26];
 
 /** @param {unknown} text */
 function escaped(text) {
@@ -25,10 +27,10 @@ function escaped(text) {
  * @returns {string | undefined} nothing if there is no run
  */
 export function svgPicture(date = new Date()) {
-  const { plot, view, curves, values, behind, marks, base } = shownPicture();
+  const { plot, view, curves, values, behind, runs, marks, base } = shownPicture();
   const loop = store.loop;
   if (!plot || !loop || view.times.length === 0) return undefined;
-  const { curves: palette, ink, faint, paper, grid, mark } = theme();
+  const { curves: palette, runs: colours, ink, faint, paper, grid, mark } = paperTheme();
   const scales = plot.scales;
   const box = { left: MARGINS.left, top: MARGINS.top, right: WIDTH - MARGINS.right, bottom: HEIGHT - MARGINS.bottom };
   /** @param {number} value @param {string} scale */
@@ -51,13 +53,17 @@ export function svgPicture(date = new Date()) {
     words(plantOf(loop), 24, 54),
   );
   let across = 24;
-  for (const curve of curves) {
-    const colour = palette[curve.colour % palette.length];
-    const name = `${curve.label}${curve.unit ? ` in ${curve.unit}` : ""}`;
-    const dash = curve.isDashed ? ` stroke-dasharray="5 3"` : "";
+  /** @param {string} name @param {string} colour @param {boolean} isDashed */
+  const entry = (name, colour, isDashed) => {
+    const dash = isDashed ? ` stroke-dasharray="5 3"` : "";
     parts.push(`<path d="M${across} 78h20" stroke="${colour}" stroke-width="3"${dash}/>`, words(name, across + 26, 82));
-    across += 50 + name.length * 7;
+    across += 50 + name.length * LETTER;
+  };
+  for (const curve of curves) {
+    const name = `${curve.label}${curve.unit ? ` in ${curve.unit}` : ""}`;
+    entry(name, palette[curve.colour % palette.length], curve.isDashed === true);
   }
+  for (const { name, colour } of runs) entry(name, colours[colour % colours.length], false);
   const axes = plot.axes.map((axis) => /** @type {any} */ (axis));
   const length = (scales.x.max ?? 0) - (scales.x.min ?? 0);
   for (const split of axes[0]._splits ?? []) {
@@ -84,12 +90,16 @@ export function svgPicture(date = new Date()) {
     const beside = at === 0 ? 18 : edge + 50;
     parts.push(words(label ?? "", beside, middle, `text-anchor="middle" transform="rotate(-90 ${beside} ${middle})"`));
   });
-  for (const { time, text } of marks) {
-    if (time < (scales.x.min ?? 0) || time > (scales.x.max ?? 0)) continue;
-    parts.push(
-      `<path d="M${x(time).toFixed(1)} ${box.top}V${box.bottom}" stroke="${mark}" stroke-dasharray="2 3"/>`,
-      words(text, x(time) + 3, box.top - 4),
-    );
+  const seen = marks.filter(({ time }) => time >= (scales.x.min ?? 0) && time <= (scales.x.max ?? 0));
+  for (const { time, text, row, isLeft } of placed(seen, x)) {
+    const across = x(time).toFixed(1);
+    const up = box.top - 4 - row * LINE;
+    parts.push(`<path d="M${across} ${box.top}V${box.bottom}" stroke="${mark}" stroke-dasharray="2 3"/>`);
+    if (text)
+      parts.push(
+        `<path d="M${across} ${up}V${box.top}" stroke="${mark}"/>`,
+        words(text, x(time) + (isLeft ? -3 : 3), up, isLeft ? `text-anchor="end"` : ""),
+      );
   }
   /** @param {ReturnType<typeof outline>} shape @param {string} colour @param {string} more */
   const drawn = ({ stroke, fill }, colour, more) => {
@@ -117,6 +127,29 @@ export function svgPicture(date = new Date()) {
   const area = `<clipPath id="area"><rect x="${box.left}" y="${box.top}" width="${box.right - box.left}" height="${box.bottom - box.top}"/></clipPath>`;
   const style = `text{font:${FONT.replace("11px", "13px")};fill:${faint}}.title{font-weight:600;font-size:18px;fill:${ink}}path:not([fill]){fill:none;stroke-linejoin:round}`;
   return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${WIDTH} ${HEIGHT}" width="${WIDTH}" height="${HEIGHT}"><style>${style}</style><defs>${area}</defs><rect width="${WIDTH}" height="${HEIGHT}" fill="${paper}"/>${parts.join("\n")}</svg>`;
+}
+
+/**
+ * Marks with their words in rows, so that none lies on another. What finds no room is counted at the words before it.
+ *
+ * @param {{ time: number, text: string }[]} marks ascending
+ * @param {(time: number) => number} x
+ */
+function placed(marks, x) {
+  const free = Array.from({ length: ROWS }, () => 0);
+  /** @type {{ time: number, text: string, row: number, isLeft: boolean, more: number }[]} */
+  const made = [];
+  for (const { time, text } of marks) {
+    const wide = text.length * LETTER + 8;
+    const isLeft = x(time) + wide > WIDTH;
+    const from = isLeft ? x(time) - wide : x(time);
+    const row = free.findIndex((end) => end <= from);
+    const before = made.findLast((one) => one.text !== "");
+    if (row < 0 && before) before.more += 1;
+    else free[row] = from + wide + MORE;
+    made.push({ time, text: row < 0 ? "" : text, row: Math.max(row, 0), isLeft, more: 0 });
+  }
+  return made.map((one) => ({ ...one, text: one.more > 0 ? `${one.text} +${one.more}` : one.text }));
 }
 
 /** @param {import("tool/store.js").Work} loop */

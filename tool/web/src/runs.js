@@ -172,6 +172,38 @@ function settingsOf(loop, { setup, events, run, calls }) {
   return new Map(settings.map(([name, one]) => [name, isNow ? one.sent : (values[name] ?? one.start)]));
 }
 
+/**
+ * The names of the settings in which runs differ.
+ *
+ * @param {Work} loop
+ * @param {Map<string, import("tool/store.js").Value>[]} all the settings of each
+ */
+function differingOf(loop, all) {
+  return [...(all[0]?.keys() ?? [])].filter((name) => {
+    const { kind } = loop.settings[name].variable;
+    return all.some((one) => !same(kind, one.get(name) ?? 0, all[0].get(name) ?? 0));
+  });
+}
+
+/**
+ * The runs that are drawn and have the same step as the last one, with the settings in which they differ, for a report.
+ *
+ * @param {Work} loop
+ * @returns {import("./messages").ReportedRun[]}
+ */
+export function comparedRuns(loop) {
+  const last = runsOf(loop).at(-1);
+  const isThere = (/** @type {Kept} */ kept) =>
+    loop.runs.includes(kept.run) && (kept === last || (kept.isShown && areComparable(kept.step, last?.step)));
+  const list = runsOf(loop).filter(isThere);
+  const all = list.map((kept) => settingsOf(loop, kept));
+  const differing = differingOf(loop, all);
+  return list.map(({ run, name }, at) => ({
+    ...{ run, name },
+    values: Object.fromEntries(differing.map((setting) => [setting, all[at].get(setting) ?? 0])),
+  }));
+}
+
 function show() {
   const loop = store.loop;
   if (!body || document.body.dataset.tab !== "runs") return;
@@ -186,10 +218,7 @@ function show() {
   if (body.contains(document.activeElement) && document.activeElement instanceof HTMLInputElement) return;
   const { runs } = theme();
   const all = list.map((kept) => settingsOf(loop, kept));
-  const differing = [...(all[0]?.keys() ?? [])].filter((name) => {
-    const { kind } = loop.settings[name].variable;
-    return all.some((one) => !same(kind, one.get(name) ?? 0, all[0].get(name) ?? 0));
-  });
+  const differing = differingOf(loop, all);
   const titles = new Map(list.flatMap(({ figures }) => figures.map(({ key, title }) => [key, title])));
   const rows = list.map((kept, at) => {
     const isNow = store.isLive() && kept.run === store.state?.run;

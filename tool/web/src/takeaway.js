@@ -11,7 +11,9 @@ import { sourceOf } from "tool/files.js";
 import { linkOfLoop } from "tool/link.js";
 import { pngPicture, svgPicture } from "tool/picture.js";
 import { programOf } from "tool/program.js";
+import { comparedRuns } from "tool/runs.js";
 import { isTried, showSaved } from "tool/saved.js";
+import { units } from "tool/signals.js";
 import { asLoop, store } from "tool/store.js";
 import { tuning } from "tool/tune.js";
 import { rezipped, unzipped } from "tool/zip.js";
@@ -303,7 +305,7 @@ async function savePicture(format) {
 }
 
 /** @param {import("tool/store.js").Work} loop */
-function report(loop) {
+async function report(loop) {
   const settings = Object.entries(loop.settings);
   const before = settings.map(([name, one]) => ({
     name,
@@ -312,5 +314,9 @@ function report(loop) {
     file: null,
   }));
   const date = `${new Date().toISOString().slice(0, 16).replace("T", " ")} UTC`;
-  return download({ what: "report", of: asLoop(loop), before, date, tuning: tuning() });
+  const { processValue: unit, manipulatedValue: travel_unit } = await units(loop);
+  return download({
+    ...{ what: "report", of: asLoop(loop), before, date, tuning: tuning(), picture: svgPicture() ?? null },
+    ...{ runs: comparedRuns(loop), unit: unit || null, travel_unit: travel_unit || null },
+  });
 }
