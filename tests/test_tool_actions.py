@@ -85,7 +85,6 @@ def make_step_test(page, user):
 def put_in_force(user):
     """What the rule gives."""
     user.button("Apply", within="#tune")
-    user.button("Send", within="#tune")
 
 
 def overshoot(page):
@@ -97,7 +96,7 @@ def overshoot(page):
 
 def wait_for_rest(page):
     """Until the run has ended by itself, and the figures are those of its last call."""
-    page.locator("#run .status").get_by_text("at rest").wait_for()
+    page.locator("#run .status").get_by_text("settled").wait_for()
     at = "figures => figures.textContent.includes(' to ' + document.querySelector('#run .status').textContent.split(' ')[2])"
     page.wait_for_function(f"() => ({at})(document.querySelector('#figures'))")
 

@@ -379,14 +379,14 @@ def test_an_edited_value_is_marked_until_enter_sends_it(page):
     new_loop(page, "CONT_C")
     assert tag(page, "GAIN") == "start"
     write(page, "GAIN", "3,1")
-    assert tag(page, "GAIN") == "not sent"
+    assert tag(page, "GAIN") == "not applied"
     assert in_force(page, "GAIN") == 2
-    assert page.locator("#edited-count").inner_text() == "1 edited, not sent"
+    assert page.locator("#edited-count").inner_text() == "1 edited, not applied"
     field(page, "GAIN").press("Enter")
     checked(page)
     assert in_force(page, "GAIN") == 3.1
     assert tag(page, "GAIN") == "changed"
-    assert page.locator("#edited-count").inner_text() == "All values are in force"
+    assert page.locator("#edited-count").inner_text() == "All in force"
 
 
 def test_esc_takes_an_edit_back(page):
@@ -488,7 +488,7 @@ def test_undo_and_redo_go_through_the_edits(page):
     page.click("#redo-button")
     assert field(page, "GAIN").input_value() == "3.25"
     assert page.locator("#structure").input_value() == "PID"
-    assert page.locator("#edited-count").inner_text() == "2 edited, not sent"
+    assert page.locator("#edited-count").inner_text() == "2 edited, not applied"
 
 
 def saved(page, button):
@@ -584,9 +584,9 @@ def test_the_comparison_shows_what_differs_from_the_file(page):
     page.click("#compare-button")
     rows = [line.inner_text().split("\t")[:4] for line in page.locator("#compare tbody tr").all()]
     assert [[cell.strip() for cell in line] for line in rows] == [["GAIN", "4", "5", "5"], ["TI", "30", "40", "30"]]
-    page.get_by_role("button", name="Take 4 back into GAIN").click()
+    page.get_by_role("button", name="Restore 4 in GAIN").click()
     assert field(page, "GAIN").input_value() == "4"
-    assert tag(page, "GAIN") == "not sent"
+    assert tag(page, "GAIN") == "not applied"
     page.keyboard.press("Escape")
     assert page.locator("#compare").is_hidden()
 
@@ -722,7 +722,7 @@ def test_a_loop_is_opened_edited_and_sent_by_keyboard_alone(page):
     page.keyboard.press("ArrowDown")
     page.keyboard.press("Control+Enter")
     checked(page)
-    assert page.locator("#edited-count").inner_text() == "All values are in force"
+    assert page.locator("#edited-count").inner_text() == "All in force"
     until("#tab-plant")
     page.keyboard.press("ArrowLeft")
     until('#diagram [data-variable="MAN_ON"]')
@@ -753,7 +753,7 @@ def test_the_list_of_keys_opens_and_closes(page):
     new_loop(page, "CONT_C")
     page.evaluate("document.activeElement.blur()")
     page.keyboard.press("?")
-    assert "makes one call" in page.locator("#help").inner_text()
+    assert "runs one cycle" in page.locator("#help").inner_text()
     assert "anti-windup" in page.locator("#help").inner_text()
     page.keyboard.press("Escape")
     assert page.locator("#help").is_hidden()
@@ -788,11 +788,50 @@ def test_a_reload_keeps_loops_values_edits_and_the_run(page):
     assert after["values"] == before["values"]
     assert page.locator("#what strong").inner_text() == "B"
     assert (field(page, "GAIN").input_value(), tag(page, "GAIN")) == ("7", "changed")
-    assert (field(page, "TI").input_value(), tag(page, "TI")) == ("44", "not sent")
+    assert (field(page, "TI").input_value(), tag(page, "TI")) == ("44", "not applied")
     assert field(page, "LMN_HLM").input_value() == "x"
     assert loop_names(page) == ["A", "B"]
     page.get_by_role("button", name="A", exact=True).click()
     assert (field(page, "GAIN").input_value(), tag(page, "GAIN")) == ("4", "file")
+
+
+def test_a_session_outlives_its_tab_and_is_offered_on_the_first_page(page):
+    new_loop(page, "CONT_C", "TIC101")
+    write(page, "GAIN", "7")
+    field(page, "GAIN").press("Enter")
+    checked(page)
+    make_calls(page, 10)
+    # What a tab does when it is closed.
+    page.evaluate("dispatchEvent(new Event('pagehide'))")
+    other = page.context.new_page()
+    page.close()
+    other.goto(PAGE.as_uri())
+    other.locator(".recent .session").get_by_text("TIC101").click()
+    # After the reload.
+    field(other, "GAIN").wait_for()
+    other.wait_for_function('async () => (await moduleOf("tool/store.js")).store.state?.calls === 10')
+    assert field(other, "GAIN").input_value() == "7" and other.locator("#what strong").inner_text() == "TIC101"
+    # It is the same session, and not another one; it can be forgotten.
+    other.evaluate("dispatchEvent(new Event('pagehide'))")
+    third = other.context.new_page()
+    third.goto(PAGE.as_uri())
+    third.locator(".recent .session").wait_for()
+    assert third.locator(".recent .session").count() == 1
+    third.get_by_role("button", name="Forget TIC101").click()
+    third.locator(".recent").wait_for(state="detached")
+    assert third.evaluate("localStorage.getItem('plcfmu-sessions')") is None
+
+
+def test_five_sessions_are_kept_and_none_that_is_too_large(page):
+    kept = page.evaluate("""async () => {
+        const { keepSession, keptSessions } = await moduleOf("tool/kept.js");
+        for (let at = 0; at < 7; at += 1) {
+            sessionStorage.removeItem("plcfmu-session");
+            keepSession(`loop ${at}`, "x".repeat(at === 5 ? 2_000_000 : 100));
+        }
+        return keptSessions().map(({ title }) => title);
+    }""")
+    assert kept == ["loop 6", "loop 4", "loop 3", "loop 2", "loop 1"]
 
 
 def test_two_tabs_do_not_disturb_each_other(page):

@@ -140,7 +140,7 @@ def test_errors_stand_at_their_lines_and_the_corrected_source_runs(open_tool):
 def test_the_values_of_a_line_stand_beside_it_while_the_program_runs(open_tool):
     page = open_tool(LAPTOP)
     drop(page, ("counter.scl", COUNTER))
-    press = page.get_by_role("button", name="One call")
+    press = page.get_by_role("button", name="One cycle")
     press.click()
     line(page, 6).locator(".value.is-false").wait_for()
     assert line(page, 6).locator(".value").inner_text() == "up FALSE"
@@ -171,7 +171,7 @@ def test_a_program_that_stops_says_so_at_its_line_and_begins_again(open_tool):
     assert stop.evaluate("note => note.previousElementSibling.dataset.line") == "8"
     stop.get_by_role("button", name="Restart").click()
     stop.wait_for(state="detached")
-    page.get_by_role("button", name="One call").click()
+    page.get_by_role("button", name="One cycle").click()
     wait_for_calls(page, 1)
 
 
@@ -196,7 +196,7 @@ def test_several_sources_are_one_program_and_the_block_that_runs_is_chosen(open_
     drop(page, ("limits.udt", types), ("counter.scl", user + COUNTER.replace('"Counter"', '"Other"')))
     page.get_by_role("button", name="Run Other").click()
     page.locator("#what").get_by_text("Other", exact=True).first.wait_for()
-    page.get_by_role("button", name="One call").click()
+    page.get_by_role("button", name="One cycle").click()
     wait_for_calls(page, 1)
 
 
@@ -206,7 +206,7 @@ def test_a_program_survives_a_reload_and_a_link_carries_it(open_tool):
     set_input(page, "up", True)
     page.locator("#send").click()
     for _ in range(2):
-        page.get_by_role("button", name="One call").click()
+        page.get_by_role("button", name="One cycle").click()
     wait_for_calls(page, 2)
     page.wait_for_function("() => (sessionStorage.getItem('plcfmu') ?? '').includes('\"calls\":2')")
     page.reload()
@@ -251,7 +251,7 @@ def test_a_block_inside_is_shown_with_its_diagram_and_opens_as_a_loop(open_tool)
     show_tab(page, "Plant")
     page.locator("#plant-choice").select_option("HEATER")
     page.locator("#plant").get_by_text("goes to").first.wait_for()
-    page.get_by_role("button", name="One call").click()
+    page.get_by_role("button", name="One cycle").click()
     wait_for_calls(page, 1)
     show_tab(page, "Diagram")
     inside = page.locator("#diagram")
@@ -270,7 +270,7 @@ def test_a_block_inside_is_shown_with_its_diagram_and_opens_as_a_loop(open_tool)
     show_tab(page, "Plant")
     assert page.locator("#plant-choice").input_value() == "HEATER"
     page.locator('[id$=".PV_IN"]').first.wait_for(state="attached")
-    page.get_by_role("button", name="One call").click()
+    page.get_by_role("button", name="One cycle").click()
     wait_for_calls(page, 1)
 
 
@@ -278,7 +278,7 @@ def test_a_corrected_program_takes_the_place_of_the_earlier_one_with_its_values(
     page = open_tool(LAPTOP)
     drop(page, ("counter.scl", COUNTER))
     set_input(page, "step", 2)
-    press = page.get_by_role("button", name="One call")
+    press = page.get_by_role("button", name="One cycle")
     press.click()
     wait_for_calls(page, 1)
     drop(page, ("counter.scl", COUNTER.replace("IF #up THEN", "IF NOT #up THEN")))
@@ -306,5 +306,5 @@ def test_texts_of_a_program_stand_beside_its_lines(open_tool):
     source = "FUNCTION_BLOCK Line VAR name : String := 'pump'; END_VAR BEGIN\nname := CONCAT(IN1 := name, IN2 := '!');\nEND_FUNCTION_BLOCK"
     drop(page, ("line.scl", source))
     line(page, 2).wait_for()
-    page.get_by_role("button", name="One call").click()
+    page.get_by_role("button", name="One cycle").click()
     line(page, 2).locator(".values").get_by_text("'pump!'").wait_for()

@@ -93,13 +93,13 @@ def press_calls(page, calls):
 
 def made(page):
     """How many calls the run has made."""
-    found = re.search(r"(\d+) calls?", page.locator("#run .status").inner_text())
+    found = re.search(r"(\d+) cycles?", page.locator("#run .status").inner_text())
     return int(found[1]) if found else 0
 
 
 def wait_for_calls(page, calls):
     page.wait_for_function(
-        "calls => Number(/(\\d+) call/.exec(document.querySelector('#run .status')?.textContent ?? '')?.[1] ?? 0) >= calls",
+        "calls => Number(/(\\d+) cycle/.exec(document.querySelector('#run .status')?.textContent ?? '')?.[1] ?? 0) >= calls",
         arg=calls,
         timeout=300_000,
     )
@@ -108,7 +108,7 @@ def wait_for_calls(page, calls):
 def run_calls(page, calls, cycle=1.0, fresh=False):
     """Makes this many calls as fast as it goes; after a reset, the run is a fresh one."""
     if fresh:
-        page.locator("#run .status").get_by_text("0 calls").wait_for()
+        page.locator("#run .status").get_by_text("0 cycles").wait_for()
     before = made(page)
     page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
     page.locator("#run-for").fill(repr(calls * cycle))
@@ -196,7 +196,7 @@ def test_a_loop_without_a_plant_says_so_and_offers_the_generic_one(open_tool):
     page = open_tool()
     new_loop(page, "TIC101")
     plant = page.locator("#plant")
-    assert "No plant: nothing answers the controller" in plant.inner_text()
+    assert "No plant is connected" in plant.inner_text()
     plant.get_by_label("Time constant").fill("twenty")
     plant.get_by_role("button", name="Use this plant").click()
     assert '"twenty" is not a' in plant.get_by_role("alert").first.inner_text()
@@ -305,7 +305,7 @@ def test_what_was_done_is_a_list_that_repeats_to_the_same_bits_with_what_was_sen
     assert "SP_INT 40" in tool.locator("#done .done-list").inner_text()
     tool.locator("#field-GAIN").fill("3.5")
     tool.locator("#field-GAIN").press("Enter")
-    tool.locator("#done").get_by_role("button", name="Same bits").click()
+    tool.locator("#done").get_by_role("button", name="Repeat exactly").click()
     wait_for_runs(tool, 2)
     _, second = saved(tool, "CSV of everything")
     assert second == first
@@ -549,10 +549,12 @@ def test_a_step_gives_the_plant_and_a_rule_its_settings(tool):
     rows = settings_of_rule(tool)
     assert float(rows["GAIN"]) > 0 and rows["I_SEL"] == "true" and rows["D_SEL"] == "false"
     assert re.search(r"Ms\s*1\.\d", tune.inner_text())
-    tool.get_by_text("All values are in force").wait_for()
+    assert tune.locator("p.row .faint").inner_text() == ""
     tune.get_by_role("button", name="Apply").first.click()
-    tool.get_by_text("All values are in force").wait_for(state="detached")
-    tune.get_by_text("in the fields, not sent").wait_for()
+    tune.locator("p.row").get_by_text("in force", exact=True).wait_for()
+    assert tool.evaluate("async () => (await moduleOf('tool/store.js')).store.loop.settings.GAIN.sent") == pytest.approx(
+        float(rows["GAIN"]), rel=1e-3
+    )
 
 
 def test_a_csv_of_the_plant_gives_the_same_model_as_the_run(tool, tmp_path):
@@ -601,8 +603,7 @@ def test_from_a_db_file_to_a_tuned_awl_and_preset(open_tool, run_described, comm
     take_generic_plant(page, "0.5", "60", "5")
     identify_from_a_step(page, 600, 1.063, rest=700)
     page.locator("#tune").get_by_role("button", name="Apply").first.click()
-    page.keyboard.press("Control+Enter")
-    page.wait_for_function("() => !document.querySelector('#takeaway').textContent.includes('not sent yet')")
+    page.locator("#tune p.row").get_by_text("in force", exact=True).wait_for()
     rows = settings_of_rule(page)
     set_now(page, "setpoint", 30)
     automatic(page)
@@ -784,7 +785,7 @@ def test_panels_have_no_accessibility_findings(open_tool, size, scheme):
     manual(page).uncheck()
     run_calls(page, 100)
     show_tab(page, "Runs")
-    page.locator("#runs").get_by_role("button", name="Same bits").click()
+    page.locator("#runs").get_by_role("button", name="Repeat exactly").click()
     wait_for_runs(page, 2)
     screenshot(page, f"run-{size[0]}-{scheme}")
     found = Axe().run(page).response["violations"]

@@ -6,6 +6,7 @@ state of it as a picture.
 
 import base64
 import importlib.util
+import pathlib
 import re
 
 import pytest
@@ -31,7 +32,7 @@ pytestmark = test_tool_run.pytestmark
 def open_example(page, title):
     page.evaluate("document.querySelector('.all-examples').open = true")
     page.locator(".card").filter(has_text=title).click()
-    page.locator("#run .status").get_by_text("calls").wait_for(state="attached")
+    page.locator("#run .status").get_by_text("cycles").wait_for(state="attached")
     page.wait_for_function("() => document.querySelector('#curves [role=slider]').ariaValueMax > 0")
 
 
@@ -158,7 +159,7 @@ def test_the_tab_is_remembered_and_the_edge_moves_by_keys(open_tool):
 def test_help_opens_on_the_first_page_too_and_esc_closes_it(open_tool):
     page = open_tool((1366, 768))
     page.keyboard.press("F1")
-    assert "makes one call" in page.locator("#help").inner_text()
+    assert "runs one cycle" in page.locator("#help").inner_text()
     page.keyboard.press("Escape")
     assert page.locator("#help").is_hidden()
 
@@ -190,7 +191,7 @@ def test_a_thinned_picture_says_so_and_the_cursor_reads_a_range(tool):
     add_sensor(tool)
     set_now(tool, "noise", 0.25)
     run_calls(tool, 5000)
-    tool.get_by_text(re.compile(r"min to max of each \d+ calls")).wait_for()
+    tool.get_by_text(re.compile(r"min to max of each \d+ cycles")).wait_for()
     tool.locator("#curves").get_by_role("slider").focus()
     tool.keyboard.press("Home")
     tool.keyboard.press("ArrowRight")
@@ -342,8 +343,7 @@ def test_the_open_loop_is_drawn_for_the_settings_in_force_and_for_the_rule(tool)
     assert float(gain.split()[0]) == pytest.approx(3.927, rel=0.02) and 1.2 < float(ms) < 1.6
     assert before["in force"][0] == "unstable" or float(before["in force"][0]) > 1
     assert before["in force"] != before["SIMC"]
-    tool.get_by_role("button", name="Apply").first.click()
-    tool.locator("#tune").get_by_role("button", name="Send", exact=True).click()
+    tool.locator("#tune").get_by_role("button", name="Apply").first.click()
     tool.wait_for_function(
         "wanted => document.querySelectorAll('.bode tbody tr')[0].innerText.includes(wanted)", arg=gain.split()[0]
     )
@@ -406,7 +406,7 @@ def test_the_prediction_is_of_the_step_that_was_made_and_lies_on_it(tool):
     show_tab(tool, "Tune")
     for name, value in (("gain", "2"), ("time_constant", "20"), ("dead_time", "2")):
         tool.locator(f"#model-{name}").fill(value)
-    tool.get_by_role("button", name="Apply").first.wait_for()
+    tool.locator("#tune").get_by_role("button", name="Apply").first.wait_for()
     # The same settings as those that ran: nothing is predicted but what was measured.
     prediction, run = tool.evaluate("""async () => {
         const { store } = await moduleOf("tool/store.js");
@@ -434,10 +434,10 @@ def test_a_refused_identification_leaves_no_model(tool):
     show_tab(tool, "Tune")
     for name, value in (("gain", "2"), ("time_constant", "20"), ("dead_time", "2")):
         tool.locator(f"#model-{name}").fill(value)
-    tool.get_by_role("button", name="Apply").first.wait_for()
+    tool.locator("#tune").get_by_role("button", name="Apply").first.wait_for()
     tool.get_by_role("button", name="Identify from this step").click()
     tool.locator("#tune .error").wait_for()
-    tool.get_by_role("button", name="Apply").first.wait_for(state="detached")
+    tool.locator("#tune").get_by_role("button", name="Apply").first.wait_for(state="detached")
     assert tool.locator("#model-gain").input_value() == ""
 
 
@@ -453,7 +453,7 @@ def test_a_link_makes_the_same_run_to_the_same_bits_elsewhere(tool, open_tool):
     link = tool.evaluate("async () => (await moduleOf('tool/link.js')).linkOfLoop()")
     other = open_tool()
     other.evaluate("fragment => { location.hash = fragment; }", link.split("#")[1])
-    other.wait_for_function("() => / 60 calls/.test(document.querySelector('#run .status').textContent)")
+    other.wait_for_function("() => / 60 cycles/.test(document.querySelector('#run .status').textContent)")
     _, second = saved(other, "CSV of everything")
     assert second == first
     assert other.locator("#field-GAIN").input_value() == "1.5"
@@ -479,7 +479,7 @@ def test_what_is_sent_between_two_calls_stays(tool):
 def test_a_new_loop_says_what_comes_next(open_tool):
     page = open_tool((1366, 768))
     new_loop(page, "TIC101")
-    assert "Nothing answers the controller yet" in page.locator(".no-run").inner_text()
+    assert "No plant is connected yet" in page.locator(".no-run").inner_text()
     take_generic_plant(page, "2", "20", "2")
     page.get_by_role("button", name="Make a step test").click()
     page.locator("#tune .fit").get_by_text("fit").wait_for()
@@ -562,27 +562,24 @@ OVERLAPS = """selectors => [...document.querySelectorAll('.notice')].flatMap(not
 def test_after_a_step_test_what_comes_next_stands_in_one_place_in_sight(tool):
     show_tab(tool, "Tune")
     tool.locator("#step-test").click()
-    apply = tool.get_by_role("button", name="Apply")
+    apply = tool.locator("#tune").get_by_role("button", name="Apply")
     apply.wait_for()
     assert bottom(apply.bounding_box()) <= tool.viewport_size["height"]
     # K = 2, T = 20 s, L = 2 s and half of CYCLE, lambda = 1.5 L.
     settings = re.search(r"SIMC: GAIN ([\d.]+), TI ([\d.]+)", tool.locator("#tune").inner_text()).groups()
     assert [float(one) for one in settings] == pytest.approx([1.6, 20], rel=0.03)
     tune = tool.locator("#tune")
-    send, run = (tune.get_by_role("button", name=name) for name in ("Send", "Run the step to"))
-    assert send.is_disabled() and run.is_disabled()
+    run = tune.get_by_role("button", name="Run the step to")
+    assert run.is_disabled()
     apply.click()
-    tune.get_by_text("in the fields, not sent").wait_for()
-    assert bottom(send.bounding_box()) <= tool.viewport_size["height"] and run.is_disabled()
-    send.click()
     tune.locator("p.row").get_by_text("in force", exact=True).wait_for()
     run.click()
-    tool.locator("#run .status").get_by_text("at rest").wait_for()
+    tool.locator("#run .status").get_by_text("settled").wait_for()
     values = tool.evaluate("async () => (await moduleOf('tool/store.js')).store.state.values")
     assert values["TIC101.PV"] == pytest.approx(values["TIC101.SP_INT"], abs=0.05) and not values["TIC101.MAN_ON"]
 
 
-@pytest.mark.parametrize("state", ["t = 599 s, 600 calls", "t = 2182 s, at rest, 2183 calls", "t = 2182 s, swings, 2183 calls"])
+@pytest.mark.parametrize("state", ["t = 599 s, 600 cycles", "t = 2182 s, settled, 2183 cycles", "t = 2182 s, swings, 2183 cycles"])
 def test_on_a_laptop_the_state_of_the_run_is_read_to_its_end_and_no_unit_is_under_a_button(open_tool, state):
     page = open_tool((1280, 800))
     open_example(page, "Furnace with a continuous")
@@ -751,7 +748,7 @@ def test_a_curve_without_an_axis_of_its_own_lies_on_one_that_names_it(open_tool)
         state : Int; END_VAR BEGIN a := 50.0; b := 70.0; state := 0; END_FUNCTION_BLOCK"""
     page = open_tool((390, 844))
     page.locator("#open-files").set_input_files({"name": "three.scl", "mimeType": "text/plain", "buffer": source.encode()})
-    page.get_by_role("button", name="One call").or_(page.get_by_role("button", name="Run", exact=True)).first.wait_for()
+    page.get_by_role("button", name="One cycle").or_(page.get_by_role("button", name="Run", exact=True)).first.wait_for()
     page.evaluate("async () => (await moduleOf('tool/store.js')).store.calls(20)")
     page.wait_for_function("() => document.querySelector('#curves [role=slider]').ariaValueMax > 0")
     named = ", ".join(label for _, label in axes(page))
@@ -829,7 +826,42 @@ def test_a_run_as_fast_as_it_goes_that_never_rests_ends_and_says_so(open_tool):
     page.locator("#open-files").set_input_files({"name": "count.scl", "mimeType": "text/plain", "buffer": source.encode()})
     page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
     page.get_by_role("button", name="Run", exact=True).click()
-    page.locator("#run .status").get_by_text("paused, not at rest, 20000 calls").wait_for()
+    page.locator("#run .status").get_by_text("paused, not settled, 20000 cycles").wait_for()
     # Another Run goes on.
     page.get_by_role("button", name="Run", exact=True).click()
-    page.locator("#run .status").get_by_text("40000 calls").wait_for()
+    page.locator("#run .status").get_by_text("40000 cycles").wait_for()
+
+
+# Words of the trade, and what stands for them nowhere in the page's own texts.
+REFUSED = {
+    "send, sent": "apply, in force",
+    "at rest, rests": "settled",
+    "figures": "metrics",
+    "take back": "discard, restore",
+    "nothing answers": "no plant is connected",
+    "Same bits": "Repeat exactly",
+    "Make again": "Repeat exactly",
+    "One call": "One cycle",
+}
+
+
+def own_texts():
+    """The texts of the page's scripts with a space or a capital, which people read, by file and line."""
+    folder = pathlib.Path(__file__).parents[1] / "tool/web"
+    for path in [folder / "index.html", *sorted((folder / "src").glob("*.js"))]:
+        code = re.sub(r"/\*.*?\*/", lambda found: "\n" * found[0].count("\n"), path.read_text(), flags=re.S)
+        code = re.sub(r"^\s*//.*$", "", code, flags=re.M)
+        for found in re.finditer(r'"((?:[^"\\\n]|\\.)*)"|`((?:[^`\\]|\\.)*)`|>([^<>{}]+)<', code):
+            # What is computed into a text is no text.
+            words = re.sub(r"\$\{[^{}]*\}", "", found[1] or found[2] or (found[3] if path.suffix == ".html" else "") or "")
+            if " " in words.strip() or words[:1].isupper():
+                yield f"{path.name}:{code[: found.start()].count(chr(10)) + 1}", words
+
+
+def test_the_page_speaks_the_words_of_the_trade_and_passes_no_option_to_its_user():
+    texts = list(own_texts())
+    assert len(texts) > 500
+    words = "|".join(word for refused in REFUSED for word in refused.split(", "))
+    wrong = [(place, text) for place, text in texts if re.search(rf"\b({words})\b|(^|[\s`(])--[a-z]", text, re.I)]
+    # The name of a class in a style sheet.
+    assert [one for one in wrong if one[1] != "row send"] == []

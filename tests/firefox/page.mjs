@@ -19,7 +19,7 @@ try {
   await page.waitForFunction(() => document.querySelectorAll(".card .spark svg").length > 10);
   const cards = await page.$$eval(".card", (all) => all.length);
   await page.click(".card:not(#program-card)");
-  await page.waitForFunction(() => /[1-9]\d* calls/.test(document.querySelector("#run .status")?.textContent ?? ""));
+  await page.waitForFunction(() => /[1-9]\d* cycles/.test(document.querySelector("#run .status")?.textContent ?? ""));
   const example = await page.evaluate(async () => {
     const { store } = await globalThis.moduleOf("tool/store.js");
     const { ask } = await globalThis.moduleOf("tool/engine.js");
@@ -56,7 +56,7 @@ try {
   await new Promise((done) => setTimeout(done, 500));
   await page.reload();
   await page.waitForFunction(
-    (calls) => document.querySelector("#run .status")?.textContent.includes(` ${calls} calls`),
+    (calls) => document.querySelector("#run .status")?.textContent.includes(` ${calls} cycles`),
     {},
     before.calls,
   );

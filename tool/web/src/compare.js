@@ -56,7 +56,7 @@ function show(content) {
     element(
       "button",
       { type: "button", onclick: takeAll },
-      loop.file ? "Take all values of the file" : "Take all start values",
+      loop.file ? "Restore all values of the file" : "Restore all start values",
     ),
   );
 }
@@ -84,8 +84,8 @@ function row(name, one, base) {
       {},
       element(
         "button",
-        { type: "button", class: "plain", "aria-label": `Take ${shown(base, kind)} back into ${name}`, onclick: take },
-        "Take back",
+        { type: "button", class: "plain", "aria-label": `Restore ${shown(base, kind)} in ${name}`, onclick: take },
+        "Restore",
       ),
     ),
   );

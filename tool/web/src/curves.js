@@ -637,7 +637,7 @@ function show() {
   });
   plot.setData(/** @type {uPlot.AlignedData} */ ([view.times, ...rows]));
   const calls = Math.round(((view.times[2] ?? 0) - (view.times[0] ?? 0)) / (store.state?.step ?? 1));
-  text(thinned, view.is_exact ? "" : `min to max of each ${calls} calls`);
+  text(thinned, view.is_exact ? "" : `min to max of each ${calls} cycles`);
   if (cursor !== undefined) placeCursor();
   showValues();
   showEarlier();
@@ -729,7 +729,7 @@ function showNothing() {
   nothing.dataset.key = key;
   const words = hasPlant
     ? "Ready: run the loop, or make a step test to tune it."
-    : "Nothing answers the controller yet. Take a plant:";
+    : "No plant is connected yet. Choose one:";
   fill(nothing, element("p", {}, words), hasPlant ? stepTest(loop) : plants(loop));
 }
 

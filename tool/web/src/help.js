@@ -8,13 +8,13 @@ import { isTime, shown } from "tool/values.js";
 
 /** @type {[string, string][]} */
 const KEYS = [
-  ["Enter", "in a field: sends it"],
-  ["Esc", "in a field: takes the edit back; closes help and comparison"],
+  ["Enter", "in a field: applies all edits"],
+  ["Esc", "in a field: discards the edit; closes help and comparison"],
   ["F1 or ?", "in a field: opens its help; elsewhere: this page"],
   ["Ctrl+Z, Ctrl+Y", "undo, redo"],
-  ["Ctrl+Enter", "sends all edited values"],
+  ["Ctrl+Enter", "applies all edits"],
   ["Space", "runs, pauses"],
-  [".", "makes one call"],
+  [".", "runs one cycle"],
   ["M", "manual mode on and off"],
   ["Left, Right", "move the cursor in the curves; with Shift ten times as far"],
   ["Home, End", "move the cursor to the beginning, to the end"],

@@ -58,7 +58,7 @@ export async function openLink() {
   }
   if (carried.version !== 1) throw new EngineError("The link is of another version of this page.");
   if ((carried.run?.calls ?? 0) > MOST_CALLS)
-    throw new EngineError(`The run of the link has ${carried.run?.calls} calls; ${MOST_CALLS} are made at most.`);
+    throw new EngineError(`The run of the link has ${carried.run?.calls} cycles; at most ${MOST_CALLS} are run.`);
   const fmu = carried.program ? (await admit(carried.program)).fmu : carried.fmu;
   const loop = await store.add(String(carried.name), String(fmu));
   const taken = store.loops.some((one) => one !== loop && one.member === carried.member);

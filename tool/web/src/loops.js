@@ -4,7 +4,9 @@ import { byId, element, fill, text } from "tool/dom.js";
 import { EngineError } from "tool/engine.js";
 import { openFiles, readAgain, take, underWork } from "tool/files.js";
 import { cards, live, showRecorded } from "tool/first.js";
+import { forget, keptSessions } from "tool/kept.js";
 import { openKnown } from "tool/known.js";
+import { goOn } from "tool/session.js";
 import { isEdited, source, store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
@@ -14,6 +16,8 @@ import { rounded } from "tool/values.js";
 const [FEW, MANY] = [5, 25];
 
 const MOST_PROBLEMS = 20;
+/** Which example the first door leads to. */
+const FIRST_EXAMPLE = "furnace";
 
 let page = 0;
 let filter = "";
@@ -151,8 +155,81 @@ function showExamples(within) {
   if (store.catalogue.loops.length === 0) return fill(within);
   fill(
     within,
-    element("h2", {}, "Try one: click, and it runs"),
+    doors(),
+    recent(within),
+    element("h2", {}, "Examples: click one, and it runs"),
     cards((known) => openKnown(known).catch(store.say)),
+  );
+}
+
+/** The three ways in. */
+function doors() {
+  const program = element("input", {
+    ...{ type: "file", id: "open-program", class: "visually-hidden", multiple: true, accept: ".scl,.udt,.db" },
+    onchange: async () => {
+      const files = [...(program.files ?? [])];
+      program.value = "";
+      await openFiles(files);
+    },
+  });
+  const first = store.catalogue.loops.find(({ name }) => name === FIRST_EXAMPLE);
+  const words = (/** @type {string} */ name, /** @type {string} */ about) => [
+    element("strong", {}, name),
+    element("span", { class: "faint" }, about),
+  ];
+  const run = () => first && openKnown(first).catch(store.say);
+  return element(
+    "div",
+    { class: "doors" },
+    element(
+      "button",
+      { type: "button", class: "door", onclick: run },
+      words("Try a loop", "A furnace runs at once: change GAIN, run it again"),
+    ),
+    element(
+      "label",
+      { class: "door button", for: "open-files" },
+      words("Open my file", "AWL, SCL, XML, JSON, SSV, FMU, or a recorded CSV"),
+    ),
+    program,
+    element(
+      "label",
+      { class: "door button", for: "open-program" },
+      words("Run my program", "SCL with its types: live values beside each line"),
+    ),
+  );
+}
+
+/** The last sessions; nothing if there is none. @param {HTMLElement} within */
+function recent(within) {
+  const sessions = keptSessions();
+  if (sessions.length === 0) return null;
+  const again = (/** @type {string} */ id) => () => {
+    forget(id);
+    showExamples(within);
+  };
+  return element(
+    "div",
+    { class: "recent" },
+    element("h2", {}, "Go on where you were"),
+    element(
+      "ul",
+      {},
+      sessions.map((session) =>
+        element(
+          "li",
+          { class: "row" },
+          element("button", { type: "button", class: "plain session", onclick: () => goOn(session) }, session.title),
+          element("span", { class: "faint" }, new Date(session.time).toLocaleString()),
+          element(
+            "button",
+            { type: "button", class: "plain", "aria-label": `Forget ${session.title}`, onclick: again(session.id) },
+            "Forget",
+          ),
+        ),
+      ),
+    ),
+    element("p", { class: "faint" }, "The last five are kept in this browser, on this computer."),
   );
 }
 
@@ -359,7 +436,7 @@ function summaryOf(row) {
   const changed = settings.filter((one) => source(one) === "changed").length;
   const edited = settings.filter(isEdited).length;
   const warnings = row.warnings > 0 ? `! ${row.warnings}` : "";
-  const state = [warnings, changed > 0 && `${changed} changed`, edited > 0 && "not sent"].filter(Boolean).join(", ");
+  const state = [warnings, changed > 0 && `${changed} changed`, edited > 0 && "not applied"].filter(Boolean).join(", ");
   return {
     state,
     warnings,

@@ -50,11 +50,15 @@ const USUAL = 4;
 
 /** @param {HTMLElement} content */
 export function mount(content) {
-  const send = element("button", { type: "button", class: "primary", id: "send", onclick: () => store.send() }, "Send");
+  const send = element(
+    "button",
+    { type: "button", class: "primary", id: "send", onclick: () => store.send() },
+    "Apply",
+  );
   const back = element(
     "button",
     { type: "button", id: "take-back", onclick: () => store.takeBack(store.edited()) },
-    "Take back",
+    "Discard",
   );
   const count = element("span", { id: "edited-count", class: "faint", role: "status" });
   const bar = element("div", { class: "row send" }, send, back, count);
@@ -66,7 +70,7 @@ export function mount(content) {
     const edited = store.edited().length;
     attribute(send, "disabled", edited === 0);
     attribute(back, "disabled", edited === 0);
-    text(count, edited === 0 ? "All values are in force" : `${edited} edited, not sent`);
+    text(count, edited === 0 ? "All in force" : `${edited} edited, not applied`);
   };
   store.on("loop", () => {
     build(list);
@@ -361,7 +365,7 @@ function showField(name, isForced = false) {
   if (isBoolean(kind)) row.input.disabled = wire !== undefined;
   const edited = isEdited(setting);
   row.row.classList.toggle("is-edited", edited);
-  const from = wire ? "wired" : edited ? "not sent" : source(setting);
+  const from = wire ? "wired" : edited ? "not applied" : source(setting);
   row.row.dataset.source = wire ? "wired" : source(setting);
   text(row.tag, from);
   text(row.grey, greyOf(loop, setting, value, wire));
@@ -509,5 +513,5 @@ function showStructure() {
   const from = ["changed", "file"].find((what) => settings.some((one) => source(one) === what)) ?? "start";
   row?.classList.toggle("is-edited", edited);
   if (row instanceof HTMLElement) row.dataset.source = from;
-  text(byId("structure-tag"), edited ? "not sent" : from);
+  text(byId("structure-tag"), edited ? "not applied" : from);
 }

@@ -133,7 +133,7 @@ export async function choose(fmu, values = {}) {
       store.edit(own);
       if (store.edited().length > 0) {
         store.say(
-          `${Object.keys(own).join(", ")} changed so that the controller fits ${fmu}; send ${store.edited().length > 1 ? "them" : "it"}.`,
+          `${Object.keys(own).join(", ")} changed so that the controller fits ${fmu}; apply ${store.edited().length > 1 ? "them" : "it"}.`,
         );
       }
     }
@@ -300,7 +300,7 @@ function isOwn(loop) {
 
 /** What is shown as long as there is no plant. @returns {Promise<HTMLElement[]>} */
 async function unconnected() {
-  const sentence = element("p", {}, "No plant: nothing answers the controller. You can run it open, or take a plant.");
+  const sentence = element("p", {}, "No plant is connected. You can run the controller open loop, or choose a plant.");
   if (!store.catalogue.fmus.some((entry) => entry.name === GENERIC)) return [sentence];
   const generic = await store.describe(GENERIC);
   const problem = element("p", { class: "error", role: "alert" });
@@ -389,7 +389,7 @@ async function connected(loop, plant) {
   if (sensor || (isThere && measured(loop, plant, description) >= 0)) {
     const onclick = () => (sensor ? withoutSensor(loop, sensor) : withSensor(loop, plant, description));
     const title = "A sensor between plant and controller, with noise and the steps of an analog input";
-    const words = sensor ? "Take the sensor out" : "Measure through a sensor";
+    const words = sensor ? "Remove the sensor" : "Measure through a sensor";
     parts.push(element("p", {}, element("button", { type: "button", id: "sensor", title, onclick }, words)));
   }
   for (const member of loop.members) parts.push(await settings(loop, member));

@@ -47,7 +47,7 @@ export function optionsForm(program, compiled, translate) {
     ...{
       id: "program-run",
       value: program.run ?? "",
-      placeholder: compiled.block || "the one block that no other calls",
+      placeholder: compiled.block || "the one block that no other block calls",
     },
     ...{ spellcheck: "false", autocomplete: "off" },
   });

@@ -175,10 +175,10 @@ function showResult(replayed) {
     ),
     replayed.outputs.length > 0 &&
       table(
-        ["Output", "First difference", "Calls that differ", "Largest difference"],
+        ["Output", "First difference", "Cycles that differ", "Largest difference"],
         replayed.outputs.map((output) => [
           element("span", { class: "name" }, output.variable),
-          output.first ? `call ${output.first[0]}, ${rounded(output.first[1], "REAL")} s` : "none",
+          output.first ? `cycle ${output.first[0]}, ${rounded(output.first[1], "REAL")} s` : "none",
           `${output.different} of ${replayed.calls}`,
           `${rounded(output.largest, "LREAL", 6)} ${unitText(kind(output.variable)?.unit)}`,
         ]),
@@ -189,7 +189,7 @@ function showResult(replayed) {
         { open: !fits },
         element("summary", {}, `What was tried: ${replayed.suspects.length}`),
         table(
-          ["Change", "Calls that still differ", "Largest difference", "Settings"],
+          ["Change", "Cycles that still differ", "Largest difference", "Settings"],
           replayed.suspects.map((suspect) => [
             suspect.text,
             suspect.fits ? element("strong", { class: "good" }, "none: it fits") : String(suspect.different),
@@ -198,7 +198,7 @@ function showResult(replayed) {
               ? element(
                   "button",
                   { type: "button", onclick: () => take(suspect.values) },
-                  `Take ${settings(suspect.values)}`,
+                  `Use ${settings(suspect.values)}`,
                 )
               : "",
           ]),

@@ -62,7 +62,7 @@ export function rulesTable(loop, rows, chosen, unit, choose) {
 }
 
 /**
- * What a rule sets, in a line, and what one does with it, one after the other in one place: into the fields, to the block, and the step
+ * What a rule sets, in a line, and what one does with it, one after the other in one place: into force, and the step
  * that was predicted.
  *
  * @param {string} rule
@@ -77,7 +77,7 @@ export function applyRow(rule, answer, next) {
   );
   const buttons = next.map(({ name, title, act }) => element("button", { type: "button", title, onclick: act }, name));
   const about = element("span", { class: isStable ? "faint" : "error" });
-  text(about, isStable ? "" : "The loop would be unstable: take another rule or structure.");
+  text(about, isStable ? "" : "The loop would be unstable: choose another rule or structure.");
   const row = element(
     "p",
     { class: "row" },

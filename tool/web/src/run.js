@@ -82,7 +82,7 @@ export function mount(content) {
   status = element("span", { class: "status" });
   duration = element("input", {
     ...{ class: "number", id: "run-for", placeholder: "–", inputmode: "decimal", autocomplete: "off" },
-    ...{ title: "How long to run; empty is until Pause, at max until the loop rests", oninput: checkDuration },
+    ...{ title: "How long to run; empty is until Pause, at max until the loop has settled", oninput: checkDuration },
   });
   duration.addEventListener("keydown", (event) => {
     if (event.key === "Enter") run();
@@ -121,7 +121,7 @@ export function mount(content) {
       { class: "row run-main" },
       againButton,
       runButton,
-      element("button", { type: "button", class: "rare", onclick: oneCall, title: "." }, "One call"),
+      element("button", { type: "button", class: "rare", onclick: oneCall, title: "." }, "One cycle"),
       element("span", { class: "speeds", role: "group", "aria-label": "Speed" }, ...speeds.values()),
       element(
         "label",
@@ -225,7 +225,7 @@ async function run() {
       const isUntilRest = end === undefined && speed === Infinity;
       const left = (isUntilRest ? clock.calls + MOST_UNRESTING : (end ?? Infinity)) - made();
       if (left <= 0) {
-        ended = isUntilRest ? "paused, not at rest" : "";
+        ended = isUntilRest ? "paused, not settled" : "";
         pause();
         return;
       }
@@ -381,7 +381,7 @@ function showStatus() {
   const late =
     running && speed !== Infinity && behind > WORTH_TELLING ? `, ${(behind / 1000).toFixed(1)} s behind the clock` : "";
   const why = state.failure ? "ended by a failure" : running ? "" : ended;
-  const calls = `${state.calls} ${state.calls === 1 ? "call" : "calls"}`;
+  const calls = `${state.calls} ${state.calls === 1 ? "cycle" : "cycles"}`;
   const shown = [`t = ${seconds(state.time, state.step)} s`, why, calls].filter(Boolean).join(", ");
   text(status, shown + late);
   // The bar has not always room for it.
@@ -642,7 +642,7 @@ function manualControl(loop, [onName, valueName]) {
     output &&
       element(
         "button",
-        { type: "button", onclick: take, title: `Takes the present ${output}, so that nothing jumps` },
+        { type: "button", onclick: take, title: `Uses the present ${output}, so that nothing jumps` },
         `= ${output}`,
       ),
   );
@@ -683,7 +683,7 @@ async function showDone() {
     store.emit("marks", []);
     fill(
       done,
-      element("p", { class: "faint" }, "What you set while the loop runs stands here; it can be repeated and saved."),
+      element("p", { class: "faint" }, "Lists what you set while the loop runs; it can be repeated and saved."),
     );
     return;
   }

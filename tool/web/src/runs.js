@@ -1,6 +1,6 @@
 /**
  * The runs of a loop as a list: name, settings that differ, figures side by side, a colour, and whether they are drawn. A run can
- * be made again: the same test with the settings of now, or the same record to the same bits.
+ * be made again: the same test with the present settings, or the same record to the same bits.
  *
  * @typedef {import("./messages").Figure} Figure
  * @typedef {import("tool/store.js").Work} Work
@@ -134,23 +134,23 @@ const tried = (action) => async () => {
 export function againButtons() {
   const test = {
     onclick: tried(() => store.repeat("same_test")),
-    title: "The same setpoints, manual values and disturbances, with the settings of now",
+    title: "The same setpoints, manual values and disturbances, with the present settings",
   };
   const bits = {
     onclick: tried(() => store.repeat("same_bits")),
-    title: "The same record: the same start, the same settings, the same bits. Undo has the settings of now",
+    title: "The same record: the same start, the same settings, bit for bit. Undo restores the present settings",
   };
   return [
     element("button", { type: "button", ...test }, "Same test"),
-    element("button", { type: "button", ...bits }, "Same bits"),
+    element("button", { type: "button", ...bits }, "Repeat exactly"),
   ];
 }
 
 /** Makes an earlier run again. @param {Kept} kept */
 function bitsButton({ run, name }) {
   const onclick = tried(() => store.repeat("same_bits", run));
-  const button = element("button", { type: "button", class: "plain", onclick }, "Make again");
-  attributeOf(button, `Make ${name} again`);
+  const button = element("button", { type: "button", class: "plain", onclick }, "Repeat exactly");
+  attributeOf(button, `Repeat ${name} exactly`);
   return button;
 }
 
@@ -211,7 +211,7 @@ function show() {
   if (!loop || list.length === 0) {
     fill(
       body,
-      element("p", { class: "faint" }, "Each run stands here with its settings and figures, to compare. Press Run."),
+      element("p", { class: "faint" }, "Lists each run with its settings and metrics, to compare. Press Run."),
     );
     return;
   }
@@ -240,22 +240,23 @@ function show() {
     const isComparable = kept === list.at(-1) || areComparable(kept.step, list.at(-1)?.step);
     const cells = [...titles.keys()].map((key) => {
       const figure = kept.figures.find((one) => one.key === key);
-      const there = figure && figure.value !== null;
+      const there = isComparable && figure && figure.value !== null;
       const text = there ? `${rounded(figure.value, "LREAL", 3)} ${shownUnit(figure.unit)}`.trimEnd() : "";
-      const title = isComparable ? null : "Of another step, or over another time, than those of the last run";
-      return element(
-        "td",
-        { class: isComparable ? "number" : "number faint", title, "data-full": there ? String(figure.value) : null },
-        text,
-      );
+      return element("td", { class: "number", "data-full": there ? String(figure.value) : null }, text);
     });
+    const why = "Another step, or another time, than the last run: its metrics cannot be compared";
     const colour = isNow ? theme().curves[1] : runs[kept.colour % runs.length];
     return element(
       "tr",
       { class: isNow && "is-now" },
       element("td", {}, element("span", { class: "row" }, box, swatch(colour), name)),
       element("td", { class: "name" }, values.join(", ") || (isNow ? "now" : "")),
-      element("td", { class: isComparable ? "name" : "name faint" }, kept.step ? stepText(kept.step) : ""),
+      element(
+        "td",
+        { class: isComparable ? "name" : "name faint", title: isComparable ? null : why },
+        kept.step ? stepText(kept.step) : "",
+        isComparable || !kept.step ? "" : " (not comparable)",
+      ),
       cells,
       element("td", {}, isNow || !loop.runs.includes(kept.run) ? null : bitsButton(kept)),
     );

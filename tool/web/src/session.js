@@ -1,9 +1,10 @@
 /**
  * What a reload of the page does not lose: loops, values, and what was done in the run. It is kept in sessionStorage, which
- * belongs to the tab and ends with it.
+ * belongs to the tab and ends with it, and less often among the last sessions, which do not.
  */
 
 import { ask } from "tool/engine.js";
+import { keepSession, takeUp } from "tool/kept.js";
 import { admit, programs } from "tool/program.js";
 import { remake } from "tool/remake.js";
 import { runsOf } from "tool/runs.js";
@@ -15,6 +16,11 @@ const VERSION = 2;
 const MOST_CALLS = 200_000;
 /** Nor is one in which more was set: a long ramp sets a value in each call. */
 const MOST_EVENTS = 5000;
+/** So often the session is kept beyond the tab, in milliseconds. */
+const OFTEN = 3000;
+let keptLast = 0;
+/** Whether another session takes the place of this one: what it has is not overwritten. */
+let isLeaving = false;
 
 /** What the present run began with. @type {import("./messages").Setup | undefined} */
 let setup;
@@ -46,7 +52,10 @@ export function keep() {
     });
   }
   for (const what of ["files", "loops", "loop", "settings", "plant", "run", "state"]) store.on(what, soon);
-  addEventListener("pagehide", save);
+  addEventListener("pagehide", () => {
+    keptLast = 0;
+    save();
+  });
 }
 
 async function readEvents() {
@@ -60,6 +69,7 @@ async function readEvents() {
 }
 
 function save() {
+  if (isLeaving) return;
   const loops = store.loops.map((loop) => ({
     name: loop.name,
     member: loop.member,
@@ -90,12 +100,24 @@ function save() {
   // A file of thousands of loops is too large for it: then the loops under work are kept, and the file is opened again.
   for (const files of [store.files, []]) {
     try {
-      sessionStorage.setItem(KEY, JSON.stringify({ ...kept, files }));
+      const content = JSON.stringify({ ...kept, files });
+      sessionStorage.setItem(KEY, content);
+      if (loops.length > 0 && Date.now() - keptLast > OFTEN) {
+        keptLast = Date.now();
+        keepSession(loops.map(({ name }) => name).join(", "), content);
+      }
       return;
     } catch {
       // It is full, or not there at all.
     }
   }
+}
+
+/** Goes on with a kept session, from its beginning as after a reload. @param {import("tool/kept.js").KeptSession} session */
+export function goOn(session) {
+  isLeaving = true;
+  takeUp(session, KEY);
+  location.reload();
 }
 
 /** Takes up what was under work before the reload. */

@@ -542,7 +542,7 @@ export const store = {
   async settle(calls, from) {
     let rests = "";
     const settled = ask({ do: "settle", calls, from }).then(({ state, is_at_rest, swings }) => {
-      rests = is_at_rest ? "at rest" : swings ? "swings" : "";
+      rests = is_at_rest ? "settled" : swings ? "swings" : "";
       return state;
     });
     await store.take(settled);

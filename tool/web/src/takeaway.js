@@ -18,6 +18,12 @@ import { asLoop, store } from "tool/store.js";
 import { tuning } from "tool/tune.js";
 import { rezipped, unzipped } from "tool/zip.js";
 
+/** A page that was opened from a file has an address of this computer. */
+const WHO_OPENS =
+  location.protocol === "file:"
+    ? "It works on this computer: for others, put the page on a server or a share, open it from there and copy the link again."
+    : "Whoever opens it has this loop and this run.";
+
 /** @type {HTMLElement} */
 let body;
 /** @type {HTMLElement} */
@@ -124,10 +130,7 @@ function show() {
   const copy = async () => {
     try {
       await navigator.clipboard.writeText(await linkOfLoop());
-      fill(
-        remarks,
-        element("li", { class: "good" }, "The link is in the clipboard. Whoever opens it has this loop and this run."),
-      );
+      fill(remarks, element("li", { class: "good" }, `The link is in the clipboard. ${WHO_OPENS}`));
     } catch (error) {
       store.say(error);
     }
@@ -212,9 +215,8 @@ function sources(loop) {
       button(`Save ${file}`, undefined, () => save(file, new Blob([fromBase64(content)], { type: "text/plain" }))),
     ),
     element("span", { class: "faint" }, "As an FMU:"),
-    element("code", {}, `plcfmu build ${files.map(({ file }) => file).join(" ")} --cycle ${milliseconds}ms`),
-    element("span", { class: "faint" }, "with the source's start values; others:"),
-    element("code", {}, `plcfmu preset ${loop.description.block}.fmu --set NAME=VALUE`),
+    element("code", {}, `plcfmu build ${files.map(({ file }) => file).join(" ")}`),
+    element("span", { class: "faint" }, `with the source's start values, and ${milliseconds} ms as its cycle time`),
   );
 }
 
@@ -253,7 +255,7 @@ function preset(loop) {
     element(
       "span",
       { class: "faint" },
-      "you get it back with all values of the run, mode and setpoint, too; cargo xtask fmu makes it, in target/fmu",
+      "Returns a copy of this FMU that starts with the run's settings, mode and setpoint",
     ),
   );
 }

@@ -173,7 +173,7 @@ function identifyRow() {
       "button",
       {
         ...{ type: "button", onclick: () => identifyRun() },
-        title: "From the last step of the manipulated value in this run: at rest, in manual, one step, wait",
+        title: "From the last step of the manipulated value in this run: settled, in manual, one step, wait",
       },
       "Identify from this step",
     ),
@@ -238,13 +238,13 @@ function testButtons() {
     isFromCsv = false;
     tests.set(loop, { from: tested.from, to: tested.to });
     if (store.loop === loop) takeModel(identified);
-  }, "Step test: in manual mode until the process value rests, one step, until it rests again.");
+  }, "Step test: in manual mode until the process value has settled, one step, until it has settled again.");
   const relay = made(async (size) => {
     const tested = await ask({ do: "relay_test", amplitude: Math.abs(size) });
     await store.take(Promise.resolve(tested.state));
     if (store.loop === loop) takeRelay(tested);
   }, "Relay test: the manipulated value switches up and down until the process value swings evenly.");
-  const title = "Manual at the present value, wait for rest, one step, wait for rest, identify";
+  const title = "Manual at the present value, settle, one step, settle, identify";
   const aboutRelay = "Manual, and the manipulated value switches up and down by the size: the ultimate gain and period";
   return [
     element(
@@ -367,7 +367,7 @@ async function identify(fromCsv, part = {}) {
       : { run: part };
   if (!fromCsv && !store.isLive()) {
     refuse(
-      "There is no run yet. Run the loop in manual until the process value rests, then step the manual value and wait.",
+      "There is no run yet. Run the loop in manual until the process value has settled, then step the manual value and wait.",
     );
     return;
   }
@@ -720,7 +720,7 @@ function showRules(rows, chosen, place) {
 let showNext = () => {};
 
 /**
- * Apply, send, and the step that is predicted, one beside the other.
+ * Apply, and the step that is predicted, one beside the other.
  *
  * @param {import("tool/store.js").Work} loop
  * @param {string} rule
@@ -731,8 +731,7 @@ function nextRow(loop, rule, answer, isStep) {
   const { setpoint } = loop.description.roles;
   const [from, to] = [answer.predicted.setpoint[0], answer.predicted.setpoint.at(-1)];
   const next = [
-    { name: "Apply", title: "Into the fields", act: () => applyTuned(answer) },
-    { name: "Send", title: "To the block: they are in force from the next call on", act: () => store.send() },
+    { name: "Apply", title: "In force from the next cycle on; Undo takes them back", act: () => applyTuned(answer) },
   ];
   if (isStep && setpoint && to !== undefined && !wiredTo(loop, setpoint)) {
     const [shownStart, shownGoal] = [from, to].map((one) =>
@@ -740,7 +739,7 @@ function nextRow(loop, rule, answer, isStep) {
     );
     next.push({
       name: `Run the step to ${shownGoal}`,
-      title: `Automatic mode at rest at ${shownStart}, then setpoint ${shownGoal}, as fast as it goes until it rests`,
+      title: `Automatic mode, settled at ${shownStart}, then setpoint ${shownGoal}, as fast as it goes until it has settled`,
       act: () => runStep(setpoint, from, to),
     });
   }
@@ -748,11 +747,8 @@ function nextRow(loop, rule, answer, isStep) {
   showNext = () => {
     if (store.loop !== loop) return;
     const own = Object.entries(answer.values).map(([name, value]) => ({ one: loop.settings[name], value }));
-    const isIn = (/** @type {"value" | "sent"} */ which) =>
-      own.every(({ one, value }) => !one || same(one.variable.kind, one[which], value));
-    if (isIn("sent")) show(2, "in force");
-    else if (isIn("value")) show(1, "in the fields, not sent");
-    else show(0, "");
+    const isInForce = own.every(({ one, value }) => !one || same(one.variable.kind, one.sent, value));
+    show(isInForce ? 1 : 0, isInForce ? "in force" : "");
   };
   showNext();
   return row;
@@ -785,7 +781,7 @@ function applyTuned(answer) {
   if (typeof of === "object")
     notes().applied = { model: of, rule: notes().rule, values, closed_loop, sensitivity, gain_margin, phase_margin };
   store.edit(values);
-  tune();
+  store.send(Object.keys(values));
 }
 
 /**

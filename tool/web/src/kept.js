@@ -1,0 +1,74 @@
+/**
+ * The last sessions, which outlive their tab: in localStorage, for the page in a file too. The first page offers them. Each tab has one.
+ *
+ * @typedef {object} KeptSession
+ * @property {string} id
+ * @property {string} title the names of its loops
+ * @property {number} time when it was kept last, in milliseconds
+ * @property {string} content
+ */
+
+import { whereIsTheEngine } from "tool/engine.js";
+
+const KEY = "plcfmu-sessions";
+/** The session of this tab. */
+const OWN = "plcfmu-session";
+/** As many are kept, each of at most so many characters: a browser has room for some 5 million. */
+const MOST = 5;
+const LARGEST = 800_000;
+
+/** @returns {KeptSession[]} the latest first */
+export function keptSessions() {
+  try {
+    const kept = JSON.parse(localStorage.getItem(KEY) ?? "[]");
+    return Array.isArray(kept) ? kept : [];
+  } catch {
+    return [];
+  }
+}
+
+/** @param {KeptSession[]} kept the oldest are left out as long as there is no room for all */
+function write(kept) {
+  for (let count = Math.min(kept.length, MOST); count >= 0; count -= 1) {
+    try {
+      if (count === 0) localStorage.removeItem(KEY);
+      else localStorage.setItem(KEY, JSON.stringify(kept.slice(0, count)));
+      return;
+    } catch {
+      // It is full, or not there at all.
+    }
+  }
+}
+
+/**
+ * Keeps the session of this tab. Another server is another address: nothing that is kept there is found again.
+ *
+ * @param {string} title
+ * @param {string} content
+ */
+export function keepSession(title, content) {
+  if (whereIsTheEngine() !== "page" || content.length > LARGEST) return;
+  let id = sessionStorage.getItem(OWN);
+  if (!id) {
+    id = `${Date.now()}-${Math.random()}`;
+    sessionStorage.setItem(OWN, id);
+  }
+  const others = keptSessions().filter((one) => one.id !== id);
+  write([{ id, title, time: Date.now(), content }, ...others]);
+}
+
+/**
+ * Makes a kept session that of this tab; a reload takes it up.
+ *
+ * @param {KeptSession} session
+ * @param {string} key under which a tab has what a reload keeps
+ */
+export function takeUp({ id, content }, key) {
+  sessionStorage.setItem(OWN, id);
+  sessionStorage.setItem(key, content);
+}
+
+/** @param {string} [id] all without it */
+export function forget(id) {
+  write(id === undefined ? [] : keptSessions().filter((one) => one.id !== id));
+}
