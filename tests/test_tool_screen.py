@@ -75,11 +75,11 @@ CUT = """() => {
     });
   }
   const bar = document.querySelector("#curves .curves-bar").getBoundingClientRect();
-  for (const one of shown("#curves .signal")) {
-    const box = one.getBoundingClientRect();
-    const isApart = box.right <= bar.left || box.bottom <= bar.top + 1 || box.top >= bar.bottom - 1;
-    if (!isApart) found.push(`${told(one)} | bar`);
-  }
+  // The row of signals scrolls: what is beyond its edge is not seen.
+  const row = document.querySelector("#curves .readout");
+  const room = row.getBoundingClientRect();
+  if (!(room.right <= bar.left || room.bottom <= bar.top + 1) || !["auto", "scroll"].includes(getComputedStyle(row).overflowX))
+    found.push(`${told(row)} | bar`);
   const outside = (one, holder) => {
     const [box, room] = [one.getBoundingClientRect(), holder.getBoundingClientRect()];
     if (box.right > room.right + 1) found.push(told(one));
@@ -830,6 +830,35 @@ def test_a_run_as_fast_as_it_goes_that_never_rests_ends_and_says_so(open_tool):
     # Another Run goes on.
     page.get_by_role("button", name="Run", exact=True).click()
     page.locator("#run .status").get_by_text("40000 cycles").wait_for()
+
+
+PLACES = """() => Object.fromEntries(['#curves', '#curves .chart', '#run', '#panels', '#tabs', '#fields'].map(selector => {
+    const { left, top, width, height } = document.querySelector(selector).getBoundingClientRect();
+    return [selector, selector === '#fields' ? [left, top] : [left, top, width, height]];
+}))"""
+
+
+@pytest.mark.parametrize("example", ["Your own program", "Furnace with a continuous"])
+def test_nothing_jumps_when_a_tab_is_chosen_a_value_edited_or_a_curve_added(open_tool, example):
+    page = open_tool((1366, 768))
+    open_example(page, example)
+    page.locator("#glance dd").first.wait_for()
+    before = page.evaluate(PLACES)
+    for name in ("Diagram", "Plant", "Tune", "Runs", "Replay", "Log"):
+        show_tab(page, name)
+        assert page.evaluate(PLACES) == before, name
+    field = page.locator("#fields .field input.number, #fields .field input[type=text]").first
+    field.fill("55")
+    page.locator("#edited-count").get_by_text("not applied").wait_for()
+    assert page.evaluate(PLACES) == before
+    page.locator("#take-back").click()
+    adding = page.locator(".curves-bar select").last
+    curve = adding.locator("option").nth(1).get_attribute("value")
+    adding.select_option(curve)
+    page.locator(".readout .remove").last.wait_for()
+    assert page.evaluate(PLACES) == before
+    # What does not fit is scrolled to, and no row is higher than one.
+    assert box(page, "#curves .readout")["height"] <= 40
 
 
 # Words of the trade, and what stands for them nowhere in the page's own texts.
