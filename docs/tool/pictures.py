@@ -46,7 +46,7 @@ def run_for(page, seconds):
 
 
 def set_now(page, field, value):
-    """Types a value into a field of the run bar and sends it."""
+    """Types a value into a field of the run bar and applies it."""
     page.locator(field).fill(str(value))
     page.locator(field).press("Enter")
 
@@ -62,38 +62,36 @@ def session(page):
     page.get_by_role("button", name="TIC105", exact=True).wait_for()
     yield "open"
     page.get_by_role("button", name="TIC105", exact=True).click()
-    plant = page.locator("#plant")
-    for label, value in (("Gain", "0.5"), ("Time constant", "60"), ("Dead time", "5")):
-        plant.get_by_label(label).fill(value)
-    plant.get_by_role("button", name="Use this plant").click()
-    plant.get_by_text("goes to").first.wait_for()
+    page.locator("#plant-choice").select_option("HEATER")
+    page.locator("#plant").get_by_text("goes to").first.wait_for()
     dead_band = page.locator("#parameters").get_by_label("DEADB_W", exact=True)
     dead_band.fill("0")
     show_tab(page, "Diagram")
     yield "edit"
     dead_band.press("Enter")
-    manual = page.locator("#run").get_by_role("checkbox", name="Manual")
-    manual.check()
-    run_for(page, 700)
-    set_now(page, "#manual-value", 60)
-    run_for(page, 600)
+    # At its setpoint, which is where a step test begins.
+    run_for(page, 1500)
     show_tab(page, "Tune")
     page.locator("#split").focus()
     for _ in range(8):
         page.keyboard.press("ArrowUp")
-    page.locator("#tune").get_by_role("button", name="Identify from this step").click()
+    page.locator("#step-test").click()
     page.locator("#tune .fit").get_by_text("fit").wait_for()
     page.wait_for_function("() => document.querySelectorAll('#tune .rules tbody tr').length === 9")
     page.locator("#tune .what").get_by_text("Rules").evaluate("one => one.parentElement.scrollIntoView()")
     yield "tune"
+    page.wait_for_function("() => document.querySelectorAll('.bode canvas').length === 2")
+    page.locator(".bode").evaluate("one => one.scrollIntoView()")
+    yield "bode"
     page.locator("#split").dblclick()
     page.locator("#tune").get_by_role("button", name="Apply").first.click()
-    page.keyboard.press("Control+Enter")
-    set_now(page, "#setpoint", 35)
-    manual.uncheck()
-    run_for(page, 300)
+    page.locator("#tune p.row").get_by_text("in force", exact=True).wait_for()
+    page.locator("#tune-to").fill("60")
+    page.get_by_role("button", name="Run the step to 60").click()
+    page.locator("#run .status").get_by_text("settled").wait_for()
     show_tab(page, "Runs")
-    page.wait_for_function("() => document.querySelectorAll('#glance > div').length > 2")
+    # The metrics are those of the step.
+    page.locator("#runs tbody").get_by_text("40 to 60").wait_for()
     yield "run"
     page.locator("#away-button").click()
     yield "take"

@@ -1,6 +1,7 @@
 //! Bars from a middle to both sides, one below the other: a tornado chart.
 
 use crate::field::{Axis, Field, Label, ROW, Shape, Style};
+use crate::palette;
 use crate::scale::Scale;
 use crate::svg::Pixels;
 use std::fmt::Write;
@@ -55,7 +56,7 @@ pub fn tornado(
             write!(path, "M{zero} {}H{}V{}H{zero}z", Pixels(top), Pixels(field.x(end)), Pixels(bottom))?;
         }
     }
-    let looks = [("level-1", "#0072b2"), ("level-7", "#d55e00")];
+    let looks = [("level-1", palette::PROCESS_VALUE), ("level-7", palette::MANIPULATED_VALUE)];
     let mut shapes = Vec::new();
     let (mut labels, mut x) = (Vec::new(), left);
     for ((path, (class, color)), name) in paths.into_iter().zip(looks).zip(halves) {
@@ -65,7 +66,7 @@ pub fn tornado(
         x += 18.0 + name.chars().count() as f64 * LETTER + 20.0;
     }
     let path = format!("M{zero} {}V{}", Pixels(field.top), Pixels(field.y(0.0)));
-    shapes.push(Shape { class: "curve-7".into(), color: "#000000", path, style: Style::Line(1.2) });
+    shapes.push(Shape { class: "curve-7".into(), color: palette::INK, path, style: Style::Line(1.2) });
     field.svg(&shapes, &labels).map(Some)
 }
 

@@ -1,6 +1,7 @@
 //! How often a number has which value: bars of a round width, and marks.
 
 use crate::field::{Axis, Field, LEFT, Label, ROW, Shape, Style, WIDTH};
+use crate::palette;
 use crate::scale::{Scale, is_drawn, round_step};
 use crate::svg::Pixels;
 use modeldescription::units;
@@ -67,11 +68,12 @@ pub fn svg(title: &str, label: &str, sorted: &[f64], marks: &[Mark]) -> anyhow::
         let (left, right) = (field.x(begin) + 0.5, field.x(begin + width) - 0.5);
         write!(path, "M{} {bottom}V{}H{}V{bottom}Z", Pixels(left), Pixels(field.y(*count as f64)), Pixels(right))?;
     }
-    let mut shapes = vec![Shape { class: "curve-1".into(), color: "#0072b2", path, style: Style::Area(0.6) }];
+    let mut shapes =
+        vec![Shape { class: "curve-1".into(), color: palette::PROCESS_VALUE, path, style: Style::Area(0.6) }];
     let mut labels = Vec::new();
     for (row, mark) in marks.iter().enumerate() {
         let x = field.x(mark.at);
-        let of = if mark.is_limit { ("curve-7", "#000000") } else { ("curve-2", "#d55e00") };
+        let of = if mark.is_limit { ("curve-7", palette::INK) } else { ("curve-2", palette::MANIPULATED_VALUE) };
         let y = top - 6.0 - (marks.len() - 1 - row) as f64 * ROW;
         let path = format!("M{} {}V{bottom}", Pixels(x), Pixels(y + 3.0));
         shapes.push(Shape { class: of.0.into(), color: of.1, path, style: Style::Dashed(1.6) });

@@ -5,6 +5,7 @@ pub mod diagram;
 pub mod escape;
 pub mod field;
 pub mod histogram;
+pub mod palette;
 #[cfg(feature = "png")]
 pub mod picture;
 pub mod plot;

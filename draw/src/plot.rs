@@ -4,6 +4,7 @@
 //! Drawn here and not by `plotters`, which rounds to whole pixels, writes every dash as an element of its own, and gives
 //! curves no class by which a page could recolour them in dark mode.
 
+use crate::palette;
 use crate::scale::{Scale, is_drawn, tick_label};
 use crate::svg::Pixels;
 use anyhow::bail;
@@ -28,9 +29,16 @@ const LANE: f64 = 15.0;
 const LANE_GAP: f64 = 21.0;
 const BOTTOM: f64 = 42.0;
 
-/// Colours that people with a colour vision deficiency can tell apart (Okabe and Ito), but for yellow, which is too pale
-/// on white; orange and sky blue are darker than theirs, so that each has a contrast of 3 to white.
-const COLORS: &[&str] = &["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b87d00", "#3d94cc", "#000000"];
+/// The colours of curves, in this order.
+const COLORS: [&str; 7] = [
+    palette::PROCESS_VALUE,
+    palette::MANIPULATED_VALUE,
+    palette::color("curve-3"),
+    palette::color("curve-4"),
+    palette::color("curve-5"),
+    palette::color("curve-6"),
+    palette::INK,
+];
 
 /// How many colours there are; from this number on lines are dotted.
 pub const COLOR_COUNT: usize = COLORS.len();

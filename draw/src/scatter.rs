@@ -1,6 +1,7 @@
 //! Numbers over one or two others: points with the colour of their value, or cells.
 
 use crate::field::{Axis, Field, LEFT, Label, RIGHT, Shape, Style, WIDTH, pitch};
+use crate::palette;
 use crate::scale::{Scale, is_drawn};
 use crate::svg::Pixels;
 use modeldescription::digits::short;
@@ -30,7 +31,15 @@ const POINT: f64 = 0.01;
 const MOST_TICKS: usize = 8;
 
 /// From the best to the worst: from blue to vermilion, which people with a colour vision deficiency can tell apart.
-const LEVELS: [&str; 7] = ["#0072b2", "#3c82ac", "#7292a5", "#a0a0a0", "#b28b6e", "#c4753d", "#d55e00"];
+const LEVELS: [&str; 7] = [
+    palette::PROCESS_VALUE,
+    palette::color("level-2"),
+    palette::color("level-3"),
+    palette::color("level-4"),
+    palette::color("level-5"),
+    palette::color("level-6"),
+    palette::MANIPULATED_VALUE,
+];
 
 /// What a scatter plot shows.
 #[derive(Clone, Debug)]

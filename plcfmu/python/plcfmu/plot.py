@@ -15,6 +15,7 @@ import contextlib
 import itertools
 import math
 import pathlib
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
 
@@ -29,22 +30,33 @@ if TYPE_CHECKING:
 
     from .result import Result
 
+# The colours of curves, as the charts and pages of this project have them.
+PALETTE = (pathlib.Path(__file__).parent / "palette.css").read_text(encoding="utf-8")
+
+
+def color(number: int) -> str:
+    """The colour of a curve on light paper, from 1."""
+    found = re.search(rf"--curve-{number}-light: (#\w+);", PALETTE)
+    assert found, number
+    return found[1]
+
+
 # How the signals of a loop are drawn: arguments of matplotlib's plot(). The colours are those of Okabe and Ito, which
 # people with any kind of colour blindness can tell apart; two are darker here, to be seen on white. The charts of the FMUs' pages
 # have the same for the parts of LMN.
 SETPOINT: dict[str, Any] = {"color": "#333333", "linestyle": (0, (4, 2)), "linewidth": 1.1}
-PROCESS_VALUE: dict[str, Any] = {"color": "#0072b2", "linewidth": 1.6}
-MANIPULATED: dict[str, Any] = {"color": "#d55e00", "linewidth": 1.4}
-P_PART: dict[str, Any] = {"color": "#cc79a7", "linewidth": 1.2}
-I_PART: dict[str, Any] = {"color": "#009e73", "linewidth": 1.2}
-D_PART: dict[str, Any] = {"color": "#b87d00", "linewidth": 1.2}
+PROCESS_VALUE: dict[str, Any] = {"color": color(1), "linewidth": 1.6}
+MANIPULATED: dict[str, Any] = {"color": color(2), "linewidth": 1.4}
+P_PART: dict[str, Any] = {"color": color(4), "linewidth": 1.2}
+I_PART: dict[str, Any] = {"color": color(3), "linewidth": 1.2}
+D_PART: dict[str, Any] = {"color": color(5), "linewidth": 1.2}
 # What the signal is compared with, such as the same loop with other settings.
 COMPARED: dict[str, Any] = {"color": "#8c8c8c", "linewidth": 1.2}
 
 # How pulses are drawn: arguments of pulses() and fill_between(). The second one is for the pulses that act against the
 # first: cooling against heating, closing against opening.
 PULSE: dict[str, Any] = {"color": MANIPULATED["color"], "linewidth": 0.3}
-OPPOSITE_PULSE: dict[str, Any] = {"color": "#3d94cc", "linewidth": 0.3}
+OPPOSITE_PULSE: dict[str, Any] = {"color": color(6), "linewidth": 0.3}
 
 # How spans of time are shaded: arguments of mark().
 SPAN: dict[str, Any] = {"color": "#f6eedb", "linewidth": 0}

@@ -23,6 +23,9 @@ pub type Sources = BTreeMap<String, String>;
 /// Those that this program was built with.
 const EMBEDDED: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/web.rs"));
 
+/// The colours of curves, which the page shares with all charts.
+const PALETTE: (&str, &str) = ("palette.css", draw::palette::STYLE);
+
 /// How many digits a character of packed data may be.
 const BASE: usize = 93;
 
@@ -50,7 +53,7 @@ pub struct Content<'a> {
 
 /// The files of `web` that this program was built with.
 pub fn embedded() -> Sources {
-    EMBEDDED.iter().map(|(path, text)| (path.to_string(), text.to_string())).collect()
+    EMBEDDED.iter().chain([&PALETTE]).map(|(path, text)| (path.to_string(), text.to_string())).collect()
 }
 
 /// The files of a folder `web`.
@@ -58,7 +61,7 @@ pub fn embedded() -> Sources {
 /// # Errors
 /// One of them cannot be read.
 pub fn read(folder: &Path) -> Result<Sources> {
-    let mut sources = Sources::new();
+    let mut sources = Sources::from([(PALETTE.0.to_string(), PALETTE.1.to_string())]);
     for part in ["", "src", "vendor"] {
         let folder = folder.join(part);
         for entry in fs::read_dir(&folder).with_context(|| folder.display().to_string())? {

@@ -30,12 +30,10 @@ import { element, fill } from "tool/dom.js";
 /** The font of axes and labels. */
 export const FONT = "11px system-ui, 'Segoe UI', Helvetica, Arial, sans-serif";
 
-/** Setpoint, process value, manipulated value; then curves of choice. Dark enough that thin lines can be told from the paper. */
-const LIGHT = ["#5b6675", "#1565c0", "#c85000", "#a34d82", "#8a6100", "#5a3fa6", "#4b5563", "#a11d33"];
-const DARK = ["#a9b4c2", "#5aa9f5", "#f08a3c", "#e08fc0", "#e6b13c", "#b3a1f5", "#c3cad6", "#ff8f98"];
+/** Setpoint, process value, manipulated value; then curves of choice. By their names in the palette. */
+const CURVES = ["setpoint", "curve-1", "curve-2", ...[1, 2, 3, 4, 5].map((one) => `choice-${one}`)];
 /** Runs that are compared. */
-const RUNS_LIGHT = ["#7b4fb5", "#00785a", "#a34d82", "#8a6100", "#a11d33"];
-const RUNS_DARK = ["#b9a0f0", "#3fc79f", "#e08fc0", "#e6b13c", "#ff8f98"];
+const RUNS = ["run-1", "run-2", "choice-1", "choice-2", "choice-5"];
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
@@ -55,11 +53,14 @@ export function paperTheme() {
   return { ...palette(false), ...ON_PAPER };
 }
 
-/** @param {boolean} isDark */
+/** The palette is one file, which all that draws reads. @param {boolean} isDark */
 function palette(isDark) {
+  const style = getComputedStyle(document.documentElement);
+  const colour = (/** @type {string} */ name) =>
+    style.getPropertyValue(`--${name}-${isDark ? "dark" : "light"}`).trim();
   return {
-    curves: isDark ? DARK : LIGHT,
-    runs: isDark ? RUNS_DARK : RUNS_LIGHT,
+    curves: CURVES.map(colour),
+    runs: RUNS.map(colour),
     grid: isDark ? "#262d38" : "#e9ecf0",
     mark: isDark ? "#4a5566" : "#c2c9d3",
   };
@@ -313,6 +314,8 @@ export function draw(within, drawing) {
         height: drawing.height ?? 170,
         legend: { show: false },
         cursor: { show: false },
+        // A slope is a line, and no stairs of pixels.
+        pxAlign: 0,
         scales: {
           x: drawing.isLogarithmic ? { time: false, distr: 3, range: (_, low, high) => [low, high] } : { time: false },
           ...Object.fromEntries(sides.map((side) => [side, { range: ranged(unit(side)) }])),

@@ -160,5 +160,5 @@ export function settingsTable(loop, answer) {
  * @param {string} [unit]
  */
 function number(value, unit = "") {
-  return value === null || value === undefined ? "–" : `${rounded(value, "LREAL", 4)}${unit}`;
+  return value === null || value === undefined ? "–" : `${rounded(value, "LREAL", 3)}${unit}`;
 }

@@ -362,7 +362,7 @@ async function reset() {
 /** @param {Speed} next */
 function setSpeed(next) {
   speed = next;
-  duration.placeholder = next === Infinity ? "rest" : "–";
+  duration.placeholder = next === Infinity ? "auto" : "–";
   for (const [factor, button] of speeds) attribute(button, "aria-pressed", String(factor === next));
   if (running) startClock();
   showStatus();

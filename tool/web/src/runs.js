@@ -149,7 +149,7 @@ export function againButtons() {
 /** Makes an earlier run again. @param {Kept} kept */
 function bitsButton({ run, name }) {
   const onclick = tried(() => store.repeat("same_bits", run));
-  const button = element("button", { type: "button", class: "plain", onclick }, "Repeat exactly");
+  const button = element("button", { type: "button", class: "plain", onclick }, "Repeat");
   attributeOf(button, `Repeat ${name} exactly`);
   return button;
 }
