@@ -438,6 +438,27 @@ def test_the_curves_can_be_read_by_keys(tool):
     assert made(tool) == 40
 
 
+def test_values_are_those_of_now_once_the_pointer_has_left_the_curves(tool):
+    run_calls(tool, 30)
+    now = readout(tool)
+    over = tool.locator("#curves .u-over").bounding_box()
+    tool.mouse.move(over["x"] + over["width"] * 0.3, over["y"] + over["height"] / 2)
+    tool.locator("#curves .readout").get_by_text(re.compile(r"at [\d.]+ s")).wait_for()
+    tool.locator("#run-go").hover()
+    tool.locator("#curves .readout").get_by_text(re.compile(r"at [\d.]+ s")).wait_for(state="detached")
+    assert readout(tool) == now
+
+
+@pytest.mark.parametrize(("block", "plant"), [("CONT_C", "TANK"), ("CONT_S", "VALVE"), ("HLG", "DRIVE")])
+def test_a_step_test_is_offered_to_a_loop_that_can_make_one_and_to_no_other(open_tool, block, plant):
+    page = open_tool()
+    new_loop(page, "LOOP", block)
+    page.locator(".no-run").get_by_role("button", name=plant).click()
+    page.locator(".no-run").get_by_text("Ready: run the loop").wait_for()
+    has_button = page.get_by_role("button", name="Make a step test").count() == 1
+    assert has_button == ("step test" in page.locator(".no-run p").inner_text()) == (block == "CONT_C")
+
+
 def test_dragging_zooms_and_a_double_click_follows_again(tool):
     run_calls(tool, 60)
     follow = tool.get_by_role("button", name="Follow")

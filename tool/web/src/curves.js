@@ -367,6 +367,7 @@ function make() {
   // Above the lanes.
   legend.style.bottom = `${44 + 18 * curves.filter((curve) => curve.isSwitch && isShown(curve)).length}px`;
   ({ plot, base } = makePlot(sheet, size, curves.filter(isShown), parts));
+  plot.over.addEventListener("mouseleave", leave);
   plot.over.addEventListener("dblclick", () => follow(notes()?.window ?? 0));
   show();
 }
@@ -385,6 +386,7 @@ function hooks() {
       (self) => {
         if (isPlacing || !self.over.matches(":hover")) return;
         const { left, idx } = self.cursor;
+        isPointed = true;
         cursor = left === undefined || left < 0 || idx === null || idx === undefined ? undefined : view.times[idx];
         showValues();
       },
@@ -393,6 +395,15 @@ function hooks() {
 }
 
 let isPlacing = false;
+/** Whether the cursor is where the pointer is: it goes with it. */
+let isPointed = false;
+
+function leave() {
+  if (!isPointed) return;
+  isPointed = false;
+  cursor = undefined;
+  showValues();
+}
 
 /**
  * A name that fits beside the curves: without the blocks inside the controller.
@@ -496,6 +507,7 @@ function move(by) {
 function moveTo(time) {
   if (time === undefined) return;
   cursor = time;
+  isPointed = false;
   placeCursor();
   showValues();
   text(spoken, spokenValues());
@@ -727,10 +739,10 @@ function showNothing() {
   const key = `${loop?.id} ${isEmpty} ${hasPlant}`;
   if (!loop || !isEmpty || nothing.dataset.key === key) return;
   nothing.dataset.key = key;
-  const words = hasPlant
-    ? "Ready: run the loop, or make a step test to tune it."
-    : "No plant is connected yet. Choose one:";
-  fill(nothing, element("p", {}, words), hasPlant ? stepTest(loop) : plants(loop));
+  const test = stepTest(loop);
+  const ready = test ? "Ready: run the loop, or make a step test to tune it." : "Ready: run the loop.";
+  const words = hasPlant ? ready : "No plant is connected yet. Choose one:";
+  fill(nothing, element("p", {}, words), hasPlant ? test : plants(loop));
 }
 
 /** The test that tunes the loop, in one click. @param {import("tool/store.js").Work} loop */
