@@ -150,9 +150,9 @@ def test_a_file_of_forty_loops_becomes_a_table_with_block_cycle_and_warnings(pag
     while True:
         for line in page.locator("table.loops tbody tr").all():
             shown.append([cell.strip() for cell in line.locator("td").all_inner_texts()])
-        if not page.get_by_role("button", name="Later").is_enabled():
+        if not page.get_by_role("button", name="Next").is_enabled():
             break
-        page.get_by_role("button", name="Later").click()
+        page.get_by_role("button", name="Next").click()
     names = [loop["name"] for loop in read["loops"]]
     # A title stands below the name.
     assert [line[0].split("\n")[0] for line in shown] == names
@@ -379,7 +379,7 @@ def test_an_edited_value_is_marked_until_enter_sends_it(page):
     new_loop(page, "CONT_C")
     assert tag(page, "GAIN") == "start"
     write(page, "GAIN", "3,1")
-    assert tag(page, "GAIN") == "not applied"
+    assert tag(page, "GAIN") == "edited"
     assert in_force(page, "GAIN") == 2
     assert page.locator("#edited-count").inner_text() == "1 edited, not applied"
     field(page, "GAIN").press("Enter")
@@ -586,7 +586,7 @@ def test_the_comparison_shows_what_differs_from_the_file(page):
     assert [[cell.strip() for cell in line] for line in rows] == [["GAIN", "4", "5", "5"], ["TI", "30", "40", "30"]]
     page.get_by_role("button", name="Restore 4 in GAIN").click()
     assert field(page, "GAIN").input_value() == "4"
-    assert tag(page, "GAIN") == "not applied"
+    assert tag(page, "GAIN") == "edited"
     page.keyboard.press("Escape")
     assert page.locator("#compare").is_hidden()
 

@@ -46,7 +46,7 @@ def test_a_reload_keeps_loops_values_edits_and_the_run(page):  # noqa: F811
     assert after["values"] == before["values"]
     assert page.locator("#what strong").inner_text() == "B"
     assert (field(page, "GAIN").input_value(), tag(page, "GAIN")) == ("7", "changed")
-    assert (field(page, "TI").input_value(), tag(page, "TI")) == ("44", "not applied")
+    assert (field(page, "TI").input_value(), tag(page, "TI")) == ("44", "edited")
     assert field(page, "LMN_HLM").input_value() == "x"
     assert loop_names(page) == ["A", "B"]
     page.get_by_role("button", name="A", exact=True).click()

@@ -67,6 +67,7 @@ def session(page):
     dead_band = page.locator("#parameters").get_by_label("DEADB_W", exact=True)
     dead_band.fill("0")
     show_tab(page, "Diagram")
+    dead_band.evaluate("one => one.closest('.field').scrollIntoView({ block: 'center' })")
     yield "edit"
     dead_band.press("Enter")
     # At its setpoint, which is where a step test begins.

@@ -366,9 +366,9 @@ function showRows(list, search) {
       element(
         "p",
         { class: "row pages" },
-        pageButton(list, search, "Earlier", -1, page > 0),
+        pageButton(list, search, "Previous", -1, page > 0),
         element("span", {}, `${from + 1} to ${from + shown.length} of ${found.length}`),
-        pageButton(list, search, "Later", 1, page < pages - 1),
+        pageButton(list, search, "Next", 1, page < pages - 1),
       ),
     all.length > 0 && found.length === 0 && element("p", { class: "faint" }, "No loop has this name or block."),
   );
@@ -436,7 +436,9 @@ function summaryOf(row) {
   const changed = settings.filter((one) => source(one) === "changed").length;
   const edited = settings.filter(isEdited).length;
   const warnings = row.warnings > 0 ? `! ${row.warnings}` : "";
-  const state = [warnings, changed > 0 && `${changed} changed`, edited > 0 && "not applied"].filter(Boolean).join(", ");
+  // One line, so that nothing below moves when a value is edited.
+  const changes = edited > 0 ? `${edited} edited` : changed > 0 && `${changed} changed`;
+  const state = [warnings, changes].filter(Boolean).join(", ");
   return {
     state,
     warnings,

@@ -365,7 +365,7 @@ function showField(name, isForced = false) {
   if (isBoolean(kind)) row.input.disabled = wire !== undefined;
   const edited = isEdited(setting);
   row.row.classList.toggle("is-edited", edited);
-  const from = wire ? "wired" : edited ? "not applied" : source(setting);
+  const from = wire ? "wired" : edited ? "edited" : source(setting);
   row.row.dataset.source = wire ? "wired" : source(setting);
   text(row.tag, from);
   text(row.grey, greyOf(loop, setting, value, wire));
@@ -513,5 +513,5 @@ function showStructure() {
   const from = ["changed", "file"].find((what) => settings.some((one) => source(one) === what)) ?? "start";
   row?.classList.toggle("is-edited", edited);
   if (row instanceof HTMLElement) row.dataset.source = from;
-  text(byId("structure-tag"), edited ? "not applied" : from);
+  text(byId("structure-tag"), edited ? "edited" : from);
 }
