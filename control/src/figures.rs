@@ -382,7 +382,9 @@ impl<'a> Window<'a> {
             (None, Some(step)) => step.calls.clone(),
             (None, None) => signals.first_call(end)..end,
         };
-        let disturbance = events.iter().rposition(|event| !event.is_step() && is_inside(&event));
+        // In its first call a disturbance has not yet had any effect.
+        let has_effect = |event: &Event| !event.is_step() && is_inside(&event) && event.calls.len() > 1;
+        let disturbance = events.iter().rposition(has_effect);
         Window::new(signals, calls, step, disturbance.map(|at| events.split_at(at)), span.step)
     }
 

@@ -354,14 +354,12 @@ pub fn text(report: &Report) -> Result<String> {
             worst.map_or_else(|| "-".into(), u64::to_string),
         ]);
     }
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..6).map(width).collect();
-    for row in &rows {
-        let _ = write!(text, "  {:<1$}", row[0], widths[0]);
-        for (column, cell) in row.iter().enumerate().skip(1) {
-            let _ = write!(text, "  {cell:>0$}", widths[column]);
-        }
-        text.push('\n');
+    write_table(&mut text, &rows);
+    let intervals = intervals(report);
+    if !intervals.is_empty() {
+        let head = ["with 95 % confidence", "5 %", "median", "95 %"].map(str::to_string);
+        let rows = intervals.into_iter().map(|(figure, [low, middle, high])| [figure, low, middle, high]);
+        write_table(&mut text, &[head].into_iter().chain(rows).collect::<Vec<_>>());
     }
     for column in 0..summary.figures.len() {
         for sentence in absent_texts(report, column)? {
@@ -393,6 +391,19 @@ pub fn text(report: &Report) -> Result<String> {
         }
     }
     Ok(printable(&text))
+}
+
+/// Writes rows of cells, the first column to the left, the others to the right.
+fn write_table<const N: usize>(text: &mut String, rows: &[[String; N]]) {
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: [usize; N] = std::array::from_fn(width);
+    for row in rows {
+        let _ = write!(text, "  {:<1$}", row[0], widths[0]);
+        for (cell, width) in row.iter().zip(widths).skip(1) {
+            let _ = write!(text, "  {cell:>width$}");
+        }
+        text.push('\n');
+    }
 }
 
 /// A value of a figure in a table: with the digits that its spread tells, and six at most.
@@ -638,7 +649,7 @@ struct Page<'a> {
     /// Variables with limits, and the shares of runs within them.
     yields: Vec<(String, String)>,
     /// Of each figure the intervals of the percentiles 5, 50 and 95.
-    intervals: Vec<(String, Vec<String>)>,
+    intervals: Vec<(String, [String; 3])>,
     /// Whether the shares have intervals.
     is_independent: bool,
     /// The axes with Sobol's indices, and of each figure the indices of each.
@@ -751,7 +762,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         sampling: has_samples.then(|| format!("{} samples {sampling}, seed {}.", study.samples, study.seed)),
         percents: PERCENTS.iter().map(|percent| format!("{percent} %")).collect(),
         yields: report.yields()?.iter().map(|of| (printable(&of.of), of.text())).collect(),
-        intervals: intervals(report),
+        intervals: intervals(report).into_iter().map(|(figure, cells)| (seen(&figure), cells)).collect(),
         is_independent: report.job.study.is_independent(),
         index_names: index_names.into_iter().map(|(name, _)| printable(&name)).collect(),
         indices: indices(report)?,
@@ -765,10 +776,10 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
 }
 
 /// Of each figure the intervals of the percentiles 5, 50 and 95.
-fn intervals(report: &Report) -> Vec<(String, Vec<String>)> {
+fn intervals(report: &Report) -> Vec<(String, [String; 3])> {
     let row = |of: &Distribution| {
         let cells = interval_cells(of).map(|cell| cell.unwrap_or_else(|| "too few runs".into()));
-        (seen(&pictures::axis(&of.figure)), cells.to_vec())
+        (pictures::axis(&of.figure), cells)
     };
     let figures = report.summary.figures.iter().filter(|of| of.count > 0);
     if report.job.study.is_independent() { figures.map(row).collect() } else { Vec::new() }

@@ -206,6 +206,12 @@ fn the_window_of_a_step_ends_at_the_disturbance_which_has_figures_of_its_own() {
     let span = Span { step: Some((0.0, 10.0)), ..Span::default() };
     let figures = Window::of(disturbed(&times, &[10.0; 12], &by), &span);
     assert_eq!((figures.get("settling"), figures.get("recovery")), (Some(4.0), Some(3.0)));
+    // A window that ends in the first call of a disturbance says nothing of it.
+    let figures = Window::of(disturbed(&times, &setpoint, &by), &Span { to: Some(6.0), ..Span::default() });
+    assert_eq!(
+        (figures.get("settling"), figures.get("recovery"), figures.get("disturbed_peak")),
+        (Some(3.0), None, None)
+    );
 }
 
 #[test]
