@@ -19,6 +19,8 @@ mod least_squares;
 mod methods;
 mod step;
 
+pub use step::{means_of_pulses, resolution};
+
 use crate::csv::names::{MANIPULATED_VALUES, PROCESS_VALUES};
 use crate::csv::{Column, Table};
 use crate::process::Process;

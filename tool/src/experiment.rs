@@ -10,7 +10,7 @@ use crate::message::{State, Values};
 use crate::session::{MOST_CALLS, Session};
 use crate::signals::{self, Signals};
 use anyhow::{Context, Result, bail, ensure};
-use control::identify::{self, Data, Identified, Method, Model};
+use control::identify::{self, Data, Identified, Method, Model, means_of_pulses, resolution};
 use run::fmus::number_of;
 use run::system::Value;
 use serde::{Deserialize, Serialize};
@@ -33,6 +33,10 @@ const CROSSINGS: usize = 4;
 const GROWN: f64 = 1.01;
 /// It has moved if it is this many times the noise away.
 const MOVED: f64 = 8.0;
+/// And this many times its smallest change.
+const COUNTS: f64 = 5.0;
+/// The calls of a pulse period before there are pulses: longer than usual ones.
+const UNKNOWN_PERIOD: usize = 100;
 
 /// A step of the manual value.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
@@ -227,12 +231,17 @@ fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, 
     } else {
         bench.settle(REST, |_| true)?;
     }
-    let before = bench.process_value()?;
-    let (level, noise) = (mean(&before[before.len() * 2 / 3..]), noise(&before));
+    let before = bench.sampled(bench.from)?;
+    let before = &before[before.len() * 2 / 3..];
+    let (level, noise) = (mean(before), noise(before));
     let step = bench.next_time()?;
     let size = if !bench.is_within(size)? && bench.is_within(-size)? { -size } else { size };
     bench.put(bench.manual + size)?;
-    let has_moved = |values: &[f64]| (mean(&values[values.len() * 2 / 3..]) - level).abs() > MOVED * noise + 1e-9;
+    // An analog word that has moved by a count has hardly begun to answer.
+    let has_moved = |values: &[f64]| {
+        let least = (MOVED * noise).max(COUNTS * resolution(values));
+        (mean(&values[values.len() * 2 / 3..]) - level).abs() > least + 1e-9
+    };
     if request.is_integrating {
         let mut waited = 0;
         while !bench.process_value_from(step)?.last().is_some_and(|last| (last - level).abs() > 5.0 * MOVED * noise) {
@@ -288,6 +297,8 @@ struct Bench<'a> {
     manual: f64,
     /// From when on it is held, in seconds.
     from: f64,
+    /// The calls of a pulse period, in which the controller may take one process value only; 1 without pulses.
+    every: usize,
 }
 
 impl<'a> Bench<'a> {
@@ -322,18 +333,33 @@ impl<'a> Bench<'a> {
             output: 0.0,
             manual: 0.0,
             from: 0.0,
+            every: 1,
         };
         let record = bench.session.record(None)?;
         // What was set since the last call, such as the manual value, counts.
         if record.calls() == 0 || record.done().last().is_some_and(|done| done.call == record.calls()) {
             bench.run(1)?;
         }
-        let target = bench.value(&output)?;
+        // Between two cycles pulses are on or off: the actuator is at their mean.
+        let pulses = bench.signals(0.0)?;
+        let means = means_of_pulses(&pulses.times, &pulses.manipulated_value).filter(|_| !pulses.pulses.is_empty());
+        let target = match means.as_ref().and_then(|(means, _)| means.last()) {
+            Some(mean) => *mean,
+            None => bench.value(&output)?,
+        };
         bench.from = bench.next_time()?;
         bench.session.send(&Values::from([(bench.switch_name.clone(), Value::Boolean(true))]))?;
         // What the block does to the manual value is a straight line: a factor and an offset.
         let mut tried: Option<(f64, f64)> = None;
         (bench.output, bench.manual) = (target, target);
+        if !pulses.pulses.is_empty() {
+            bench.every = UNKNOWN_PERIOD;
+        }
+        if let Some((_, period)) = means {
+            bench.every = ((period / bench.session.record(None)?.step()).round() as usize).max(1);
+            bench.put(target)?;
+            return Ok(bench);
+        }
         for _ in 0..3 {
             bench.put(bench.manual)?;
             bench.run(1)?;
@@ -434,20 +460,26 @@ impl<'a> Bench<'a> {
         Ok(self.signals(from)?.process_value)
     }
 
+    /// A process value of each pulse period.
+    fn sampled(&self, from: f64) -> Result<Vec<f64>> {
+        Ok(self.process_value_from(from)?.into_iter().step_by(self.every).collect())
+    }
+
     /// Makes calls until the process value rests, and has done what `is_done` asks for.
     fn settle(&mut self, part: f64, is_done: impl Fn(&[f64]) -> bool) -> Result<()> {
         let from = self.next_time()?;
-        let mut calls = FIRST;
+        let first = FIRST * self.every;
+        let mut calls = first;
         let mut made = 0;
         loop {
             self.run(calls)?;
             made += calls;
-            let values = self.process_value_from(from)?;
+            let values = self.sampled(from)?;
             if is_done(&values) && is_at_rest(&values, part) {
                 return Ok(());
             }
             self.check_patience(made, "it does not come to rest, or the step does not move it: choose a larger step")?;
-            calls = (made / 10).max(FIRST);
+            calls = (made / 10).max(first);
         }
     }
 

@@ -467,7 +467,7 @@ const PULSES: usize = 8;
 
 /// If a signal consists of pulses, of at most three levels: its means over the periods, each from the beginning of a pulse to
 /// that of the next one, and the usual period.
-fn means_of_pulses(times: &[f64], input: &[f64]) -> Option<(Vec<f64>, f64)> {
+pub fn means_of_pulses(times: &[f64], input: &[f64]) -> Option<(Vec<f64>, f64)> {
     let mut levels: Vec<f64> = Vec::new();
     for value in input {
         if !levels.contains(value) {
@@ -496,6 +496,11 @@ fn means_of_pulses(times: &[f64], input: &[f64]) -> Option<(Vec<f64>, f64)> {
         let mean = input[*begin..end].iter().sum::<f64>() / (end - begin) as f64;
         let value = if is_cut_off { means[begin - 1] } else { mean };
         means[*begin..end].fill(value);
+    }
+    // A record that begins within a period has the rest of it only, unless it begins with a pause.
+    if times[begins[0]] - times[0] <= 1.5 * period {
+        let first = means[begins[0]];
+        means[..begins[0]].fill(first);
     }
     Some((means, period))
 }
@@ -534,8 +539,8 @@ fn median(values: &mut [f64]) -> f64 {
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// The smallest change from sample to sample.
-fn resolution(values: &[f64]) -> f64 {
+/// The smallest change from sample to sample; 0 if none changes.
+pub fn resolution(values: &[f64]) -> f64 {
     let changes = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|change| *change > 0.0);
     let smallest = changes.fold(f64::INFINITY, f64::min);
     if smallest.is_finite() { smallest } else { 0.0 }
