@@ -356,10 +356,13 @@ pub fn text(report: &Report) -> Result<String> {
     }
     write_table(&mut text, &rows);
     let intervals = intervals(report);
-    if !intervals.is_empty() {
+    let has_one = |cells: &[String; 3]| cells.iter().any(|cell| cell != TOO_FEW);
+    if intervals.iter().any(|(_, cells)| has_one(cells)) {
         let head = ["with 95 % confidence", "5 %", "median", "95 %"].map(str::to_string);
         let rows = intervals.into_iter().map(|(figure, [low, middle, high])| [figure, low, middle, high]);
         write_table(&mut text, &[head].into_iter().chain(rows).collect::<Vec<_>>());
+    } else if !intervals.is_empty() {
+        let _ = writeln!(text, "  {TOO_FEW} for intervals with 95 % confidence");
     }
     for column in 0..summary.figures.len() {
         for sentence in absent_texts(report, column)? {
@@ -775,10 +778,13 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
     Ok(page.render()?)
 }
 
+/// In place of an interval.
+const TOO_FEW: &str = "too few runs";
+
 /// Of each figure the intervals of the percentiles 5, 50 and 95.
 fn intervals(report: &Report) -> Vec<(String, [String; 3])> {
     let row = |of: &Distribution| {
-        let cells = interval_cells(of).map(|cell| cell.unwrap_or_else(|| "too few runs".into()));
+        let cells = interval_cells(of).map(|cell| cell.unwrap_or_else(|| TOO_FEW.into()));
         (pictures::axis(&of.figure), cells)
     };
     let figures = report.summary.figures.iter().filter(|of| of.count > 0);
