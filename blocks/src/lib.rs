@@ -34,7 +34,7 @@ pub mod table;
 
 pub use table::{
     Block, Bool, Characteristic, Class, Form, Int, Kind, LReal, Law, Real, Response, Role, Row, Stored, Table, Text,
-    TextType, Time, Value, Word, low_word, rnd,
+    TextType, Time, Types, Value, Word, low_word, rnd,
 };
 
 /// A hash of the sources of this crate; none in a copy of them without their build script.

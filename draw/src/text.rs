@@ -45,6 +45,7 @@ mod tests {
             kind,
             role: Role::Input,
             start: 0.0,
+            exact: None,
             min: None,
             max: None,
             unit: unit.map(str::to_string),

@@ -42,6 +42,8 @@ pub struct Description {
     pub co_simulation: Option<Support>,
     /// What the FMU can do in model exchange, if it supports that.
     pub model_exchange: Option<Support>,
+    /// What the FMU can do in scheduled execution, if it supports that.
+    pub scheduled_execution: Option<Support>,
     /// All units that are used.
     pub units: Vec<Unit>,
     /// The categories of the FMU's messages.
@@ -80,6 +82,8 @@ pub struct Variable {
     pub kind: Option<Type>,
     /// The standard's name of its type.
     pub type_name: &'static str,
+    /// The sizes of an array, the last one counting its neighbours; empty if it holds a single value.
+    pub dimensions: Vec<u64>,
     /// The unit of its values.
     pub unit: Option<String>,
     /// The unit in which its values are displayed by default.
@@ -88,10 +92,14 @@ pub struct Variable {
     pub min: Option<f64>,
     /// The highest value that the model is made for.
     pub max: Option<f64>,
-    /// The value before initialization; true is 1.
+    /// The value before initialization; true is 1. Of an array its first.
     pub start: Option<f64>,
     /// The same of a text.
     pub start_text: Option<String>,
+    /// The values of an array before initialization, one for each element; empty if it holds a single value or a text.
+    pub starts: Vec<f64>,
+    /// Whether the sizes of arrays or the like depend on it, so that it is set before the initialization in a mode of its own.
+    pub is_structural: bool,
 }
 
 impl Default for Variable {
@@ -106,12 +114,15 @@ impl Default for Variable {
             initial: None,
             kind: Some(Type::Real),
             type_name: Type::Real.name(),
+            dimensions: Vec::new(),
             unit: None,
             display_unit: None,
             min: None,
             max: None,
             start: None,
             start_text: None,
+            starts: Vec::new(),
+            is_structural: false,
         }
     }
 }
@@ -190,16 +201,24 @@ impl Description {
 }
 
 impl Support {
-    /// Whether the FMU has the capability of this name.
+    /// Whether the FMU has the capability of this name. Versions of FMI differ in capitals: `canGetAndSetFMUstate`,
+    /// `canGetAndSetFMUState`.
     pub fn can(&self, capability: &str) -> bool {
-        self.capabilities.iter().any(|(name, value)| *name == capability && value == "true")
+        self.capabilities.iter().any(|(name, value)| name.eq_ignore_ascii_case(capability) && value == "true")
     }
 }
 
 impl Variable {
     /// Whether a host may set it: it is an input or a parameter, and not constant.
     pub fn is_settable(&self) -> bool {
-        matches!(self.causality, Causality::Input | Causality::Parameter) && self.variability != Variability::Constant
+        matches!(self.causality, Causality::Input | Causality::Parameter)
+            && self.variability != Variability::Constant
+            && !self.is_structural
+    }
+
+    /// How many values it holds: 1, or those of an array.
+    pub fn count(&self) -> u64 {
+        self.dimensions.iter().product()
     }
 
     /// Whether it is one of several named numbers.
@@ -359,6 +378,28 @@ words! {
         Approx "approx",
         /// It is computed from other variables.
         Calculated "calculated",
+    }
+
+    /// How the variables' names are formed.
+    VariableNamingConvention {
+        /// Any text.
+        Flat "flat",
+        /// Identifiers, dots and indices.
+        Structured "structured",
+    }
+
+    /// How an unknown depends on a known variable.
+    DependencyKind {
+        /// In any way.
+        Dependent "dependent",
+        /// Multiplied by a constant.
+        Constant "constant",
+        /// Multiplied by something that is fixed after initialization.
+        Fixed "fixed",
+        /// Multiplied by something tunable.
+        Tunable "tunable",
+        /// Multiplied by something discrete.
+        Discrete "discrete",
     }
 }
 

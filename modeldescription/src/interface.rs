@@ -4,6 +4,7 @@ use crate::description::{Capabilities, LogCategory};
 use crate::error::{Error, shortened};
 use crate::model_description::VERSIONS;
 use crate::table::{self, Table};
+use blocks::Types;
 use serde::Deserialize;
 
 /// What a library tells of itself.
@@ -13,6 +14,8 @@ pub struct Interface {
     pub table: Table,
     /// The version of FMI, one of [`VERSIONS`].
     pub version: String,
+    /// The types that hosts are given, where the version has a choice.
+    pub types: Types,
     /// A hash of the table, compiled into the library.
     pub guid: String,
     /// What the library can do.
@@ -31,13 +34,15 @@ impl Interface {
         Ok(Interface {
             table,
             version: VERSIONS[0].into(),
+            types: Types::Native,
             guid: guid.into(),
             capabilities: Capabilities::default(),
             log_categories: Vec::new(),
         })
     }
 
-    /// Reads the JSON that a library gives.
+    /// Reads the JSON that a library gives. It tells of FMI 2.0; what becomes of it in others follows from that, and from the
+    /// [`Interface::version`] and the [`Interface::types`] that are asked for.
     ///
     /// # Errors
     /// What is wrong with it, and where: not such JSON, another version of FMI, a cycle row that does not hold the
@@ -45,19 +50,15 @@ impl Interface {
     pub fn parse(json: &str) -> Result<Interface, Error> {
         // The version is read first, because other versions have other keys.
         if let Ok(library) = serde_json::from_str::<serde_json::Value>(json)
-            && let Some(version) =
-                library["interface"]["version"].as_str().filter(|version| !VERSIONS.contains(version))
+            && let Some(version) = library["interface"]["version"].as_str().filter(|version| *version != VERSIONS[0])
         {
             let version = shortened(version);
-            return Err(Error::new(format!(
-                "the library has FMI {version}: only FMI {} is supported",
-                VERSIONS.join(" and ")
-            )));
+            return Err(Error::new(format!("the library has FMI {version}: only FMI {} is supported", VERSIONS[0])));
         }
         let Library { table, interface } = table::from_json(json)?;
         table.check()?;
         let Facts { version, guid, capabilities, log_categories } = interface;
-        Ok(Interface { table, version, guid, capabilities, log_categories })
+        Ok(Interface { table, version, types: Types::Native, guid, capabilities, log_categories })
     }
 }
 

@@ -9,7 +9,8 @@
 //!                      Description <-----+     +------- read ------+
 //! ```
 //!
-//! What depends on the version is in a module of its own, [`v2`] for FMI 2.0, which only [`ModelDescription`] asks.
+//! What depends on the version is in a module of its own, [`v2`] for FMI 2.0 and [`v3`] for FMI 3.0, which only
+//! [`ModelDescription`] asks.
 //!
 //! ```
 //! use modeldescription::{Interface, ModelDescription};
@@ -37,11 +38,14 @@
 mod description;
 pub mod digits;
 mod error;
+mod findings;
 mod interface;
+mod mapping;
 mod model_description;
 mod table;
 pub mod units;
 pub mod v2;
+pub mod v3;
 mod xml;
 
 pub use description::{

@@ -2,26 +2,26 @@
 
 use crate::description::{DefaultExperiment, Description};
 use crate::error::Error;
+pub use crate::findings::{Findings, MOST_FINDINGS};
 use crate::interface::Interface;
-use crate::v2;
-pub use crate::v2::Findings;
+use crate::{v2, v3};
 
 /// The versions of FMI that are supported, as `fmiVersion` states them.
-pub const VERSIONS: &[&str] = &[v2::FMI_VERSION];
+pub const VERSIONS: &[&str] = &[v2::FMI_VERSION, v3::FMI_VERSION];
 
 type Read = fn(&[u8]) -> Result<ModelDescription, Error>;
 
 /// What reads the file of each of [`VERSIONS`].
-const READ: [Read; VERSIONS.len()] = [|bytes| v2::read(bytes).map(ModelDescription::from)];
-
-/// The most findings that [`ModelDescription::check`] tells; one more sentence counts the rest.
-pub const MOST_FINDINGS: usize = v2::MOST_FINDINGS;
+const READ: [Read; VERSIONS.len()] =
+    [|bytes| v2::read(bytes).map(ModelDescription::from), |bytes| v3::read(bytes).map(ModelDescription::from)];
 
 /// A modelDescription.xml. What it says is a [`Description`]; this is for those who write and check the file itself.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ModelDescription {
     /// Of FMI 2.0.
     V2(Box<v2::ModelDescription>),
+    /// Of FMI 3.0.
+    V3(Box<v3::ModelDescription>),
 }
 
 /// What a preset of an FMU has in place of the original's.
@@ -43,7 +43,10 @@ impl ModelDescription {
     /// # Errors
     /// What the table says that a model description must not: an unknown unit, a start value out of range, a name twice.
     pub fn of(interface: &Interface) -> Result<ModelDescription, Error> {
-        v2::ModelDescription::of(interface).map(ModelDescription::from)
+        match interface.version.as_str() {
+            v3::FMI_VERSION => v3::ModelDescription::of(interface).map(ModelDescription::from),
+            _ => v2::ModelDescription::of(interface).map(ModelDescription::from),
+        }
     }
 
     /// Reads a modelDescription.xml, made by any tool.
@@ -56,39 +59,54 @@ impl ModelDescription {
 
     /// The file. The same model description always gives the same bytes.
     pub fn write(&self) -> Vec<u8> {
-        let ModelDescription::V2(own) = self;
-        v2::write(own)
+        match self {
+            ModelDescription::V2(own) => v2::write(own),
+            ModelDescription::V3(own) => v3::write(own),
+        }
     }
 
     /// What it says of the FMU.
     pub fn description(&self) -> Description {
-        let ModelDescription::V2(own) = self;
-        own.description()
+        match self {
+            ModelDescription::V2(own) => own.description(),
+            ModelDescription::V3(own) => own.description(),
+        }
     }
 
     /// All mistakes that a schema does not find, one sentence each. The model of a preset has another
     /// name than the library.
     pub fn check(&self, is_preset: bool) -> Findings {
-        let ModelDescription::V2(own) = self;
-        if !is_preset {
-            return v2::check(own);
+        match self {
+            ModelDescription::V2(own) if is_preset => {
+                let mut own = own.clone();
+                own.model_name = own.model_identifier().unwrap_or_default().to_string();
+                v2::check(&own)
+            }
+            ModelDescription::V3(own) if is_preset => {
+                let mut own = own.clone();
+                own.model_name = own.model_identifier().unwrap_or_default().to_string();
+                v3::check(&own)
+            }
+            ModelDescription::V2(own) => v2::check(own),
+            ModelDescription::V3(own) => v3::check(own),
         }
-        let mut own = own.clone();
-        own.model_name = own.model_identifier().unwrap_or_default().to_string();
-        v2::check(&own)
     }
 
     /// The same with a licence.
     pub fn with_license(mut self, license: Option<String>) -> ModelDescription {
-        let ModelDescription::V2(own) = &mut self;
-        own.license = license;
+        match &mut self {
+            ModelDescription::V2(own) => own.license = license,
+            ModelDescription::V3(own) => own.license = license,
+        }
         self
     }
 
     /// The same of an FMU with these source files in its folder `sources`.
     pub fn with_sources(mut self, names: &[String]) -> ModelDescription {
-        let ModelDescription::V2(own) = &mut self;
-        if let Some(co_simulation) = &mut own.co_simulation {
+        // FMI 3.0 has a file of its own for them.
+        if let ModelDescription::V2(own) = &mut self
+            && let Some(co_simulation) = &mut own.co_simulation
+        {
             co_simulation.source_files = names.iter().map(|name| v2::SourceFile { name: name.clone() }).collect();
         }
         self
@@ -96,7 +114,7 @@ impl ModelDescription {
 
     /// The source files in its folder `sources`.
     pub fn sources(&self) -> Vec<&str> {
-        let ModelDescription::V2(own) = self;
+        let ModelDescription::V2(own) = self else { return Vec::new() };
         let exchange = own.model_exchange.iter().flat_map(|own| &own.source_files);
         let files = own.co_simulation.iter().flat_map(|own| &own.source_files).chain(exchange);
         files.map(|file| file.name.as_str()).collect()
@@ -108,21 +126,40 @@ impl ModelDescription {
     /// # Panics
     /// A start value is for a variable that there is not.
     pub fn with(&self, preset: Preset) -> ModelDescription {
-        let ModelDescription::V2(own) = self;
-        let mut own = own.clone();
-        own.model_name = preset.model_name;
-        own.guid = preset.guid;
-        own.default_experiment = preset.default_experiment;
-        for (place, start) in preset.starts {
-            own.set_start(place, start);
+        match self {
+            ModelDescription::V2(own) => {
+                let mut own = own.clone();
+                own.model_name = preset.model_name;
+                own.guid = preset.guid;
+                own.default_experiment = preset.default_experiment;
+                for (place, start) in preset.starts {
+                    own.set_start(place, start);
+                }
+                // They have the block's own start values.
+                ModelDescription::V2(own).with_sources(&[])
+            }
+            ModelDescription::V3(own) => {
+                let mut own = own.clone();
+                own.model_name = preset.model_name;
+                own.instantiation_token = preset.guid;
+                own.default_experiment = preset.default_experiment;
+                for (place, start) in preset.starts {
+                    own.set_start(place, start);
+                }
+                ModelDescription::V3(own)
+            }
         }
-        // They have the block's own start values.
-        ModelDescription::V2(own).with_sources(&[])
     }
 }
 
 impl From<v2::ModelDescription> for ModelDescription {
     fn from(own: v2::ModelDescription) -> ModelDescription {
         ModelDescription::V2(Box::new(own))
+    }
+}
+
+impl From<v3::ModelDescription> for ModelDescription {
+    fn from(own: v3::ModelDescription) -> ModelDescription {
+        ModelDescription::V3(Box::new(own))
     }
 }

@@ -1,7 +1,7 @@
 //! A block's table, as its library tells it in JSON. Nothing here depends on a version of FMI.
 
 use crate::error::{Error, shortened};
-use blocks::table::number::number;
+use blocks::table::number::{beyond_number, number};
 use blocks::{Kind, Role};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer};
@@ -52,6 +52,9 @@ pub struct Row {
     pub role: Role,
     /// Its value in a new block.
     pub start: f64,
+    /// The same, of an integer that has more digits than a number here; a duration in milliseconds or nanoseconds.
+    #[serde(default)]
+    pub exact: Option<i128>,
     /// The lowest value that makes sense.
     pub min: Option<f64>,
     /// The highest value that makes sense.
@@ -134,6 +137,7 @@ impl From<&blocks::Table> for Table {
             kind: row.kind,
             role: row.role,
             start: number(row.start),
+            exact: beyond_number(row.start),
             min: row.least(),
             max: row.greatest(),
             unit: row.unit.map(str::to_string),

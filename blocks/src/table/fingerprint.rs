@@ -40,6 +40,12 @@ pub const fn text(hash: u128) -> [u8; 38] {
     text
 }
 
+/// The hash in a text that [`text`] makes; `None` if it is none.
+pub fn parse(of: &str) -> Option<u128> {
+    let digits = of.strip_prefix('{')?.strip_suffix('}')?.replace('-', "");
+    u128::from_str_radix(&digits, 16).ok().filter(|hash| text(*hash) == of.as_bytes())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -55,5 +61,7 @@ mod tests {
     #[test]
     fn a_hash_is_written_byte_by_byte_in_hexadecimal_digits() {
         assert_eq!(&text(0x0123_4567_89ab_cdef_fedc_ba98_7654_3210), b"{01234567-89ab-cdef-fedc-ba9876543210}");
+        assert_eq!(parse("{01234567-89ab-cdef-fedc-ba9876543210}"), Some(0x0123_4567_89ab_cdef_fedc_ba98_7654_3210));
+        assert_eq!([parse("{1}"), parse("{+1234567-89ab-cdef-fedc-ba9876543210}"), parse("")], [None; 3]);
     }
 }

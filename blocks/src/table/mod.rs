@@ -66,10 +66,12 @@ macro_rules! named {
     };
 }
 pub mod abreast;
+pub mod arrays;
 mod block;
 #[doc(hidden)]
 pub mod docs;
 pub mod fingerprint;
+mod host;
 mod kind;
 pub mod number;
 mod parts;
@@ -80,6 +82,7 @@ mod tests;
 mod types;
 
 pub use abreast::Abreast;
+pub use host::Types;
 pub use kind::{Class, Form, Kind};
 #[doc(hidden)]
 pub use parts::{check_restart_values, copy, cycle_row, help, inner_rows, nest, short_text, text, tunable, upper};
@@ -93,6 +96,10 @@ pub trait Law {
 
     /// The characteristics that the documentation shows.
     const CHARACTERISTICS: &'static [Characteristic] = &[];
+
+    /// Whether a call computes what the inputs lead to that are held until the next call, as that of a plant does: its outputs
+    /// are those at the next call then, and nothing happens at the instant of the call itself. A controller answers at once.
+    const HOLDS_INPUTS: bool = false;
 
     /// The complete restart, which a PLC runs once at power-up (OB 100), with the present inputs and parameters.
     fn restart(&mut self);

@@ -72,6 +72,28 @@ pub fn number(value: Value) -> f64 {
     }
 }
 
+/// The value as an integer, if its type has no others: a TIME in milliseconds, an LTIME in nanoseconds.
+pub fn exact(value: Value) -> Option<i128> {
+    match value {
+        Value::Real(_) | Value::LReal(_) | Value::Bool(_) => None,
+        Value::Time(time) => Some(time.milliseconds().into()),
+        Value::Word(word) => Some(word.value().into()),
+        Value::Int(int) => Some(int.into()),
+        Value::Whole(Kind::ULInt | Kind::LWord, bits) => Some((bits as u64).into()),
+        Value::Whole(_, whole) => Some(whole.into()),
+    }
+}
+
+/// The same, if the number of [`number`] is another one: an integer of more digits than a double has.
+pub fn beyond_number(value: Value) -> Option<i128> {
+    let scale = match value.kind() {
+        Kind::Time => 1e3,
+        Kind::LTime => 1e9,
+        _ => 1.0,
+    };
+    exact(value).filter(|exact| (number(value) * scale).round() as i128 != *exact)
+}
+
 /// A REAL for people: the shortest decimals that tell it from its neighbours, with an exponent below 1e-5 and from 1e9 on.
 pub fn shown(real: f32) -> String {
     let is_short = real == 0.0 || (1e-5..1e9).contains(&real.abs());
@@ -124,6 +146,16 @@ mod tests {
         for value in values {
             assert_eq!(to_value(number(value), value.kind()), Ok(value));
         }
+    }
+
+    #[test]
+    fn integers_of_64_bits_are_exact() {
+        let linted = |whole| Value::Whole(Kind::LInt, whole);
+        assert_eq!(beyond_number(linted(9_007_199_254_740_992)), None);
+        assert_eq!(beyond_number(linted(9_007_199_254_740_993)), Some(9_007_199_254_740_993));
+        assert_eq!(beyond_number(Value::Whole(Kind::ULInt, -1)), Some(u64::MAX.into()));
+        assert_eq!(exact(Value::Whole(Kind::LTime, -1)), Some(-1));
+        assert_eq!(exact(Value::Time(Time::ms(-1))), Some(-1));
     }
 
     #[test]

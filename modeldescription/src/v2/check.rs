@@ -5,9 +5,10 @@ use super::description::{
     Unit, Unknown, Variability, Variable, VariableNamingConvention,
 };
 use crate::error::shortened;
+use crate::findings::{Counted, check_range, is_identifier, is_structured_name, repeated};
+pub use crate::findings::{Findings, MOST_FINDINGS};
 use crate::xml::lexical::is_xml;
 use std::collections::{HashMap, HashSet};
-use std::fmt::Debug;
 
 /// All mistakes in a model description that a schema does not find but that mislead a host, one sentence each.
 ///
@@ -33,52 +34,6 @@ pub fn check(description: &ModelDescription) -> Findings {
     check_aliases(description, &mut forbidden);
     check_structure(description, &mut forbidden, &mut departures, &mut odd);
     Findings { forbidden: forbidden.sentences(), departures: departures.sentences(), odd: odd.sentences() }
-}
-
-/// The most findings of a kind that [`check`] tells; one more sentence counts the rest.
-pub const MOST_FINDINGS: usize = 20;
-
-/// What [`check`] finds, a sentence each.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Findings {
-    /// What the FMI standard forbids. A host may refuse the FMU.
-    pub forbidden: Vec<String>,
-    /// What the FMI standard forbids too, but no importer minds: those that were tried run such FMUs alike. These are the variables
-    /// that InitialUnknowns leaves out, which importers use for algebraic loops of the initialization alone.
-    pub departures: Vec<String>,
-    /// What is allowed, or often done, but may mislead a host.
-    pub odd: Vec<String>,
-}
-
-impl Findings {
-    /// All of them.
-    pub fn all(self) -> Vec<String> {
-        [self.forbidden, self.departures, self.odd].concat()
-    }
-}
-
-/// The first findings, and the number of the others.
-#[derive(Default)]
-struct Counted {
-    first: Vec<String>,
-    more: usize,
-}
-
-impl Counted {
-    fn push(&mut self, sentence: String) {
-        if self.first.len() < MOST_FINDINGS {
-            self.first.push(sentence);
-        } else {
-            self.more += 1;
-        }
-    }
-
-    fn sentences(mut self) -> Vec<String> {
-        if self.more > 0 {
-            self.first.push(format!("and {} more", self.more));
-        }
-        self.first
-    }
 }
 
 /// Where a contradiction is: at the variable with this place in the list, or elsewhere.
@@ -173,12 +128,6 @@ pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl Fn
     }
 }
 
-/// The names that occur a second time.
-fn repeated<'a>(names: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
-    let mut seen = HashSet::new();
-    names.filter(|name| !seen.insert(name.as_str())).collect()
-}
-
 /// The type whose functions get and set a value: an Enumeration is an Integer to them.
 fn functions(typed: &Typed) -> &'static str {
     match typed {
@@ -244,34 +193,6 @@ fn check_typed(typed: &Typed, definitions: &Definitions<'_>, count: usize, found
 fn check_unit(attributes: &RealAttributes, definitions: &Definitions<'_>, found: &mut impl FnMut(String)) {
     if let Some(unit) = attributes.unit.as_deref().filter(|unit| !definitions.units.contains_key(unit)) {
         found(format!("unit = {:?} is not defined: add it to UnitDefinitions", shortened(unit)));
-    }
-}
-
-/// A NaN is not in order with anything, so it is found as min, max or start if there is something to compare it with.
-fn check_range<T: PartialOrd + Debug + Copy>(
-    min: Option<T>,
-    max: Option<T>,
-    start: Option<T>,
-    found: &mut impl FnMut(String),
-) {
-    let in_order = |low: T, high: T| low <= high;
-    match (min, max) {
-        (Some(min), Some(max)) if !in_order(min, max) => {
-            return found(format!("min = {min:?} is above max = {max:?}: correct one of them"));
-        }
-        _ => {}
-    }
-    match (min, start) {
-        (Some(min), Some(start)) if !in_order(min, start) => {
-            found(format!("start = {start:?} is below min = {min:?}: correct one of them"));
-        }
-        _ => {}
-    }
-    match (start, max) {
-        (Some(start), Some(max)) if !in_order(start, max) => {
-            found(format!("start = {start:?} is above max = {max:?}: correct one of them"));
-        }
-        _ => {}
     }
 }
 
@@ -345,12 +266,6 @@ fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mu
     {
         odd.push(format!("DefaultExperiment: stopTime = {stop:?}: give a later time than startTime = {start:?}"));
     }
-}
-
-/// Whether a name is a C identifier.
-fn is_identifier(name: &str) -> bool {
-    name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
-        && name.bytes().next().is_some_and(|first| !first.is_ascii_digit())
 }
 
 /// The standard's tables of which causality, variability, initial and start go together.
@@ -488,62 +403,4 @@ fn check_structure(
             ));
         }
     }
-}
-
-/// Whether a name follows the structured naming convention: `a.b[1,2].'c d'`, `der(a.b,2)`.
-pub(super) fn is_structured_name(name: &str) -> bool {
-    let Some(inner) = name.strip_prefix("der(").and_then(|inner| inner.strip_suffix(')')) else {
-        return is_structured_identifier(name);
-    };
-    // An order of the derivative may follow. A comma between indices has a bracket somewhere after it.
-    match inner.rsplit_once(',') {
-        Some((identifier, order)) if is_number(order) => is_structured_identifier(identifier),
-        _ => is_structured_identifier(inner),
-    }
-}
-
-fn is_structured_identifier(name: &str) -> bool {
-    let mut rest = name;
-    loop {
-        match after_part(rest).and_then(after_indices) {
-            Some("") => return true,
-            Some(after) => match after.strip_prefix('.') {
-                Some(next) => rest = next,
-                None => return false,
-            },
-            None => return false,
-        }
-    }
-}
-
-fn is_number(text: &str) -> bool {
-    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
-}
-
-/// What follows an identifier, or a name in quotes.
-fn after_part(text: &str) -> Option<&str> {
-    let Some(quoted) = text.strip_prefix('\'') else {
-        let end = text.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(text.len());
-        return is_identifier(&text[..end]).then(|| &text[end..]);
-    };
-    let mut characters = quoted.char_indices();
-    while let Some((place, character)) = characters.next() {
-        match character {
-            '\'' => return (place > 0).then(|| &quoted[place + 1..]),
-            '\\' => {
-                characters.next().filter(|(_, escaped)| "'\"?\\abfnrtv".contains(*escaped))?;
-            }
-            '"' | '`' => return None,
-            ' '..='~' => {}
-            _ => return None,
-        }
-    }
-    None
-}
-
-/// What follows the indices in brackets, if there are any.
-fn after_indices(text: &str) -> Option<&str> {
-    let Some(indices) = text.strip_prefix('[') else { return Some(text) };
-    let (indices, after) = indices.split_once(']')?;
-    indices.split(',').all(is_number).then_some(after)
 }

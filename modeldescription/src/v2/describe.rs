@@ -28,6 +28,7 @@ impl ModelDescription {
             generation_date_and_time: self.generation_date_and_time.clone(),
             co_simulation: self.co_simulation.as_ref().map(|of| support(&of.model_identifier, list(&of.capabilities))),
             model_exchange: self.model_exchange.as_ref().map(|of| support(&of.model_identifier, list(of))),
+            scheduled_execution: None,
             units: self.unit_definitions.clone(),
             log_categories: self.log_categories.clone(),
             default_experiment: self.default_experiment,

@@ -7,15 +7,13 @@
 //! What the lines mean is said in `attributes.rs`.
 
 pub use crate::description::{
-    BaseUnit, Capabilities, Causality, DefaultExperiment, DisplayUnit, Initial, LogCategory, Unit, Variability,
+    BaseUnit, Capabilities, Causality, DefaultExperiment, DependencyKind, DisplayUnit, Initial, LogCategory, Unit,
+    Variability, VariableNamingConvention,
 };
 use crate::error::Error;
 use crate::xml::attributes::*;
-use crate::xml::lexical::{SPACES, Value};
 use crate::xml::read::{Attribute, Document, Tag};
 use crate::xml::write::Xml;
-use std::borrow::Cow;
-use std::fmt;
 
 /// The version of the standard, as every model description of FMI 2.0 and its maintenance releases states it.
 pub const FMI_VERSION: &str = "2.0";
@@ -289,30 +287,6 @@ choices! {
         String(StringType);
         /// One of several named numbers.
         Enumeration(EnumerationType);
-    }
-}
-
-words! {
-    /// How the variables' names are formed.
-    VariableNamingConvention {
-        /// Any text.
-        Flat "flat",
-        /// Identifiers, dots and indices.
-        Structured "structured",
-    }
-
-    /// How an unknown depends on a known variable.
-    DependencyKind {
-        /// In any way.
-        Dependent "dependent",
-        /// Multiplied by a constant.
-        Constant "constant",
-        /// Multiplied by something that is fixed after initialization.
-        Fixed "fixed",
-        /// Multiplied by something tunable.
-        Tunable "tunable",
-        /// Multiplied by something discrete.
-        Discrete "discrete",
     }
 }
 

@@ -1,17 +1,17 @@
 //! A block's table as a model description: what PLC types and roles become in FMI 2.0.
 
-use super::check::{check, is_structured_name};
+use super::check::check;
 use super::description;
 use super::description::{
-    BaseUnit, Boolean, Causality, CoSimulation, DefaultExperiment, DisplayUnit, Initial, Integer, IntegerAttributes,
-    ModelDescription, ModelStructure, Real, RealAttributes, Typed, Unit, Unknown, Variability, Variable,
-    VariableNamingConvention,
+    Boolean, CoSimulation, Integer, IntegerAttributes, ModelDescription, ModelStructure, Real, RealAttributes, Typed,
+    Unknown, Variable, VariableNamingConvention,
 };
 use crate::description::GENERATION_TOOL;
 use crate::error::Error;
+use crate::findings::is_structured_name;
 use crate::interface::Interface;
+use crate::mapping::{causality, default_experiment, text_description, used_units};
 use crate::table::{Row, Table, Text};
-use crate::units;
 use blocks::{Class, Kind, Role};
 use std::collections::HashMap;
 
@@ -37,7 +37,7 @@ impl ModelDescription {
                 capabilities: interface.capabilities.clone(),
                 source_files: Vec::new(),
             }),
-            unit_definitions: used_units(table)?,
+            unit_definitions: used_units(table, Row::shown_unit)?,
             log_categories: interface.log_categories.clone(),
             default_experiment: Some(default_experiment(table)),
             ..ModelDescription::default()
@@ -62,68 +62,13 @@ impl ModelDescription {
     }
 }
 
-/// From 0 to the end of the response in the documentation, with one call per step.
-fn default_experiment(table: &Table) -> DefaultExperiment {
-    let cycle = table.variables.get(table.cycle).map_or(0.0, |row| row.start);
-    // Computed in whole milliseconds, so that the stop time has no round-off: 0.3, not 0.30000000000000004.
-    let milliseconds =
-        f64::from(table.responses.first().map_or(1, |response| response.calls.max(1))) * (cycle * 1000.0).round();
-    DefaultExperiment {
-        start_time: Some(0.0),
-        stop_time: Some(milliseconds / 1000.0),
-        tolerance: None,
-        step_size: Some(cycle),
-    }
-}
-
-/// The definitions of all units that are used, in the order of the dictionary.
-fn used_units(table: &Table) -> Result<Vec<Unit>, Error> {
-    let known: Vec<&str> = units::names().collect();
-    let used = |name: &str| table.variables.iter().any(|row| row.shown_unit() == Some(name));
-    if let Some((row, unknown)) =
-        table.variables.iter().filter_map(|row| Some((row, row.shown_unit()?))).find(|(_, unit)| !known.contains(unit))
-    {
-        return Err(Error::new(format!(
-            "{}: variable {}: unit {unknown:?} is unknown: use one of {}",
-            table.name,
-            row.name,
-            known.join(", ")
-        )));
-    }
-    Ok(known.into_iter().filter(|name| used(name)).filter_map(unit_definition).collect())
-}
-
-/// The definition of the unit of this name. The second can be displayed in milliseconds.
-fn unit_definition(name: &str) -> Option<Unit> {
-    let units::Definition { kg, m, s, A, K, rad, factor, offset } = units::definition(name)?;
-    let base_unit = BaseUnit { kg, m, s, A, K, rad, factor, offset, ..BaseUnit::default() };
-    let display_units = match name {
-        "s" => vec![DisplayUnit { name: "ms".into(), factor: 1000.0, offset: 0.0 }],
-        _ => Vec::new(),
-    };
-    Some(Unit { name: name.into(), base_unit: Some(base_unit), display_units })
-}
-
-/// What a role is in FMI.
-fn causality(role: Role) -> (Causality, Variability, Option<Initial>) {
-    match role {
-        Role::Input => (Causality::Input, Variability::Discrete, None),
-        Role::Parameter => (Causality::Parameter, Variability::Tunable, Some(Initial::Exact)),
-        Role::Fixed | Role::Cycle => (Causality::Parameter, Variability::Fixed, Some(Initial::Exact)),
-        Role::Output => (Causality::Output, Variability::Discrete, Some(Initial::Calculated)),
-        Role::Local => (Causality::Local, Variability::Discrete, Some(Initial::Calculated)),
-    }
-}
-
 /// The variable of a text. A host reads its length in the description: FMI has no place for it.
 fn text_variable(text: &Text, value_reference: u32) -> Variable {
     let (causality, variability, initial) = causality(text.role);
-    let of = &text.type_name;
-    let description = if text.description.is_empty() { of.clone() } else { format!("{}; {of}", text.description) };
     Variable {
         name: text.name.clone(),
         value_reference,
-        description: Some(description),
+        description: Some(text_description(text)),
         causality,
         variability,
         initial,

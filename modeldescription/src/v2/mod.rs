@@ -45,7 +45,7 @@ pub fn read(bytes: &[u8]) -> Result<ModelDescription, Error> {
 /// # Errors
 /// As [`read()`].
 pub fn read_within(bytes: &[u8], limits: Limits) -> Result<ModelDescription, Error> {
-    let schema = Schema { version: FMI_VERSION, variables: Variable::NAMES };
+    let schema = Schema { version: FMI_VERSION, variables: Variable::NAMES, skipped: None };
     read_root(bytes, limits, schema, |description| {
         let mut first = None;
         check::contradictions(description, &mut |variable, sentence| {

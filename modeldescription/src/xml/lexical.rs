@@ -82,7 +82,7 @@ macro_rules! integers {
     )* };
 }
 
-integers!(i32, u32);
+integers!(i32, u32, u64, i64, i128);
 
 impl Value for bool {
     fn parse(text: &str) -> Option<bool> {

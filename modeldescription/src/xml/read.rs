@@ -33,12 +33,14 @@ pub(crate) struct Schema {
     pub(crate) version: &'static str,
     /// The names of the elements that are variables.
     pub(crate) variables: &'static [&'static str],
+    /// The name of an element that may be inside any other, and is skipped.
+    pub(crate) skipped: Option<&'static str>,
 }
 
 /// The place among these versions of FMI of the one that a modelDescription.xml is of.
 pub(crate) fn version(bytes: &[u8], versions: &[&'static str]) -> Result<usize, Error> {
     let limits = Limits::default();
-    let schema = Schema { version: versions[0], variables: &[] };
+    let schema = Schema { version: versions[0], variables: &[], skipped: None };
     version_among(versions, &Document::new(text(bytes, limits)?, limits, schema).root()?)
 }
 
@@ -114,6 +116,16 @@ impl Tag<'_> {
         names: &[&'static str],
     ) -> Result<[Option<Attribute<'_>>; COUNT], Error> {
         let mut attributes = [const { None }; COUNT];
+        self.read_attributes(names, &mut attributes)?;
+        Ok(attributes)
+    }
+
+    /// The same into as many places.
+    pub(crate) fn read_attributes<'e>(
+        &'e self,
+        names: &[&'static str],
+        attributes: &mut [Option<Attribute<'e>>],
+    ) -> Result<(), Error> {
         // Repeated names are found below; the check of the parser compares each attribute with each other.
         for attribute in self.tag.attributes().with_checks(false) {
             let attribute = attribute.map_err(|error| self.refused(&format!("{error}: repair the tag")))?;
@@ -147,7 +159,7 @@ impl Tag<'_> {
             }
             attributes[place] = Some(Attribute { tag: self, name: names[place], value });
         }
-        Ok(attributes)
+        Ok(())
     }
 }
 
@@ -296,8 +308,11 @@ impl<'a> Document<'a> {
         parent: &Tag<'_>,
         mut read: impl FnMut(&mut Self, &Tag<'_>) -> Result<bool, Error>,
     ) -> Result<(), Error> {
+        let mut is_skipped = false;
         while let Some(child) = self.child(parent)? {
-            if !read(self, &child)? {
+            if self.schema.skipped == Some(child.name()) {
+                self.skip(&child, &mut is_skipped)?;
+            } else if !read(self, &child)? {
                 let parent = parent.name();
                 return Err(
                     child.refused(&format!("FMI {} has no such element inside {parent}: remove it", child.version))

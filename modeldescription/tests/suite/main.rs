@@ -6,4 +6,5 @@ mod random;
 mod read;
 mod sample;
 mod table;
+mod v3;
 mod write;

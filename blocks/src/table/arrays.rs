@@ -1,0 +1,126 @@
+//! Arrays among the rows of a table, which has a row for each element: `a[1]`, `a[2]`.
+
+/// The rows of one variable.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Group {
+    /// The name, of an array without indices.
+    pub name: String,
+    /// The rows of the elements, the last index counting neighbours; a single one if it is no array.
+    pub rows: Vec<usize>,
+    /// The lowest and the highest index of each dimension; empty if it is no array.
+    pub bounds: Vec<(i64, i64)>,
+}
+
+impl Group {
+    /// How many elements each dimension has.
+    pub fn sizes(&self) -> impl Iterator<Item = usize> {
+        self.bounds.iter().map(|(low, high)| (high - low + 1) as usize)
+    }
+}
+
+/// The variables of rows that have a name and what the elements of an array have in common. An array is the rows whose names differ in
+/// the indices at their ends alone, if no element is missing and they come in the order of the indices, and if arrays are `wanted`.
+/// A variable has the place of its first row.
+pub fn grouped<'a, K: PartialEq>(rows: impl Iterator<Item = (&'a str, K)>, wanted: bool) -> Vec<Group> {
+    let rows: Vec<(&str, K)> = rows.collect();
+    let single = |row: usize| Group { name: rows[row].0.into(), rows: vec![row], bounds: Vec::new() };
+    if !wanted {
+        return (0..rows.len()).map(single).collect();
+    }
+    // By name, in the order of their first rows.
+    let mut found: Vec<(&str, Vec<(usize, Vec<i64>)>)> = Vec::new();
+    let mut known = std::collections::HashMap::new();
+    for (row, (name, _)) in rows.iter().enumerate() {
+        let (base, indices) = indexed(name).unwrap_or((name, Vec::new()));
+        let place = *known.entry((base, indices.is_empty())).or_insert_with(|| {
+            found.push((base, Vec::new()));
+            found.len() - 1
+        });
+        found[place].1.push((row, indices));
+    }
+    let mut groups = Vec::new();
+    for (base, elements) in found {
+        let is_alike = elements.iter().all(|(row, _)| rows[*row].1 == rows[elements[0].0].1);
+        // Another variable may have the name.
+        let is_taken = known.contains_key(&(base, true)) && known.contains_key(&(base, false));
+        match bounds(&elements).filter(|_| is_alike && !is_taken) {
+            Some(bounds) => {
+                groups.push(Group { name: base.into(), rows: elements.iter().map(|(row, _)| *row).collect(), bounds })
+            }
+            None => groups.extend(elements.iter().map(|(row, _)| single(*row))),
+        }
+    }
+    groups.sort_by_key(|group| group.rows[0]);
+    groups
+}
+
+/// A name with indices at its end, and those.
+fn indexed(name: &str) -> Option<(&str, Vec<i64>)> {
+    let (base, indices) = name.strip_suffix(']')?.rsplit_once('[')?;
+    let indices: Option<Vec<i64>> = indices.split(',').map(|index| index.trim().parse().ok()).collect();
+    Some((base, indices?))
+}
+
+/// The bounds of elements, if they are all of an array, in their order.
+fn bounds(elements: &[(usize, Vec<i64>)]) -> Option<Vec<(i64, i64)>> {
+    let (first, last) = (&elements.first()?.1, &elements.last()?.1);
+    if first.is_empty() || first.len() != last.len() {
+        return None;
+    }
+    let bounds: Vec<(i64, i64)> = first.iter().copied().zip(last.iter().copied()).collect();
+    let mut expected = first.clone();
+    for (place, (_, indices)) in elements.iter().enumerate() {
+        if *indices != expected {
+            return None;
+        }
+        let is_last = place + 1 == elements.len();
+        for (index, (low, high)) in expected.iter_mut().zip(&bounds).rev() {
+            if *index < *high {
+                *index += 1;
+                break;
+            }
+            *index = *low;
+        }
+        // Only after the last one does the counter begin anew.
+        if !is_last && expected == *first {
+            return None;
+        }
+    }
+    (expected == *first).then_some(bounds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(names: &[&str]) -> Vec<(String, Vec<usize>, Vec<(i64, i64)>)> {
+        let groups = grouped(names.iter().map(|name| (*name, ())), true);
+        groups.into_iter().map(|group| (group.name, group.rows, group.bounds)).collect()
+    }
+
+    fn single(name: &str, row: usize) -> (String, Vec<usize>, Vec<(i64, i64)>) {
+        (name.into(), vec![row], vec![])
+    }
+
+    #[test]
+    fn the_rows_of_an_array_are_one_variable_where_its_first_is() {
+        let a = ("a".to_string(), vec![1, 3, 4], vec![(-1, 1)]);
+        assert_eq!(of(&["x", "a[-1]", "y", "a[0]", "a[1]"]), [single("x", 0), a, single("y", 2)]);
+        let matrix = ["m[1,0]", "m[1,1]", "m[2,0]", "m[2,1]"];
+        assert_eq!(of(&matrix), [("m".to_string(), vec![0, 1, 2, 3], vec![(1, 2), (0, 1)])]);
+        let unwanted: Vec<_> =
+            grouped(matrix.iter().map(|name| (*name, ())), false).into_iter().map(|of| of.name).collect();
+        assert_eq!(unwanted, matrix);
+        assert_eq!(of(&["p[7].q"]), [single("p[7].q", 0)]);
+    }
+
+    #[test]
+    fn what_is_not_a_whole_array_stays_element_by_element() {
+        for names in [["a[1]", "a[3]"], ["a[2]", "a[1]"], ["a[1]", "a[1,2]"], ["a[1]", "a[1]"], ["a", "a[1]"]] {
+            assert_eq!(of(&names), [single(names[0], 0), single(names[1], 1)], "{names:?}");
+        }
+        assert_eq!(of(&["m[1,1]", "m[1,2]", "m[2,2]"]).len(), 3);
+        let unlike = grouped([("a[1]", 1), ("a[2]", 2)].into_iter(), true);
+        assert_eq!(unlike.len(), 2);
+    }
+}

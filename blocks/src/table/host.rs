@@ -1,0 +1,78 @@
+//! The types in which a host is given PLC values, where it has as many as the PLC.
+
+use super::fingerprint::{BASIS, hash};
+use super::kind::Kind;
+
+named! {
+    /// Which types a host is given.
+    Types {
+        /// Those that the PLC has, and arrays.
+        Native "native";
+        /// The few that every host has: doubles for floating-point numbers and durations, integers of 32 bits for those that have a
+        /// place in them, of 64 bits for others; and a variable for each element of an array.
+        Wide "wide";
+    }
+}
+
+impl Types {
+    /// The type that holds the values of a PLC type.
+    pub const fn of(self, kind: Kind) -> &'static str {
+        match (self, kind) {
+            (_, Kind::Bool) => "Boolean",
+            (Types::Native, Kind::Real) => "Float32",
+            (_, Kind::Real | Kind::LReal) => "Float64",
+            (Types::Wide, Kind::Time | Kind::LTime) => "Float64",
+            (Types::Native, Kind::Time | Kind::DInt) => "Int32",
+            (Types::Native, Kind::Word | Kind::Int) => "Int16",
+            (Types::Native, Kind::SInt) => "Int8",
+            (Types::Native, Kind::USInt | Kind::Byte) => "UInt8",
+            (Types::Native, Kind::UInt) => "UInt16",
+            (Types::Native, Kind::UDInt | Kind::DWord) => "UInt32",
+            (_, Kind::ULInt | Kind::LWord) => "UInt64",
+            (_, Kind::LInt | Kind::LTime) | (Types::Wide, Kind::UDInt) => "Int64",
+            (Types::Wide, _) => "Int32",
+        }
+    }
+
+    /// Whether an array is one variable.
+    pub const fn has_arrays(self) -> bool {
+        matches!(self, Types::Native)
+    }
+
+    /// The unit of a PLC type's values in this choice of types, for an integer that counts it.
+    pub const fn unit(self, kind: Kind) -> Option<&'static str> {
+        match (self, kind) {
+            (Types::Native, Kind::Time) => Some("ms"),
+            (Types::Native, Kind::LTime) => Some("ns"),
+            _ => None,
+        }
+    }
+
+    /// What an interface with this hash has in place of it where hosts choose types: another hash for each choice.
+    pub const fn token(self, of: u128) -> u128 {
+        hash(hash(hash(BASIS, &of.to_be_bytes()), b"3"), self.name().as_bytes())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_plc_type_has_the_type_of_its_width_or_one_that_holds_it() {
+        for kind in Kind::ALL {
+            let native = Types::Native.of(*kind);
+            let bits: usize = native.trim_start_matches(|one: char| one.is_ascii_alphabetic()).parse().unwrap_or(0);
+            assert_eq!(bits, kind.width() * 8, "{}", kind.name());
+            assert!(["Float64", "Int32", "Int64", "UInt64", "Boolean"].contains(&Types::Wide.of(*kind)));
+        }
+    }
+
+    #[test]
+    fn each_choice_of_types_has_a_token_of_its_own() {
+        let all = [1, 2].map(|hash| [hash, Types::Native.token(hash), Types::Wide.token(hash)]).concat();
+        for (place, one) in all.iter().enumerate() {
+            assert!(!all[..place].contains(one));
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! What a block's table becomes in a model description of any version.
+
+use crate::description::{BaseUnit, Causality, DefaultExperiment, DisplayUnit, Initial, Unit, Variability};
+use crate::error::Error;
+use crate::table::{Row, Table, Text};
+use crate::units;
+use blocks::Role;
+
+/// From 0 to the end of the response in the documentation, with one call per step.
+pub(crate) fn default_experiment(table: &Table) -> DefaultExperiment {
+    let cycle = table.variables.get(table.cycle).map_or(0.0, |row| row.start);
+    // Computed in whole milliseconds, so that the stop time has no round-off: 0.3, not 0.30000000000000004.
+    let milliseconds =
+        f64::from(table.responses.first().map_or(1, |response| response.calls.max(1))) * (cycle * 1000.0).round();
+    DefaultExperiment {
+        start_time: Some(0.0),
+        stop_time: Some(milliseconds / 1000.0),
+        tolerance: None,
+        step_size: Some(cycle),
+    }
+}
+
+/// The definitions of all units that variables have by `unit`, in the order of the dictionary.
+pub(crate) fn used_units(table: &Table, unit: impl Fn(&Row) -> Option<&str>) -> Result<Vec<Unit>, Error> {
+    let known: Vec<&str> = units::names().collect();
+    let used = |name: &str| table.variables.iter().any(|row| unit(row) == Some(name));
+    if let Some((row, unknown)) =
+        table.variables.iter().filter_map(|row| Some((row, unit(row)?))).find(|(_, unit)| !known.contains(unit))
+    {
+        return Err(Error::new(format!(
+            "{}: variable {}: unit {unknown:?} is unknown: use one of {}",
+            table.name,
+            row.name,
+            known.join(", ")
+        )));
+    }
+    Ok(known.into_iter().filter(|name| used(name)).filter_map(unit_definition).collect())
+}
+
+/// The definition of the unit of this name. The second can be displayed in milliseconds.
+fn unit_definition(name: &str) -> Option<Unit> {
+    let units::Definition { kg, m, s, A, K, rad, factor, offset } = units::definition(name)?;
+    let base_unit = BaseUnit { kg, m, s, A, K, rad, factor, offset, ..BaseUnit::default() };
+    let display_units = match name {
+        "s" => vec![DisplayUnit { name: "ms".into(), factor: 1000.0, offset: 0.0 }],
+        _ => Vec::new(),
+    };
+    Some(Unit { name: name.into(), base_unit: Some(base_unit), display_units })
+}
+
+/// What a role is in FMI.
+pub(crate) fn causality(role: Role) -> (Causality, Variability, Option<Initial>) {
+    match role {
+        Role::Input => (Causality::Input, Variability::Discrete, None),
+        Role::Parameter => (Causality::Parameter, Variability::Tunable, Some(Initial::Exact)),
+        Role::Fixed | Role::Cycle => (Causality::Parameter, Variability::Fixed, Some(Initial::Exact)),
+        Role::Output => (Causality::Output, Variability::Discrete, Some(Initial::Calculated)),
+        Role::Local => (Causality::Local, Variability::Discrete, Some(Initial::Calculated)),
+    }
+}
+
+/// The description of a text. A host reads its length there: FMI has no place for it.
+pub(crate) fn text_description(text: &Text) -> String {
+    let of = &text.type_name;
+    if text.description.is_empty() { of.clone() } else { format!("{}; {of}", text.description) }
+}

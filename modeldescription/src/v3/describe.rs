@@ -1,0 +1,179 @@
+//! What a model description of FMI 3.0 says of an FMU, and how another start value is put into it.
+
+use super::description::{
+    Causality, Dimension, FMI_VERSION, FloatAttributes, IntegerAttributes, ModelDescription, TypeAttributes, Typed,
+    Variable,
+};
+use crate::description::{self, Description, Support, Type, list};
+use std::collections::HashMap;
+
+/// The attributes of type definitions, by name.
+type Types<'a> = HashMap<&'a str, &'a TypeAttributes>;
+
+impl ModelDescription {
+    /// What it says of the FMU, whatever the version. Another name of a variable is a variable of its own there.
+    pub fn description(&self) -> Description {
+        let types: Types = self.type_definitions.iter().map(|of| (of.name.as_str(), &of.attributes)).collect();
+        // The model identifier comes first.
+        let support = |identifier: &str, all: Vec<(&'static str, String)>| Support {
+            model_identifier: identifier.into(),
+            capabilities: all.into_iter().skip(1).collect(),
+        };
+        let sizes = self.sizes();
+        let mut variables = Vec::with_capacity(self.model_variables.len());
+        for variable in &self.model_variables {
+            let described = described(variable, &types, &sizes);
+            let aliases = variable.aliases.iter().map(|alias| description::Variable {
+                name: alias.name.clone(),
+                description: alias.description.clone(),
+                display_unit: alias.display_unit.clone().or_else(|| described.display_unit.clone()),
+                ..described.clone()
+            });
+            let aliases: Vec<_> = aliases.collect();
+            variables.push(described);
+            variables.extend(aliases);
+        }
+        Description {
+            fmi_version: FMI_VERSION,
+            model_name: self.model_name.clone(),
+            guid: self.instantiation_token.clone(),
+            description: self.description.clone(),
+            author: self.author.clone(),
+            version: self.version.clone(),
+            copyright: self.copyright.clone(),
+            license: self.license.clone(),
+            generation_tool: self.generation_tool.clone(),
+            generation_date_and_time: self.generation_date_and_time.clone(),
+            co_simulation: self.co_simulation.as_ref().map(|own| support(&own.of.model_identifier, list(own))),
+            model_exchange: self.model_exchange.as_ref().map(|own| support(&own.of.model_identifier, list(own))),
+            scheduled_execution: self
+                .scheduled_execution
+                .as_ref()
+                .map(|own| support(&own.of.model_identifier, list(own))),
+            units: self.unit_definitions.iter().map(Into::into).collect(),
+            log_categories: self.log_categories.clone(),
+            default_experiment: self.default_experiment,
+            variables,
+        }
+    }
+
+    /// The start values of the variables that sizes of arrays may refer to, by their value references.
+    pub(super) fn sizes(&self) -> HashMap<u32, u64> {
+        let is_size = |variable: &&Variable| matches!(variable.typed, Typed::UInt64(_));
+        let sizes = self.model_variables.iter().filter(is_size).filter_map(|variable| {
+            let start = *variable.typed.integer()?.0.start.as_ref()?.first()?;
+            Some((variable.value_reference(), u64::try_from(start).ok()?))
+        });
+        sizes.collect()
+    }
+
+    /// Gives the variable at this place another start value, true being 1, and widens its declared range to it: FMI requires
+    /// that the one lies within the other, but the blocks take any value.
+    pub(crate) fn set_start(&mut self, place: usize, start: f64) {
+        let typed = &mut self.model_variables[place].typed;
+        match typed {
+            Typed::Float32(own) | Typed::Float64(own) => {
+                own.start = Some(vec![start]);
+                widen(&mut own.attributes.min, &mut own.attributes.max, start);
+            }
+            Typed::Boolean(own) => own.start = Some(vec![start != 0.0]),
+            other => {
+                if let Some(own) = other.integer_mut() {
+                    own.start = Some(vec![start as i128]);
+                    widen(&mut own.attributes.min, &mut own.attributes.max, start as i128);
+                }
+            }
+        }
+    }
+}
+
+fn widen<T: PartialOrd + Copy>(min: &mut Option<T>, max: &mut Option<T>, start: T) {
+    *min = min.map(|min| if start < min { start } else { min });
+    *max = max.map(|max| if start > max { start } else { max });
+}
+
+/// A size of an array, where it is known.
+pub(super) fn size(of: &Dimension, sizes: &HashMap<u32, u64>) -> Option<u64> {
+    of.start.or_else(|| sizes.get(&of.value_reference?).copied())
+}
+
+fn described(of: &Variable, types: &Types, sizes: &HashMap<u32, u64>) -> description::Variable {
+    let declared = of.common.declared_type.as_deref().and_then(|name| types.get(name).copied());
+    let dimensions: Vec<u64> = of.dimensions.iter().map(|one| size(one, sizes).unwrap_or(0)).collect();
+    let causality = match of.common.causality {
+        Causality::Parameter | Causality::StructuralParameter => description::Causality::Parameter,
+        Causality::CalculatedParameter => description::Causality::CalculatedParameter,
+        Causality::Input => description::Causality::Input,
+        Causality::Output => description::Causality::Output,
+        Causality::Local => description::Causality::Local,
+        Causality::Independent => description::Causality::Independent,
+    };
+    let bare = description::Variable {
+        name: of.common.name.clone(),
+        value_reference: of.common.value_reference,
+        description: of.common.description.clone(),
+        causality,
+        variability: of.variability(),
+        initial: of.initial_or_default().filter(|_| causality != description::Causality::Input),
+        type_name: of.typed.name(),
+        kind: None,
+        is_structural: of.common.causality == Causality::StructuralParameter,
+        dimensions,
+        ..description::Variable::default()
+    };
+    let with_starts = |bare: description::Variable, kind: Type, starts: Option<Vec<f64>>| {
+        let start = starts.as_ref().and_then(|starts| starts.first().copied());
+        let count = usize::try_from(bare.count()).unwrap_or(usize::MAX);
+        let starts = match starts {
+            _ if bare.dimensions.is_empty() => Vec::new(),
+            // One value stands for all, as far as such an array has a place in memory.
+            Some(starts) if starts.len() == 1 && count <= MOST_REPEATED => starts.repeat(count),
+            Some(starts) => starts,
+            None => Vec::new(),
+        };
+        description::Variable { kind: Some(kind), start, starts, ..bare }
+    };
+    match &of.typed {
+        Typed::Float32(own) | Typed::Float64(own) => {
+            let of_type = declared.and_then(TypeAttributes::float);
+            let FloatAttributes { unit, display_unit, min, max, .. } = &own.attributes;
+            let is_narrow = matches!(of.typed, Typed::Float32(_));
+            // A Float32 has the nearest 32-bit number.
+            let value = |number: f64| if is_narrow { f64::from(number as f32) } else { number };
+            let starts = own.start.as_ref().map(|starts| starts.iter().copied().map(value).collect());
+            let bare = description::Variable {
+                unit: unit.clone().or_else(|| of_type?.unit.clone()),
+                display_unit: display_unit.clone().or_else(|| of_type?.display_unit.clone()),
+                min: min.or_else(|| of_type?.min),
+                max: max.or_else(|| of_type?.max),
+                ..bare
+            };
+            with_starts(bare, Type::Real, starts)
+        }
+        Typed::Boolean(own) => {
+            let number = |start: &bool| f64::from(u8::from(*start));
+            with_starts(bare, Type::Boolean, own.start.as_ref().map(|starts| starts.iter().map(number).collect()))
+        }
+        Typed::String => description::Variable {
+            start_text: of.starts.first().map(|start| start.value.clone().unwrap_or_default()),
+            ..bare
+        },
+        Typed::Binary(_) | Typed::Clock(_) => bare,
+        other => {
+            let Some((own, _)) = other.integer() else { return bare };
+            let of_type = declared.and_then(TypeAttributes::integer);
+            let IntegerAttributes { min, max, .. } = &own.attributes;
+            let number = |number: i128| number as f64;
+            let bare = description::Variable {
+                min: min.or_else(|| of_type?.min).map(number),
+                max: max.or_else(|| of_type?.max).map(number),
+                ..bare
+            };
+            let starts = own.start.as_ref().map(|starts| starts.iter().copied().map(number).collect());
+            with_starts(bare, Type::Integer, starts)
+        }
+    }
+}
+
+/// The most elements that get the one start value of their array.
+const MOST_REPEATED: usize = 1 << 20;

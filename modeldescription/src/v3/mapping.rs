@@ -1,0 +1,315 @@
+//! A block's table as a model description: what PLC types and roles become in FMI 3.0.
+
+use super::check::check;
+use super::description::{
+    Boolean, Causality, CoSimulation, Common, Dimension, Float, FloatAttributes, InitialUnknown, Integer,
+    IntegerAttributes, InterfaceType, ModelDescription, ModelStructure, Output, Start, Typed, Unknown, Variable,
+    VariableNamingConvention,
+};
+use crate::description::{self, GENERATION_TOOL, Initial};
+use crate::error::Error;
+use crate::findings::is_structured_name;
+use crate::interface::Interface;
+use crate::mapping::{causality, default_experiment, text_description, used_units};
+use crate::table::{Row, Table, Text};
+use blocks::table::arrays::{Group, grouped};
+use blocks::table::fingerprint;
+use blocks::{Class, Kind, Role, Types};
+use std::collections::{HashMap, HashSet};
+
+/// The instantiation token of the FMU with a GUID, in which the version and the choice of types are: a library knows by it what
+/// it is asked for.
+pub fn token(guid: &str, types: Types) -> String {
+    let hash = fingerprint::parse(guid).unwrap_or(fingerprint::checksum(guid.as_bytes()));
+    String::from_utf8_lossy(&fingerprint::text(types.token(hash))).into_owned()
+}
+
+impl ModelDescription {
+    /// The model description of the FMU with this library.
+    ///
+    /// As for FMI 2.0, but with the types that the PLC has, if they are not asked for as [`Types::Wide`], with arrays as arrays,
+    /// and with the time, which comes last.
+    ///
+    /// # Errors
+    /// What the table says that a model description must not: an unknown unit, a start value out of range, a name twice.
+    pub fn of(interface: &Interface) -> Result<ModelDescription, Error> {
+        let table = &interface.table;
+        let own = &interface.capabilities;
+        let mut description = ModelDescription {
+            model_name: table.name.clone(),
+            instantiation_token: token(&interface.guid, interface.types),
+            description: Some(table.summary()).filter(|summary| !summary.is_empty()),
+            generation_tool: Some(GENERATION_TOOL.into()),
+            co_simulation: Some(CoSimulation {
+                of: InterfaceType {
+                    model_identifier: table.name.clone(),
+                    can_be_instantiated_only_once_per_process: own.can_be_instantiated_only_once_per_process,
+                    can_get_and_set_fmu_state: own.can_get_and_set_fmu_state,
+                    can_serialize_fmu_state: own.can_serialize_fmu_state,
+                    ..InterfaceType::default()
+                },
+                can_handle_variable_communication_step_size: own.can_handle_variable_communication_step_size,
+                might_return_early_from_do_step: true,
+                has_event_mode: true,
+                ..CoSimulation::default()
+            }),
+            unit_definitions: used_units(table, |row| unit(row, interface.types))?
+                .into_iter()
+                .map(Into::into)
+                .collect(),
+            log_categories: interface.log_categories.clone(),
+            default_experiment: Some(default_experiment(table)),
+            ..ModelDescription::default()
+        };
+        let rows = groups(table, interface.types);
+        for group in &rows {
+            let variable = variable(table, group, interface.types)
+                .map_err(|reason| Error::new(format!("{}: variable {}: {reason}", table.name, group.name)))?;
+            description.model_variables.push(variable);
+        }
+        let texts = text_groups(table, interface.types);
+        description.model_variables.extend(texts.iter().map(|group| text_variable(table, group)));
+        let names: HashSet<&str> = description.model_variables.iter().map(|of| of.common.name.as_str()).collect();
+        let mut time = "time".to_string();
+        while names.contains(time.as_str()) {
+            time.insert_str(0, "FMI.");
+        }
+        description.model_variables.push(Variable {
+            common: Common {
+                name: time,
+                value_reference: (table.variables.len() + table.texts.len()) as u32,
+                description: Some("Simulation time in seconds".into()),
+                causality: Causality::Independent,
+                variability: Some(description::Variability::Continuous),
+                ..Common::default()
+            },
+            ..Variable::default()
+        });
+        // The structured convention has names in ASCII and no index below 0.
+        if description.model_variables.iter().all(|variable| is_structured_name(&variable.common.name)) {
+            description.variable_naming_convention = VariableNamingConvention::Structured;
+        }
+        description.model_structure = structure(table, &rows, &texts);
+        match check(&description).all() {
+            findings if findings.is_empty() => Ok(description),
+            findings => Err(Error::new(format!("{}: {}", table.name, findings.join("\n")))),
+        }
+    }
+}
+
+/// The rows of each variable.
+fn groups(table: &Table, types: Types) -> Vec<Group> {
+    let rows = table.variables.iter();
+    grouped(rows.map(|row| (row.name.as_str(), (row.kind, row.role))), types.has_arrays())
+}
+
+/// The texts of each variable.
+fn text_groups(table: &Table, types: Types) -> Vec<Group> {
+    let texts = table.texts.iter();
+    grouped(texts.map(|text| (text.name.as_str(), (&text.type_name, text.role))), types.has_arrays())
+}
+
+/// The unit of a row: of a floating-point number alone, as integers have none.
+fn unit(row: &Row, types: Types) -> Option<&str> {
+    let is_float = matches!(types.of(row.kind), "Float32" | "Float64");
+    if is_float { row.shown_unit() } else { None }
+}
+
+/// The attributes that all variables have, of a group that begins with a value reference.
+fn common(group: &Group, first: usize, description: String, role: Role) -> Common {
+    let (of, variability, initial) = causality(role);
+    let of = match of {
+        description::Causality::Parameter => Causality::Parameter,
+        description::Causality::CalculatedParameter => Causality::CalculatedParameter,
+        description::Causality::Input => Causality::Input,
+        description::Causality::Output => Causality::Output,
+        description::Causality::Local => Causality::Local,
+        description::Causality::Independent => Causality::Independent,
+    };
+    let bounds = group.bounds.iter().map(|(low, high)| format!("{low}..{high}")).collect::<Vec<_>>().join(", ");
+    let description = match (bounds.is_empty(), description.is_empty()) {
+        (true, _) => description,
+        (false, true) => format!("ARRAY[{bounds}]"),
+        (false, false) => format!("{description}; ARRAY[{bounds}]"),
+    };
+    Common {
+        name: group.name.clone(),
+        value_reference: (first + group.rows[0]) as u32,
+        description: Some(description).filter(|description| !description.is_empty()),
+        causality: of,
+        variability: Some(variability),
+        initial: initial.filter(|initial| *initial == Initial::Calculated),
+        ..Common::default()
+    }
+}
+
+fn dimensions(group: &Group) -> Vec<Dimension> {
+    let sizes = group.sizes();
+    sizes.map(|size| Dimension { start: Some(size as u64), value_reference: None }).collect()
+}
+
+/// The variable of a text. A host reads its length in the description: FMI has no place for it.
+fn text_variable(table: &Table, group: &Group) -> Variable {
+    let text: &Text = &table.texts[group.rows[0]];
+    let starts = group.rows.iter().map(|place| Start { value: Some(table.texts[*place].start.clone()) });
+    Variable {
+        common: common(group, table.variables.len(), text_description(text), text.role),
+        typed: Typed::String,
+        dimensions: dimensions(group),
+        starts: if text.role.is_settable() { starts.collect() } else { Vec::new() },
+        aliases: Vec::new(),
+    }
+}
+
+fn variable(table: &Table, group: &Group, types: Types) -> Result<Variable, String> {
+    let rows: Vec<&Row> = group.rows.iter().map(|place| &table.variables[*place]).collect();
+    let row = rows[0];
+    let mut description = row.description.clone();
+    // Integers have no unit in FMI.
+    if let Some(unit) = types.unit(row.kind) {
+        description = if description.is_empty() { format!("in {unit}") } else { format!("{description}; in {unit}") };
+    }
+    Ok(Variable {
+        common: common(group, 0, description, row.role),
+        typed: typed(&rows, types)?,
+        dimensions: dimensions(group),
+        ..Variable::default()
+    })
+}
+
+/// A limit that all elements have.
+fn shared<T: PartialEq + Copy>(
+    rows: &[&Row],
+    of: impl Fn(&Row) -> Result<Option<T>, String>,
+) -> Result<Option<T>, String> {
+    let first = of(rows[0])?;
+    for row in rows {
+        if of(row)? != first {
+            return Ok(None);
+        }
+    }
+    Ok(first)
+}
+
+fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
+    let row = rows[0];
+    let (kind, name) = (row.kind, types.of(row.kind));
+    let is_set = row.role.is_settable();
+    if kind == Kind::Time && row.unit.as_deref().is_some_and(|unit| unit != "s") {
+        let unit = row.unit.as_deref().unwrap_or_default();
+        return Err(format!("unit {unit:?}: a TIME is in seconds; leave out its unit"));
+    }
+    if matches!(name, "Float32" | "Float64") {
+        // What is written of a 32-bit number is the shortest text that tells it from its neighbours.
+        let value = |number: f64| match name {
+            "Float32" => (number as f32).to_string().parse().unwrap_or(number),
+            _ => number,
+        };
+        let own = Float {
+            attributes: FloatAttributes {
+                unit: unit(row, types).map(str::to_owned),
+                display_unit: (kind == Kind::Time).then(|| "ms".into()),
+                min: shared(rows, |row| Ok(row.min.map(value)))?,
+                max: shared(rows, |row| Ok(row.max.map(value)))?,
+                ..FloatAttributes::default()
+            },
+            start: is_set.then(|| rows.iter().map(|row| value(row.start)).collect()),
+            ..Float::default()
+        };
+        return Ok(if name == "Float32" { Typed::Float32(own) } else { Typed::Float64(own) });
+    }
+    if kind.class() == Class::Boolean {
+        if row.unit.is_some() || row.min.is_some() || row.max.is_some() {
+            return Err("a BOOL has neither unit nor range; remove them".into());
+        }
+        let start = rows.iter().map(|row| boolean(row.start)).collect::<Result<Vec<bool>, String>>()?;
+        return Ok(Typed::Boolean(Boolean { start: is_set.then_some(start) }));
+    }
+    if let Some(unit) = row.unit.as_deref().filter(|_| !matches!(kind, Kind::Time | Kind::LTime)) {
+        return Err(format!("unit {unit:?}: an FMI integer has no unit; put it into the description"));
+    }
+    let limit = |limit: Option<f64>| limit.map(|limit| whole(limit, kind)).transpose();
+    let start = rows.iter().map(|row| row.exact.map_or_else(|| whole(row.start, kind), Ok));
+    let own = Integer {
+        attributes: IntegerAttributes {
+            quantity: None,
+            min: shared(rows, |row| limit(row.min))?,
+            max: shared(rows, |row| limit(row.max))?,
+        },
+        start: Some(start.collect::<Result<_, _>>()?).filter(|_| is_set),
+    };
+    Ok(match name {
+        "Int8" => Typed::Int8(own),
+        "UInt8" => Typed::UInt8(own),
+        "Int16" => Typed::Int16(own),
+        "UInt16" => Typed::UInt16(own),
+        "Int32" if types == Types::Wide && kind == Kind::DWord => Typed::Int32(signed(own)),
+        "Int32" => Typed::Int32(own),
+        "UInt32" => Typed::UInt32(own),
+        "Int64" => Typed::Int64(own),
+        _ => Typed::UInt64(own),
+    })
+}
+
+/// A DWORD as the integer with its bits; a range of the one is none of the other.
+fn signed(mut own: Integer) -> Integer {
+    own.start.iter_mut().flatten().for_each(|start| *start = i128::from(*start as u32 as i32));
+    own.attributes = IntegerAttributes::default();
+    own
+}
+
+/// The number of a table as the integer that FMI has: a duration, in seconds, in milliseconds or nanoseconds.
+fn whole(number: f64, kind: Kind) -> Result<i128, String> {
+    let scaled = match kind {
+        Kind::Time => (number * 1e3).round(),
+        Kind::LTime => (number * 1e9).round(),
+        _ => number,
+    };
+    let (low, high) = match kind {
+        Kind::Time => (i32::MIN.into(), i32::MAX.into()),
+        other => other.whole().unwrap_or((-32768, 32767)),
+    };
+    if scaled.fract() == 0.0 && (low..=high).contains(&(scaled as i128)) {
+        return Ok(scaled as i128);
+    }
+    Err(format!("{number:?} is not of type {}: expected an integer from {low} to {high}", kind.name()))
+}
+
+fn boolean(number: f64) -> Result<bool, String> {
+    match number {
+        0.0 => Ok(false),
+        1.0 => Ok(true),
+        _ => Err(format!("{number:?} is not of type BOOL: expected 0 or 1")),
+    }
+}
+
+/// All outputs, in the order of their value references. They depend on nothing of the same instant, because they change only in a
+/// call, which is a step of the time or an instant of its own. Before that they have their restart values, which depend on the
+/// settings that the table names.
+fn structure(table: &Table, rows: &[Group], texts: &[Group]) -> ModelStructure {
+    let mut references: HashMap<&str, u32> = HashMap::new();
+    for group in rows {
+        let reference = group.rows[0] as u32;
+        references.extend(group.rows.iter().map(|place| (table.variables[*place].name.as_str(), reference)));
+    }
+    let mut structure = ModelStructure::default();
+    let mut add = |reference: usize, mut from: Vec<u32>| {
+        from.sort_unstable();
+        from.dedup();
+        let unknown = |dependencies| Unknown {
+            value_reference: reference as u32,
+            dependencies: Some(dependencies),
+            dependencies_kind: None,
+        };
+        structure.outputs.push(Output { unknown: unknown(Vec::new()) });
+        structure.initial_unknowns.push(InitialUnknown { unknown: unknown(from) });
+    };
+    for group in rows.iter().filter(|group| table.variables[group.rows[0]].role == Role::Output) {
+        let from = group.rows.iter().flat_map(|place| &table.variables[*place].from);
+        add(group.rows[0], from.filter_map(|name| references.get(name.as_str()).copied()).collect());
+    }
+    for group in texts.iter().filter(|group| table.texts[group.rows[0]].role == Role::Output) {
+        add(table.variables.len() + group.rows[0], Vec::new());
+    }
+    structure
+}

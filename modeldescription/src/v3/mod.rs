@@ -1,0 +1,42 @@
+//! FMI 3.0: the elements of its modelDescription.xml, what a block's table becomes in it, and what it says of an FMU.
+//!
+//! As [`v2`](crate::v2) for FMI 2.0: [`ModelDescription`] is plain data, [`write()`] turns it into XML, [`read()`] reads any model
+//! description of FMI 3.0, and [`check()`] finds mistakes that a schema does not find.
+
+mod check;
+mod describe;
+mod description;
+mod mapping;
+mod variable;
+
+use crate::error::Error;
+use crate::xml::attributes::Element;
+pub use crate::xml::read::Limits;
+use crate::xml::read::{Schema, read_root};
+pub use check::check;
+pub use description::*;
+pub use mapping::token;
+
+/// Reads a modelDescription.xml of FMI 3.0, made by any tool.
+///
+/// Reads all elements and attributes of the schema of FMI 3.0, in any order. Annotations and attributes of other
+/// namespaces are skipped.
+///
+/// # Errors
+/// As [`v2::read`](crate::v2::read): what is not such a file, or contradicts itself, in one sentence with the line.
+pub fn read(bytes: &[u8]) -> Result<ModelDescription, Error> {
+    let schema = Schema { version: FMI_VERSION, variables: Variable::NAMES, skipped: Some("Annotations") };
+    read_root(bytes, Limits::default(), schema, |description| {
+        let mut first = None;
+        check::contradictions(description, &mut |variable, sentence| {
+            first.get_or_insert((variable, sentence));
+        });
+        first
+    })
+}
+
+/// A modelDescription.xml: elements and attributes in the order of the standard's schema, no empty lists, no namespace,
+/// and a date only if the description has one. The same description always gives the same bytes.
+pub fn write(description: &ModelDescription) -> Vec<u8> {
+    crate::xml::write::write(description)
+}
