@@ -11,6 +11,9 @@ pub struct Group {
     pub bounds: Vec<(i64, i64)>,
 }
 
+/// A row with the indices at the end of its name.
+type Element = (usize, Vec<i64>);
+
 impl Group {
     /// How many elements each dimension has.
     pub fn sizes(&self) -> impl Iterator<Item = usize> {
@@ -28,7 +31,7 @@ pub fn grouped<'a, K: PartialEq>(rows: impl Iterator<Item = (&'a str, K)>, wante
         return (0..rows.len()).map(single).collect();
     }
     // By name, in the order of their first rows.
-    let mut found: Vec<(&str, Vec<(usize, Vec<i64>)>)> = Vec::new();
+    let mut found: Vec<(&str, Vec<Element>)> = Vec::new();
     let mut known = std::collections::HashMap::new();
     for (row, (name, _)) in rows.iter().enumerate() {
         let (base, indices) = indexed(name).unwrap_or((name, Vec::new()));
@@ -62,7 +65,7 @@ fn indexed(name: &str) -> Option<(&str, Vec<i64>)> {
 }
 
 /// The bounds of elements, if they are all of an array, in their order.
-fn bounds(elements: &[(usize, Vec<i64>)]) -> Option<Vec<(i64, i64)>> {
+fn bounds(elements: &[Element]) -> Option<Vec<(i64, i64)>> {
     let (first, last) = (&elements.first()?.1, &elements.last()?.1);
     if first.is_empty() || first.len() != last.len() {
         return None;
@@ -93,21 +96,24 @@ fn bounds(elements: &[(usize, Vec<i64>)]) -> Option<Vec<(i64, i64)>> {
 mod tests {
     use super::*;
 
-    fn of(names: &[&str]) -> Vec<(String, Vec<usize>, Vec<(i64, i64)>)> {
-        let groups = grouped(names.iter().map(|name| (*name, ())), true);
-        groups.into_iter().map(|group| (group.name, group.rows, group.bounds)).collect()
+    fn group(name: &str, rows: &[usize], bounds: &[(i64, i64)]) -> Group {
+        Group { name: name.into(), rows: rows.to_vec(), bounds: bounds.to_vec() }
     }
 
-    fn single(name: &str, row: usize) -> (String, Vec<usize>, Vec<(i64, i64)>) {
-        (name.into(), vec![row], vec![])
+    fn of(names: &[&str]) -> Vec<Group> {
+        grouped(names.iter().map(|name| (*name, ())), true)
+    }
+
+    fn single(name: &str, row: usize) -> Group {
+        group(name, &[row], &[])
     }
 
     #[test]
     fn the_rows_of_an_array_are_one_variable_where_its_first_is() {
-        let a = ("a".to_string(), vec![1, 3, 4], vec![(-1, 1)]);
+        let a = group("a", &[1, 3, 4], &[(-1, 1)]);
         assert_eq!(of(&["x", "a[-1]", "y", "a[0]", "a[1]"]), [single("x", 0), a, single("y", 2)]);
         let matrix = ["m[1,0]", "m[1,1]", "m[2,0]", "m[2,1]"];
-        assert_eq!(of(&matrix), [("m".to_string(), vec![0, 1, 2, 3], vec![(1, 2), (0, 1)])]);
+        assert_eq!(of(&matrix), [group("m", &[0, 1, 2, 3], &[(1, 2), (0, 1)])]);
         let unwanted: Vec<_> =
             grouped(matrix.iter().map(|name| (*name, ())), false).into_iter().map(|of| of.name).collect();
         assert_eq!(unwanted, matrix);

@@ -11,8 +11,7 @@ use crate::findings::{Counted, Findings, check_range, is_identifier, is_structur
 use crate::xml::lexical::is_xml;
 use std::collections::{HashMap, HashSet};
 
-/// All mistakes in a model description that a schema does not find but that mislead a host, one sentence each; as
-/// [`v2::check`](crate::v2::check()) for FMI 2.0.
+/// All mistakes in a model description that a schema does not find but that mislead a host, one sentence each; as for FMI 2.0.
 pub fn check(description: &ModelDescription) -> Findings {
     let (mut forbidden, mut departures, mut odd) = (Counted::default(), Counted::default(), Counted::default());
     contradictions(description, &mut |_, sentence| forbidden.push(sentence));

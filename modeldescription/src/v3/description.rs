@@ -371,6 +371,7 @@ words! {
     }
 
     /// Who decides when a clock ticks.
+    #[derive(Default)]
     IntervalVariability {
         /// The file.
         Constant "constant",
@@ -383,13 +384,8 @@ words! {
         /// The FMU, at events.
         Countdown "countdown",
         /// The host or another FMU.
+        #[default]
         Triggered "triggered",
-    }
-}
-
-impl Default for IntervalVariability {
-    fn default() -> IntervalVariability {
-        IntervalVariability::Triggered
     }
 }
 

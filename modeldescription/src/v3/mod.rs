@@ -1,6 +1,6 @@
 //! FMI 3.0: the elements of its modelDescription.xml, what a block's table becomes in it, and what it says of an FMU.
 //!
-//! As [`v2`](crate::v2) for FMI 2.0: [`ModelDescription`] is plain data, [`write()`] turns it into XML, [`read()`] reads any model
+//! As for FMI 2.0: [`ModelDescription`] is plain data, [`write()`] turns it into XML, [`read()`] reads any model
 //! description of FMI 3.0, and [`check()`] finds mistakes that a schema does not find.
 
 mod check;
@@ -23,7 +23,7 @@ pub use mapping::token;
 /// namespaces are skipped.
 ///
 /// # Errors
-/// As [`v2::read`](crate::v2::read): what is not such a file, or contradicts itself, in one sentence with the line.
+/// What is not such a file, or contradicts itself, in one sentence with the line.
 pub fn read(bytes: &[u8]) -> Result<ModelDescription, Error> {
     let schema = Schema { version: FMI_VERSION, variables: Variable::NAMES, skipped: Some("Annotations") };
     read_root(bytes, Limits::default(), schema, |description| {

@@ -290,7 +290,7 @@ fn a_table_has_the_types_that_the_plc_has() {
     assert!(line(&xml, "wait").starts_with(r#"<Int32 name="wait" valueReference="6" description="in ms""#));
     assert!(line(&xml, "wait").contains(r#"start="250""#) && line(&xml, "long").contains(r#"start="500000000""#));
     assert!(line(&xml, "t").starts_with("<String ") && xml.contains(r#"<Start value="on"/>"#));
-    let last = xml.lines().filter(|line| line.contains(" name=")).last().unwrap().trim();
+    let last = xml.lines().rfind(|line| line.contains(" name=")).unwrap().trim();
     assert!(last.starts_with(r#"<Float64 name="time" valueReference="10""#), "{last}");
     assert!(xml.contains(r#"<Output valueReference="5" dependencies=""/>"#), "{xml}");
     assert!(xml.contains(r#"<InitialUnknown valueReference="5" dependencies="6"/>"#));
