@@ -322,4 +322,4 @@ def test_a_discarded_step_is_an_error_with_the_fmus_message(run, integrator):
 
 
 def test_an_fmu_that_proposes_no_times_asks_for_them(run, integrator):
-    assert refusal(run, integrator) == "no FMU proposes a communication step: give one with --step"
+    assert refusal(run, integrator) == "no FMU proposes a communication step: give one, such as step = 0.1"

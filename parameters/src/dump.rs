@@ -7,7 +7,7 @@ use crate::block::{Block, Part};
 use crate::layout::{self, Address};
 use crate::loops::{Loop, Origin};
 use crate::report::{Report, list};
-use crate::{Options, Problems, Reading, Source};
+use crate::{Options, Problems, Reading, Remedy, Source};
 use blocks::{Kind, Role, Time, Value, Word};
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result
     let mut report = Report::new(source, options);
     let Ok(chosen) = report.chosen(blocks, options) else { return report.finish(Vec::new()) };
     let Some(block) = chosen else {
-        let help = format!("name it with --block: {}", list(blocks));
+        let help = Remedy::ChooseBlock(list(blocks));
         report.wrong_file("a dump does not say which block it belongs to", Some(help));
         return report.finish(Vec::new());
     };
@@ -75,7 +75,7 @@ pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result
 /// There is not exactly one loop, or its block contains other blocks.
 pub fn write(loops: &[Loop]) -> Result<Vec<u8>, String> {
     let [one] = loops else {
-        return Err(format!("a dump holds one loop, not {}: choose one with --loop", loops.len()));
+        return Err(format!("a dump holds one loop, not {}: write one alone", loops.len()));
     };
     let (addresses, size) = whole(&one.block)?;
     let mut data = vec![0; size];

@@ -34,7 +34,7 @@ mod xml;
 pub use block::{Block, Member, Part};
 pub use format::{Format, read, write};
 pub use loops::{Loop, Origin, Setting};
-pub use problem::{Place, Problem, Problems};
+pub use problem::{Place, Problem, Problems, Remedy};
 pub use reading::{Options, Reading};
 pub use rewrite::{Replaced, rewrite};
 pub use source::Source;

@@ -2,7 +2,7 @@
 
 use crate::block::{Block, Member};
 use crate::loops::Loop;
-use crate::problem::{quoted, with_article};
+use crate::problem::{Remedy, quoted, with_article};
 use crate::report::{Report, list};
 use crate::value::plc_value;
 use blocks::{Form, Kind, Value};
@@ -128,15 +128,15 @@ fn recognize(
             // The block that fits best says what is wrong; one that fits by accident only would mislead.
             let best = blocks.iter().max_by_key(matches).filter(|block| 2 * matches(block) >= entries.len());
             if best.is_none() {
-                let help = Some(format!("name it with --block: {}", list(blocks)));
-                report.wrong(span, format!("{}: no block has these inputs and parameters", quoted(name)), help);
+                let help = Some(Remedy::ChooseBlock(list(blocks)));
+                report.wrong_with(span, format!("{}: no block has these inputs and parameters", quoted(name)), help);
             }
             best.cloned()
         }
         (several, ..) => {
             let several: Vec<Arc<Block>> = several.iter().map(|block| (*block).clone()).collect();
-            let help = Some(format!("say with --block which one it is: {}", list(&several)));
-            report.wrong(span, format!("{}: several blocks have these inputs and parameters", quoted(name)), help);
+            let help = Some(Remedy::ChooseBlock(list(&several)));
+            report.wrong_with(span, format!("{}: several blocks have these inputs and parameters", quoted(name)), help);
             None
         }
     }
@@ -181,7 +181,7 @@ fn value(member: &Member, given: Given) -> Result<Value, String> {
 pub(crate) fn check_names(loops: &[Loop]) -> Result<(), String> {
     let mut names = std::collections::BTreeSet::new();
     match loops.iter().find(|one| !names.insert(&one.name)) {
-        Some(one) => Err(format!("two loops are called {}: choose one with --loop, or rename one", one.name)),
+        Some(one) => Err(format!("two loops are called {}: rename one, or write one alone", one.name)),
         None => Ok(()),
     }
 }

@@ -97,7 +97,10 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         }
     }
     if loops.is_empty() && !report.is_wrong() {
-        report.wrong_file("the file holds no instance of a known block", Some(format!("known are {}", list(blocks))));
+        report.wrong_file(
+            "the file holds no instance of a known block",
+            Some(format!("known are {}", list(blocks)).into()),
+        );
     }
     tell_apart(&mut loops, &containers);
     Some(loops)

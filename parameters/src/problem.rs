@@ -23,7 +23,61 @@ pub struct Problem {
     /// What was found and what is expected: one sentence, without a full stop.
     pub message: String,
     /// What to do, where the message does not say it.
-    pub help: Option<String>,
+    pub help: Option<Remedy>,
+}
+
+/// What to do about a problem. What the user of the command sets with an option, the user of a page sets in a field: it is shown in
+/// the words of the command, and a page has its own.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Remedy {
+    /// A sentence that holds everywhere.
+    Sentence(String),
+    /// Choose the block of a loop, one of these.
+    ChooseBlock(String),
+    /// Choose this block, if it is meant: it has the members.
+    ChooseThisBlock(String),
+    /// Declare a constant.
+    DeclareConstant(String),
+    /// Declare an instance.
+    DeclareInstance(String),
+    /// Declare a tag of this type, or a constant.
+    DeclareTag {
+        /// Its name.
+        name: String,
+        /// Its type.
+        of: &'static str,
+    },
+}
+
+impl fmt::Display for Remedy {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Remedy::Sentence(text) => formatter.write_str(text),
+            Remedy::ChooseBlock(blocks) => write!(formatter, "name it with --block: {blocks}"),
+            Remedy::ChooseThisBlock(block) => {
+                write!(formatter, "if it is {block}, whose members it has, name that with --block")
+            }
+            Remedy::DeclareConstant(name) => write!(formatter, "--constant {name}=5 declares it"),
+            Remedy::DeclareInstance(name) => {
+                write!(formatter, "say which block it is an instance of: --instance \"{name} : Block\"")
+            }
+            Remedy::DeclareTag { name, of } => {
+                write!(formatter, "--tag \"{name} : {of}\" makes it an input or output, --constant {name}=5 a constant")
+            }
+        }
+    }
+}
+
+impl From<String> for Remedy {
+    fn from(text: String) -> Remedy {
+        Remedy::Sentence(text)
+    }
+}
+
+impl From<&str> for Remedy {
+    fn from(text: &str) -> Remedy {
+        text.to_string().into()
+    }
 }
 
 /// Everything that is wrong with a file, or that is to be said of it.

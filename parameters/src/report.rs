@@ -2,7 +2,7 @@
 
 use crate::block::Block;
 use crate::loops::{Loop, Origin};
-use crate::problem::{Place, Problem, Problems};
+use crate::problem::{Place, Problem, Problems, Remedy};
 use crate::reading::{Options, Reading};
 use crate::source::Source;
 use std::ops::Range;
@@ -46,6 +46,11 @@ impl<'a> Report<'a> {
 
     /// Something is wrong at a place of the text. What two readers of a part find there is reported once.
     pub(crate) fn wrong(&mut self, span: Range<usize>, message: impl Into<String>, help: Option<String>) {
+        self.wrong_with(span, message, help.map(Remedy::from));
+    }
+
+    /// The same with another remedy than a sentence.
+    pub(crate) fn wrong_with(&mut self, span: Range<usize>, message: impl Into<String>, help: Option<Remedy>) {
         if self.problems.len() == MOST_PROBLEMS {
             self.omitted += 1;
             return;
@@ -72,7 +77,7 @@ impl<'a> Report<'a> {
     }
 
     /// Something is wrong with the file as a whole.
-    pub(crate) fn wrong_file(&mut self, message: impl Into<String>, help: Option<String>) {
+    pub(crate) fn wrong_file(&mut self, message: impl Into<String>, help: Option<Remedy>) {
         self.problems.push(Problem { place: None, message: message.into(), help });
     }
 
@@ -115,7 +120,7 @@ impl<'a> Report<'a> {
         if let Some(block) = blocks.iter().find(|block| block.is_called(name)) {
             return Ok(Some(block.clone()));
         }
-        self.wrong_file(format!("there is no block {name:?}"), Some(format!("the blocks are {}", list(blocks))));
+        self.wrong_file(format!("there is no block {name:?}"), Some(format!("the blocks are {}", list(blocks)).into()));
         Err(())
     }
 

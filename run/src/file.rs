@@ -8,7 +8,7 @@
 //! [fmus]                                  # in the order in which they are stepped
 //! PID = "PID.fmu"                         # relative to this file
 //! FURNACE = "FURNACE.fmu"
-//! MACHINE = { sources = ["machine.scl"], cycle = "100ms" }    # a PLC program, with the options that make an FMU of it
+//! MACHINE = { sources = ["machine.scl"], cycle = "100ms" }    # a PLC program: `manifest`
 //!
 //! [connections]                           # from an output to an input, or to several
 //! PID.OUT = "FURNACE.POWER"
@@ -28,10 +28,12 @@
 mod write;
 
 use crate::plan::near;
-use crate::system::{Connection, Exchange, Member, Place, Program, Recorded, Setting, System, Value};
+use crate::system::{Connection, Exchange, Member, Place, Recorded, Setting, System, Value};
 use anyhow::{Context, Error, Result, anyhow, bail};
+use manifest::Manifest;
 use parameters::{Options, Reading, Source};
 use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, DeserializeOwned, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 use std::fs;
@@ -62,7 +64,7 @@ struct Content {
     exchange: Exchange,
     #[serde(default)]
     record: Vec<Spanned<String>>,
-    fmus: Entries<Spanned<Node>>,
+    fmus: Entries<Spanned<MadeOf>>,
     #[serde(default)]
     connections: Entries<Spanned<Node>>,
     #[serde(default)]
@@ -91,6 +93,35 @@ struct ParametersOf {
 pub struct Event {
     time: Spanned<Node>,
     set: Entries<Spanned<Node>>,
+}
+
+/// What a member is made of.
+enum MadeOf {
+    /// An FMU, or the one source of a program.
+    File(String),
+    Program(Box<Manifest>),
+}
+
+impl<'de> Deserialize<'de> for MadeOf {
+    fn deserialize<D: de::Deserializer<'de>>(deserializer: D) -> Result<MadeOf, D::Error> {
+        struct Any;
+        impl<'de> Visitor<'de> for Any {
+            type Value = MadeOf;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+                formatter.write_str("\"FILE.fmu\", or { sources = [\"FILE.scl\"] }")
+            }
+
+            fn visit_str<E>(self, file: &str) -> Result<MadeOf, E> {
+                Ok(MadeOf::File(file.into()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<MadeOf, A::Error> {
+                Manifest::deserialize(MapAccessDeserializer::new(map)).map(|of| MadeOf::Program(Box::new(of)))
+            }
+        }
+        deserializer.deserialize_any(Any)
+    }
 }
 
 /// A value, a list, or a table of them.
@@ -263,16 +294,14 @@ impl<'a> Reader<'a> {
             ..System::default()
         };
         for (name, node) in &content.fmus.0 {
-            let program = match node.get_ref() {
-                Node::Text(file) => {
-                    system.members.push(self.member(name, file, node.span())?);
-                    continue;
+            match node.get_ref() {
+                MadeOf::File(file) => system.members.push(self.member(name, file, node.span())?),
+                MadeOf::Program(manifest) => {
+                    let program = self.program(manifest, node.span())?;
+                    system.members.push(Member { name: name.get_ref().clone(), path: program.sources[0].clone() });
+                    system.programs.insert(name.get_ref().clone(), program);
                 }
-                Node::Table(table) => self.program(table, node)?,
-                other => bail!(self.wrong(node, "\"FILE.fmu\", or { sources = [\"FILE.scl\"] }", other)),
-            };
-            system.members.push(Member { name: name.get_ref().clone(), path: program.sources[0].clone() });
-            system.programs.insert(name.get_ref().clone(), program);
+            }
         }
         if system.members.is_empty() {
             bail!("{}: [fmus] is empty: write a line NAME = \"FILE.fmu\" for each FMU", self.source.file);
@@ -296,28 +325,13 @@ impl<'a> Reader<'a> {
         Ok(system)
     }
 
-    /// A PLC program: its sources, and the options that make an FMU of it.
-    fn program(&self, table: &Entries<Spanned<Node>>, of: &Spanned<Node>) -> Result<Program> {
-        let mut program = Program::default();
-        for (key, node) in &table.0 {
-            let one = |node: &Spanned<Node>| match node.get_ref() {
-                Node::Text(text) => Ok(text.clone()),
-                Node::Number(number) => Ok(number.to_string()),
-                other => Err(self.wrong(node, "a text or a number", other)),
-            };
-            let values = match node.get_ref() {
-                Node::List(list) => list.iter().map(one).collect::<Result<Vec<_>>>()?,
-                _ => vec![one(node)?],
-            };
-            match key.get_ref().as_str() {
-                "sources" => program.sources = values.iter().map(|file| self.folder.join(file)).collect(),
-                option => program.options.extend(values.into_iter().map(|value| (option.to_string(), value))),
-            }
+    /// A program with its sources as this file names them.
+    fn program(&self, manifest: &Manifest, at: Range<usize>) -> Result<Manifest> {
+        if manifest.sources.is_empty() {
+            bail!("{}: a program needs sources = [\"FILE.scl\"]", self.place(at));
         }
-        if program.sources.is_empty() {
-            bail!("{}: a program needs sources = [\"FILE.scl\"]", self.place(of.span()));
-        }
-        Ok(program)
+        let sources = manifest.sources.iter().map(|file| self.folder.join(file)).collect();
+        Ok(Manifest { sources, ..manifest.clone() })
     }
 
     fn member(&self, name: &Spanned<String>, file: &str, at: Range<usize>) -> Result<Member> {

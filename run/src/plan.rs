@@ -342,9 +342,9 @@ fn times(
     let proposed = steps.enumerate().filter_map(|(member, step)| Some((step?, Some(member))));
     let proposed = proposed.min_by(|(a, _), (b, _)| a.total_cmp(b));
     let step = system.step.map(|step| (step, None)).or(proposed);
-    let (step, proposed_by) = step.context("no FMU proposes a communication step: give one with --step")?;
+    let (step, proposed_by) = step.context("no FMU proposes a communication step: give one, such as step = 0.1")?;
     let stop = system.stop.or_else(|| experiments().filter_map(|of| of.stop_time).reduce(f64::max));
-    let stop = stop.context("no FMU proposes a stop time: give one with --stop")?;
+    let stop = stop.context("no FMU proposes a stop time: give one, such as stop = 60")?;
     if !(step > 0.0 && step.is_finite()) {
         bail!("the communication step is {step:?} s: it has to be positive and finite");
     }

@@ -2,6 +2,7 @@
 //! writes them; [`Plan`](crate::plan::Plan) checks them.
 
 use anyhow::{Context, Result, anyhow, bail};
+use manifest::Manifest;
 use parameters::{Loop, Origin};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use std::collections::BTreeMap;
@@ -35,7 +36,7 @@ pub struct System {
     pub sources: Vec<PathBuf>,
     /// The members that are PLC programs, of which FMUs are made before the run.
     #[serde(skip)]
-    pub programs: BTreeMap<String, Program>,
+    pub programs: BTreeMap<String, Manifest>,
 }
 
 impl System {
@@ -45,15 +46,6 @@ impl System {
         let members = self.members.iter().map(|member| &member.path);
         self.sources.iter().chain(members).chain(of_programs).map(PathBuf::as_path)
     }
-}
-
-/// A PLC program.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Program {
-    /// Its sources.
-    pub sources: Vec<PathBuf>,
-    /// How an FMU is made of it: names of options with their values.
-    pub options: Vec<(String, String)>,
 }
 
 /// An FMU in a system.

@@ -1,12 +1,13 @@
 //! Sources to a typed program.
 
-use crate::compiler::{BlockId, Compiler, Cpu, Options};
+use crate::compiler::{BlockId, Compiler};
 use crate::lexer::Span;
 use crate::parser;
 use crate::program::Program;
 use crate::report::Report;
 use crate::root::Root;
 use crate::syntax::{BlockKind, Tree, key};
+use manifest::{Cpu, Manifest};
 use parameters::{Problems, Source};
 use std::collections::{BTreeMap, HashMap};
 
@@ -31,7 +32,7 @@ pub struct Compiled {
 ///
 /// # Errors
 /// All errors of all sources, by source.
-pub fn compile(sources: &[Source], options: &Options) -> Result<Compiled, Vec<Problems>> {
+pub fn compile(sources: &[Source], options: &Manifest) -> Result<Compiled, Vec<Problems>> {
     let mut report = Report::default();
     let mut trees: Vec<Tree> = Vec::new();
     for (file, source) in sources.iter().enumerate() {
@@ -72,7 +73,7 @@ fn may_set_eno(text: &str) -> bool {
 }
 
 impl<'a> Compiler<'a> {
-    fn new(sources: &'a [Source], trees: &'a [Tree], cpu: Cpu, options: &'a Options, report: Report) -> Compiler<'a> {
+    fn new(sources: &'a [Source], trees: &'a [Tree], cpu: Cpu, options: &'a Manifest, report: Report) -> Compiler<'a> {
         let mut program = Program::default();
         program.memory = program.add_record("memory", []);
         program.constants = program.add_record("constants", []);

@@ -6,45 +6,10 @@ use crate::report::Report;
 use crate::syntax::{Block, BlockKind, Expressions, SectionKind, Tree};
 use crate::types::{Elementary, Type};
 use crate::undeclared::Undeclared;
+use manifest::{Cpu, Manifest};
 use parameters::Source;
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
-
-/// The CPU whose rules hold.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cpu {
-    /// S7-300 and S7-400.
-    S7300,
-    /// S7-1200.
-    S71200,
-    /// S7-1500.
-    S71500,
-}
-
-/// How a program is translated.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// The CPU; `None` takes it from the dialect of the sources.
-    pub cpu: Option<Cpu>,
-    /// The function block that becomes the program, or the data block with its instance. `None` takes the one that no other
-    /// block uses.
-    pub block: Option<String>,
-    /// Names that no source declares, and their types: PLC tags and instances.
-    pub declared: Vec<(String, String)>,
-    /// Constants that no source declares, and their values as literals.
-    pub constants: Vec<(String, String)>,
-    /// What is called in a cycle in place of one function block: organization blocks, functions, instances.
-    pub calls: Vec<Task>,
-}
-
-/// Something that is called at times.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Task {
-    /// The name of the organization block, of the function, of the function block, or of the data block with its instance.
-    pub name: String,
-    /// The time between two calls in ms; 0 for every cycle.
-    pub period: u32,
-}
 
 /// A block of a source: the source, and its number there.
 pub type BlockId = (usize, usize);
@@ -73,7 +38,7 @@ pub struct Compiler<'a> {
     pub sources: &'a [Source],
     pub trees: &'a [Tree],
     pub cpu: Cpu,
-    pub options: &'a Options,
+    pub options: &'a Manifest,
     pub report: Report,
     pub program: Program,
     /// The blocks of the sources, by name.

@@ -1,7 +1,7 @@
 //! Blocks, types and data blocks as they are declared.
 
 use crate::compiler::{
-    BlockId, Compiler, Cpu, Global, Interface, Operand, Parameter, Slot, State, Symbol, View, nothing,
+    BlockId, Compiler, Global, Interface, Operand, Parameter, Slot, State, Symbol, View, nothing,
 };
 use crate::lexer::Span;
 use crate::lower::Lowerer;
@@ -12,6 +12,7 @@ use crate::syntax::{
 };
 use crate::types::{Array, Elementary, Field, Structure, Type};
 use crate::undeclared::What;
+use manifest::Cpu;
 use parameters::problem::nearest;
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;

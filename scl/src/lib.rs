@@ -26,5 +26,5 @@ pub mod scl;
 pub mod watch;
 
 pub use compile::{Compiled, compile};
-pub use compiler::{Cpu, Options, Task};
+pub use manifest::{Cpu, Manifest as Options, Task};
 pub use root::Root;

@@ -1,11 +1,12 @@
 //! Timers, counters and edges: SCL that every program may use.
 
-use crate::compiler::{BlockId, Compiler, Cpu, Global, Interface, Operand, Parameter, Slot, State, Symbol};
+use crate::compiler::{BlockId, Compiler, Global, Interface, Operand, Parameter, Slot, State, Symbol};
 use crate::lexer::Span;
 use crate::program::{Body, Function, Value};
 use crate::syntax::{BlockKind, ExpressionId, ExpressionKind, SectionKind, key};
 use crate::types::{Elementary, Type};
 use blocks::{Role, Table};
+use manifest::Cpu;
 use parameters::Source;
 use std::collections::HashMap;
 use std::rc::Rc;

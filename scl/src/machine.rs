@@ -86,7 +86,7 @@ impl fmt::Display for Stop {
             Cause::Index { index, low, high } => write!(formatter, "index {index} is outside of {low}..{high}"),
             Cause::Budget(budget) => write!(
                 formatter,
-                "the call has run {budget} statements and is stopped; if this loop does end, build it with a larger --budget"
+                "the call has run {budget} statements and is stopped; if this loop does end, give the program a larger budget"
             ),
             Cause::Step => formatter.write_str("the loop has the step 0 and would not end"),
             Cause::Instance => formatter.write_str("the saved state of a block inside the program is damaged"),

@@ -1,7 +1,7 @@
 //! What is wrong with a program, and what its author should know.
 
 use crate::lexer::Span;
-use parameters::{Problem, Problems, Source};
+use parameters::{Problem, Problems, Remedy, Source};
 
 /// This many messages of one kind are shown of a program.
 const MOST: usize = 1000;
@@ -18,18 +18,23 @@ pub struct Report {
 struct Finding {
     span: Span,
     message: String,
-    help: Option<String>,
+    help: Option<Remedy>,
 }
 
 impl Report {
     /// What makes a program impossible.
     pub fn error(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
+        self.error_with(span, message, help.map(Remedy::from));
+    }
+
+    /// The same with another remedy than a sentence.
+    pub fn error_with(&mut self, span: Span, message: impl Into<String>, help: Option<Remedy>) {
         add(&mut self.errors, span, message.into(), help);
     }
 
     /// What may not be what its author expects.
     pub fn warning(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
-        add(&mut self.warnings, span, message.into(), help);
+        add(&mut self.warnings, span, message.into(), help.map(Remedy::from));
     }
 
     /// Whether there is an error.
@@ -48,9 +53,9 @@ impl Report {
     }
 }
 
-fn add(findings: &mut Vec<Finding>, span: Span, message: String, help: Option<&str>) {
+fn add(findings: &mut Vec<Finding>, span: Span, message: String, help: Option<Remedy>) {
     if findings.len() < MOST {
-        findings.push(Finding { span, message, help: help.map(str::to_string) });
+        findings.push(Finding { span, message, help });
     }
 }
 

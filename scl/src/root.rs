@@ -1,11 +1,12 @@
 //! What is called in a cycle: one function block, or organization blocks and what else is named.
 
-use crate::compiler::{Compiler, Global, Interface, Parameter, Slot, State, Task};
+use crate::compiler::{Compiler, Global, Interface, Parameter, Slot, State};
 use crate::interface::{Shown, Variable};
 use crate::lexer::Span;
 use crate::program::{Argument, At, Binary, Body, Call, Expr, Function, Place, Scalar, Statement, Value, What};
 use crate::syntax::{BlockKind, key};
 use crate::types::{Elementary, Type};
+use manifest::Task;
 
 /// The organization blocks that are called once before the first cycle.
 const STARTUP: [&str; 2] = ["OB100", "STARTUP"];
@@ -48,7 +49,7 @@ impl Compiler<'_> {
         }
         let targets: Vec<(Target, u32)> = match (&self.options.block, self.options.calls.as_slice()) {
             (Some(_), [_, ..]) => {
-                self.error(Span::default(), "--fb and --call are given: one of them says what is run", None);
+                self.error(Span::default(), "a block and calls are named: one of them says what is run", None);
                 return None;
             }
             (Some(name), []) => vec![(self.target(&name.clone(), "function block")?, 0)],
@@ -192,7 +193,7 @@ impl Compiler<'_> {
         };
         let arguments: Vec<Argument> = called.locals[..called.parameters].iter().map(first).collect();
         if kind != BlockKind::OrganizationBlock && !arguments.is_empty() {
-            let message = format!("--call {name}: it has parameters");
+            let message = format!("{name} cannot be called by itself: it has parameters");
             let help = "call it from an organization block or a function block, and name that";
             self.error(Span::default(), message, Some(help));
             return None;

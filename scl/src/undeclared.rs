@@ -4,6 +4,7 @@ use crate::compiler::Compiler;
 use crate::lexer::Span;
 use crate::syntax::key;
 use crate::types::Elementary;
+use parameters::Remedy;
 use std::collections::BTreeSet;
 
 /// What is missing.
@@ -66,8 +67,8 @@ impl Compiler<'_> {
                     self.error(*span, message, Some("export this DB as source, or declare it in a .scl file"));
                 }
                 What::Constant => {
-                    let help = format!("--constant {name}=5 declares it");
-                    self.error(*span, format!("no source declares the constant \"{name}\""), Some(&help));
+                    let help = Remedy::DeclareConstant(name.clone());
+                    self.report.error_with(*span, format!("no source declares the constant \"{name}\""), Some(help));
                 }
                 What::Type => {
                     self.error(*span, format!("no source declares the type \"{name}\""), Some(sources));
@@ -79,8 +80,8 @@ impl Compiler<'_> {
                     self.error(*span, format!("no source declares the function block \"{name}\""), Some(sources));
                 }
                 What::Instance => {
-                    let help = format!("say which block it is an instance of: --instance \"{name} : Block\"");
-                    self.error(*span, format!("no source declares the instance \"{name}\""), Some(&help));
+                    let help = Remedy::DeclareInstance(name.clone());
+                    self.report.error_with(*span, format!("no source declares the instance \"{name}\""), Some(help));
                 }
             }
         }
@@ -94,10 +95,7 @@ impl Compiler<'_> {
             })
             .collect();
         let of = first.of.map_or("Bool", Elementary::name);
-        let help = format!(
-            "--tag \"{} : {of}\" makes it an input or output, --constant {}=5 a constant",
-            first.name, first.name
-        );
-        self.error(first.span, format!("no source declares the tags {}", names.join(", ")), Some(&help));
+        let help = Remedy::DeclareTag { name: first.name.clone(), of };
+        self.report.error_with(first.span, format!("no source declares the tags {}", names.join(", ")), Some(help));
     }
 }

@@ -16,6 +16,7 @@ const PRODUCT: &[&str] = &[
     "fmu",
     "host",
     "laws",
+    "manifest",
     "modeldescription",
     "parameters",
     "plants",
@@ -56,8 +57,9 @@ fn crates_depend_on_each_other_one_way() {
             "blocks" => &[],
             "fmu" | "modeldescription" | "parameters" | "plants" => &["blocks"],
             "draw" => &["blocks", "modeldescription"],
-            "run" => &["blocks", "modeldescription", "parameters"],
-            "scl" => &["blocks", "parameters"],
+            "manifest" => &["parameters"],
+            "run" => &["blocks", "manifest", "modeldescription", "parameters"],
+            "scl" => &["blocks", "manifest", "parameters"],
             "laws" => &["blocks", "parameters", "scl"],
             "control" | "host" => &["blocks", "modeldescription", "parameters", "run"],
             "study" => &["blocks", "control", "draw", "host", "modeldescription", "parameters", "run"],
@@ -66,6 +68,7 @@ fn crates_depend_on_each_other_one_way() {
                 "control",
                 "draw",
                 "fmu",
+                "manifest",
                 "modeldescription",
                 "parameters",
                 "plants",
@@ -82,6 +85,7 @@ fn crates_depend_on_each_other_one_way() {
                 "fmu",
                 "host",
                 "laws",
+                "manifest",
                 "modeldescription",
                 "parameters",
                 "plants",
@@ -93,7 +97,7 @@ fn crates_depend_on_each_other_one_way() {
             ],
             "xtask" => &["blocks", "modeldescription", "parameters", "plcfmu"],
             tests if tests.starts_with("tests") => continue,
-            "fmu/program" => &["blocks", "fmu", "parameters", "scl"],
+            "fmu/program" => &["blocks", "fmu", "manifest", "parameters", "scl"],
             "fmu/libraries/program" => &["fmu", "program"],
             library if library.starts_with("fmu/libraries/") => &["blocks", "fmu", "plants"],
             // An FMU of ours is made as anyone's is.
@@ -201,6 +205,39 @@ fn what_computes_opens_no_files_and_reads_no_clock() {
     assert_none(
         &find_before_tests(&files.collect::<Vec<_>>(), |line| first_of(&foreign, line)),
         "take the content and give the result: files, sockets, processes and clocks belong to plcfmu, host and run/src/file.rs",
+    );
+}
+
+#[test]
+fn no_message_of_the_page_names_an_option_of_the_command() {
+    let rooms = [
+        "blocks",
+        "control",
+        "draw",
+        "fmu",
+        "manifest",
+        "modeldescription",
+        "parameters",
+        "plants",
+        "run",
+        "scl",
+        "tool",
+    ];
+    let files: Vec<String> = rooms.iter().flat_map(|room| source_files(&format!("{room}/src"))).collect();
+    // Words of the command, reading of files, and the source of a proof.
+    let commands = ["parameters/src/problem.rs", "run/src/file.rs", "scl/src/prove/"];
+    let files =
+        outside(&commands, &files).into_iter().filter(|file| file.ends_with(".rs") && !file.ends_with("tests.rs"));
+    let files: Vec<String> = files.chain(source_files("fmu/program/src")).collect();
+    let option = |line: &str| {
+        let code = if line.trim_start().starts_with("//") { "" } else { line };
+        let words = code.split(|c: char| !c.is_ascii_alphanumeric() && c != '-');
+        let is_option = |word: &&str| word.starts_with("--") && word[2..].starts_with(|c: char| c.is_ascii_lowercase());
+        words.filter(is_option).map(str::to_string).next()
+    };
+    assert_none(
+        &find_before_tests(&files, option),
+        "say what is missing in words that hold in the command and on the page, or make it a Remedy, which each words for itself",
     );
 }
 

@@ -2,12 +2,13 @@
 //! stands for several: one for each program of the tests.
 
 use host::library::Library;
+use manifest::{FILE, Manifest};
 use modeldescription::{Interface, Row, Text};
 use parameters::Source;
 use plcfmu::build::compile::{Linkage, compile};
 use plcfmu::build::platform::Platform;
 use plcfmu::build::workspace::{FmuCrate, Workspace};
-use program::{FILE, Loaded, Manifest};
+use program::Loaded;
 use std::collections::{BTreeMap, BTreeSet};
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::ffi::{CString, c_char};
@@ -196,7 +197,7 @@ fn open(package: &str, path: &Path) -> Fmu {
 
 /// Writes the resources of a program's FMU into a folder, and gives what the FMU tells of itself.
 fn unpack(file: &str, text: &str, folder: &Path) -> std::io::Result<String> {
-    let manifest = Manifest { cycle: 100, sources: vec![file.into()], ..Manifest::default() };
+    let manifest = Manifest { cycle: Some(100), sources: vec![file.into()], ..Manifest::default() };
     let loaded = Loaded::new(&manifest, &[Source::new(file, text.into())], |_| false).map_err(std::io::Error::other)?;
     std::fs::create_dir_all(folder)?;
     std::fs::write(folder.join(FILE), manifest.to_string())?;

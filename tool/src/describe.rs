@@ -11,7 +11,7 @@ use base64::engine::general_purpose::STANDARD;
 use blocks::table::number::{number, to_value};
 use blocks::{Kind, Role};
 use modeldescription::{Causality, Row, Table, Type, Variability, units};
-use parameters::{Format, Options, Origin, Problems, Source};
+use parameters::{Format, Options, Origin, Problems, Remedy, Source};
 use run::dialog::{self, Group, Roles};
 use run::fmus::number_of;
 use run::system::Value;
@@ -193,24 +193,25 @@ fn problems(problems: Problems) -> Vec<Problem> {
     let problem = |of: parameters::Problem| Problem {
         place: of.place.map(|place| (place.line, place.column)),
         message: of.message,
-        help: of.help.map(without_options),
+        help: of.help.as_ref().map(remedy),
     };
     problems.problems.into_iter().map(problem).collect()
 }
 
-/// A remedy that names options of the command, as one that a user of the page can follow.
-pub fn without_options(help: String) -> String {
-    const SAME: [(&str, &str); 8] = [
-        ("name it with --block: ", "choose its block: "),
-        ("say with --block which one it is: ", "choose which one it is: "),
-        ("name that with --block", "choose that as its block"),
-        ("choose one with --loop, or rename", "rename"),
-        (": --instance \"", ", under Options: \""),
-        ("--tag \"", "under Options the tag \""),
-        ("--constant ", "the constant "),
-        ("--call ", ""),
-    ];
-    SAME.iter().fold(help, |help, (command, page)| help.replace(command, page))
+/// A remedy in the words of the page.
+pub fn remedy(remedy: &Remedy) -> String {
+    match remedy {
+        Remedy::Sentence(text) => text.clone(),
+        Remedy::ChooseBlock(blocks) => format!("choose its block: {blocks}"),
+        Remedy::ChooseThisBlock(block) => format!("if it is {block}, whose members it has, choose that as its block"),
+        Remedy::DeclareConstant(name) => format!("declare it under Options: the constant {name} = 5"),
+        Remedy::DeclareInstance(name) => {
+            format!("say under Options which block it is an instance of: the tag {name} : Block")
+        }
+        Remedy::DeclareTag { name, of } => {
+            format!("under Options, the tag {name} : {of} makes it an input or output, {name} = 5 a constant")
+        }
+    }
 }
 
 /// A loop as a message.

@@ -10,10 +10,11 @@ use crate::signals;
 use anyhow::{Context, Result, bail};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use manifest::Manifest;
 use parameters::{Format, Origin};
 use run::file;
 use run::master::write_csv;
-use run::system::{Connection, Program, Setting, System, Value};
+use run::system::{Connection, Setting, System, Value};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -289,7 +290,7 @@ fn system(home: &dyn Home, record: &Record, calls: usize) -> System {
     let setup = record.setup();
     let set = |variable: String, value, time| Setting { variable, value, time, is_preliminary: false, place: None };
     let is_free = |variable: &String| !setup.connections.iter().any(|(_, to)| to == variable);
-    let programs: BTreeMap<String, Program> =
+    let programs: BTreeMap<String, Manifest> =
         setup.members.iter().filter_map(|of| Some((of.name.clone(), home.program(&of.fmu)?))).collect();
     let member = |of: &Member| run::system::Member {
         name: of.name.clone(),

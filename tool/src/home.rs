@@ -2,6 +2,7 @@
 
 use crate::message::{Entry, KnownLoop};
 use anyhow::Result;
+use manifest::Manifest;
 use parameters::Block;
 use run::fmus::Fmus;
 use std::sync::Arc;
@@ -23,8 +24,8 @@ pub trait Home: Fmus {
     /// There is no such FMU here, or a value does not fit.
     fn preset(&self, of: &parameters::Loop) -> Result<Vec<u8>>;
 
-    /// The sources and options of a PLC program; any other FMU has none.
-    fn program(&self, _fmu: &str) -> Option<run::system::Program> {
+    /// How a PLC program is made of its sources; `None` for any other FMU.
+    fn program(&self, _fmu: &str) -> Option<Manifest> {
         None
     }
 

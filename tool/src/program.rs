@@ -5,16 +5,17 @@ mod roles;
 
 pub use kept::Programs;
 
-use crate::describe::without_options;
+use crate::describe::remedy;
 use crate::home::Home;
 use crate::message::{Part, Value, Values};
 use anyhow::{Context, Result, ensure};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use fmu::cyclic::Cyclic;
+use manifest::{Manifest, Task};
 use modeldescription::{Interface, ModelDescription, Table, shortened, units};
 use parameters::{Problems, Source, literal};
-use program::{CPUS, Loaded, Manifest, Wrong};
+use program::{Loaded, Wrong};
 use run::dialog;
 use scl::watch::{self, Watched};
 use serde::{Deserialize, Serialize};
@@ -30,32 +31,18 @@ const CYCLE: u32 = 100;
 /// At most this many problems are told.
 const MOST_PROBLEMS: usize = 500;
 
-/// The sources of a program, and how it is made of them. What is left out is as for `plcfmu build`.
+/// The sources of a program, and how it is made of them. What is left out is as for `plcfmu build`; without a cycle, it is what the
+/// sources propose, see [`Compiled::cycle_from`].
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
-#[cfg_attr(test, derive(ts_rs::TS), ts(rename = "Program", optional_fields = nullable))]
-#[serde(default, deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(rename = "Program"))]
+#[serde(deny_unknown_fields)]
 pub struct Request {
     /// The sources.
+    #[serde(default)]
     pub files: Vec<File>,
-    /// The time between two calls in seconds; what the sources propose without it, see [`Compiled::cycle_from`].
-    pub cycle: Option<f64>,
-    /// What is run: a function block, an organization block, or a data block with an instance. Without it, the one that no other
-    /// block calls.
-    pub run: Option<String>,
-    /// The CPU whose rules hold: `300`, `1200` or `1500`; that of the sources' dialect without it.
-    pub cpu: Option<String>,
-    /// The most statements in a call; a million without it.
-    pub budget: Option<u32>,
-    /// Inputs that are parameters.
-    pub parameters: Vec<String>,
-    /// Settings, or members of data blocks, that are inputs.
-    pub inputs: Vec<String>,
-    /// Locals, or members of data blocks, that are outputs.
-    pub outputs: Vec<String>,
-    /// Names that no source declares, with their types or blocks.
-    pub tags: Vec<(String, String)>,
-    /// Constants that no source declares, with their values.
-    pub constants: Vec<(String, String)>,
+    /// How it is made of them.
+    #[serde(flatten)]
+    pub manifest: Manifest,
 }
 
 /// A source.
@@ -204,7 +191,7 @@ pub struct Monitored {
 #[derive(Clone)]
 pub struct Kept {
     name: String,
-    request: Request,
+    manifest: Manifest,
     sources: Vec<Source>,
     loaded: Arc<Loaded>,
     table: Arc<Table>,
@@ -218,11 +205,11 @@ pub struct Kept {
 pub fn compile<H: Home>(home: &Programs<H>, request: &Request) -> Result<Compiled> {
     let sources = sources(&request.files)?;
     let blocks = watch::watched(&sources);
-    let (cycle, cycle_from) = match request.cycle {
-        Some(seconds) => (milliseconds(seconds)?, String::new()),
+    let (cycle, cycle_from) = match request.manifest.cycle {
+        Some(cycle) => (cycle, String::new()),
         None => proposed_cycle(&blocks),
     };
-    let manifest = manifest(request, &sources, &blocks, cycle)?;
+    let manifest = completed(&request.manifest, &sources, &blocks, cycle);
     let mut compiled = Compiled {
         cycle: f64::from(cycle) / 1000.0,
         cycle_from,
@@ -256,7 +243,7 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Request) -> Result<Compile
         let interface = Interface::linked(table, &guid)?;
         let description = Arc::new(ModelDescription::of(&interface)?.description());
         let table = Arc::new(interface.table);
-        Ok(Kept { name, request: request.clone(), sources, loaded, table, description })
+        Ok(Kept { name, manifest, sources, loaded, table, description })
     })?;
     compiled.fmu = Some(name);
     Ok(compiled)
@@ -307,15 +294,6 @@ fn sources(files: &[File]) -> Result<Vec<Source>> {
     Ok(sources)
 }
 
-fn milliseconds(seconds: f64) -> Result<u32> {
-    let milliseconds = (seconds * 1000.0).round();
-    ensure!(
-        (1.0..=f64::from(i32::MAX)).contains(&milliseconds) && (milliseconds / 1000.0 - seconds).abs() < 1e-9,
-        "the time between two calls is {seconds:?} s: give it in whole milliseconds, at least 0.001 s"
-    );
-    Ok(milliseconds as u32)
-}
-
 /// The time between two calls in milliseconds that the sources propose, and why. It is the period of the OB, which sources do
 /// not have, but authors write it down.
 fn proposed_cycle(blocks: &[Watched]) -> (u32, String) {
@@ -344,34 +322,21 @@ fn proposed_cycle(blocks: &[Watched]) -> (u32, String) {
     (CYCLE, "no source says one: give the period of the OB that calls it".into())
 }
 
-fn manifest(request: &Request, sources: &[Source], blocks: &[Watched], cycle: u32) -> Result<Manifest> {
-    let cpu = match &request.cpu {
-        None => None,
-        Some(cpu) => {
-            let found = CPUS.iter().find(|(name, _)| name == cpu);
-            Some(found.with_context(|| format!("there is no CPU {cpu:?}: take 300, 1200 or 1500"))?.1)
-        }
-    };
+/// The manifest with its sources and its cycle. Organization blocks are called.
+fn completed(manifest: &Manifest, sources: &[Source], blocks: &[Watched], cycle: u32) -> Manifest {
     let is_organization =
         |name: &String| blocks.iter().any(|block| block.is_organization && block.name.eq_ignore_ascii_case(name));
-    let (calls, block) = match &request.run {
-        Some(name) if is_organization(name) => (vec![(name.clone(), 0)], None),
-        other => (Vec::new(), other.clone()),
-    };
-    Ok(Manifest {
-        name: None,
-        sources: sources.iter().map(|source| source.file.clone()).collect(),
-        cycle,
+    let (called, block) = manifest.block.clone().map_or((None, None), |name| match is_organization(&name) {
+        true => (Some(Task { name, period: 0 }), None),
+        false => (None, Some(name)),
+    });
+    Manifest {
+        sources: sources.iter().map(|source| source.file.clone().into()).collect(),
+        cycle: Some(cycle),
+        calls: called.into_iter().chain(manifest.calls.iter().cloned()).collect(),
         block,
-        cpu,
-        budget: request.budget,
-        parameters: request.parameters.clone(),
-        inputs: request.inputs.clone(),
-        outputs: request.outputs.clone(),
-        calls,
-        declared: request.tags.clone(),
-        constants: request.constants.clone(),
-    })
+        ..manifest.clone()
+    }
 }
 
 fn refuse(wrong: Wrong, compiled: &mut Compiled) {
@@ -400,8 +365,8 @@ fn findings(problems: &[Problems], is_error: bool) -> Vec<Finding> {
                 file: problems.file.clone(),
                 place: of.place.as_ref().map(|place| (place.line, place.column)),
                 length: about.lines().next().unwrap_or_default().chars().count(),
-                message: without_options(of.message.clone()),
-                help: of.help.clone().map(without_options),
+                message: of.message.clone(),
+                help: of.help.as_ref().map(remedy),
                 is_error,
             }
         };
@@ -432,26 +397,6 @@ impl Kept {
     /// What it is in a loop: whatever drives the rest of it.
     fn part(&self) -> Part {
         Part::Controller
-    }
-
-    /// The sources by name, and the options with which `plcfmu` makes an FMU of them.
-    fn as_program(&self) -> run::system::Program {
-        let Request { files, cycle: _, run, cpu, budget, parameters, inputs, outputs, tags, constants } = &self.request;
-        let mut options: Vec<(String, String)> = Vec::new();
-        let mut add = |option: &str, value: String| options.push((option.into(), value));
-        let cycle = self.table.variables.get(self.table.cycle).map_or(0.0, |row| row.start);
-        add("cycle", format!("{}ms", (cycle * 1000.0).round()));
-        if let Some(run) = run {
-            add(if self.loaded.is_function_block() { "fb" } else { "call" }, run.clone());
-        }
-        cpu.iter().for_each(|cpu| add("cpu", cpu.clone()));
-        budget.iter().for_each(|budget| add("budget", budget.to_string()));
-        parameters.iter().for_each(|name| add("parameter", name.clone()));
-        inputs.iter().for_each(|name| add("input", name.clone()));
-        outputs.iter().for_each(|name| add("output", name.clone()));
-        tags.iter().for_each(|(name, of)| add("tag", format!("{name} : {of}")));
-        constants.iter().for_each(|(name, value)| add("constant", format!("{name}={value}")));
-        run::system::Program { sources: files.iter().map(|of| of.file.clone().into()).collect(), options }
     }
 }
 

@@ -23,11 +23,6 @@ impl Loaded {
         &self.block
     }
 
-    /// Whether one function block is run, and no organization block.
-    pub fn is_function_block(&self) -> bool {
-        !self.instance.is_empty()
-    }
-
     /// The instances of blocks, those inside others behind them; first the program itself.
     pub fn parts(&self) -> Vec<Part> {
         let mut found = vec![Part { path: String::new(), block: self.block.clone(), is_native: false }];

@@ -9,13 +9,11 @@
 //! ```
 
 mod inside;
-mod manifest;
 mod sources;
 mod table;
 mod wrong;
 
 pub use inside::Part;
-pub use manifest::{CPUS, FILE, Manifest};
 pub use table::TextPlace;
 pub use wrong::Wrong;
 
@@ -27,9 +25,10 @@ use fmu::cyclic::Cyclic;
 use fmu::preset::{self, Argument};
 use fmu::refusal::Refusal;
 use fmu::resources;
+use manifest::{FILE, Manifest};
 use parameters::{Problems, Source};
+use scl::compile;
 use scl::machine::{Code, Machine};
-use scl::{Options, Task, compile};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use table::Held;
@@ -70,14 +69,7 @@ impl Loaded {
     /// # Errors
     /// All that is wrong with the sources, with file, line and column; there is no block to be run.
     pub fn new(manifest: &Manifest, sources: &[Source], is_unit: fn(&str) -> bool) -> Result<Loaded, Wrong> {
-        let options = Options {
-            cpu: manifest.cpu,
-            block: manifest.block.clone(),
-            declared: manifest.declared.clone(),
-            constants: manifest.constants.clone(),
-            calls: manifest.calls.iter().map(|(name, period)| Task { name: name.clone(), period: *period }).collect(),
-        };
-        let compiled = compile(sources, &options).map_err(Wrong::Sources)?;
+        let compiled = compile(sources, manifest).map_err(Wrong::Sources)?;
         let code = Code::compile(&compiled.program)?;
         let root = compiled.root.as_ref().ok_or_else(|| Wrong::Choice {
             blocks: compiled.candidates.clone(),
@@ -352,11 +344,11 @@ impl Library for Program {
         let manifest = Manifest::parse(&text).map_err(damaged)?;
         let mut key = text.into_bytes();
         let mut sources = Vec::new();
-        for name in &manifest.sources {
-            let (_, bytes) = file(name)?;
+        for name in manifest.sources.iter().map(|source| source.display().to_string()) {
+            let (_, bytes) = file(&name)?;
             key.extend((bytes.len() as u64).to_le_bytes());
             key.extend_from_slice(&bytes);
-            sources.push((name.clone(), bytes));
+            sources.push((name, bytes));
         }
         let mut known = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
         let known = known.get_or_insert_default();
@@ -399,7 +391,7 @@ mod tests {
         BEGIN flow := level * 2.0; sum := sum + 1; END_FUNCTION_BLOCK";
 
     fn pump() -> Program {
-        let manifest = Manifest { cycle: 100, sources: vec!["pump.scl".into()], ..Manifest::default() };
+        let manifest = Manifest { cycle: Some(100), sources: vec!["pump.scl".into()], ..Manifest::default() };
         let loaded = Loaded::new(&manifest, &[Source::new("pump.scl", SOURCE.into())], |_| true);
         Program::new(Arc::new(loaded.unwrap_or_else(|error| panic!("{error}"))))
     }
@@ -429,7 +421,7 @@ mod tests {
         let source = "DATA_BLOCK tank VAR RETAIN level : REAL; END_VAR BEGIN END_DATA_BLOCK
             FUNCTION_BLOCK Pump VAR_OUTPUT flow : REAL; END_VAR VAR tank : STRUCT level : REAL; END_STRUCT; END_VAR
             BEGIN flow := #tank.level; \"tank\".level := \"tank\".level + 1.0; END_FUNCTION_BLOCK";
-        let manifest = Manifest { cycle: 100, sources: vec!["pump.scl".into()], ..Manifest::default() };
+        let manifest = Manifest { cycle: Some(100), sources: vec!["pump.scl".into()], ..Manifest::default() };
         let loaded = Loaded::new(&manifest, &[Source::new("pump.scl", source.into())], |_| true);
         let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
         let names: Vec<_> = loaded.table.rows.iter().map(|row| row.name).collect();
@@ -440,7 +432,7 @@ mod tests {
     fn dates_and_times_of_day_are_whole_numbers() {
         let source = "FUNCTION_BLOCK Night VAR_INPUT day : DATE := D#1990-01-03; from : TOD := TOD#00:00:01.5; END_VAR
             VAR_OUTPUT late : BOOL; END_VAR BEGIN late := from > TOD#22:00:00; END_FUNCTION_BLOCK";
-        let manifest = Manifest { cycle: 100, sources: vec!["night.scl".into()], ..Manifest::default() };
+        let manifest = Manifest { cycle: Some(100), sources: vec!["night.scl".into()], ..Manifest::default() };
         let loaded = Loaded::new(&manifest, &[Source::new("night.scl", source.into())], |_| true);
         let mut night = Program::new(Arc::new(loaded.unwrap_or_else(|error| panic!("{error}"))));
         let [day, from, late] = ["day", "from", "late"].map(|name| row(&night, name));

@@ -1,9 +1,9 @@
 //! The table of a program: what a host sees of its variables.
 
-use crate::manifest::Manifest;
 use blocks::table::DEPTH;
 use blocks::table::number::{number, to_value};
 use blocks::{Class, Kind, Response, Role, Row, Table, Text, TextType, Time, Value};
+use manifest::Manifest;
 use scl::interface::{self, Variable};
 use scl::program::{Scalar, Type};
 use scl::{Compiled, Root};
@@ -106,6 +106,7 @@ pub fn of(manifest: &Manifest, compiled: &Compiled, root: &Root, is_unit: fn(&st
     let mut own_cycle = None;
     let variables: Vec<&Variable> = root.variables.iter().chain(&compiled.globals).collect();
     let chosen = chosen(manifest, root, &variables)?;
+    let milliseconds = manifest.cycle.ok_or("the time between two calls is missing")?;
     let variables = || variables.iter().enumerate().filter(|(at, of)| !of.is_hidden || chosen.contains_key(at));
     let start = &compiled.program.records[compiled.program.memory].start;
     // What is declared has its name before what is made of it: `x_out` may be declared beside an in-out parameter x.
@@ -155,7 +156,7 @@ pub fn of(manifest: &Manifest, compiled: &Compiled, root: &Root, is_unit: fn(&st
         description: "Time between two calls",
         kind: Kind::Time,
         role: Role::Cycle,
-        start: Value::Time(Time::ms(manifest.cycle as i32)),
+        start: Value::Time(Time::ms(milliseconds as i32)),
         min: Some(Value::Time(Time::ms(1))),
         ..Row::EMPTY
     });
@@ -165,7 +166,7 @@ pub fn of(manifest: &Manifest, compiled: &Compiled, root: &Root, is_unit: fn(&st
     let table = Table {
         name: leaked(&manifest.name.clone().unwrap_or_else(|| identifier(&root.block))),
         aliases: &[],
-        docs: leaked(&documentation(manifest, root)),
+        docs: leaked(&documentation(manifest, milliseconds, root)),
         rows: rows.leak(),
         texts: texts.leak(),
         tunable_reals: no,
@@ -211,7 +212,7 @@ fn text(name: &str, of: &Variable, role: Role, place: TextPlace, start: &str) ->
     let role = match role {
         Role::Input if of.role == interface::Role::Local => {
             return Err(format!(
-                "--input {}: the program may write this text, and a host cannot give it then; make it a VAR_INPUT",
+                "{} is no input: the program may write this text, and a host cannot set it then; make it a VAR_INPUT",
                 of.name
             ));
         }
@@ -235,10 +236,10 @@ fn spelled(name: &str) -> String {
 fn chosen(manifest: &Manifest, root: &Root, variables: &[&Variable]) -> Result<HashMap<usize, Role>, String> {
     use interface::Role::{Input, Local, Parameter};
     let mut chosen = HashMap::new();
-    for (option, names, roles, what, role) in [
-        ("output", &manifest.outputs, &[Local][..], "a local", Role::Output),
-        ("input", &manifest.inputs, &[Parameter, Local], "a setting or a local", Role::Input),
-        ("parameter", &manifest.parameters, &[Input], "an input", Role::Parameter),
+    for (names, roles, what, (wanted, role)) in [
+        (&manifest.outputs, &[Local][..], "local", ("an output", Role::Output)),
+        (&manifest.inputs, &[Parameter, Local], "setting or local", ("an input", Role::Input)),
+        (&manifest.parameters, &[Input], "input", ("a parameter", Role::Parameter)),
     ] {
         if names.is_empty() {
             continue;
@@ -250,10 +251,7 @@ fn chosen(manifest: &Manifest, root: &Root, variables: &[&Variable]) -> Result<H
             let Some(found) = known.get(&spelled(name)) else {
                 let some: Vec<&str> = able().map(|(_, of)| of.name.as_str()).take(MOST_NAMES).collect();
                 let block = &root.block;
-                return Err(format!(
-                    "--{option} {name}: {block} has no such variable that is {what}: {}",
-                    some.join(", ")
-                ));
+                return Err(format!("{block} has no {what} {name} to become {wanted}; it has {}", some.join(", ")));
             };
             let exact = found.iter().filter(|at| variables[**at].name == *name).copied().collect::<Vec<usize>>();
             let found = if exact.is_empty() { found } else { &exact };
@@ -329,12 +327,13 @@ fn row(name: &str, variable: &Variable, kind: Kind, role: Role, start: Value, is
     }
 }
 
-fn documentation(manifest: &Manifest, root: &Root) -> String {
-    let cycle = f64::from(manifest.cycle) / 1000.0;
+fn documentation(manifest: &Manifest, milliseconds: u32, root: &Root) -> String {
+    let cycle = f64::from(milliseconds) / 1000.0;
+    let sources: Vec<String> = manifest.sources.iter().map(|source| source.display().to_string()).collect();
     format!(
         "The PLC program {} in SCL, called every {cycle:?} s.\n\nThe sources are in the FMU's folder resources: {}.\n",
         root.block,
-        manifest.sources.join(", ")
+        sources.join(", ")
     )
 }
 

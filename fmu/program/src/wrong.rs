@@ -40,8 +40,7 @@ impl fmt::Display for Wrong {
             ),
             Wrong::Choice { blocks, .. } => write!(
                 formatter,
-                "several blocks are called by no other: {}; choose a function block with --fb NAME, or each organization \
-                 block with --call NAME and its --cycle TIME",
+                "several blocks are called by no other: {}; choose the one that is run",
                 blocks.join(", ")
             ),
             Wrong::Other(what) => formatter.write_str(what),

@@ -5,7 +5,7 @@ use super::parser::{DataBlock, FunctionBlock, Item, Name, items};
 use super::values::{Assignment, SyntaxErrors, assignments};
 use crate::block::{Block, Part};
 use crate::loops::Loop;
-use crate::problem::{Problems, nearest, quoted};
+use crate::problem::{Problems, Remedy, nearest, quoted};
 use crate::reading::{Options, Reading};
 use crate::report::{MOST_LOOPS, Report, elements};
 use crate::source::Source;
@@ -46,7 +46,7 @@ pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result
     for item in &items {
         if reader.found.len() > MOST_LOOPS {
             let message = format!("the file has more than {MOST_LOOPS} loops");
-            reader.report.wrong_file(message, Some("split it".to_string()));
+            reader.report.wrong_file(message, Some("split it".into()));
             break;
         }
         match item {
@@ -348,12 +348,13 @@ impl Reader<'_> {
         let alike = self.blocks.iter().filter(is_likely).max_by_key(is_member);
         let alike = alike.filter(|block| is_member(block) >= ENOUGH_NAMES);
         let help = match (meant, alike) {
-            (Some(block), _) => format!("did you mean {}?", block.name),
-            (None, Some(block)) => format!("if it is {}, whose members it has, name that with --block", block.name),
+            (Some(block), _) => format!("did you mean {}?", block.name).into(),
+            (None, Some(block)) => Remedy::ChooseThisBlock(block.name.clone()),
             (None, None) => return self.skip(db, kind),
         };
         self.wrong(errors);
-        self.report.wrong(kind.span.clone(), format!("{} is not a known block", quoted(&kind.text)), Some(help));
+        let message = format!("{} is not a known block", quoted(&kind.text));
+        self.report.wrong_with(kind.span.clone(), message, Some(help));
     }
 
     /// Passes over a data block that is an instance of another block.
@@ -433,8 +434,8 @@ impl Reader<'_> {
             self.report.wrong_file("the file is empty", None);
         }
         if self.found.is_empty() && !self.report.is_wrong() {
-            let help = "expected DATA_BLOCK ... END_DATA_BLOCK with the name of a block before BEGIN".to_string();
-            self.report.wrong_file("the file holds no instance data block", Some(help));
+            let help = "expected DATA_BLOCK ... END_DATA_BLOCK with the name of a block before BEGIN";
+            self.report.wrong_file("the file holds no instance data block", Some(help.into()));
         }
         if let Some(sentence) = self.skipped.sentence() {
             self.report.remark(None, sentence);

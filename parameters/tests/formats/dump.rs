@@ -122,6 +122,6 @@ fn a_dump_holds_one_loop() {
     let loops = [Loop::new("A", pump()), Loop::new("B", pump())];
     assert_eq!(
         parameters::write(Format::Dump, &loops, ""),
-        Err("a dump holds one loop, not 2: choose one with --loop".into())
+        Err("a dump holds one loop, not 2: write one alone".into())
     );
 }

@@ -46,7 +46,7 @@ fn a_loop_whose_names_fit_several_blocks_needs_the_block() {
     let text = r#"{"TIC101": {"GAIN": 3}}"#;
     assert_eq!(
         refusal(Format::Json, text),
-        "plant.json:1:2: `TIC101`: several blocks have these inputs and parameters; say with --block which one it is: PUMP, VALVE"
+        "plant.json:1:2: `TIC101`: several blocks have these inputs and parameters; name it with --block: PUMP, VALVE"
     );
     assert_eq!(reading(Format::Json, text, &of_block("VALVE")).unwrap().loops[0].block.name, "VALVE");
 }
@@ -152,6 +152,6 @@ fn what_the_file_cannot_hold_is_not_written() {
     );
     for format in [Format::Json, Format::Ssv, Format::Openness] {
         let error = parameters::write(format, &[Loop::new("A", pump()), Loop::new("A", valve())], "").unwrap_err();
-        assert_eq!(error, "two loops are called A: choose one with --loop, or rename one");
+        assert_eq!(error, "two loops are called A: rename one, or write one alone");
     }
 }

@@ -106,7 +106,9 @@ pub fn run(options: &Options) -> Result<()> {
 fn check_program(sources: &[PathBuf], options: &packing::Options) -> Result<()> {
     let count =
         |problems: &[parameters::Problems]| problems.iter().map(|of_file| of_file.problems.len()).sum::<usize>();
-    let (warnings, more) = match packing::examine(sources, &options.with_cycle()) {
+    let mut manifest = options.manifest(sources)?;
+    manifest.cycle = manifest.cycle.or(Some(100));
+    let (warnings, more) = match packing::examine(&manifest) {
         Ok(examined) => {
             let block = format!("; the FMU runs {}", examined.block());
             (

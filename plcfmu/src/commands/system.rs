@@ -161,11 +161,13 @@ impl Arguments {
                 program.sources.push(member.path.clone());
             }
         }
-        let mut without = system.programs.values_mut().filter(|program| program.options.is_empty()).peekable();
-        if without.peek().is_none() {
+        let mut bare = system.programs.values_mut().filter(|program| program.is_bare()).peekable();
+        if bare.peek().is_none() {
             return self.program.refuse();
         }
-        without.for_each(|program| program.options = self.program.pairs());
+        for program in bare {
+            *program = self.program.manifest(&program.sources)?;
+        }
         Ok(())
     }
 
@@ -204,9 +206,8 @@ pub fn packed(system: &System) -> Result<(System, Option<temporary::Folder>)> {
     for (number, member) in packed.members.iter_mut().enumerate() {
         let Some(program) = system.programs.get(&member.name) else { continue };
         let (name, folder) = (&member.name, folder.path().join(number.to_string()));
-        let options = Program::parse(&program.options).with_context(|| format!("the program {name}"))?;
-        let (path, warnings) = package::program::pack(&program.sources, &options, false, &folder)
-            .with_context(|| format!("the program {name}"))?;
+        let (path, warnings) =
+            package::program::pack(program, false, &folder).with_context(|| format!("the program {name}"))?;
         member.path = path;
         if !warnings.is_empty() {
             let sources: Vec<String> = program.sources.iter().map(|path| path.display().to_string()).collect();

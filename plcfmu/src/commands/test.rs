@@ -51,7 +51,7 @@ pub fn run(options: &Options) -> Result<()> {
         options.file.display()
     );
     let file = trial::File::read(&options.file)?;
-    let compiled = match program::compile(&file.sources(), &file.options)? {
+    let compiled = match program::compile(&file.sources(), &file.manifest)? {
         Ok(compiled) => compiled,
         Err(errors) => {
             errors.iter().try_for_each(|problems| print(&drawn(problems)))?;

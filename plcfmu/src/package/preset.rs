@@ -128,7 +128,7 @@ impl<R: Read + Seek> Original<R> {
         if !self.is_checked {
             // The library of all programs has no table: it reads one from the resources. One that was compiled for a program has
             // its start values in it.
-            let is_program = self.package.archive.find(&format!("resources/{}", program::FILE)).is_some();
+            let is_program = self.package.archive.find(&format!("resources/{}", manifest::FILE)).is_some();
             let report = check::check(&mut self.package);
             let has_table = report.libraries.iter().any(|(_, binary)| binary.has_table);
             ensure!(

@@ -6,18 +6,17 @@ use crate::build::platform;
 use crate::package::pack::LICENCES;
 use crate::package::{check, program_library, reference};
 use crate::page;
-use crate::program::trial::nanoseconds;
-use anyhow::{Context, Result, anyhow, bail, ensure};
-use clap::Parser as _;
+use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use draw::{diagram, picture};
 use fmu::cyclic::Cyclic as _;
 use host::fmu::platforms;
 use host::library::Library;
 use host::package::{DESCRIPTION, Package, archive, temporary};
+use manifest::{Cpu, FILE, Manifest, constant, declaration, milliseconds, unquoted};
 use modeldescription::{Interface, ModelDescription, units};
 use parameters::problem::drawn;
 use parameters::{Problems, Source};
-use program::{CPUS, FILE, LARGEST, Loaded, Manifest, Wrong};
+use program::{LARGEST, Loaded, Wrong};
 use std::collections::BTreeMap;
 use std::env::consts::{ARCH, OS};
 use std::fs;
@@ -39,72 +38,58 @@ pub struct Options {
     /// What is called in place of one function block: an organization block, a function without parameters, an instance; may
     /// be repeated, each with its --cycle
     #[arg(long = "call", value_name = "NAME", conflicts_with = "fb")]
-    pub calls: Vec<String>,
-    #[command(flatten)]
-    /// How the sources are read.
-    pub source: crate::program::Options,
+    calls: Vec<String>,
+    /// The CPU whose rules hold: 300 (and 400), 1200 or 1500; without it, what the dialect of the sources tells
+    #[arg(long)]
+    cpu: Option<Cpu>,
+    /// The function block or the instance that is run; without it, the one that no other block calls
+    #[arg(long, value_name = "NAME")]
+    fb: Option<String>,
+    /// A PLC tag that no source declares, such as "Start : Bool"; or a file with a line for each
+    #[arg(long = "tag", value_name = "NAME : TYPE", value_parser = tags)]
+    tags: Vec<Tags>,
+    /// An instance data block that no source declares, such as "Motor_DB : Motor"; one that a source declares is run, as with --fb
+    #[arg(long = "instance", value_name = "NAME : BLOCK", value_parser = instance)]
+    instances: Vec<(String, String)>,
+    /// A constant that no source declares, such as MAX=5
+    #[arg(long = "constant", value_name = "NAME=VALUE", value_parser = constant)]
+    constants: Vec<(String, String)>,
     /// The most statements in a call of a program [default: 1000000]
     #[arg(long, value_name = "COUNT")]
-    pub budget: Option<u32>,
+    budget: Option<u32>,
     /// Input of a program that becomes a tunable parameter; may be repeated
     #[arg(long = "parameter", value_name = "NAME")]
-    pub parameters: Vec<String>,
+    parameters: Vec<String>,
     /// Setting of a program (S7_SetPoint), or member of a data block, that becomes an input; may be repeated
     #[arg(long = "input", value_name = "NAME")]
-    pub inputs: Vec<String>,
+    inputs: Vec<String>,
     /// Local of a program, or member of a data block, that becomes an output; may be repeated
     #[arg(long = "output", value_name = "NAME")]
-    pub outputs: Vec<String>,
-}
-
-/// The options alone, as a loop's description has them.
-#[derive(clap::Parser)]
-#[command(no_binary_name = true)]
-struct Alone {
-    #[command(flatten)]
-    options: Options,
+    outputs: Vec<String>,
 }
 
 impl Options {
-    /// Reads options with their values, by their names.
+    /// The manifest of a program of these sources.
     ///
     /// # Errors
-    /// There is no such option, or not with this value.
-    pub fn parse(options: &[(String, String)]) -> Result<Options> {
-        let arguments = options.iter().map(|(option, value)| format!("--{option}={value}"));
-        let parsed = Alone::try_parse_from(arguments).map_err(|error| {
-            let text = error.render().to_string();
-            anyhow!("{}", text.lines().next().unwrap_or_default().trim_start_matches("error: "))
-        })?;
-        Ok(parsed.options)
-    }
-
-    /// What [`Options::parse`] reads.
-    pub fn pairs(&self) -> Vec<(String, String)> {
-        let mut pairs = Vec::new();
-        let mut add = |option: &str, values: Vec<String>| {
-            pairs.extend(values.into_iter().map(|value| (option.to_string(), value)));
+    /// There are neither one nor as many cycles as calls.
+    pub fn manifest(&self, sources: &[PathBuf]) -> Result<Manifest> {
+        let (known, unknown): (Vec<_>, Vec<_>) = self.instances.iter().cloned().partition(|(_, of)| of.is_empty());
+        let mut manifest = Manifest {
+            name: None,
+            sources: sources.to_vec(),
+            block: self.fb.clone().or(known.into_iter().next().map(|(name, _)| name)),
+            cpu: self.cpu,
+            budget: self.budget,
+            parameters: self.parameters.clone(),
+            inputs: self.inputs.clone(),
+            outputs: self.outputs.clone(),
+            declared: self.tags.iter().flatten().cloned().chain(unknown).collect(),
+            constants: self.constants.clone(),
+            ..Manifest::default()
         };
-        let source = &self.source;
-        let of = |names: &[(String, String)], between: &str| {
-            names.iter().map(|(name, value)| format!("{name}{between}{value}")).collect::<Vec<_>>()
-        };
-        add("call", self.calls.clone());
-        add("cycle", self.cycles.iter().map(|cycle| format!("{cycle}ms")).collect());
-        let cpu = CPUS.iter().filter(|(_, cpu)| Some(*cpu) == source.cpu);
-        add("cpu", cpu.map(|(name, _)| (*name).to_string()).collect());
-        add("fb", source.fb.iter().cloned().collect());
-        add("tag", of(&source.tag.concat(), " : "));
-        add(
-            "instance",
-            of(&source.instance, " : ").into_iter().map(|of| of.trim_end_matches(" : ").to_string()).collect(),
-        );
-        add("constant", of(&source.constant, "="));
-        add("budget", self.budget.iter().map(u32::to_string).collect());
-        add("parameter", self.parameters.clone());
-        add("input", self.inputs.clone());
-        add("output", self.outputs.clone());
-        pairs
+        manifest.set_calls(self.calls.clone(), &self.cycles).map_err(Error::msg)?;
+        Ok(manifest)
     }
 
     /// An error that names an option, if one is given: there is no program that it could be for.
@@ -112,54 +97,50 @@ impl Options {
     /// # Errors
     /// An option is given.
     pub fn refuse(&self) -> Result<()> {
-        match self.pairs().first() {
+        let given = [
+            ("call", !self.calls.is_empty()),
+            ("cycle", !self.cycles.is_empty()),
+            ("cpu", self.cpu.is_some()),
+            ("fb", self.fb.is_some()),
+            ("tag", !self.tags.is_empty()),
+            ("instance", !self.instances.is_empty()),
+            ("constant", !self.constants.is_empty()),
+            ("budget", self.budget.is_some()),
+            ("parameter", !self.parameters.is_empty()),
+            ("input", !self.inputs.is_empty()),
+            ("output", !self.outputs.is_empty()),
+        ];
+        match given.iter().find(|(_, is_given)| *is_given) {
             Some((option, _)) => {
                 bail!("--{option} is for programs in SCL, and none is named: name its sources, such as machine.scl")
             }
             None => Ok(()),
         }
     }
-
-    /// The same, with a time between two calls where none is given: for [`examine`], which does not ask for one.
-    #[must_use]
-    pub fn with_cycle(&self) -> Options {
-        let cycles = if self.cycles.is_empty() { vec![100] } else { self.cycles.clone() };
-        Options { cycles, ..self.clone() }
-    }
-
-    /// The time between two calls of the FMU, and what is called with which period: the greatest common divisor of the periods is
-    /// the former.
-    fn tasks(&self) -> Result<(u32, Vec<(String, u32)>)> {
-        let (cycles, calls) = (&self.cycles, &self.calls);
-        let all = match (cycles.as_slice(), calls.len()) {
-            ([], _) => bail!(
-                "give the time between two calls with --cycle, such as --cycle 100ms: it is the period of the OB, which sources do not have"
-            ),
-            ([cycle], 0 | 1) => return Ok((*cycle, calls.iter().map(|call| (call.clone(), 0)).collect())),
-            ([cycle], count) => vec![*cycle; count],
-            (cycles, count) if cycles.len() == count => cycles.to_vec(),
-            (cycles, count) => {
-                bail!("{} --cycle for {count} --call: give each --call NAME its --cycle TIME", cycles.len())
-            }
-        };
-        let divisor = |mut one: u32, mut other: u32| {
-            while other > 0 {
-                (one, other) = (other, one % other);
-            }
-            one
-        };
-        let cycle = all.iter().copied().fold(0, divisor);
-        let period = |of: u32| if of == cycle { 0 } else { of };
-        Ok((cycle, calls.iter().cloned().zip(all.iter().map(|of| period(*of))).collect()))
-    }
 }
 
-/// The time between two calls: whole milliseconds, as the FMU has them.
-fn milliseconds(text: &str) -> Result<u32> {
-    let nanoseconds = nanoseconds(text)?;
-    let milliseconds = i32::try_from(nanoseconds / 1_000_000).ok().filter(|time| *time >= 1);
-    let milliseconds = milliseconds.filter(|_| nanoseconds % 1_000_000 == 0);
-    milliseconds.map(i32::unsigned_abs).context("give it in whole milliseconds, at least 1: 100ms, 0.5s, 2s")
+/// Tags by their names, with their types.
+type Tags = Vec<(String, String)>;
+
+/// One tag, or those of a file.
+fn tags(text: &str) -> Result<Tags, String> {
+    let one = declaration(text).map(|tag| vec![tag]);
+    let path = Path::new(text);
+    if !path.is_file() {
+        return one;
+    }
+    let content = fs::read_to_string(path).map_err(|error| format!("{text} cannot be read: {error}"))?;
+    let lines =
+        content.lines().enumerate().map(|(number, line)| (number + 1, line.split("//").next().unwrap_or("").trim()));
+    let tag = |(number, line): (usize, &str)| {
+        declaration(line).map_err(|error| format!("{text}:{number}: {error}; a list of tags has such a line for each"))
+    };
+    lines.filter(|(_, line)| !line.is_empty()).map(tag).collect()
+}
+
+/// A name and its block; of an instance that a source declares, the name alone.
+fn instance(text: &str) -> Result<(String, String), String> {
+    if text.contains(':') { declaration(text) } else { Ok((unquoted(text).to_string(), String::new())) }
 }
 
 /// A program that can be packed: what its FMU will be, and what its author should know.
@@ -190,17 +171,17 @@ pub enum Refused {
     /// The sources have no block to be run, or several: a sentence. Nothing else is wrong.
     Choice(String, Vec<Problems>),
     /// Anything else.
-    Other(anyhow::Error),
+    Other(Error),
 }
 
-impl From<anyhow::Error> for Refused {
-    fn from(error: anyhow::Error) -> Refused {
+impl From<Error> for Refused {
+    fn from(error: Error) -> Refused {
         Refused::Other(error)
     }
 }
 
-impl From<Refused> for anyhow::Error {
-    fn from(refused: Refused) -> anyhow::Error {
+impl From<Refused> for Error {
+    fn from(refused: Refused) -> Error {
         match refused {
             Refused::Sources(problems) => anyhow!("{}", problems.iter().map(drawn).collect::<String>().trim_end()),
             Refused::Choice(which, _) => anyhow!(which),
@@ -209,12 +190,14 @@ impl From<Refused> for anyhow::Error {
     }
 }
 
-/// All that is done with the sources before a library is needed: `check` says what it finds, [`pack`] goes on with it.
+/// All that is done with the sources before a library is needed: `check` says what it finds, [`pack`] goes on with it. The sources
+/// of the manifest are files.
 ///
 /// # Errors
 /// Why there is no FMU of them.
-pub fn examine(files: &[PathBuf], options: &Options) -> Result<Examined, Refused> {
-    let (manifest, sources) = read(files, options)?;
+pub fn examine(manifest: &Manifest) -> Result<Examined, Refused> {
+    let files = &manifest.sources;
+    let (manifest, sources) = read(manifest)?;
     // In the FMU they lie side by side; a message names them as the user does.
     let named = |mut problems: Vec<Problems>| {
         for of in &mut problems {
@@ -225,12 +208,18 @@ pub fn examine(files: &[PathBuf], options: &Options) -> Result<Examined, Refused
     };
     let loaded = Loaded::new(&manifest, &sources, is_unit).map_err(|wrong| match wrong {
         Wrong::Sources(problems) => Refused::Sources(named(problems)),
-        Wrong::Choice { ref warnings, .. } => Refused::Choice(wrong.to_string(), named(warnings.clone())),
+        Wrong::Choice { ref blocks, ref warnings } => {
+            let remedy = match blocks.len() {
+                0 | 1 => "",
+                _ => ", a function block with --fb NAME, or each organization block with --call NAME and its --cycle TIME",
+            };
+            Refused::Choice(format!("{wrong}{remedy}"), named(warnings.clone()))
+        }
         Wrong::Other(what) => Refused::Other(anyhow!(what)),
     })?;
     let loaded = Arc::new(loaded);
-    let interface = Interface::parse(&fmu::describe(loaded.table, &loaded.guid())).map_err(anyhow::Error::from)?;
-    let description = ModelDescription::of(&interface).map_err(anyhow::Error::from)?;
+    let interface = Interface::parse(&fmu::describe(loaded.table, &loaded.guid())).map_err(Error::from)?;
+    let description = ModelDescription::of(&interface).map_err(Error::from)?;
     let mut program = program::Program::new(loaded.clone());
     program.restart();
     (0..interface.table.responses[0].calls).for_each(|_| program.call());
@@ -252,14 +241,17 @@ pub fn stops(stop: &str) -> String {
     )
 }
 
-/// Packs the program of these sources, as `NAME.fmu` in a folder, and gives the path. Warnings are for the user. A native one has
+/// Packs the program whose sources are these files, as `NAME.fmu` in a folder, and gives the path. Warnings are for the user. A native one has
 /// the library that this machine's C compiler makes of it; any other that of all programs.
 ///
 /// # Errors
 /// All that is wrong with the sources, with file, line and column; the library of programs is missing.
-pub fn pack(files: &[PathBuf], options: &Options, native: bool, folder: &Path) -> Result<(PathBuf, Vec<String>)> {
-    let Examined { manifest, sources, loaded, interface, description: mut xml, warnings, stop } =
-        examine(files, options)?;
+pub fn pack(manifest: &Manifest, native: bool, folder: &Path) -> Result<(PathBuf, Vec<String>)> {
+    ensure!(
+        manifest.cycle.is_some(),
+        "give the time between two calls with --cycle, such as --cycle 100ms: it is the period of the OB, which sources do not have"
+    );
+    let Examined { manifest, sources, loaded, interface, description: mut xml, warnings, stop } = examine(manifest)?;
     let mut warnings: Vec<String> = warnings.iter().map(ToString::to_string).filter(|text| !text.is_empty()).collect();
     warnings.extend(stop.as_deref().map(|stop| format!("note: {}", stops(stop))));
     let name = &interface.table.name;
@@ -333,23 +325,23 @@ pub fn interface_of<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<I
         return Ok(None);
     }
     let manifest = String::from_utf8(package.archive.read(&path(FILE), LARGEST)?)
-        .map_err(anyhow::Error::msg)
-        .and_then(|text| Manifest::parse(&text).map_err(anyhow::Error::msg))
+        .map_err(Error::msg)
+        .and_then(|text| Manifest::parse(&text).map_err(Error::msg))
         .with_context(|| path(FILE))?;
     let mut sources = Vec::new();
-    for file in &manifest.sources {
-        sources.push(Source::new(file.clone(), package.archive.read(&path(file), LARGEST)?));
+    for file in manifest.sources.iter().map(|source| source.display().to_string()) {
+        let bytes = package.archive.read(&path(&file), LARGEST)?;
+        sources.push(Source::new(file, bytes));
     }
-    let loaded = Loaded::new(&manifest, &sources, is_unit).map_err(anyhow::Error::msg)?;
+    let loaded = Loaded::new(&manifest, &sources, is_unit).map_err(Error::msg)?;
     Ok(Some(Interface::parse(&fmu::describe(loaded.table, &loaded.guid()))?))
 }
 
 /// The sources, under their names in the FMU, and what is made of them.
-fn read(files: &[PathBuf], options: &Options) -> Result<(Manifest, Vec<Source>)> {
-    let (cycle, calls) = options.tasks()?;
+fn read(manifest: &Manifest) -> Result<(Manifest, Vec<Source>)> {
     let mut sources: Vec<Source> = Vec::new();
-    for file in files {
-        let mut source = Source::read(file, None).map_err(anyhow::Error::msg)?;
+    for file in &manifest.sources {
+        let mut source = Source::read(file, None).map_err(Error::msg)?;
         let name = PathBuf::from(file.file_name().context("the name of a source is empty")?);
         ensure!(
             source.text.len() as u64 <= LARGEST,
@@ -360,22 +352,8 @@ fn read(files: &[PathBuf], options: &Options) -> Result<(Manifest, Vec<Source>)>
         source.file = free(&name, |name| name == FILE || sources.iter().any(|of| of.file.eq_ignore_ascii_case(name)));
         sources.push(source);
     }
-    let given = &options.source;
-    let manifest = Manifest {
-        name: None,
-        sources: sources.iter().map(|source| source.file.clone()).collect(),
-        cycle,
-        block: given.block(),
-        cpu: given.cpu,
-        budget: options.budget,
-        parameters: options.parameters.clone(),
-        inputs: options.inputs.clone(),
-        declared: given.declared(),
-        constants: given.constant.clone(),
-        outputs: options.outputs.clone(),
-        calls,
-    };
-    Ok((manifest, sources))
+    let names = sources.iter().map(|source| source.file.clone().into()).collect();
+    Ok((Manifest { sources: names, ..manifest.clone() }, sources))
 }
 
 /// The name of a source in an FMU, where all lie in one folder: `pump.scl`, a second one `pump_2.scl`.

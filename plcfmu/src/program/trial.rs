@@ -1,10 +1,10 @@
 //! Cases of a program: inputs over time, and what is expected.
 
-use super::Options;
 use ::program::TextPlace;
 use anyhow::{Context, Error, Result, anyhow, bail};
 use blocks::TextType;
 use draw::escape::Text;
+use manifest::{Manifest, constant, declaration};
 use parameters::{Source, literal};
 use run::file;
 use scl::Compiled;
@@ -21,8 +21,8 @@ use toml::Spanned;
 pub struct File {
     source: Source,
     content: Content,
-    /// How the program is read.
-    pub options: Options,
+    /// How the program is made of its sources.
+    pub manifest: Manifest,
     /// The cases.
     pub cases: Vec<Case>,
     cycle: i64,
@@ -77,27 +77,24 @@ impl File {
         let source = Source::new(shown, bytes);
         let content: Content = file::content(&source)?;
         let at = |text: &Spanned<String>| file::place(&source, text.span());
-        let pairs = |texts: &[Spanned<String>], between: char| -> Result<Vec<(String, String)>> {
-            let pair = |text: &Spanned<String>| {
-                super::halves(text.get_ref(), between)
-                    .with_context(|| format!("{}: {:?} is not a declaration", at(text), text.get_ref()))
-            };
-            texts.iter().map(pair).collect()
+        let pairs = |texts: &[Spanned<String>], read: fn(&str) -> Result<(String, String), String>| {
+            let pair = |text: &Spanned<String>| read(text.get_ref()).map_err(|wrong| anyhow!("{}: {wrong}", at(text)));
+            texts.iter().map(pair).collect::<Result<Vec<_>>>()
         };
-        let cpu = |text: &Spanned<String>| super::cpu(text.get_ref()).map_err(|error| anyhow!("{}: {error}", at(text)));
-        let options = Options {
+        let cpu = |text: &Spanned<String>| text.get_ref().parse().map_err(|wrong| anyhow!("{}: {wrong}", at(text)));
+        let manifest = Manifest {
             cpu: content.cpu.as_ref().map(cpu).transpose()?,
-            fb: content.fb.clone(),
-            tag: vec![pairs(&content.tags, ':')?],
-            instance: pairs(&content.instances, ':')?,
-            constant: pairs(&content.constants, '=')?,
+            block: content.fb.clone(),
+            declared: [pairs(&content.tags, declaration)?, pairs(&content.instances, declaration)?].concat(),
+            constants: pairs(&content.constants, constant)?,
+            ..Manifest::default()
         };
         let cycle = nanoseconds(content.cycle.get_ref()).with_context(|| format!("{}: cycle", at(&content.cycle)))?;
         if cycle <= 0 {
             bail!("{}: the cycle is longer than 0", at(&content.cycle));
         }
         let cases = content.case.clone();
-        Ok(File { source, content, options, cases, cycle })
+        Ok(File { source, content, manifest, cases, cycle })
     }
 
     /// The sources of the program, found from the file.
@@ -414,7 +411,7 @@ mod tests {
         let path = folder.path().join("main.toml");
         fs::write(&path, format!("sources = [\"main.scl\"]\ncycle = \"100ms\"\n{cases}")).unwrap();
         let file = File::read(&path).unwrap();
-        let mut trial = Trial::new(super::super::compile(&file.sources(), &file.options).unwrap().unwrap()).unwrap();
+        let mut trial = Trial::new(super::super::compile(&file.sources(), &file.manifest).unwrap().unwrap()).unwrap();
         let results = file.cases.iter().map(|case| trial.run(&file, case).unwrap()).collect();
         (results, trial.coverage(), source, folder)
     }
@@ -436,10 +433,13 @@ mod tests {
             "2:9: cycle: \"soon\" is not a duration: write 2s, 100ms or 1m30s"
         );
         let cycle = "cycle = \"1s\"\n";
-        assert_eq!(error(&format!("{rest}{cycle}cpu = \"9\"\n")), "3:7: the CPUs are 300, 400, 1200 and 1500");
+        assert_eq!(
+            error(&format!("{rest}{cycle}cpu = \"9\"\n")),
+            "3:7: the CPUs are 300, 400, 1200 and 1500, not \"9\""
+        );
         assert_eq!(
             error(&format!("{rest}{cycle}tags = [\"A : Bool\",\n  \"B\"]\n")),
-            "4:3: \"B\" is not a declaration"
+            "4:3: \"B\": write a name, a colon and a type: Start : Bool"
         );
     }
 

@@ -237,13 +237,21 @@ fn a_program_has_its_sources_and_the_options_of_its_fmu_and_is_written_so() {
     let system = read(&path, None, parameters).unwrap();
     let program = &system.programs["MACHINE"];
     assert_eq!(program.sources, ["a.scl", "b.db"].map(|file| folder.path().join(file)));
-    let options: Vec<_> = program.options.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect();
-    assert_eq!(options, [("cycle", "10ms"), ("tag", "A : Bool"), ("tag", "B : Int")]);
+    assert_eq!(program.cycle, Some(10));
+    assert_eq!(program.declared, [("A", "Bool"), ("B", "Int")].map(|(name, of)| (name.into(), of.into())));
     assert_eq!(system.members[1].path, program.sources[0]);
     let written = write(&system.as_in(folder.path())).unwrap();
-    assert!(written.contains("MACHINE.sources = [\"a.scl\", \"b.db\"]"), "{written}");
+    let lines = "MACHINE.sources = [\"a.scl\", \"b.db\"]\nMACHINE.cycle = \"10ms\"\nMACHINE.tags = [\"A : Bool\", \"B : Int\"]\n";
+    assert!(written.contains(lines), "{written}");
     fs::write(&path, written).unwrap();
     assert_eq!(read(&path, None, parameters).unwrap().programs, system.programs);
     let wrong = error("[fmus]\nMACHINE = { cycle = \"10ms\" }\n");
     assert_eq!(wrong, "loop.toml:2:11: a program needs sources = [\"FILE.scl\"]");
+    let wrong = error("[fmus]\nMACHINE = { sources = [\"a.scl\"], cycle = \"10\" }\n");
+    assert_eq!(wrong, "loop.toml:2:42: \"10\" is not a duration: write 2s, 100ms or 1m30s");
+    let wrong = error("[fmus]\nMACHINE = { sources = [\"a.scl\"], cycel = \"10ms\" }\n");
+    assert!(
+        wrong.starts_with("loop.toml:2:34: unknown field `cycel`") && wrong.ends_with("did you mean cycle?"),
+        "{wrong}"
+    );
 }

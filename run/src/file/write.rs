@@ -2,6 +2,7 @@
 
 use crate::system::{Exchange, Setting, System, Value};
 use anyhow::{Context, Result};
+use manifest::Manifest;
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
 use std::fs;
@@ -38,8 +39,8 @@ pub fn write(system: &System) -> Result<String> {
                 entry(&mut text, &member.name, |text| text.value(path))?;
             }
             Some(program) => {
-                let sources = program.sources.iter().map(|path| unicode(path)).collect::<Result<Vec<_>>>()?;
-                self::program(&mut text, &member.name, &sources, &program.options)?;
+                program.sources.iter().try_for_each(|path| unicode(path).map(drop))?;
+                self::program(&mut text, &member.name, program)?;
             }
         }
     }
@@ -60,19 +61,12 @@ pub fn write(system: &System) -> Result<String> {
     Ok(text)
 }
 
-/// `NAME.sources = [...]`, and a line for each option, with a list of its values.
-fn program(text: &mut String, name: &str, sources: &[String], options: &[(String, String)]) -> fmt::Result {
-    let mut lines: Vec<(&str, Vec<&str>)> = vec![("sources", sources.iter().map(String::as_str).collect())];
-    for (option, value) in options {
-        match lines.iter_mut().find(|(other, _)| other == option) {
-            Some((_, values)) => values.push(value),
-            None => lines.push((option, vec![value])),
-        }
-    }
-    for (key, values) in lines {
+/// `NAME.sources = [...]`, and a line for each other key of the manifest.
+fn program(text: &mut String, name: &str, manifest: &Manifest) -> Result<()> {
+    for (key, value) in toml::Table::try_from(manifest)? {
         text.key(name)?;
         text.write_str(".")?;
-        entry(text, key, |text| text.value(values))?;
+        entry(text, &key, |text| write!(text, "{value}"))?;
     }
     Ok(())
 }

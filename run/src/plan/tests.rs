@@ -321,9 +321,9 @@ fn an_fmu_that_proposes_no_times_asks_for_them() {
     let silent = description(Vec::new(), None);
     let mut system = System { members: vec![Member { name: "C".into(), path: "C.fmu".into() }], ..System::default() };
     let error = |system: &System| format!("{:#}", Plan::of(system, &[&silent]).unwrap_err());
-    assert_eq!(error(&system), "no FMU proposes a communication step: give one with --step");
+    assert_eq!(error(&system), "no FMU proposes a communication step: give one, such as step = 0.1");
     system.step = Some(1.0);
-    assert_eq!(error(&system), "no FMU proposes a stop time: give one with --stop");
+    assert_eq!(error(&system), "no FMU proposes a stop time: give one, such as stop = 60");
     system.stop = Some(1.0);
     assert_eq!(Plan::of(&system, &[&silent]).unwrap().start, 0.0);
 }

@@ -2,13 +2,14 @@
 
 use super::Lowerer;
 use super::paths::{Path, Variable};
-use crate::compiler::{BlockId, Cpu, Operand, Parameter, Slot, Symbol};
+use crate::compiler::{BlockId, Operand, Parameter, Slot, Symbol};
 use crate::declare::is_copied;
 use crate::lexer::Span;
 use crate::program::{self, Call, Expr, Place, What};
 use crate::syntax::{Argument, BlockKind, ExpressionId, ExpressionKind, Scope, SectionKind, key};
 use crate::types::{Elementary, Type};
 use crate::undeclared::What as Missing;
+use manifest::Cpu;
 use parameters::problem::{nearest, with_article};
 
 /// A message lists this many names at most.

@@ -1,10 +1,11 @@
 //! Conversions between types, implicit ones and explicit ones.
 
 use super::Lowerer;
-use crate::compiler::{Cpu, Operand};
+use crate::compiler::Operand;
 use crate::lexer::Span;
 use crate::program::{At, Binary, Convert, Expr, Scalar, Unary, Value};
 use crate::types::{Class, Elementary};
+use manifest::Cpu;
 
 /// A conversion in the program, calculated at once if it is of a constant.
 pub fn convert(value: Expr, from: Scalar, to: Scalar, how: Convert, at: At) -> Expr {

@@ -2,12 +2,13 @@
 
 use super::Lowerer;
 use super::convert::{convert, zero};
-use crate::compiler::{Cpu, Global, Operand, Slot, Symbol};
+use crate::compiler::{Global, Operand, Slot, Symbol};
 use crate::lexer::Span;
 use crate::program::{Base, Binary, Call, Convert, Expr, Place, Scalar, Step, Value, What};
 use crate::syntax::{BlockKind, ExpressionId, ExpressionKind, Name, Scope, SectionKind, key};
 use crate::types::{Elementary, Type};
 use crate::undeclared::What as Missing;
+use manifest::Cpu;
 use parameters::problem::{nearest, with_article};
 
 /// What an absolute address is told.

@@ -3,12 +3,13 @@
 use super::convert::{binary, zero};
 use super::paths::{Slice, Variable};
 use super::{LabelOf, Loop, Lowerer};
-use crate::compiler::{Cpu, Operand};
+use crate::compiler::Operand;
 use crate::lexer::Span;
 use crate::program::walk::{self, Look};
 use crate::program::{self, Arm, Expr, For, Place, Scalar, Step, Value, What};
 use crate::syntax::{Binary, ExpressionId, ExpressionKind, Label, Name, SectionKind, Statement, StatementKind};
 use crate::types::{Elementary, Type};
+use manifest::Cpu;
 
 impl Lowerer<'_, '_> {
     /// Statements, one after the other.

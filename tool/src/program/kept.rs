@@ -7,6 +7,7 @@ use crate::message::{Entry, KnownLoop};
 use anyhow::{Context, Result, ensure};
 use blocks::Text;
 use fmu::component::{Fresh, Origin};
+use manifest::Manifest;
 use modeldescription::{Description, Table, shortened};
 use parameters::{Block, Loop, Source};
 use program::{Loaded, Program};
@@ -130,8 +131,8 @@ impl<H: Home> Home for Programs<H> {
         self.home.preset(of)
     }
 
-    fn program(&self, fmu: &str) -> Option<run::system::Program> {
-        Some(self.find(fmu)?.as_program())
+    fn program(&self, fmu: &str) -> Option<Manifest> {
+        Some(self.find(fmu)?.manifest.clone())
     }
 
     fn sources(&self, fmu: &str) -> Vec<Source> {

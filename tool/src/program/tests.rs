@@ -168,8 +168,10 @@ fn a_run_of_a_program_is_taken_away_with_its_options() {
     ask(&mut engine, json!({"do": "run", "calls": 2}));
     let exported = ask(&mut engine, json!({"do": "export", "what": "description"}));
     let text = String::from_utf8(STANDARD.decode(exported["content"].as_str().unwrap()).unwrap()).unwrap();
-    for line in ["sources = [\"pump.scl\"]", "cycle = [\"500ms\"]", "fb = [\"Pump\"]", "parameter = [\"level\"]"] {
+    for line in ["sources = [\"pump.scl\"]", "cycle = \"500ms\"", "run = \"Pump\"", "parameters = [\"level\"]"] {
         assert!(text.contains(&format!("P1.{line}")), "{text}");
     }
+    let wrong = engine.message(&json!({"do": "compile", "files": [], "cycel": 0.5}).to_string());
+    assert!(wrong.contains("unknown field `cycel`"), "{wrong}");
     assert_eq!(exported["remarks"], json!(["The program's sources belong beside it: pump.scl."]));
 }

@@ -561,30 +561,35 @@ message: string,
 /** What to do. */
 help: string | null, };
 
-/** The sources of a program, and how it is made of them. What is left out is as for `plcfmu build`. */
+/**
+ * The sources of a program, and how it is made of them. What is left out is as for `plcfmu build`; without a cycle, it is what the
+ * sources propose, see [`Compiled::cycle_from`].
+ */
 export type Program = {
 /** The sources. */
 files: Array<SourceFile>,
-/** The time between two calls in seconds; what the sources propose without it, see [`Compiled::cycle_from`]. */
-cycle?: number | null,
+/** The name of the FMU, an identifier of C; by default that of the block. */
+name?: string | null,
 /**
- * What is run: a function block, an organization block, or a data block with an instance. Without it, the one that no other
- * block calls.
+ * The time between two calls in milliseconds, at least 1; a message has a number of seconds, a file a text with a unit. An FMU
+ * needs one.
  */
+cycle?: number | null,
+/** What is run: a block, or the data block with its instance; by default the block that no other block uses. */
 run?: string | null,
-/** The CPU whose rules hold: `300`, `1200` or `1500`; that of the sources' dialect without it. */
+/** The CPU, `300`, `1200` or `1500`; by default that of the sources' dialect. */
 cpu?: string | null,
-/** The most statements in a call; a million without it. */
+/** The most statements in a call; by default a million. */
 budget?: number | null,
-/** Inputs that are parameters. */
+/** Inputs that are tunable parameters. */
 parameters: Array<string>,
-/** Settings, or members of data blocks, that are inputs. */
+/** Parameters and locals that are inputs. */
 inputs: Array<string>,
-/** Locals, or members of data blocks, that are outputs. */
+/** Locals that are outputs. */
 outputs: Array<string>,
-/** Names that no source declares, with their types or blocks. */
+/** Names that no source declares, and their types: PLC tags and instances. */
 tags: Array<[string, string]>,
-/** Constants that no source declares, with their values. */
+/** Constants that no source declares, and their values as literals. */
 constants: Array<[string, string]>, };
 
 /** How a controller and a plant are connected. */

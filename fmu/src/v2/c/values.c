@@ -180,7 +180,7 @@ static void plcfmu_say_stop(const plcfmu_block_t *block, const call_t *call, plc
     } else if (call->cause == OUT_OF_BUDGET) {
         plcfmu_say(text, ": the call has run ");
         plcfmu_say_whole(text, PLCFMU_BUDGET);
-        plcfmu_say(text, " statements and is stopped; if this loop does end, build it with a larger --budget");
+        plcfmu_say(text, " statements and is stopped; if this loop does end, give the program a larger budget");
     } else {
         plcfmu_say(text, ": the loop has the step 0 and would not end");
     }

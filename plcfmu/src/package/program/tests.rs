@@ -172,15 +172,15 @@ struct Expected {
 }
 
 /// The sources of one program, examined.
-fn examined(text: &str, options: &Options) -> Result<Examined, Refused> {
+fn examined(text: &str, manifest: &Manifest) -> Result<Examined, Refused> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("machine.scl");
     fs::write(&file, text).unwrap();
-    examine(&[file], &options.with_cycle())
+    examine(&Manifest { sources: vec![file], cycle: Some(100), ..manifest.clone() })
 }
 
-fn ok(text: &str, options: &Options) -> Examined {
-    examined(text, options).unwrap_or_else(|why| panic!("{:#}\n{text}", anyhow::Error::from(why)))
+fn ok(text: &str, manifest: &Manifest) -> Examined {
+    examined(text, manifest).unwrap_or_else(|why| panic!("{:#}\n{text}", anyhow::Error::from(why)))
 }
 
 /// The number of a variable in the FMU, by its name; those of the texts come behind the rows.
@@ -236,7 +236,7 @@ fn each_input_and_output_of_a_block_is_in_its_fmu_or_a_message_names_it() {
         sections += "VAR \"inner\" { ExternalVisible := 'False' } : Real; END_VAR\n";
         let types = &generator.types;
         let text = format!("{types}FUNCTION_BLOCK \"{block}\"\n{sections}BEGIN\n{body}END_FUNCTION_BLOCK\n");
-        let of = ok(&text, &Options::default());
+        let of = ok(&text, &Manifest::default());
         assert!(reference(&of, "inner").is_none(), "{text}");
         for name in &structured {
             assert_eq!(reference(&of, name).map(|(_, causality)| causality), Some(Local), "{name}\n{text}");
@@ -289,8 +289,8 @@ fn what_is_hidden_and_what_is_inside_an_in_out_comes_out_by_its_name() {
     let (tank, inner) = ("'tank.1'.'level [m]'", "'inner.1'");
     // In quotes, as SCL writes it, and as the FMU names it.
     for (given, shown) in [("\"tank.1\".\"level [m]\"", "\"inner.1\""), (tank, inner)] {
-        let options = Options { inputs: names(&[given]), outputs: names(&[shown]), ..Options::default() };
-        let of = ok(text, &options);
+        let manifest = Manifest { inputs: names(&[given]), outputs: names(&[shown]), ..Manifest::default() };
+        let of = ok(text, &manifest);
         assert_eq!(reference(&of, tank).map(|(_, causality)| causality), Some(Input));
         assert_eq!(reference(&of, inner).map(|(_, causality)| causality), Some(Output));
         let mut program = program::Program::new(of.loaded.clone());
@@ -300,18 +300,18 @@ fn what_is_hidden_and_what_is_inside_an_in_out_comes_out_by_its_name() {
         program.call();
         assert_eq!(program.get(out), Some(blocks::Value::Real(8.0)));
     }
-    let of = ok(text, &Options::default());
+    let of = ok(text, &Manifest::default());
     assert!(reference(&of, inner).is_none() && reference(&of, "buffer[1]").is_none());
     // A large array of an interface is shown, whole.
     let text = text.replace("Struct", "Array[1..1500] of Struct").replace("#\"tank.1\"", "#\"tank.1\"[1500]");
-    assert!(reference(&ok(&text, &Options::default()), "'tank.1'[1500].'level [m]'").is_some());
+    assert!(reference(&ok(&text, &Manifest::default()), "'tank.1'[1500].'level [m]'").is_some());
 }
 
 #[test]
 fn a_name_that_is_taken_does_not_hide_another() {
     let text = "FUNCTION_BLOCK f VAR_IN_OUT x : INT; END_VAR VAR_OUTPUT x_out : INT; CYCLE : INT; END_VAR
         BEGIN x := x + 1; x_out := x * 10; CYCLE := 7; END_FUNCTION_BLOCK";
-    let of = ok(text, &Options::default());
+    let of = ok(text, &Manifest::default());
     let mut program = program::Program::new(of.loaded.clone());
     program.restart();
     program.call();
@@ -330,13 +330,14 @@ fn sources_of_one_name_lie_beside_each_other() {
         fs::write(&file, text).unwrap();
         file
     });
+    let manifest = Manifest { sources: files.to_vec(), cycle: Some(100), ..Manifest::default() };
     // A message has the path that the user knows.
-    match examine(&files, &Options::default().with_cycle()) {
+    match examine(&manifest) {
         Err(Refused::Sources(problems)) => assert_eq!(problems[0].file, files[1].display().to_string()),
         _ => panic!("y has no type"),
     }
     fs::write(&files[1], "FUNCTION_BLOCK f VAR_INPUT x : t; END_VAR BEGIN ; END_FUNCTION_BLOCK").unwrap();
-    let of = examine(&files, &Options::default().with_cycle()).unwrap_or_else(|why| panic!("{why:?}"));
+    let of = examine(&manifest).unwrap_or_else(|why| panic!("{why:?}"));
     assert_eq!(of.sources.iter().map(|source| source.file.as_str()).collect::<Vec<_>>(), ["Types.scl", "Types_2.scl"]);
     assert!(reference(&of, "x.a").is_some());
 }
@@ -359,20 +360,10 @@ fn thousands_of_variables_of_each_kind_are_all_there() {
         each(|number| format!("#o{number} := #i.v{number};\n")),
     );
     let tag = (0..COUNT).map(|number| (format!("t{number}"), "Real".to_string())).collect();
-    let source = crate::program::Options { tag: vec![tag], ..crate::program::Options::default() };
-    let of = ok(&text, &Options { source, ..Options::default() });
+    let of = ok(&text, &Manifest { declared: tag, ..Manifest::default() });
     let description = of.description.description();
     for (causality, count) in [(Input, COUNT), (Output, 2 * COUNT), (Local, 2 * COUNT), (Parameter, 1)] {
         let found = description.variables.iter().filter(|variable| variable.causality == causality);
         assert_eq!(found.count(), count, "{causality}");
     }
-}
-
-#[test]
-fn a_cycle_is_a_duration_of_whole_milliseconds() {
-    let read = |text: &str| milliseconds(text).map_err(|error| error.to_string());
-    assert_eq!([read("100ms"), read("0.5s"), read("2s"), read("1m30s")], [Ok(100), Ok(500), Ok(2000), Ok(90_000)]);
-    let whole = Err("give it in whole milliseconds, at least 1: 100ms, 0.5s, 2s".to_string());
-    assert_eq!([read("0s"), read("-1s"), read("1.5ms"), read("30D")], [(); 4].map(|()| whole.clone()));
-    assert_eq!(read("fast"), Err("\"fast\" is not a duration: write 2s, 100ms or 1m30s".to_string()));
 }

@@ -1,0 +1,199 @@
+//! How a PLC program is made of its sources: one type for the options of the command, the descriptions of loops, the messages of
+//! the parameter tool and the resources of an FMU.
+//!
+//! - `written`: with serde, as loops and messages have it; keys are named after the options of `plcfmu build`.
+//! - `text`: the lines `KEY = VALUE` in an FMU's resources, of which its GUID is made.
+
+mod text;
+#[cfg(feature = "serde")]
+mod written;
+
+use parameters::literal;
+use std::path::PathBuf;
+pub use text::FILE;
+
+/// The CPU whose rules hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cpu {
+    /// S7-300 and S7-400.
+    S7300,
+    /// S7-1200.
+    S71200,
+    /// S7-1500.
+    S71500,
+}
+
+/// The CPUs by name.
+const CPUS: [(&str, Cpu); 4] = [("300", Cpu::S7300), ("400", Cpu::S7300), ("1200", Cpu::S71200), ("1500", Cpu::S71500)];
+
+impl Cpu {
+    /// The name of its family: `300` for S7-400, too.
+    pub fn name(self) -> &'static str {
+        CPUS.iter().find(|(_, cpu)| *cpu == self).map_or("", |(name, _)| name)
+    }
+}
+
+impl std::str::FromStr for Cpu {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Cpu, String> {
+        let found = CPUS.iter().find(|(name, _)| *name == text);
+        found.map(|(_, cpu)| *cpu).ok_or_else(|| format!("the CPUs are 300, 400, 1200 and 1500, not {text:?}"))
+    }
+}
+
+/// How a program is made of its sources.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
+pub struct Manifest {
+    /// The name of the FMU, an identifier of C; by default that of the block.
+    pub name: Option<String>,
+    /// The sources, in order; names of files beside it in the resources of an FMU.
+    #[cfg_attr(feature = "typescript", ts(skip))]
+    pub sources: Vec<PathBuf>,
+    /// The time between two calls in milliseconds, at least 1; a message has a number of seconds, a file a text with a unit. An FMU
+    /// needs one.
+    pub cycle: Option<u32>,
+    /// What is run: a block, or the data block with its instance; by default the block that no other block uses.
+    #[cfg_attr(feature = "typescript", ts(rename = "run"))]
+    pub block: Option<String>,
+    /// The CPU, `300`, `1200` or `1500`; by default that of the sources' dialect.
+    #[cfg_attr(feature = "typescript", ts(as = "Option<String>"))]
+    pub cpu: Option<Cpu>,
+    /// The most statements in a call; by default a million.
+    pub budget: Option<u32>,
+    /// Inputs that are tunable parameters.
+    pub parameters: Vec<String>,
+    /// Parameters and locals that are inputs.
+    pub inputs: Vec<String>,
+    /// Locals that are outputs.
+    pub outputs: Vec<String>,
+    /// What is called in place of one block: organization blocks, functions, instances.
+    #[cfg_attr(feature = "typescript", ts(skip))]
+    pub calls: Vec<Task>,
+    /// Names that no source declares, and their types: PLC tags and instances.
+    #[cfg_attr(feature = "typescript", ts(rename = "tags"))]
+    pub declared: Vec<(String, String)>,
+    /// Constants that no source declares, and their values as literals.
+    pub constants: Vec<(String, String)>,
+}
+
+/// Something that is called at times.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Task {
+    /// The name of the organization block, of the function, of the function block, or of the data block with its instance.
+    pub name: String,
+    /// The time between two calls in ms; 0 for every cycle.
+    pub period: u32,
+}
+
+impl Manifest {
+    /// Sets the calls and the time between two of each: one for all, or one for each in their order. The cycle is the greatest
+    /// common divisor of the periods; without any, it stays open.
+    ///
+    /// # Errors
+    /// There are neither one nor as many cycles as calls.
+    pub fn set_calls(&mut self, calls: Vec<String>, cycles: &[u32]) -> Result<(), String> {
+        if cycles.len() > 1 && cycles.len() != calls.len() {
+            return Err(format!(
+                "{} cycles for {} calls: write one for all, or one for each call, in their order",
+                cycles.len(),
+                calls.len()
+            ));
+        }
+        let divisor = |mut one: u32, mut other: u32| {
+            while other > 0 {
+                (one, other) = (other, one % other);
+            }
+            one
+        };
+        self.cycle = cycles.iter().copied().reduce(divisor);
+        let periods = cycles.iter().map(|of| if Some(*of) == self.cycle { 0 } else { *of });
+        let tasks = calls.into_iter().zip(periods.chain(std::iter::repeat(0)));
+        self.calls = tasks.map(|(name, period)| Task { name, period }).collect();
+        Ok(())
+    }
+
+    /// Whether it has sources alone, and nothing says what is made of them.
+    pub fn is_bare(&self) -> bool {
+        *self == Manifest { sources: self.sources.clone(), ..Manifest::default() }
+    }
+}
+
+/// The milliseconds of a text such as `100ms`, `0.5s` or `1m30s`.
+///
+/// # Errors
+/// It is no duration, not a whole number of milliseconds, less than 1 of them, or longer than 24 days.
+pub fn milliseconds(text: &str) -> Result<u32, String> {
+    let nanoseconds =
+        literal::duration(text, 1).map_err(|_| format!("{text:?} is not a duration: write 2s, 100ms or 1m30s"))?;
+    let milliseconds = i32::try_from(nanoseconds / 1_000_000).ok().filter(|time| *time >= 1);
+    let milliseconds = milliseconds.filter(|_| nanoseconds % 1_000_000 == 0);
+    let milliseconds = milliseconds.map(i32::unsigned_abs);
+    milliseconds.ok_or_else(|| {
+        format!("{text:?} is not a time between two calls: write whole milliseconds, at least 1: 100ms, 0.5s, 2s")
+    })
+}
+
+/// A name and its type: `Start : Bool`.
+///
+/// # Errors
+/// One of both is missing.
+pub fn declaration(text: &str) -> Result<(String, String), String> {
+    halves(text, ':').ok_or_else(|| format!("{text:?}: write a name, a colon and a type: Start : Bool"))
+}
+
+/// A name and its value: `MAX=5`.
+///
+/// # Errors
+/// One of both is missing.
+pub fn constant(text: &str) -> Result<(String, String), String> {
+    halves(text, '=').ok_or_else(|| format!("{text:?}: write a name, an equals sign and a value: MAX=5"))
+}
+
+fn halves(text: &str, between: char) -> Option<(String, String)> {
+    let (name, value) = text.split_once(between)?;
+    let half = |half: &str| unquoted(half).to_string();
+    Some((half(name), half(value))).filter(|(name, value)| !name.is_empty() && !value.is_empty())
+}
+
+/// A name without blanks and quotation marks around it.
+pub fn unquoted(name: &str) -> &str {
+    name.trim().trim_matches('"')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_may_have_quotation_marks_and_both_halves_are_there() {
+        assert_eq!(declaration("\"Start\" : Bool"), Ok(("Start".into(), "Bool".into())));
+        assert_eq!(constant("MAX = 5"), Ok(("MAX".into(), "5".into())));
+        assert!(declaration("Start").is_err() && constant("=5").is_err());
+    }
+
+    #[test]
+    fn a_time_between_two_calls_is_in_whole_milliseconds() {
+        assert_eq!((milliseconds("0.5s"), milliseconds("1m30s")), (Ok(500), Ok(90_000)));
+        for wrong in ["", "10", "0ms", "1.5ms", "30d"] {
+            assert!(milliseconds(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_cycle_is_the_greatest_common_divisor_of_the_periods() {
+        let mut manifest = Manifest::default();
+        let names = || vec!["Fast".to_string(), "Slow".to_string()];
+        let task = |name: &str, period| Task { name: name.into(), period };
+        manifest.set_calls(names(), &[4, 6]).unwrap();
+        assert_eq!((manifest.cycle, &manifest.calls[..]), (Some(2), &[task("Fast", 4), task("Slow", 6)][..]));
+        manifest.set_calls(names(), &[10, 20]).unwrap();
+        assert_eq!((manifest.cycle, &manifest.calls[..]), (Some(10), &[task("Fast", 0), task("Slow", 20)][..]));
+        manifest.set_calls(names(), &[50]).unwrap();
+        assert_eq!((manifest.cycle, &manifest.calls[..]), (Some(50), &[task("Fast", 0), task("Slow", 0)][..]));
+        let wrong = manifest.set_calls(names(), &[1, 2, 3]).unwrap_err();
+        assert_eq!(wrong, "3 cycles for 2 calls: write one for all, or one for each call, in their order");
+        assert!(manifest.set_calls(Vec::new(), &[1, 2]).is_err());
+    }
+}
