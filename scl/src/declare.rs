@@ -1,8 +1,6 @@
 //! Blocks, types and data blocks as they are declared.
 
-use crate::compiler::{
-    BlockId, Compiler, Global, Interface, Operand, Parameter, Slot, State, Symbol, View, nothing,
-};
+use crate::compiler::{BlockId, Compiler, Global, Interface, Operand, Parameter, Slot, State, Symbol, View, nothing};
 use crate::lexer::Span;
 use crate::lower::Lowerer;
 use crate::program::{self, Body, Function, Local};
@@ -333,11 +331,12 @@ impl Compiler<'_> {
         self.block_of.insert(id, State::Open);
         let block = self.block(id);
         let mut symbols = self.constants(block, id.0);
-        let mut members = Vec::new();
+        let mut names: HashSet<String> = symbols.keys().cloned().collect();
+        let mut declared: Vec<Declared> = Vec::new();
         let mut statics: Vec<(String, program::Type)> = Vec::new();
         let mut starts = Vec::new();
-        let mut views: Vec<View> = Vec::new();
-        let (mut parameters, mut locals) = (Vec::new(), Vec::new());
+        let mut views: Vec<(SectionKind, View)> = Vec::new();
+        let (mut parameters, mut temporaries) = (Vec::new(), Vec::new());
         let known = Rc::new(symbols.clone());
         let result = match &block.of {
             Some(of) if block.kind == BlockKind::Function => self.type_of(of, id.0, &known),
@@ -351,16 +350,15 @@ impl Compiler<'_> {
             for member in &section.members {
                 if member.at.is_some() {
                     for (local, view) in self.views_of(member, id.0, &known) {
-                        locals.push(local);
-                        let slot = Slot::Local(usize::MAX - (locals.len() - 1));
-                        symbols.insert(key(&view.name), Symbol::Variable(kind, view.of.clone(), slot));
-                        views.push(View { local: locals.len() - 1, ..view });
+                        names.insert(key(&view.name));
+                        views.push((kind, View { local: temporaries.len(), ..view }));
+                        temporaries.push(local);
                     }
                     continue;
                 }
                 let of = self.member_type(member, id.0, &known);
                 for name in &member.names {
-                    if symbols.contains_key(&name.key()) {
+                    if !names.insert(name.key()) {
                         self.error(name.span, format!("{} is declared twice", name.text), None);
                         continue;
                     }
@@ -369,39 +367,45 @@ impl Compiler<'_> {
                         && (kind != SectionKind::InOut || of.is_elementary());
                     let is_parameter = matches!(kind, SectionKind::Input | SectionKind::InOut)
                         || kind == SectionKind::Output && !is_copied(&of);
-                    let slot = if in_instance {
+                    let storage = if in_instance {
                         statics.push((name.text.clone(), self.lowered(&of)));
                         starts.push(member.start.as_ref().map(|start| (of.clone(), start)));
-                        Slot::Member(statics.len() - 1)
+                        Storage::Instance(statics.len() - 1)
                     } else {
-                        let list = if is_parameter { &mut parameters } else { &mut locals };
+                        let list = if is_parameter { &mut parameters } else { &mut temporaries };
                         let by_reference = is_parameter && !is_copied(&of);
                         list.push(Local {
                             name: name.text.clone(),
                             ty: of.lowered(&|block| self.blocks[block].record),
                             by_reference,
                         });
-                        // The parameters come first; their number is not known yet.
-                        Slot::Local(if is_parameter { list.len() - 1 } else { usize::MAX - (list.len() - 1) })
+                        let number = list.len() - 1;
+                        if is_parameter { Storage::Parameter(number) } else { Storage::Temporary(number) }
                     };
-                    symbols.insert(name.key(), Symbol::Variable(kind, of.clone(), slot));
-                    members.push(Parameter {
-                        name: name.text.clone(),
-                        key: name.key(),
+                    declared.push(Declared {
+                        name,
+                        member,
                         section: kind,
-                        of: of.clone(),
-                        slot,
-                        comment: member.comment.clone(),
-                        is_setting: is_setting(member),
-                        is_hidden: is_hidden(member),
                         is_retained: section.is_retained,
+                        of: of.clone(),
+                        storage,
                     });
                 }
             }
         }
+        // The parameters come first among the locals.
+        let count = parameters.len();
+        let members: Vec<Parameter> = declared.into_iter().map(|of| of.parameter(count)).collect();
+        for member in &members {
+            symbols.insert(member.key.clone(), Symbol::Variable(member.section, member.of.clone(), member.slot));
+        }
+        for (section, view) in &mut views {
+            view.local += count;
+            symbols.insert(key(&view.name), Symbol::Variable(*section, view.of.clone(), Slot::Local(view.local)));
+        }
         if result != Type::Void {
-            locals.push(Local { name: block.name.text.clone(), ty: self.lowered(&result), by_reference: false });
-            let slot = Slot::Local(usize::MAX - (locals.len() - 1));
+            temporaries.push(Local { name: block.name.text.clone(), ty: self.lowered(&result), by_reference: false });
+            let slot = Slot::Local(count + temporaries.len() - 1);
             let value = Symbol::Variable(SectionKind::Output, result.clone(), slot);
             symbols.entry("RET_VAL".to_string()).or_insert(value.clone());
             symbols.insert(block.name.key(), value);
@@ -409,25 +413,10 @@ impl Compiler<'_> {
         let may_set_eno = !symbols.contains_key("ENO") && self.may_set_eno[id.0];
         if may_set_eno {
             let ty = program::Type::Scalar(program::Scalar::Bool);
-            locals.push(Local { name: "ENO".to_string(), ty, by_reference: false });
+            temporaries.push(Local { name: "ENO".to_string(), ty, by_reference: false });
         }
-        let count = parameters.len();
-        parameters.extend(locals);
-        views.iter_mut().for_each(|view| view.local += count);
+        parameters.extend(temporaries);
         let eno = may_set_eno.then(|| parameters.len() - 1);
-        let settle = |slot: &mut Slot| {
-            if let Slot::Local(number) = slot
-                && *number > usize::MAX / 2
-            {
-                *number = count + (usize::MAX - *number);
-            }
-        };
-        members.iter_mut().for_each(|member| settle(&mut member.slot));
-        for symbol in symbols.values_mut() {
-            if let Symbol::Variable(_, _, slot) = symbol {
-                settle(slot);
-            }
-        }
         let is_block = block.kind == BlockKind::FunctionBlock;
         let record = match self.shared_record(id) {
             Some(record) => record,
@@ -463,7 +452,7 @@ impl Compiler<'_> {
             record,
             function: self.program.functions.len() - 1,
             eno,
-            views,
+            views: views.into_iter().map(|(_, view)| view).collect(),
         });
         self.block_of.insert(id, State::Known(self.blocks.len() - 1));
         Some(self.blocks.len() - 1)
@@ -636,6 +625,45 @@ fn number_of_hardware(name: &str) -> Option<Elementary> {
 /// Whether an argument of this type is copied into the function.
 pub fn is_copied(of: &Type) -> bool {
     matches!(of, Type::Elementary(_) | Type::Text { .. } | Type::Wrong)
+}
+
+/// A variable of a block that is declared.
+struct Declared<'a> {
+    name: &'a Name,
+    member: &'a Member,
+    section: SectionKind,
+    is_retained: bool,
+    of: Type,
+    storage: Storage,
+}
+
+/// What holds a variable of a block, and its number there.
+enum Storage {
+    Instance(usize),
+    Parameter(usize),
+    Temporary(usize),
+}
+
+impl Declared<'_> {
+    /// The same in an interface whose function has this many parameters.
+    fn parameter(self, parameters: usize) -> Parameter {
+        let Declared { name, member, section, is_retained, of, storage } = self;
+        Parameter {
+            name: name.text.clone(),
+            key: name.key(),
+            section,
+            of,
+            slot: match storage {
+                Storage::Instance(number) => Slot::Member(number),
+                Storage::Parameter(number) => Slot::Local(number),
+                Storage::Temporary(number) => Slot::Local(parameters + number),
+            },
+            comment: member.comment.clone(),
+            is_setting: is_setting(member),
+            is_hidden: is_hidden(member),
+            is_retained,
+        }
+    }
 }
 
 fn is_setting(member: &Member) -> bool {
