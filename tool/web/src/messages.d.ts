@@ -692,6 +692,8 @@ calls: number,
 outputs: Array<Compared>,
 /** What was tried, the best first. */
 suspects: Array<Suspect>,
+/** The conclusion. */
+conclusion: Conclusion,
 /** The conclusion, in one sentence. */
 verdict: string,
 /** Whether the recording depends on the controller's settings: equal outputs say nothing about them otherwise. */
