@@ -650,10 +650,29 @@ def test_a_file_that_is_no_source_comes_with_what_to_do(command, tmp_path):
         assert done.returncode != 0
         return done.stdout + done.stderr
 
-    no_source = "is neither an FMU nor a source in SCL (.scl, .udt, .db, .awl): "
+    no_source = "is neither an FMU nor a source in SCL (.scl, .udt, .db, .xml, .awl): "
     for verb in ("check", "build"):
         assert "plant is a folder: name " in told(verb, "plant")
-        assert f"blocks.xml {no_source}in TIA Portal: Generate source from blocks" in told(verb, "blocks.xml")
         assert f"motor.st {no_source}rename a source in SCL to .scl" in told(verb, "motor.st")
     assert "motor.st" in (mixed := told("build", "a.scl", "motor.st", "--cycle=1s")) and "rename" in mixed
     assert 'tags.csv:1: "Name,Path,Data Type": write a name, a colon and a type: Start : Bool' in told("check", "a.scl", "--tag", "tags.csv")
+
+
+def test_show_prints_a_block_in_lad_as_a_source_that_builds(command, tmp_path):
+    lad = CASES.parents[2] / "examples/programs/interlock.xml"
+    done = subprocess.run([command, "show", str(lad), "--as", "scl"], capture_output=True, text=True, check=True)
+    assert "// Network 2: Dry run\n" in done.stdout and "#delay(IN := #run AND NOT #flow, PT := T#3s);" in done.stdout
+    (tmp_path / "shown.scl").write_text(done.stdout)
+    for file in (lad, tmp_path / "shown.scl"):
+        subprocess.run([command, "build", str(file), "--cycle", "100ms", "--out", str(tmp_path)], check=True, capture_output=True)
+        description = fmpy.read_model_description(str(tmp_path / "PumpInterlock.fmu"))
+        causalities = {variable.name: variable.causality for variable in description.modelVariables}
+        for name in ("start", "stop", "reset", "overload", "flow", "raw"):
+            assert causalities[name] == "input"
+        for name in ("run", "fault", "low", "level", "starts"):
+            assert causalities[name] == "output"
+    wrong = tmp_path / "wrong.xml"
+    wrong.write_text(lad.read_text().replace('"overload" />', '"nothing" />', 1))
+    done = subprocess.run([command, "check", str(wrong)], capture_output=True, text=True)
+    assert done.returncode == 1
+    assert 'FB PumpInterlock, network 3 "Fault": Contact #nothing: #nothing is not declared in this block' in done.stdout

@@ -29,7 +29,7 @@ pub mod problem;
 pub mod ssv;
 pub mod step7;
 
-mod xml;
+pub mod xml;
 
 pub use block::{Block, Member, Part};
 pub use format::{Format, read, write};

@@ -17,34 +17,37 @@ const MOST_ELEMENTS: usize = 500_000;
 const MOST_ATTRIBUTES: usize = 64;
 
 /// An element. Names have no namespace prefix.
-pub(crate) struct Element {
-    pub(crate) name: String,
+#[derive(Debug)]
+pub struct Element {
+    /// Its name.
+    pub name: String,
     /// The start tag.
-    pub(crate) span: Range<usize>,
+    pub span: Range<usize>,
     attributes: Vec<(String, String)>,
-    pub(crate) children: Vec<Element>,
+    /// The elements in it.
+    pub children: Vec<Element>,
     text: String,
     text_span: Range<usize>,
 }
 
 impl Element {
     /// The value of an attribute.
-    pub(crate) fn attribute(&self, name: &str) -> Option<&str> {
+    pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value.trim())
     }
 
     /// The first child of this name.
-    pub(crate) fn child(&self, name: &str) -> Option<&Element> {
-        self.children(name).next()
+    pub fn child(&self, name: &str) -> Option<&Element> {
+        self.children.iter().find(|child| child.name == name)
     }
 
     /// All children of this name.
-    pub(crate) fn children(&self, name: &str) -> impl Iterator<Item = &Element> {
+    pub fn children<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Element> + use<'a> {
         self.children.iter().filter(move |child| child.name == name)
     }
 
     /// The text in the element, without the white space around it, and its place.
-    pub(crate) fn text(&self) -> (&str, Range<usize>) {
+    pub fn text(&self) -> (&str, Range<usize>) {
         let is_there = !self.text.trim().is_empty();
         (self.text.trim(), if is_there { self.text_span.clone() } else { self.span.clone() })
     }
@@ -61,7 +64,11 @@ pub(crate) fn read(report: &mut Report, source: &Source) -> Option<Element> {
     }
 }
 
-fn tree(text: &str) -> Result<Element, (usize, String)> {
+/// The root of a document.
+///
+/// # Errors
+/// No XML document within the limits: a byte of the text, and what is wrong there.
+pub fn tree(text: &str) -> Result<Element, (usize, String)> {
     let mut reader = Reader::from_str(text);
     let mut open: Vec<Element> = Vec::new();
     let mut root = None;

@@ -6,7 +6,7 @@ use host::package::temporary;
 #[cfg(feature = "server")]
 use plcfmu::commands::tool;
 use plcfmu::commands::{
-    build, check, child, figures, gains, info, manual, merge, new, params, preset, prove, run, ssp, study, test,
+    build, check, child, figures, gains, info, manual, merge, new, params, preset, prove, run, show, ssp, study, test,
     tune_study,
 };
 use plcfmu::{exit, interruption, tell};
@@ -34,6 +34,7 @@ enum Command {
     Check(check::Options),
     Test(test::Options),
     Run(run::Options),
+    Show(show::Options),
     Ssp(ssp::Options),
     Study(study::Options),
     TuneStudy(tune_study::Options),
@@ -83,6 +84,7 @@ fn main() -> ExitCode {
         Command::Check(options) => check::run(&options),
         Command::Test(options) => test::run(&options),
         Command::Run(options) => run::run(&options),
+        Command::Show(options) => show::run(&options),
         Command::Ssp(options) => ssp::run(&options),
         Command::Study(options) => study::run(&options),
         Command::TuneStudy(options) => tune_study::run(&options),

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// Whether a file is a source of a program, by its ending.
 pub fn is_source(file: &Path) -> bool {
     let ending = file.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
-    matches!(ending.as_deref(), Some("scl" | "udt" | "db" | "awl"))
+    matches!(ending.as_deref(), Some("scl" | "udt" | "db" | "awl" | "xml"))
 }
 
 /// What to say of a file that is no source, to who means one; `None` if its ending tells nothing.
@@ -23,11 +23,10 @@ pub fn instead(file: &Path) -> Option<String> {
     let ending = file.extension()?.to_str()?.to_ascii_lowercase();
     let remedy = match ending.as_str() {
         "st" | "txt" => "rename a source in SCL to .scl",
-        "xml" => "in TIA Portal: Generate source from blocks",
         "csv" | "xlsx" | "sdf" => "tags are given with --tag, a line NAME : TYPE for each",
         _ => return None,
     };
-    Some(format!("{name} is neither an FMU nor a source in SCL (.scl, .udt, .db, .awl): {remedy}"))
+    Some(format!("{name} is neither an FMU nor a source in SCL (.scl, .udt, .db, .xml, .awl): {remedy}"))
 }
 
 /// Whether a file is a source with a block that is executed; else it holds types and data alone, as a parameter file does. The
@@ -40,7 +39,11 @@ pub fn has_code(file: &Path) -> bool {
         String::new()
     };
     let first = |line: &str| line.split_whitespace().next().unwrap_or_default().to_ascii_uppercase();
-    text.lines().any(|line| matches!(first(line).as_str(), "FUNCTION_BLOCK" | "ORGANIZATION_BLOCK" | "FUNCTION"))
+    let is_begin = |line: &str| {
+        matches!(first(line).as_str(), "FUNCTION_BLOCK" | "ORGANIZATION_BLOCK" | "FUNCTION")
+            || ["<SW.Blocks.FB", "<SW.Blocks.FC", "<SW.Blocks.OB"].iter().any(|block| line.contains(block))
+    };
+    text.lines().any(is_begin)
 }
 
 /// Reads the sources of a program and translates them.
@@ -51,7 +54,7 @@ pub fn compile(files: &[PathBuf], manifest: &Manifest) -> Result<Result<Compiled
     let read = |file: &PathBuf| Source::read(file, None).map_err(Error::msg);
     let sources = files.iter().map(read).collect::<Result<Vec<Source>>>()?;
     if sources.is_empty() {
-        return Err(anyhow!("there is no source: name files that end in .scl, .udt, .db or .awl"));
+        return Err(anyhow!("there is no source: name files that end in .scl, .udt, .db, .xml or .awl"));
     }
     Ok(scl::compile(&sources, manifest))
 }

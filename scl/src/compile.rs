@@ -1,9 +1,10 @@
 //! Sources to a typed program.
 
 use crate::compiler::{BlockId, Compiler};
+use crate::format::Format;
 use crate::lexer::Span;
 use crate::parser;
-use crate::program::Program;
+use crate::program::{Body, Program, Statement};
 use crate::report::Report;
 use crate::root::Root;
 use crate::syntax::{BlockKind, Tree, key};
@@ -28,6 +29,20 @@ pub struct Compiled {
     pub warnings: Vec<Problems>,
 }
 
+impl Compiled {
+    /// The functions of the sources' own blocks that have statements.
+    pub fn blocks(&self) -> Vec<usize> {
+        let own = self.program.files.len().saturating_sub(1);
+        let is_own = |statement: &Statement| statement.at.line > 0 && usize::from(statement.at.file) < own;
+        let functions = self.program.functions.iter().enumerate();
+        let blocks = functions.filter(|(_, function)| match &function.body {
+            Body::Code(code) => code.iter().any(is_own),
+            Body::Native(_) => false,
+        });
+        blocks.map(|(number, _)| number).collect()
+    }
+}
+
 /// Translates sources to a program.
 ///
 /// # Errors
@@ -36,7 +51,7 @@ pub fn compile(sources: &[Source], options: &Manifest) -> Result<Compiled, Vec<P
     let mut report = Report::default();
     let mut trees: Vec<Tree> = Vec::new();
     for (file, source) in sources.iter().enumerate() {
-        trees.push(parser::parse(&source.text, file as u32, &mut report));
+        trees.push(Format::of(&source.text).parse(&source.text, file as u32, &mut report));
     }
     let is_tia = trees.iter().any(|tree| tree.is_tia);
     let cpu = options.cpu.unwrap_or(if is_tia { Cpu::S71500 } else { Cpu::S7300 });
@@ -48,7 +63,8 @@ pub fn compile(sources: &[Source], options: &Manifest) -> Result<Compiled, Vec<P
         );
     }
     let library = crate::library::source();
-    trees.push(parser::parse(&library.text, sources.len() as u32, &mut report));
+    let library_tree = parser::parse(&library.text, sources.len() as u32, &mut report);
+    trees.push(Tree { may_set_eno: false, ..library_tree });
     let mut all: Vec<Source> = sources.to_vec();
     all.push(library);
     let mut compiler = Compiler::new(&all, &trees, cpu, options, report);
@@ -65,20 +81,11 @@ pub fn compile(sources: &[Source], options: &Manifest) -> Result<Compiled, Vec<P
     if has_errors { Err(errors) } else { Ok(Compiled { program, cpu, root, candidates, globals, warnings }) }
 }
 
-/// Whether a source names ENO, or returns a value.
-fn may_set_eno(text: &str) -> bool {
-    let text = text.to_ascii_uppercase();
-    let is_value = |rest: &str| rest.starts_with(|c: char| c.is_whitespace()) && !rest.trim_start().starts_with(';');
-    text.contains("ENO") || text.split("RETURN").skip(1).any(is_value)
-}
-
 impl<'a> Compiler<'a> {
     fn new(sources: &'a [Source], trees: &'a [Tree], cpu: Cpu, options: &'a Manifest, report: Report) -> Compiler<'a> {
         let mut program = Program::default();
         program.memory = program.add_record("memory", []);
         program.constants = program.add_record("constants", []);
-        // The last source is the library.
-        let own = sources.split_last().map_or(sources, |(_, own)| own);
         let mut compiler = Compiler {
             sources,
             trees,
@@ -96,7 +103,6 @@ impl<'a> Compiler<'a> {
             kinds: HashMap::new(),
             // The first one of a name counts.
             declared: options.declared.iter().rev().map(|tag| (key(&tag.0), tag)).collect(),
-            may_set_eno: own.iter().map(|source| may_set_eno(&source.text)).chain([false]).collect(),
             undeclared: BTreeMap::new(),
             calls: Vec::new(),
             bytes: 0,

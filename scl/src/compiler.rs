@@ -54,8 +54,6 @@ pub struct Compiler<'a> {
     pub kinds: HashMap<String, String>,
     /// What the options declare, by name.
     pub declared: HashMap<String, &'a (String, String)>,
-    /// Whether a block of a source may set ENO.
-    pub may_set_eno: Vec<bool>,
     pub undeclared: BTreeMap<String, Undeclared>,
     /// Who calls whom, and where.
     pub calls: Vec<(usize, usize, Span)>,

@@ -410,7 +410,7 @@ impl Compiler<'_> {
             symbols.entry("RET_VAL".to_string()).or_insert(value.clone());
             symbols.insert(block.name.key(), value);
         }
-        let may_set_eno = !symbols.contains_key("ENO") && self.may_set_eno[id.0];
+        let may_set_eno = !symbols.contains_key("ENO") && self.trees[id.0].may_set_eno;
         if may_set_eno {
             let ty = program::Type::Scalar(program::Scalar::Bool);
             temporaries.push(Local { name: "ENO".to_string(), ty, by_reference: false });

@@ -125,13 +125,13 @@ const PREFIXES: [&str; 40] = [
 /// Those whose literal is a text.
 const TEXTS: [&str; 4] = ["CHAR", "STRING", "WCHAR", "WSTRING"];
 
-/// The tokens of a text.
-pub fn tokens(text: &str, file: u32) -> Tokens {
+/// The tokens of a text from a byte on.
+pub fn tokens(text: &str, from: usize, file: u32) -> Tokens {
     let mut lexer = Lexer {
         text,
         file,
-        at: 0,
-        line: 0,
+        at: from,
+        line: from,
         is_head: false,
         declaring: 0,
         is_never_nested: false,
@@ -425,7 +425,7 @@ mod tests {
     use super::*;
 
     fn shown(text: &str) -> String {
-        let found = tokens(text, 0);
+        let found = tokens(text, 0, 0);
         found.tokens.iter().map(|token| format!("{:?}:{} ", token.kind, &text[token.span.range()])).collect()
     }
 
@@ -454,7 +454,7 @@ mod tests {
     fn comments_attributes_and_regions_are_no_tokens() {
         let text = "REGION it's\n a { S7_X := '}' } (* 'b *) := /* \" */ 1; // '\nEND_REGION c\n(/* d */)";
         assert_eq!(shown(text), "Word:a Symbol::= Literal:1 Symbol:; End: ");
-        assert_eq!(tokens(text, 0).comments.len(), 4);
+        assert_eq!(tokens(text, 0, 0).comments.len(), 4);
         assert_eq!(shown("VAR\n region : INT;"), "Word:VAR Word:region Symbol:: Word:INT Symbol:; End: ");
     }
 

@@ -145,6 +145,12 @@ fn named(name: &str) -> Option<String> {
     (is_timer || is_counter || is_other).then(|| name.to_string())
 }
 
+/// Whether a name is a block or a type of the system.
+pub fn is_system(name: &str) -> bool {
+    let name = key(name);
+    named(&name).is_some() || natives().iter().any(|native| native.eq_ignore_ascii_case(&name))
+}
+
 /// Whether a name is a function that is called as those of a program are.
 pub fn is_block(name: &str) -> bool {
     BLOCKS.contains(&name)

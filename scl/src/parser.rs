@@ -2,6 +2,7 @@
 
 mod declarations;
 mod expressions;
+mod fragments;
 mod statements;
 #[cfg(test)]
 mod tests;
@@ -10,6 +11,8 @@ use crate::lexer::{Kind, Span, Token, Tokens, tokens};
 use crate::report::Report;
 use crate::syntax::{Attribute, Binary, ExpressionId, ExpressionKind, Name, Tree, key};
 use std::collections::BTreeSet;
+
+pub use fragments::Fragments;
 
 /// So deep statements, brackets, types and start values may be nested, all together.
 const DEEPEST: usize = 100;
@@ -20,14 +23,27 @@ const MOST_ERRORS: usize = 100;
 /// What to do with a file that is no text, or in UTF-16 without its byte order mark.
 const SAVE: &str = "save the source as text in UTF-8";
 
-/// The tree of a source.
+/// The tree of a source in SCL.
 pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
     if let Some(at) = text.find('\0') {
         let at = at as u32;
         report.error(Span { file, start: at, end: at + 1 }, "this is no text: it has a character 0", Some(SAVE));
         return Tree::default();
     }
-    let Tokens { tokens, comments, attributes, unclosed, nested } = tokens(text, file);
+    let tree = Tree { may_set_eno: may_set_eno(text), ..Tree::default() };
+    parser_of(text, 0, file, tree, report).source()
+}
+
+/// Whether a source names ENO, or returns a value.
+pub fn may_set_eno(text: &str) -> bool {
+    let text = text.to_ascii_uppercase();
+    let is_value = |rest: &str| rest.starts_with(|c: char| c.is_whitespace()) && !rest.trim_start().starts_with(';');
+    text.contains("ENO") || text.split("RETURN").skip(1).any(is_value)
+}
+
+/// The parser of a text from a byte on, which adds to a tree.
+fn parser_of<'a>(text: &'a str, from: usize, file: u32, tree: Tree, report: &'a mut Report) -> Parser<'a> {
+    let Tokens { tokens, comments, attributes, unclosed, nested } = tokens(text, from, file);
     for span in nested {
         report.warning(span, "a comment in a comment: what follows its end is read as comment, too", Some(NESTED));
     }
@@ -41,7 +57,7 @@ pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
         report.error(span, format!("{what} does not end"), Some(help));
     }
     let most = report.errors() + MOST_ERRORS;
-    let parser = Parser {
+    Parser {
         text,
         tokens,
         comments,
@@ -51,11 +67,10 @@ pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
         gotos: BTreeSet::new(),
         is_data: false,
         is_end_told: unclosed.is_some(),
-        tree: Tree::default(),
+        tree,
         report,
         most,
-    };
-    parser.source()
+    }
 }
 
 /// What was expected is not there; a message says so.

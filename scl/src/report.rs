@@ -11,6 +11,8 @@ const MOST: usize = 1000;
 pub struct Report {
     errors: Vec<Finding>,
     warnings: Vec<Finding>,
+    /// What stands where, in files whose lines say little: a block, a network, an element.
+    places: Vec<(Span, String)>,
 }
 
 /// One thing that was found.
@@ -37,6 +39,11 @@ impl Report {
         add(&mut self.warnings, span, message.into(), help.map(Remedy::from));
     }
 
+    /// Messages about these bytes, or a part of them, begin with the name of a place.
+    pub fn locate(&mut self, span: Span, place: String) {
+        self.places.push((span, place));
+    }
+
     /// Whether there is an error.
     pub fn has_errors(&self) -> bool {
         !self.errors.is_empty()
@@ -49,6 +56,19 @@ impl Report {
 
     /// The errors of each source, and the warnings.
     pub fn problems(mut self, sources: &[Source]) -> (Vec<Problems>, Vec<Problems>) {
+        // The innermost place that holds a finding is the last one of these that begins before it and does not end before it.
+        self.places.sort_by_key(|(span, _)| (span.file, span.start, std::cmp::Reverse(span.end)));
+        for finding in self.errors.iter_mut().chain(&mut self.warnings) {
+            let before = self
+                .places
+                .partition_point(|(span, _)| (span.file, span.start) <= (finding.span.file, finding.span.start));
+            let holds = |(span, _): &&(Span, String)| {
+                span.file == finding.span.file && span.end >= finding.span.end.min(finding.span.start + 1)
+            };
+            if let Some((_, place)) = self.places[..before].iter().rev().take(MOST).find(holds) {
+                finding.message = format!("{place}: {}", finding.message);
+            }
+        }
         (of_sources(&mut self.errors, sources), of_sources(&mut self.warnings, sources))
     }
 }

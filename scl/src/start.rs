@@ -4,7 +4,7 @@ use crate::compiler::{Compiler, Operand, Parameter, Slot, Symbol};
 use crate::lexer::Span;
 use crate::lower::Lowerer;
 use crate::program::{Base, Expr, Place, Step, Type as Lowered};
-use crate::syntax::{Expressions, Start};
+use crate::syntax::{ExpressionId, Expressions, Part, Start};
 use crate::types::Type;
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -91,7 +91,7 @@ impl Starting<'_, '_> {
     fn span(&self, start: &Start) -> Span {
         match start {
             Start::Value(value) => self.expressions()[*value].span,
-            Start::List(_, span) | Start::Members(_, span) => *span,
+            Start::List(_, span) | Start::Members(_, span) | Start::Parts(_, span) => *span,
             Start::Repeat(count, _) => self.expressions()[*count].span,
         }
     }
@@ -101,6 +101,11 @@ impl Starting<'_, '_> {
             (Type::Wrong, _) => {}
             // `()` leaves the value that the type gives.
             (_, Start::List(list, _)) if list.is_empty() => {}
+            (_, Start::Parts(parts, span)) => {
+                for (path, value) in parts {
+                    self.part(of, path, *value, *span, bytes);
+                }
+            }
             (Type::Array(array), _) => {
                 let size = self.compiler.program.size(&self.compiler.lowered(&array.of));
                 let mut at = 0;
@@ -163,6 +168,58 @@ impl Starting<'_, '_> {
             _ => {
                 let span = self.span(start);
                 self.compiler.error(span, format!("this is not a start value of {of}"), None);
+            }
+        }
+    }
+
+    /// The value of a part.
+    fn part(&mut self, of: &Type, path: &[Part], value: ExpressionId, span: Span, bytes: &mut [u8]) {
+        let Some((part, rest)) = path.split_first() else {
+            return self.write(of, &Start::Value(value), bytes);
+        };
+        let found = match (of, part) {
+            (Type::Wrong, _) => return,
+            (Type::Structure(structure), Part::Member(name)) => structure
+                .number(&name.key())
+                .map(|number| (structure.record, number, structure.fields[number].of.clone())),
+            (Type::Instance(block), Part::Member(name)) => {
+                let interface = &self.compiler.blocks[*block];
+                let found = interface.members.iter().find(|member| member.key == name.key());
+                found.and_then(|member| match member.slot {
+                    Slot::Member(number) => Some((interface.record, number, member.of.clone())),
+                    Slot::Local(_) => None,
+                })
+            }
+            (Type::Array(array), Part::Element(indices)) if indices.len() == array.bounds.len() => {
+                let size = self.compiler.program.size(&self.compiler.lowered(&array.of));
+                let mut number = 0i64;
+                for (index, (low, high)) in indices.iter().zip(&array.bounds) {
+                    let (low, high) = (i64::from(*low), i64::from(*high));
+                    if !(low..=high).contains(index) {
+                        let message = format!("the start value of the element {index} is outside of {low}..{high}");
+                        self.compiler.error(span, message, None);
+                        return;
+                    }
+                    number = number * (high - low + 1) + index - low;
+                }
+                let at = number as usize * size;
+                if let Some(bytes) = bytes.get_mut(at..at + size) {
+                    self.part(&array.of, rest, value, span, bytes);
+                }
+                return;
+            }
+            _ => None,
+        };
+        match found {
+            Some((record, number, of)) => {
+                let offset = self.compiler.program.records[record].members[number].offset;
+                let size = self.compiler.program.size(&self.compiler.lowered(&of));
+                self.part(&of, rest, value, span, &mut bytes[offset..offset + size]);
+            }
+            None => {
+                let name = if let Part::Member(name) = part { name.text.as_str() } else { "an element" };
+                let message = format!("a start value of {name}, which {of} does not have");
+                self.compiler.error(span, message, Some("export the block again"));
             }
         }
     }

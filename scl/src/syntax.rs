@@ -1,6 +1,7 @@
 //! The syntax tree.
 
 use crate::lexer::Span;
+use crate::types::Elementary;
 
 /// A name without its quotation marks.
 #[derive(Clone, Debug)]
@@ -36,9 +37,10 @@ impl Expressions {
     pub fn add(&mut self, kind: ExpressionKind, span: Span) -> ExpressionId {
         let depth = |id: &ExpressionId| self[*id].depth;
         let below = match &kind {
-            ExpressionKind::Unary(_, inner) | ExpressionKind::Member(inner, _) | ExpressionKind::Pointer(inner) => {
-                depth(inner)
-            }
+            ExpressionKind::Unary(_, inner)
+            | ExpressionKind::Member(inner, _)
+            | ExpressionKind::Pointer(inner)
+            | ExpressionKind::As(_, inner) => depth(inner),
             ExpressionKind::Binary(_, left, right) => depth(left).max(depth(right)),
             ExpressionKind::Index(base, indices) => indices.iter().map(depth).fold(depth(base), u32::max),
             ExpressionKind::Call(callee, arguments) => {
@@ -98,6 +100,8 @@ pub enum ExpressionKind {
     Call(ExpressionId, Vec<Argument>),
     /// `a^`, which is refused.
     Pointer(ExpressionId),
+    /// A value in the type of a box's pin, converted as in an assignment.
+    As(Elementary, ExpressionId),
     /// What could not be read; a message says why.
     Wrong,
 }
@@ -194,6 +198,10 @@ pub enum StatementKind {
     Goto(Name),
     /// A label.
     Label(Name),
+    /// Declares a temporary for the rest of the block: its type, or that of its value; without a value it keeps the one it has.
+    Let(Name, Option<Elementary>, Option<ExpressionId>),
+    /// A title or a comment that is kept.
+    Comment(String),
 }
 
 /// A value of CASE, or a range.
@@ -326,6 +334,17 @@ pub enum Start {
     Repeat(ExpressionId, Vec<Start>),
     /// `(x := 1, y := 2)`.
     Members(Vec<(Name, Start)>, Span),
+    /// The values of parts, by the paths to them; the others keep those of their types.
+    Parts(Vec<(Vec<Part>, ExpressionId)>, Span),
+}
+
+/// A step of a path to a part of a variable.
+#[derive(Clone, Debug)]
+pub enum Part {
+    /// A member of a structure or an instance.
+    Member(Name),
+    /// An element of an array.
+    Element(Vec<i64>),
 }
 
 /// A source as a tree.
@@ -337,4 +356,6 @@ pub struct Tree {
     pub expressions: Expressions,
     /// Whether it is in the dialect of TIA Portal.
     pub is_tia: bool,
+    /// Whether a block of it may set ENO.
+    pub may_set_eno: bool,
 }

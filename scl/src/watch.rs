@@ -166,7 +166,12 @@ impl Reader<'_> {
                     self.expression(*condition);
                 }
                 StatementKind::Return(value) => value.iter().for_each(|value| self.expression(*value)),
-                StatementKind::Exit | StatementKind::Continue | StatementKind::Goto(_) | StatementKind::Label(_) => {}
+                StatementKind::Let(_, _, value) => value.iter().for_each(|value| self.expression(*value)),
+                StatementKind::Exit
+                | StatementKind::Continue
+                | StatementKind::Goto(_)
+                | StatementKind::Label(_)
+                | StatementKind::Comment(_) => {}
             }
         }
     }
@@ -179,7 +184,10 @@ impl Reader<'_> {
             return;
         }
         match &expressions[id].kind {
-            ExpressionKind::Unary(_, inner) | ExpressionKind::Pointer(inner) | ExpressionKind::Member(inner, _) => {
+            ExpressionKind::Unary(_, inner)
+            | ExpressionKind::Pointer(inner)
+            | ExpressionKind::Member(inner, _)
+            | ExpressionKind::As(_, inner) => {
                 self.expression(*inner);
             }
             ExpressionKind::Binary(_, left, right) => [left, right].into_iter().for_each(|of| self.expression(*of)),

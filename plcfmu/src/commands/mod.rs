@@ -14,6 +14,7 @@ pub mod params;
 pub mod preset;
 pub mod prove;
 pub mod run;
+pub mod show;
 pub mod ssp;
 pub mod study;
 pub mod system;

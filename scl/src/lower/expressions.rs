@@ -38,6 +38,13 @@ impl Lowerer<'_, '_> {
                 left
             }
             ExpressionKind::Call(callee, arguments) => self.call_value(*callee, arguments, expected, span),
+            ExpressionKind::As(of, inner) => {
+                let operand = self.operand(*inner, Some(*of));
+                match operand {
+                    Operand::Variable(..) | Operand::Text(..) if !of.is_number() => operand,
+                    operand => Operand::Value(*of, self.converted(operand, *of, span)),
+                }
+            }
             _ => self.load(id),
         }
     }

@@ -1,5 +1,6 @@
 //! Functions of the CPU.
 
+mod failures;
 mod memory;
 mod moments;
 mod numbers;
@@ -91,6 +92,9 @@ impl Lowerer<'_, '_> {
 
     fn computed(&mut self, given: &Given, expected: Option<Elementary>) -> Option<Operand> {
         let Given { name, span, .. } = *given;
+        if let Some((kind, to)) = name.split_once('?') {
+            return Some(self.failure(kind, to, given));
+        }
         if let Some((from, to)) = name.split_once("_TO_").filter(|(from, _)| !from.starts_with("__")) {
             return self.conversion(from, to, given);
         }

@@ -3,13 +3,14 @@
 use super::convert::{binary, zero};
 use super::paths::{Slice, Variable};
 use super::{LabelOf, Loop, Lowerer};
-use crate::compiler::Operand;
+use crate::compiler::{Operand, Slot, Symbol};
 use crate::lexer::Span;
 use crate::program::walk::{self, Look};
 use crate::program::{self, Arm, Expr, For, Place, Scalar, Step, Value, What};
 use crate::syntax::{Binary, ExpressionId, ExpressionKind, Label, Name, SectionKind, Statement, StatementKind};
 use crate::types::{Elementary, Type};
 use manifest::Cpu;
+use std::rc::Rc;
 
 impl Lowerer<'_, '_> {
     /// Statements, one after the other.
@@ -108,6 +109,53 @@ impl Lowerer<'_, '_> {
                 }
                 self.push(span, What::Label(number));
             }
+            StatementKind::Let(name, of, value) => self.declare(name, *of, *value, span),
+            StatementKind::Comment(text) => self.push(span, What::Comment(text.clone())),
+        }
+    }
+
+    /// A temporary of this type, or of the type of its value.
+    fn declare(&mut self, name: &Name, of: Option<Elementary>, value: Option<ExpressionId>, span: Span) {
+        let value = value.map(|value| self.operand(value, of));
+        let (of, value) = match (of, value) {
+            (Some(of), Some(operand)) => (of, Some(self.converted(operand, of, span))),
+            (Some(of), None) => (of, None),
+            (None, Some(Operand::Value(of, value))) => (of, Some(value)),
+            (None, Some(Operand::Whole(whole))) => {
+                let of = self.widest(whole);
+                (of, Some(self.converted(Operand::Whole(whole), of, span)))
+            }
+            (None, Some(operand @ Operand::Fraction(..))) => {
+                let of = self.widest_real();
+                (of, Some(self.converted(operand, of, span)))
+            }
+            (None, Some(Operand::Wrong(missing))) => {
+                missing.iter().for_each(|name| self.guess(name, Elementary::Bool));
+                (Elementary::Bool, None)
+            }
+            (None, Some(other)) => {
+                let found = self.type_name(&other);
+                self.error(span, format!("a wire carries a number or a BOOL, not {found}"), Some("use a variable"));
+                (Elementary::Bool, None)
+            }
+            (None, None) => (Elementary::Bool, None),
+        };
+        let known = match self.symbol(&name.text) {
+            Some(Symbol::Variable(SectionKind::Temp, Type::Elementary(known), Slot::Local(number))) => {
+                (known == of).then_some(number)
+            }
+            _ => None,
+        };
+        let number = known.unwrap_or_else(|| {
+            let ty = program::Type::Scalar(of.scalar());
+            self.locals.push(program::Local { name: name.text.clone(), ty, by_reference: false });
+            let number = self.locals.len() - 1;
+            let symbol = Symbol::Variable(SectionKind::Temp, Type::Elementary(of), Slot::Local(number));
+            Rc::make_mut(&mut self.symbols).insert(name.key(), symbol);
+            number
+        });
+        if let Some(value) = value {
+            self.push(span, What::Assign(Place::of(program::Base::Local(number)), value));
         }
     }
 

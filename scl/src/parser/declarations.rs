@@ -95,7 +95,7 @@ impl Parser<'_> {
     }
 
     /// The labels to which the block jumps.
-    fn jumps(&self, end: &str) -> std::collections::BTreeSet<String> {
+    pub fn jumps(&self, end: &str) -> std::collections::BTreeSet<String> {
         let within = self.tokens[self.at..]
             .iter()
             .take_while(|token| token.kind != Kind::Word || !self.text_of(**token).eq_ignore_ascii_case(end));

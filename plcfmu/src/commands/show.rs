@@ -1,0 +1,47 @@
+//! `plcfmu show`: what was understood of a program.
+
+use super::print;
+use crate::program;
+use anyhow::{Error, Result, bail};
+use parameters::problem::drawn;
+use scl::scl::Dialect;
+use std::path::PathBuf;
+
+/// Print what was understood of a program, as a source in SCL
+///
+/// Blocks in LAD and FBD, too: an engineer reads what runs, with titles and comments of the networks. The text is a program that gives
+/// the same results, bit by bit.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Options {
+    /// The files of the program (.scl, .udt, .db, .xml), all together
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<PathBuf>,
+    /// The language in which it is printed
+    #[arg(long = "as", value_enum, value_name = "LANGUAGE", default_value_t = Language::Scl)]
+    language: Language,
+    #[command(flatten)]
+    source: program::Options,
+}
+
+/// A language of PLCs.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Language {
+    /// Structured Control Language
+    Scl,
+}
+
+/// Prints the blocks of a program.
+///
+/// # Errors
+/// A file cannot be read, or the program has errors, which have been printed.
+pub fn run(options: &Options) -> Result<()> {
+    let compiled = match program::compile(&options.files, &options.source)? {
+        Ok(compiled) => compiled,
+        Err(errors) => {
+            errors.iter().try_for_each(|problems| print(&drawn(problems)))?;
+            bail!("the program has errors");
+        }
+    };
+    let Language::Scl = options.language;
+    print(&scl::scl::print(&compiled.program, &compiled.blocks(), Dialect::Tia).map_err(Error::msg)?)
+}

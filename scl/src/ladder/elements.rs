@@ -1,0 +1,247 @@
+//! The elements of LAD and FBD, by the names that SimaticML and SIMATIC SD have for them.
+
+use crate::syntax::{Binary, Unary};
+
+/// An instruction.
+#[derive(Debug)]
+pub struct Row {
+    /// Its names: in SimaticML, in SIMATIC SD, and others; without regard to case.
+    pub names: &'static [&'static str],
+    /// What it does.
+    pub law: Law,
+}
+
+/// What an element does. `f` is the flow that arrives.
+#[derive(Clone, Copy, Debug)]
+pub enum Law {
+    /// f AND operand; with `true` f AND NOT operand.
+    Contact(bool),
+    /// f AND the edge of the operand, kept in `bit`: rising, or falling.
+    EdgeContact(bool),
+    /// The edge of the flow, kept in `bit`.
+    EdgeOfFlow(bool),
+    /// f AND (in1 op in2).
+    Compare(Binary),
+    /// f AND the value lies within the limits, or outside of them.
+    Range(bool),
+    /// f AND the operand is a valid floating-point number, or none.
+    Valid(bool),
+    /// The gates of FBD and the junctions of LAD.
+    Gate(Binary),
+    /// NOT f.
+    Not,
+    /// operand := f; with `true` NOT f.
+    Coil(bool),
+    /// IF f THEN operand := TRUE, or FALSE.
+    Set(bool),
+    /// IF f THEN n bits from the operand on := TRUE, or FALSE.
+    SetField(bool),
+    /// operand := the edge of the flow, which goes on.
+    EdgeCoil(bool),
+    /// A flip-flop: whether SET is dominant.
+    FlipFlop(bool),
+    /// A timer or a counter with an instance, called as this kind.
+    Instance(&'static str),
+    /// A block of the system with an instance.
+    System,
+    /// A timer, called as this kind by a coil.
+    TimerCoil(&'static str),
+    /// IF f THEN a function of the timer.
+    TimerFunction(&'static str),
+    /// IF f, or IF NOT f, THEN GOTO the label.
+    Jump(bool),
+    /// The place of a label.
+    Label,
+    /// IF f THEN RETURN, with this ENO or the operand.
+    Return(Returned),
+    /// A box that is executed if EN.
+    Box(Formula, Failure),
+    /// A box that is executed if EN: a function with outputs, called as a statement.
+    Statement(&'static str),
+}
+
+/// ENO of the block after a Return.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub enum Returned {
+    Unchanged,
+    True,
+    False,
+    Operand,
+}
+
+/// The value of a box.
+#[derive(Clone, Copy, Debug)]
+pub enum Formula {
+    /// IN.
+    Same,
+    /// IN1 op IN2 op IN3 ...
+    Fold(Binary),
+    /// op IN.
+    Unary(Unary),
+    /// The operand plus 1 or minus 1, in the operand.
+    Step(Binary),
+    /// A function of these pins; `IN*` is IN1, IN2 ... The ones in the type of the box come last.
+    Call(&'static str, &'static [&'static str], &'static [&'static str]),
+    /// The same with the type of the result after its name.
+    Typed(&'static str, &'static [&'static str], &'static [&'static str]),
+    /// A conversion from the type of the box to that of its result.
+    Convert,
+    /// The expression in the box.
+    Equation,
+}
+
+/// When ENO is FALSE although EN is TRUE.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Failure {
+    /// Never.
+    Never,
+    /// A number does not fit its type, or is no valid floating-point number. The kind of the calculation.
+    Calculation(&'static str),
+    /// Another function of the same pins, whose value is TRUE then.
+    Condition(&'static str),
+}
+
+use Failure::{Calculation, Condition, Never};
+use Formula::{Call, Convert, Equation, Fold, Same, Step, Typed};
+
+const fn row(names: &'static [&'static str], law: Law) -> Row {
+    Row { names, law }
+}
+
+/// A box with one result.
+const fn function(names: &'static [&'static str], formula: Formula, failure: Failure) -> Row {
+    Row { names, law: Law::Box(formula, failure) }
+}
+
+/// A function of IN that is a floating-point number.
+const fn real(names: &'static [&'static str]) -> Row {
+    function(names, Call(names[0], &[], &["IN"]), Calculation("CALL"))
+}
+
+/// All elements.
+pub const ROWS: &[Row] = &[
+    row(&["Contact"], Law::Contact(false)),
+    row(&["I_Contact"], Law::Contact(true)),
+    row(&["PContact", "P_Contact"], Law::EdgeContact(true)),
+    row(&["NContact", "N_Contact"], Law::EdgeContact(false)),
+    row(&["PBox", "P_Trig"], Law::EdgeOfFlow(true)),
+    row(&["NBox", "N_Trig"], Law::EdgeOfFlow(false)),
+    row(&["Eq", "Eq_Contact"], Law::Compare(Binary::Equal)),
+    row(&["Ne", "Ne_Contact"], Law::Compare(Binary::NotEqual)),
+    row(&["Gt", "Gt_Contact"], Law::Compare(Binary::Greater)),
+    row(&["Ge", "Ge_Contact"], Law::Compare(Binary::GreaterOrEqual)),
+    row(&["Lt", "Lt_Contact"], Law::Compare(Binary::Less)),
+    row(&["Le", "Le_Contact"], Law::Compare(Binary::LessOrEqual)),
+    row(&["InRange", "In_Range", "InRange_Contact"], Law::Range(true)),
+    row(&["OutRange", "Out_Range", "OutRange_Contact"], Law::Range(false)),
+    row(&["OK", "OK_Contact"], Law::Valid(true)),
+    row(&["NotOK", "Not_OK", "NotOK_Contact"], Law::Valid(false)),
+    row(&["A"], Law::Gate(Binary::And)),
+    row(&["O"], Law::Gate(Binary::Or)),
+    row(&["X"], Law::Gate(Binary::Xor)),
+    row(&["Not"], Law::Not),
+    row(&["Coil"], Law::Coil(false)),
+    row(&["I_Coil"], Law::Coil(true)),
+    row(&["SCoil", "S_Coil"], Law::Set(true)),
+    row(&["RCoil", "R_Coil"], Law::Set(false)),
+    row(&["SBitfield", "SBitfieldCoil", "Set_BF", "Set_BF_Coil", "SetBitField"], Law::SetField(true)),
+    row(&["RBitfield", "RBitfieldCoil", "Reset_BF", "Reset_BF_Coil", "ResetBitField"], Law::SetField(false)),
+    row(&["PCoil", "P_Coil"], Law::EdgeCoil(true)),
+    row(&["NCoil", "N_Coil"], Law::EdgeCoil(false)),
+    row(&["Sr", "S_SR"], Law::FlipFlop(false)),
+    row(&["Rs", "S_RS"], Law::FlipFlop(true)),
+    row(&["TON"], Law::Instance("TON")),
+    row(&["TOF"], Law::Instance("TOF")),
+    row(&["TP"], Law::Instance("TP")),
+    row(&["TONR"], Law::Instance("TONR")),
+    row(&["CTU"], Law::Instance("CTU")),
+    row(&["CTD"], Law::Instance("CTD")),
+    row(&["CTUD"], Law::Instance("CTUD")),
+    row(&["R_TRIG"], Law::System),
+    row(&["F_TRIG"], Law::System),
+    row(&["TonCoil", "TOn_Coil"], Law::TimerCoil("TON")),
+    row(&["TofCoil", "TOf_Coil"], Law::TimerCoil("TOF")),
+    row(&["TpCoil", "TP_Coil"], Law::TimerCoil("TP")),
+    row(&["TonrCoil", "TOnR_Coil"], Law::TimerCoil("TONR")),
+    row(&["ResetIECTimerCoil", "RtCoil", "RT_Coil", "Reset_Timer_Coil"], Law::TimerFunction("RESET_TIMER")),
+    row(&["PresetTimerCoil", "PtCoil", "PT_Coil", "Preset_Timer_Coil"], Law::TimerFunction("PRESET_TIMER")),
+    row(&["Reset_Timer"], Law::TimerFunction("RESET_TIMER")),
+    row(&["Preset_Timer"], Law::TimerFunction("PRESET_TIMER")),
+    row(&["Jump", "JumpCoil"], Law::Jump(true)),
+    row(&["JumpNot", "I_JumpCoil", "JumpNotCoil"], Law::Jump(false)),
+    row(&["Label"], Law::Label),
+    row(&["Return", "ReturnCoil"], Law::Return(Returned::Unchanged)),
+    row(&["ReturnTrue"], Law::Return(Returned::True)),
+    row(&["ReturnFalse"], Law::Return(Returned::False)),
+    row(&["ReturnValue"], Law::Return(Returned::Operand)),
+    function(&["Move"], Same, Never),
+    function(&["Add"], Fold(Binary::Add), Calculation("ADD")),
+    function(&["Sub"], Fold(Binary::Subtract), Calculation("SUB")),
+    function(&["Mul"], Fold(Binary::Multiply), Calculation("MUL")),
+    function(&["Div"], Fold(Binary::Divide), Calculation("DIV")),
+    function(&["Mod"], Fold(Binary::Modulo), Calculation("MOD")),
+    function(&["Expt"], Fold(Binary::Power), Calculation("CALL")),
+    function(&["And"], Fold(Binary::And), Never),
+    function(&["Or"], Fold(Binary::Or), Never),
+    function(&["Xor"], Fold(Binary::Xor), Never),
+    function(&["Inv", "Invert"], Formula::Unary(Unary::Not), Never),
+    function(&["Neg"], Formula::Unary(Unary::Minus), Calculation("NEG")),
+    function(&["Abs"], Call("ABS", &[], &["IN"]), Calculation("ABS")),
+    function(&["Inc"], Step(Binary::Add), Calculation("ADD")),
+    function(&["Dec"], Step(Binary::Subtract), Calculation("SUB")),
+    function(&["Calculate", "Calc"], Equation, Calculation("CALL")),
+    function(&["Convert"], Convert, Calculation("CONVERT")),
+    function(&["Round"], Typed("ROUND", &[], &["IN"]), Calculation("ROUND")),
+    function(&["Trunc"], Typed("TRUNC", &[], &["IN"]), Calculation("TRUNC")),
+    function(&["Ceil"], Typed("CEIL", &[], &["IN"]), Calculation("CEIL")),
+    function(&["Floor"], Typed("FLOOR", &[], &["IN"]), Calculation("FLOOR")),
+    function(&["Norm_X"], Typed("NORM_X", &[], &["MIN", "VALUE", "MAX"]), Condition("NORM_X")),
+    function(&["Scale_X"], Typed("SCALE_X", &["MIN", "MAX"], &["VALUE"]), Condition("SCALE_X")),
+    function(&["Min"], Call("MIN", &[], &["IN*"]), Never),
+    function(&["Max"], Call("MAX", &[], &["IN*"]), Never),
+    function(&["Limit"], Call("LIMIT", &[], &["MN", "IN", "MX"]), Condition("LIMIT")),
+    function(&["Sel"], Call("SEL", &["G"], &["IN0", "IN1"]), Never),
+    function(&["Mux"], Call("MUX", &["K"], &["IN*", "INELSE"]), Condition("MUX")),
+    function(&["Shl"], Call("SHL", &["N"], &["IN"]), Never),
+    function(&["Shr"], Call("SHR", &["N"], &["IN"]), Never),
+    function(&["Rol"], Call("ROL", &["N"], &["IN"]), Never),
+    function(&["Ror"], Call("ROR", &["N"], &["IN"]), Never),
+    function(&["Swap"], Call("SWAP", &[], &["IN"]), Never),
+    function(&["Deco"], Call("DECO", &["IN"], &[]), Never),
+    function(&["Enco"], Call("ENCO", &["IN"], &[]), Never),
+    real(&["Sqr"]),
+    real(&["Sqrt"]),
+    real(&["Exp"]),
+    real(&["Ln"]),
+    real(&["Sin"]),
+    real(&["Cos"]),
+    real(&["Tan"]),
+    real(&["Asin"]),
+    real(&["Acos"]),
+    real(&["Atan"]),
+    real(&["Frac"]),
+    function(&["T_Add"], Call("T_ADD", &["IN1", "IN2"], &[]), Never),
+    function(&["T_Sub"], Call("T_SUB", &["IN1", "IN2"], &[]), Never),
+    function(&["T_Diff"], Call("T_DIFF", &["IN1", "IN2"], &[]), Never),
+    function(&["Time_Tck"], Call("TIME_TCK", &[], &[]), Never),
+    function(&["Runtime"], Call("RUNTIME", &["MEM"], &[]), Never),
+    function(&["Len"], Call("LEN", &["IN"], &[]), Never),
+    function(&["Left"], Call("LEFT", &["IN", "L"], &[]), Never),
+    function(&["Right"], Call("RIGHT", &["IN", "L"], &[]), Never),
+    function(&["Mid"], Call("MID", &["IN", "L", "P"], &[]), Never),
+    function(&["Concat"], Call("CONCAT", &["IN1", "IN2"], &[]), Never),
+    function(&["Find"], Call("FIND", &["IN1", "IN2"], &[]), Never),
+    function(&["Delete"], Call("DELETE", &["IN", "L", "P"], &[]), Never),
+    function(&["Insert"], Call("INSERT", &["IN1", "IN2", "P"], &[]), Never),
+    function(&["Replace"], Call("REPLACE", &["IN1", "IN2", "L", "P"], &[]), Never),
+    row(&["MoveBlockI", "Move_Blk"], Law::Statement("MOVE_BLK")),
+    row(&["MoveBlockU", "UMove_Blk"], Law::Statement("UMOVE_BLK")),
+    row(&["FillBlockI", "Fill_Blk"], Law::Statement("FILL_BLK")),
+    row(&["FillBlockU", "UFill_Blk"], Law::Statement("UFILL_BLK")),
+];
+
+/// The instruction of this name.
+pub fn named(name: &str) -> Option<&'static Row> {
+    ROWS.iter().find(|row| row.names.iter().any(|own| own.eq_ignore_ascii_case(name)))
+}

@@ -1,0 +1,304 @@
+//! The order of the elements of a network, and its statements.
+
+use super::flow::{Value, shown};
+use super::{Element, Network, Source, elements};
+use crate::lexer::Span;
+use crate::report::Report;
+use crate::syntax::{Binary, ExpressionId, ExpressionKind, Name, Statement, StatementKind, Tree};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+/// The block to which networks belong.
+#[derive(Clone, Debug, Default)]
+pub struct Owner {
+    /// How messages name it: `FB Motor`.
+    pub title: String,
+    /// The names of its variables, in capitals.
+    pub names: BTreeSet<String>,
+    /// Those of its variables that may be the same as others: in-outs, and what has or is a view.
+    pub shared: BTreeSet<String>,
+}
+
+/// A pin of an element.
+pub type Pin = (usize, String);
+
+/// The translation of the networks of a block.
+pub struct Lowerer<'a> {
+    pub owner: &'a Owner,
+    pub tree: &'a mut Tree,
+    pub report: &'a mut Report,
+    pub code: Vec<Statement>,
+    /// The number of the network, and how many temporaries it has.
+    pub number: u32,
+    pub count: u32,
+    /// The temporaries, in capitals.
+    pub temporaries: BTreeSet<String>,
+    /// What the pins of the network carry.
+    pub values: BTreeMap<Pin, Value>,
+    /// How often they are still asked for.
+    pub uses: HashMap<Pin, usize>,
+    /// Where the elements stand.
+    pub spans: Vec<Span>,
+}
+
+/// The statements of a block in networks.
+pub fn lower(networks: &[Network], owner: &Owner, tree: &mut Tree, report: &mut Report) -> Vec<Statement> {
+    let mut lowerer = Lowerer {
+        owner,
+        tree,
+        report,
+        code: Vec::new(),
+        number: 0,
+        count: 0,
+        temporaries: BTreeSet::new(),
+        values: BTreeMap::new(),
+        uses: HashMap::new(),
+        spans: Vec::new(),
+    };
+    for network in networks {
+        lowerer.network(network);
+    }
+    lowerer.code
+}
+
+/// Title and comment of a network, which are kept.
+pub fn comments(network: &Network) -> Vec<Statement> {
+    let title = format!("Network {}: {}", network.number, network.title);
+    let title = title.trim_end_matches([' ', ':']).to_string();
+    let texts = [title, network.comment.clone()].into_iter().filter(|text| !text.is_empty());
+    texts.map(|text| Statement { kind: StatementKind::Comment(text), span: network.span }).collect()
+}
+
+/// How messages name a network.
+pub fn network_title(owner: &Owner, network: &Network) -> String {
+    let title = if network.title.is_empty() { String::new() } else { format!(" \"{}\"", network.title) };
+    format!("{}, network {}{title}", owner.title, network.number)
+}
+
+impl Lowerer<'_> {
+    fn network(&mut self, network: &Network) {
+        self.number = network.number;
+        self.count = 0;
+        self.values.clear();
+        self.spans = network.elements.iter().map(|element| element.span).collect();
+        let place = network_title(self.owner, network);
+        self.report.locate(network.span, place.clone());
+        self.code.extend(comments(network));
+        for label in &network.labels {
+            self.push(StatementKind::Label(label.clone()), label.span);
+        }
+        for element in &network.elements {
+            let title = self.element_title(element);
+            self.locate(element, &format!("{place}: {title}"));
+        }
+        self.uses = uses(network);
+        for number in self.order(network) {
+            self.element(&network.elements, number);
+        }
+    }
+
+    /// How messages name an element: `Contact "Ready"`.
+    fn element_title(&self, element: &Element) -> String {
+        let operand = element.inputs.iter().filter(|input| input.pin == "OPERAND").flat_map(|input| &input.sources);
+        let operand = operand.filter_map(|source| match source {
+            Source::Operand(operand) => Some(*operand),
+            _ => None,
+        });
+        match operand.chain(element.called).next() {
+            Some(operand) => format!("{} {}", element.name, shown(&self.tree.expressions, operand)),
+            None => element.name.clone(),
+        }
+    }
+
+    /// Messages about the element and its operands name it.
+    fn locate(&mut self, element: &Element, place: &str) {
+        self.report.locate(element.span, place.to_string());
+        let inputs = element.inputs.iter().flat_map(|input| &input.sources).filter_map(|source| match source {
+            Source::Operand(operand) => Some(*operand),
+            _ => None,
+        });
+        let outputs = element.outputs.iter().map(|(_, target)| *target);
+        for operand in inputs.chain(outputs).chain(element.called).chain(element.equation) {
+            self.report.locate(self.tree.expressions[operand].span, place.to_string());
+        }
+    }
+
+    /// The elements of a network, each after those whose pins it needs.
+    fn order(&mut self, network: &Network) -> Vec<usize> {
+        let elements = &network.elements;
+        let needed: Vec<Vec<usize>> = elements.iter().map(needed).collect();
+        let mut order = Vec::new();
+        // 1 while what an element needs is looked through, 2 afterwards.
+        let mut state = vec![0u8; elements.len()];
+        for first in 0..elements.len() {
+            let mut open = vec![(first, 0)];
+            while let Some((number, next)) = open.pop() {
+                if state[number] == 2 {
+                    continue;
+                }
+                state[number] = 1;
+                match needed[number].get(next).copied() {
+                    None => {
+                        state[number] = 2;
+                        order.push(number);
+                    }
+                    Some(needed) => {
+                        open.push((number, next + 1));
+                        match state.get(needed) {
+                            Some(0) => open.push((needed, 0)),
+                            Some(1) => {
+                                let message = "the wires form a circle: this element needs its own result";
+                                let help = "put a variable between: a coil writes it, a contact reads it";
+                                self.report.error(elements[number].span, message, Some(help));
+                            }
+                            _ => {}
+                        }
+                    }
+                }
+            }
+        }
+        order
+    }
+
+    /// Whether a pin is still asked for.
+    pub fn is_awaited(&self, pin: &Pin) -> bool {
+        self.uses.get(pin).is_some_and(|uses| *uses > 0)
+    }
+
+    /// What an input pin of an element gets; `None` if it is open.
+    pub fn input(&mut self, element: &Element, pin: &str) -> Option<Value> {
+        let input = element.inputs.iter().find(|input| input.pin == pin)?;
+        let mut all: Option<Value> = None;
+        for source in &input.sources {
+            let value = match source {
+                Source::Rail => Value::TRUE,
+                Source::Operand(operand) => self.value(*operand),
+                Source::Pin(number, pin) => {
+                    let pin = (*number, pin.to_uppercase());
+                    let uses = self.uses.get_mut(&pin).map_or(0, |uses| {
+                        *uses = uses.saturating_sub(1);
+                        *uses
+                    });
+                    let value = if uses == 0 { self.values.remove(&pin) } else { self.values.get(&pin).cloned() };
+                    value.unwrap_or_else(|| self.no_value(&pin.1, element))
+                }
+            };
+            all = Some(match all {
+                None => value,
+                Some(before) => self.joined(Binary::Or, before, value, element.span),
+            });
+        }
+        let value = all?;
+        let is_negated = element.negated.iter().any(|negated| negated == pin);
+        Some(if is_negated { self.negated(value, element.span) } else { value })
+    }
+
+    /// What a pin without a value carries.
+    fn no_value(&mut self, pin: &str, element: &Element) -> Value {
+        if !self.report.has_errors() {
+            let message = format!("{} is wired to a pin {pin} that carries no value", element.name);
+            self.report.error(element.span, message, None);
+        }
+        let of = self.tree.expressions.add(ExpressionKind::Wrong, element.span);
+        self.value(of)
+    }
+
+    /// The flow that arrives at the first of these pins that is wired.
+    pub fn flow(&mut self, element: &Element, pins: &[&str]) -> Value {
+        match pins.iter().find_map(|pin| self.input(element, pin)) {
+            Some(value) => value,
+            None => {
+                // A box without a wire at EN is executed; so are the comparisons of FBD.
+                if pins == ["IN"] {
+                    let message = format!("{} has no flow: nothing is wired to its input", element.name);
+                    self.report.error(element.span, message, Some("wire it, or delete it"));
+                }
+                Value::TRUE
+            }
+        }
+    }
+
+    /// The operand of an element.
+    pub fn operand(&mut self, element: &Element, pin: &str) -> Option<ExpressionId> {
+        let value = self.input(element, pin);
+        if value.is_none() {
+            let message = format!("{} has no {}", element.name, pin.to_lowercase());
+            self.report.error(element.span, message, Some("enter a variable in its place"));
+        }
+        let span = element.span;
+        value.map(|value| self.expression(&value, span))
+    }
+
+    /// Sets what an output pin carries, and writes it to its variables.
+    pub fn set(&mut self, elements: &[Element], number: usize, pin: &str, value: Value) {
+        let element = &elements[number];
+        let is_negated = element.negated.iter().any(|negated| negated == pin);
+        let mut value = if is_negated { self.negated(value, element.span) } else { value };
+        let targets: Vec<ExpressionId> =
+            element.outputs.iter().filter(|(own, _)| own == pin).map(|(_, target)| *target).collect();
+        let pin = (number, pin.to_string());
+        let uses = self.uses.get(&pin).copied().unwrap_or(0) + targets.len();
+        if uses > 1 {
+            value = self.shared(value, element.span);
+        }
+        if !targets.is_empty() {
+            let roots = self.roots(targets.iter().copied());
+            value = self.apart(value, &roots, element.span);
+        }
+        for target in targets {
+            let from = self.expression(&value, element.span);
+            self.assign(target, from, element.span);
+        }
+        if self.is_awaited(&pin) {
+            self.values.insert(pin, value);
+        }
+    }
+
+    /// A value that is used more than once: a single variable may be read again.
+    pub fn shared(&mut self, value: Value, span: Span) -> Value {
+        let is_plain = value.of.is_none_or(|of| {
+            matches!(
+                self.tree.expressions[of].kind,
+                ExpressionKind::Name(..) | ExpressionKind::Literal(_) | ExpressionKind::Member(..)
+            )
+        });
+        if is_plain { value } else { self.kept(value, span) }
+    }
+
+    /// A jump.
+    pub fn jump(&mut self, to: &Name, span: Span) {
+        self.push(StatementKind::Goto(to.clone()), span);
+    }
+
+    fn element(&mut self, elements: &[Element], number: usize) {
+        let element = &elements[number];
+        if element.call.is_some() {
+            return self.call_of(elements, number);
+        }
+        match elements::named(&element.name) {
+            Some(row) => self.law(row.law, elements, number),
+            None => self.other(elements, number),
+        }
+    }
+}
+
+/// The elements whose pins an element needs.
+fn needed(element: &Element) -> Vec<usize> {
+    let sources = element.inputs.iter().flat_map(|input| &input.sources);
+    let numbers = sources.filter_map(|source| match source {
+        Source::Pin(number, _) => Some(*number),
+        _ => None,
+    });
+    numbers.collect()
+}
+
+/// How often each pin is asked for.
+fn uses(network: &Network) -> HashMap<Pin, usize> {
+    let mut uses = HashMap::new();
+    let sources = network.elements.iter().flat_map(|element| &element.inputs).flat_map(|input| &input.sources);
+    for source in sources {
+        if let Source::Pin(number, pin) = source {
+            *uses.entry((*number, pin.to_uppercase())).or_insert(0) += 1;
+        }
+    }
+    uses
+}

@@ -1,0 +1,187 @@
+//! SimaticML: what TIA Portal exports through Openness. Blocks in LAD, FBD and SCL, data blocks and types become the tree that a
+//! source in SCL becomes; networks in STL and GRAPH are refused by name.
+
+mod interface;
+mod network;
+mod text;
+
+use crate::ladder::Owner;
+use crate::lexer::Span;
+use crate::parser::Fragments;
+use crate::report::Report;
+use crate::syntax::{Attribute, Block, BlockKind, Name, SectionKind, Tree, Type, TypeKind};
+use parameters::problem::quoted;
+use parameters::xml::{self, Element};
+use text::Written;
+
+/// Whether a text is XML.
+pub fn is_it(text: &str) -> bool {
+    text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
+}
+
+/// The tree of a document.
+pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
+    let root = match xml::tree(text) {
+        Ok(root) => root,
+        Err((at, message)) => {
+            report.error(Span { file, start: at as u32, end: at as u32 }, message, Some("export the block again"));
+            return Tree::default();
+        }
+    };
+    let mut reader =
+        Reader { file, tree: Tree { is_tia: true, ..Tree::default() }, report, written: Written::new(text.len()) };
+    reader.document(&root);
+    reader.tree
+}
+
+/// Reads a document.
+struct Reader<'a> {
+    file: u32,
+    tree: Tree,
+    report: &'a mut Report,
+    written: Written,
+}
+
+impl Reader<'_> {
+    fn span(&self, element: &Element) -> Span {
+        Span { file: self.file, start: element.span.start as u32, end: element.span.end as u32 }
+    }
+
+    /// An element from its start tag to what it holds last.
+    fn extent(&self, element: &Element) -> Span {
+        let mut last = element;
+        let mut end = element.text().1.end.max(element.span.end);
+        while let Some(child) = last.children.last() {
+            end = end.max(child.text().1.end).max(child.span.end);
+            last = child;
+        }
+        Span { end: end as u32, ..self.span(element) }
+    }
+
+    fn fragments(&mut self) -> Fragments<'_> {
+        Fragments { text: self.written.text(), file: self.file, tree: &mut self.tree, report: self.report }
+    }
+
+    fn document(&mut self, root: &Element) {
+        if root.name != "Document" {
+            let message =
+                format!("the root element is {}, not Document: this is no export of a block", quoted(&root.name));
+            self.report.error(self.span(root), message, Some("export the block with Openness, or generate its source"));
+            return;
+        }
+        for element in &root.children {
+            match element.name.as_str() {
+                "SW.Blocks.FB" => self.block(element, BlockKind::FunctionBlock),
+                "SW.Blocks.FC" => self.block(element, BlockKind::Function),
+                "SW.Blocks.OB" => self.block(element, BlockKind::OrganizationBlock),
+                "SW.Blocks.GlobalDB" | "SW.Blocks.InstanceDB" | "SW.Blocks.ArrayDB" => {
+                    self.block(element, BlockKind::DataBlock);
+                }
+                "SW.Types.PlcStruct" => self.block(element, BlockKind::Type),
+                name if name.starts_with("SW.") => {
+                    let message = format!("{name} is not read: it is no block, no data block and no type");
+                    self.report.error(self.span(element), message, Some("leave the file out"));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// A value of a block's attributes, with its place.
+    fn attribute<'e>(&self, block: &'e Element, name: &str) -> Option<(&'e str, Span)> {
+        let (text, range) = block.child("AttributeList")?.child(name)?.text();
+        (!text.is_empty()).then(|| {
+            let span = Span { file: self.file, start: range.start as u32, end: range.end as u32 };
+            (text, span)
+        })
+    }
+
+    fn block(&mut self, element: &Element, kind: BlockKind) {
+        let Some((name, span)) = self.attribute(element, "Name") else {
+            self.report.error(self.span(element), "this block has no Name", Some("export it again"));
+            return;
+        };
+        let name = Name { text: name.to_string(), span };
+        let what = match kind {
+            BlockKind::FunctionBlock => "FB",
+            BlockKind::Function => "FC",
+            BlockKind::OrganizationBlock => "OB",
+            BlockKind::DataBlock => "DB",
+            BlockKind::Type => "type",
+        };
+        let title = format!("{what} {}", name.text);
+        let extent = self.extent(element);
+        self.report.locate(extent, title.clone());
+        let mut block = Block {
+            kind,
+            name,
+            of: None,
+            attributes: Vec::new(),
+            comment: block_comment(element),
+            sections: Vec::new(),
+            body: Vec::new(),
+        };
+        if self.attribute(element, "MemoryLayout").is_some_and(|(layout, _)| layout == "Standard") {
+            block.attributes.push(Attribute { key: "S7_OPTIMIZED_ACCESS".to_string(), value: "FALSE".to_string() });
+        }
+        if let Some((of, span)) = self.attribute(element, "InstanceOfName") {
+            // Instances of blocks of the system are written without quotation marks.
+            let is_own = self.attribute(element, "InstanceOfType").is_none_or(|(of, _)| of != "SFB");
+            let is_system = crate::library::is_system(of);
+            block.of = Some(Type { kind: TypeKind::Name(of.to_string(), is_own && !is_system), span });
+        }
+        self.interface(element, &mut block);
+        let owner = owner(&block, title);
+        let statements = self.networks(element, &owner);
+        block.body.extend(statements);
+        self.tree.blocks.push(block);
+    }
+}
+
+/// What the networks of a block must know of it.
+fn owner(block: &Block, title: String) -> Owner {
+    let mut owner = Owner { title, ..Owner::default() };
+    for section in &block.sections {
+        for name in section.members.iter().flat_map(|member| &member.names) {
+            owner.names.insert(name.key());
+            if section.kind == SectionKind::InOut {
+                owner.shared.insert(name.key());
+            }
+        }
+        for member in &section.members {
+            // A view and what it shows may be any of the variables.
+            if let Some(at) = &member.at {
+                owner.shared.insert(at.key());
+                owner.shared.extend(member.names.iter().map(Name::key));
+            }
+        }
+    }
+    owner
+}
+
+/// Title and comment of a block.
+fn block_comment(element: &Element) -> String {
+    let texts = ["Title", "Comment"].map(|name| multilingual(element, name));
+    texts.iter().filter(|text| !text.is_empty()).map(String::as_str).collect::<Vec<_>>().join("\n")
+}
+
+/// A text in the language that is shown: English if there is one, else the first that is not empty.
+fn multilingual(element: &Element, name: &str) -> String {
+    let Some(list) = element.child("ObjectList") else { return String::new() };
+    let texts = list.children("MultilingualText").filter(|text| text.attribute("CompositionName") == Some(name));
+    let items =
+        texts.filter_map(|text| text.child("ObjectList")).flat_map(|list| list.children("MultilingualTextItem"));
+    let texts = items.filter_map(|item| item.child("AttributeList")).filter_map(|list| {
+        let culture = list.child("Culture").map_or("", |culture| culture.text().0);
+        let text = list.child("Text").map_or("", |text| text.text().0);
+        (!text.is_empty()).then_some((culture, text))
+    });
+    shown(texts)
+}
+
+/// The text of these, by language, that is shown.
+fn shown<'e>(texts: impl Iterator<Item = (&'e str, &'e str)>) -> String {
+    let all: Vec<(&str, &str)> = texts.collect();
+    let english = all.iter().find(|(culture, _)| culture.to_ascii_lowercase().starts_with("en"));
+    english.or(all.first()).map(|(_, text)| text.replace('\r', "")).unwrap_or_default()
+}

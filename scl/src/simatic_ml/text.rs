@@ -1,0 +1,254 @@
+//! Variables, constants and whole statements as SCL, at the places where the document has them.
+
+use super::Reader;
+use crate::lexer::{Span, is_word};
+use parameters::problem::quoted;
+use parameters::xml::Element;
+use std::ops::Range;
+
+/// A text as long as the document, blank but for the fragments in SCL that were written to the places of their elements: so a
+/// span in it is one in the document.
+pub struct Written {
+    text: String,
+    /// The byte after the last fragment.
+    end: usize,
+    /// Whether a fragment did not fit.
+    is_full: bool,
+}
+
+impl Written {
+    /// A blank text.
+    pub fn new(length: usize) -> Written {
+        Written { text: " ".repeat(length), end: 0, is_full: false }
+    }
+
+    /// The text.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The byte after the last fragment.
+    pub fn end(&self) -> usize {
+        self.end
+    }
+
+    /// Writes a fragment to a place, or after the last one.
+    pub fn put(&mut self, at: usize, fragment: &str) {
+        let start = at.max(self.end);
+        let end = start + fragment.len();
+        if end > self.text.len() {
+            self.is_full = true;
+            return;
+        }
+        self.text.replace_range(start..end, fragment);
+        self.end = end;
+    }
+
+    /// What was written since a byte, or since the last fragment.
+    pub fn since(&self, from: usize) -> Range<usize> {
+        from.min(self.end)..self.end
+    }
+}
+
+/// A name as a path has it, without quotation marks where it needs none.
+fn quoted_name(name: &str) -> String {
+    let is_plain = name.chars().all(is_word) && !name.starts_with(|first: char| first.is_ascii_digit());
+    if is_plain { name.to_string() } else { format!("\"{name}\"") }
+}
+
+impl Reader<'_> {
+    /// Writes a fragment alone; its bytes.
+    pub fn fragment(&mut self, at: usize, fragment: &str) -> Range<usize> {
+        let from = at.max(self.written.end());
+        self.written.put(from, fragment);
+        self.check_written(at);
+        self.written.since(from)
+    }
+
+    /// A fragment that finds no place is told: a document is longer than what it says in SCL.
+    fn check_written(&mut self, at: usize) {
+        if self.written.is_full {
+            self.written.is_full = false;
+            let span = Span { file: self.file, start: at as u32, end: at as u32 };
+            self.report.error(span, "the document ends before this element has been read", Some("export it again"));
+        }
+    }
+
+    /// A variable, a constant or a label as SCL; its bytes.
+    pub fn access(&mut self, access: &Element) -> Range<usize> {
+        let from = access.span.start.max(self.written.end());
+        self.write_access(access);
+        self.check_written(access.span.start);
+        self.written.since(from)
+    }
+
+    fn write_access(&mut self, access: &Element) {
+        let at = access.span.start;
+        let scope = access.attribute("Scope").unwrap_or_default();
+        match scope {
+            "Call" => return self.write_children(access),
+            "PredefinedVariable" => {
+                let name = access.child("PredefinedVariable").and_then(|own| own.attribute("Name"));
+                return self.written.put(at, name.unwrap_or_default());
+            }
+            "Address" | "AbsoluteAddress" => {
+                let address = access.child("Address");
+                let area = address.and_then(|address| address.attribute("Area")).unwrap_or_default();
+                let of = address.and_then(|address| address.attribute("Type")).unwrap_or_default();
+                let bit = address.and_then(|address| address.attribute("BitOffset")?.parse::<u32>().ok()).unwrap_or(0);
+                let area = area.chars().next().unwrap_or('M');
+                let text = if of.eq_ignore_ascii_case("Bool") {
+                    format!("%{area}{}.{}", bit / 8, bit % 8)
+                } else {
+                    format!("%{area}W{}", bit / 8)
+                };
+                return self.written.put(at, &text);
+            }
+            _ => {}
+        }
+        if let Some(constant) = access.child("Constant") {
+            return self.write_constant(scope, constant);
+        }
+        match access.child("Symbol") {
+            Some(symbol) => self.write_path(&symbol.children, scope == "LocalVariable"),
+            None => {
+                let what =
+                    if scope.is_empty() { "an operand without a scope".into() } else { format!("an operand {scope}") };
+                let message = format!("{what} is not read");
+                self.report.error(self.span(access), message, Some("use a variable or a constant"));
+                self.written.put(at, "0");
+            }
+        }
+    }
+
+    fn write_constant(&mut self, scope: &str, constant: &Element) {
+        let at = constant.span.start;
+        if let Some(name) = constant.attribute("Name") {
+            let name = if scope == "LocalConstant" { format!("#{}", quoted_name(name)) } else { format!("\"{name}\"") };
+            return self.written.put(at, &name);
+        }
+        let of = constant.child("ConstantType").map_or("", |of| of.text().0);
+        let Some(value) = constant.child("ConstantValue") else {
+            let message = "a constant without a value";
+            self.report.error(self.span(constant), message, Some("enter a value"));
+            return self.written.put(at, "0");
+        };
+        let (text, range) = value.text();
+        let is_text = matches!(of.to_ascii_uppercase().as_str(), "STRING" | "WSTRING" | "CHAR" | "WCHAR");
+        let text = if is_text && !text.contains('\'') { format!("'{text}'") } else { text.to_string() };
+        self.written.put(range.start.min(value.span.start), &text);
+    }
+
+    /// The path of a variable: the components of a symbol or an instance.
+    pub fn write_path(&mut self, components: &[Element], is_local: bool) {
+        let mut is_first = true;
+        for component in components.iter().filter(|component| component.name == "Component") {
+            let at = component.span.start;
+            let name = component.attribute("Name").unwrap_or_default();
+            let text = match (is_first, is_local) {
+                (true, true) => format!("#{}", quoted_name(name)),
+                (true, false) => format!("\"{name}\""),
+                (false, _) => format!(".{}", quoted_name(name)),
+            };
+            self.written.put(at, &text);
+            is_first = false;
+            let is_array = component.attribute("AccessModifier").is_some_and(|how| how == "Array");
+            if let Some(how) = component.attribute("AccessModifier").filter(|how| how.starts_with("Reference")) {
+                let message = format!("{} is used through a reference ({how})", quoted(name));
+                self.report.error(self.span(component), message, Some("use the variable itself"));
+            }
+            if is_array {
+                self.written.put(at, "[");
+                for (number, index) in component.children("Access").enumerate() {
+                    if number > 0 {
+                        self.written.put(at, ",");
+                    }
+                    self.write_access(index);
+                }
+                // An index may be an expression in SCL.
+                self.written.put(at, "]");
+            }
+            if let Some(slice) = component.attribute("SliceAccessModifier").filter(|slice| *slice != "None") {
+                self.written.put(at, &format!(".%{}", slice.to_ascii_uppercase()));
+            }
+        }
+        if is_first {
+            let at = components.first().map_or(self.written.end(), |first| first.span.start);
+            self.written.put(at, "0");
+        }
+    }
+
+    /// The instance of a timer, a counter or a call; its bytes.
+    pub fn instance(&mut self, instance: &Element) -> Range<usize> {
+        let from = instance.span.start.max(self.written.end());
+        self.write_path(&instance.children, instance.attribute("Scope") == Some("LocalVariable"));
+        self.check_written(instance.span.start);
+        self.written.since(from)
+    }
+
+    /// Statements in tokens; their bytes.
+    pub fn structured(&mut self, root: &Element) -> Range<usize> {
+        let from = root.span.start.max(self.written.end());
+        let (text, range) = root.text();
+        if root.children.is_empty() && !text.is_empty() {
+            self.written.put(range.start, text);
+        }
+        self.write_children(root);
+        self.check_written(root.span.start);
+        self.written.since(from)
+    }
+
+    fn write_children(&mut self, parent: &Element) {
+        for child in &parent.children {
+            self.write_token(child);
+        }
+    }
+
+    fn write_token(&mut self, token: &Element) {
+        let at = token.span.start;
+        match token.name.as_str() {
+            "Token" => self.written.put(at, token.attribute("Text").unwrap_or_default()),
+            "NewLine" => self.written.put(at, "\n"),
+            "Access" => self.write_access(token),
+            "CallInfo" => {
+                match token.child("Instance") {
+                    Some(instance) => {
+                        self.write_path(&instance.children, instance.attribute("Scope") == Some("LocalVariable"));
+                    }
+                    None => self.written.put(at, &format!("\"{}\"", token.attribute("Name").unwrap_or_default())),
+                }
+                let others = token.children.iter().filter(|child| child.name != "Instance");
+                let has_bracket = token.children("Token").next().is_some();
+                if !has_bracket {
+                    self.written.put(at, "(");
+                }
+                for (number, child) in others.enumerate() {
+                    if !has_bracket && number > 0 {
+                        self.written.put(child.span.start, ",");
+                    }
+                    self.write_token(child);
+                }
+                if !has_bracket {
+                    self.written.put(at, ")");
+                }
+            }
+            "Instruction" => {
+                self.written.put(at, token.attribute("Name").unwrap_or_default());
+                self.write_children(token);
+            }
+            "Parameter" | "NamelessParameter" => {
+                if let Some(name) = token.attribute("Name") {
+                    self.written.put(at, &quoted_name(name));
+                }
+                self.write_children(token);
+            }
+            "Text" => {
+                let (text, range) = token.text();
+                self.written.put(range.start, text);
+            }
+            // Comments are no code; blanks are there already.
+            "LineComment" | "Comment" | "Blank" => {}
+            _ => self.write_children(token),
+        }
+    }
+}

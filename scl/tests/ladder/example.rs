@@ -1,0 +1,52 @@
+//! The example in LAD does what its form in SCL does.
+
+use super::{Ran, compiled};
+use scl::random::Random;
+use scl::scl::Dialect;
+
+#[test]
+fn the_interlocks_in_lad_have_the_bits_of_those_in_scl() {
+    let file = |name: &str| {
+        std::fs::read_to_string(format!("{}/../examples/programs/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
+    };
+    let lad = [("interlock.xml", file("interlock.xml"))];
+    let program = compiled(&lad).unwrap_or_else(|errors| panic!("{}", errors[0]));
+    assert_eq!(program.warnings.iter().map(ToString::to_string).collect::<String>(), "");
+    let shown = scl::scl::print(&program.program, &program.blocks(), Dialect::Tia).unwrap();
+    for text in [
+        "// Network 3: Fault",
+        "// Kept until it is acknowledged.",
+        "#run := (#start OR #run) AND NOT #stop AND NOT #fault AND NOT #low;",
+    ] {
+        assert!(shown.contains(text), "{text}\n{shown}");
+    }
+    let mut all =
+        [Ran::new(&lad), Ran::new(&[("interlock.scl", file("interlock.scl"))]), Ran::new(&[("shown.scl", shown)])];
+    let mut random = Random::new(41);
+    let mut faults = 0;
+    for call in 0..2000 {
+        let mut inputs: Vec<(&str, i64)> = ["start", "stop", "reset", "overload", "flow"]
+            .iter()
+            .zip([3, 40, 5, 60, 2])
+            .map(|(name, once)| (*name, i64::from(random.once_in(once))))
+            .collect();
+        // The flow comes and goes for longer than the delay.
+        inputs[4].1 = i64::from(call / 100 % 2 == 0);
+        inputs.push(("raw", if random.once_in(50) { 3000 } else { 4148 + random.below(23_500) as i64 }));
+        let states = all.each_mut().map(|ran| {
+            for (name, value) in &inputs {
+                ran.set(name, *value);
+            }
+            ran.call();
+            ["run", "fault", "low", "starts"]
+                .map(|name| ran.get(name))
+                .into_iter()
+                .chain([ran.bits("level")])
+                .collect::<Vec<i64>>()
+        });
+        assert_eq!(states[0], states[1], "call {call}");
+        assert_eq!(states[0], states[2], "call {call}");
+        faults += states[0][1];
+    }
+    assert!((100..1900).contains(&faults), "{faults} calls with a fault");
+}

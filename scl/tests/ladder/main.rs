@@ -1,0 +1,95 @@
+//! Ladder and function block diagrams, written as SimaticML by a writer of the tests: what each element does.
+
+mod damaged;
+mod data;
+mod elements;
+mod example;
+mod order;
+mod random;
+mod xml;
+
+use parameters::{Problems, Source};
+use scl::machine::{Code, Machine};
+use scl::program::{Scalar, Type, Value};
+use scl::{Compiled, Options, compile};
+use std::sync::Arc;
+use xml::Net;
+
+/// A program and its values.
+struct Ran {
+    compiled: Compiled,
+    machine: Machine,
+    now: i64,
+}
+
+fn compiled(sources: &[(&str, String)]) -> Result<Compiled, Vec<Problems>> {
+    let sources: Vec<Source> =
+        sources.iter().map(|(name, text)| Source::new(*name, text.clone().into_bytes())).collect();
+    compile(&sources, &Options::default())
+}
+
+impl Ran {
+    #[track_caller]
+    fn new(sources: &[(&str, String)]) -> Ran {
+        match compiled(sources) {
+            Ok(compiled) => Ran::from_compiled(compiled),
+            Err(errors) => panic!("{}", errors[0]),
+        }
+    }
+
+    fn from_compiled(compiled: Compiled) -> Ran {
+        let machine = Machine::new(Arc::new(Code::compile(&compiled.program).unwrap()));
+        Ran { compiled, machine, now: 0 }
+    }
+
+    /// A function block with these sections and networks in LAD.
+    #[track_caller]
+    fn of(sections: &[(&str, &str)], networks: Vec<Net>) -> Ran {
+        Ran::new(&[("b.xml", xml::block("FB", "B", sections, networks, "LAD"))])
+    }
+
+    fn place(&self, name: &str) -> (usize, Scalar) {
+        let path = format!("{}.{name}", self.compiled.root.as_ref().unwrap().instance);
+        match self.compiled.program.find(&path) {
+            Some((offset, Type::Scalar(of))) => (offset, of),
+            other => panic!("{path}: {other:?}"),
+        }
+    }
+
+    fn set(&mut self, name: &str, value: i64) -> &mut Ran {
+        let (offset, of) = self.place(name);
+        let value = match of {
+            Scalar::F32 => (value as f32).into(),
+            Scalar::F64 => (value as f64).into(),
+            of => Value::new(of, value as u64),
+        };
+        self.machine.set(value, offset);
+        self
+    }
+
+    /// A call 100 ms after the last one.
+    fn call(&mut self) -> &mut Ran {
+        self.machine.call(self.compiled.root.as_ref().unwrap().cycle, self.now).unwrap();
+        self.now += 100_000_000;
+        self
+    }
+
+    /// The bits of a variable.
+    fn bits(&self, name: &str) -> i64 {
+        let (offset, of) = self.place(name);
+        self.machine.get(of, offset).bits() as i64
+    }
+
+    /// A variable, as a whole number.
+    fn get(&self, name: &str) -> i64 {
+        let (offset, of) = self.place(name);
+        let value = self.machine.get(of, offset);
+        match of {
+            Scalar::F32 => f32::from_bits(value.bits() as u32) as i64,
+            Scalar::F64 => f64::from_bits(value.bits()) as i64,
+            Scalar::Bool => (value.bits() & 1) as i64,
+            of if of.is_signed() => value.bits() as i64,
+            _ => value.bits() as i64,
+        }
+    }
+}
