@@ -11,7 +11,20 @@ use std::path::{Path, PathBuf};
 /// Whether a file is a source of a program, by its ending.
 pub fn is_source(file: &Path) -> bool {
     let ending = file.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
-    matches!(ending.as_deref(), Some("scl" | "udt" | "db" | "awl" | "xml"))
+    matches!(ending.as_deref(), Some("scl" | "udt" | "db" | "awl" | "xml" | "s7dcl" | "s7res"))
+}
+
+/// The sources, and beside each document in SIMATIC SD (`.s7dcl`) the file with its texts (`.s7res`), where there is one.
+pub fn with_texts(files: &[PathBuf]) -> Vec<PathBuf> {
+    let is_document = |file: &Path| file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("s7dcl"));
+    let mut all: Vec<PathBuf> = Vec::new();
+    for file in files {
+        let texts = file.with_extension("s7res");
+        let is_beside = is_document(file) && texts.is_file() && !files.contains(&texts);
+        all.push(file.clone());
+        all.extend(is_beside.then_some(texts));
+    }
+    all
 }
 
 /// What to say of a file that is no source, to who means one; `None` if its ending tells nothing.
@@ -26,7 +39,7 @@ pub fn instead(file: &Path) -> Option<String> {
         "csv" | "xlsx" | "sdf" => "tags are given with --tag, a line NAME : TYPE for each",
         _ => return None,
     };
-    Some(format!("{name} is neither an FMU nor a source in SCL (.scl, .udt, .db, .xml, .awl): {remedy}"))
+    Some(format!("{name} is neither an FMU nor a source of a program (.scl, .udt, .db, .s7dcl, .xml, .awl): {remedy}"))
 }
 
 /// Whether a file is a source with a block that is executed; else it holds types and data alone, as a parameter file does. The
@@ -52,9 +65,9 @@ pub fn has_code(file: &Path) -> bool {
 /// A file cannot be read; or the errors of all sources.
 pub fn compile(files: &[PathBuf], manifest: &Manifest) -> Result<Result<Compiled, Vec<Problems>>> {
     let read = |file: &PathBuf| Source::read(file, None).map_err(Error::msg);
-    let sources = files.iter().map(read).collect::<Result<Vec<Source>>>()?;
+    let sources = with_texts(files).iter().map(read).collect::<Result<Vec<Source>>>()?;
     if sources.is_empty() {
-        return Err(anyhow!("there is no source: name files that end in .scl, .udt, .db, .xml or .awl"));
+        return Err(anyhow!("there is no source: name files that end in .scl, .udt, .db, .s7dcl, .xml or .awl"));
     }
     Ok(scl::compile(&sources, manifest))
 }

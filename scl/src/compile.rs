@@ -1,7 +1,6 @@
 //! Sources to a typed program.
 
 use crate::compiler::{BlockId, Compiler};
-use crate::format::Format;
 use crate::lexer::Span;
 use crate::parser;
 use crate::program::{Body, Program, Statement};
@@ -49,10 +48,7 @@ impl Compiled {
 /// All errors of all sources, by source.
 pub fn compile(sources: &[Source], options: &Manifest) -> Result<Compiled, Vec<Problems>> {
     let mut report = Report::default();
-    let mut trees: Vec<Tree> = Vec::new();
-    for (file, source) in sources.iter().enumerate() {
-        trees.push(Format::of(&source.text).parse(&source.text, file as u32, &mut report));
-    }
+    let mut trees = crate::format::trees(sources, &mut report);
     let is_tia = trees.iter().any(|tree| tree.is_tia);
     let cpu = options.cpu.unwrap_or(if is_tia { Cpu::S71500 } else { Cpu::S7300 });
     if trees.iter().all(|tree| tree.blocks.is_empty()) && !report.has_errors() {

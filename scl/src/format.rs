@@ -1,7 +1,11 @@
 //! The formats of a program's files, by what they hold.
 
 use crate::report::Report;
+use crate::simatic_sd::Texts;
 use crate::syntax::Tree;
+use parameters::Source;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
 /// How a file of a program is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,4 +29,26 @@ impl Format {
             Format::SimaticMl => crate::simatic_ml::parse(text, file, report),
         }
     }
+}
+
+/// The trees of sources. Documents in SIMATIC SD and their texts are known by their endings, all others by what they hold.
+pub fn trees(sources: &[Source], report: &mut Report) -> Vec<Tree> {
+    let mut texts: HashMap<PathBuf, Texts> = HashMap::new();
+    for (file, source) in sources.iter().enumerate().filter(|(_, source)| ends_in(source, "s7res")) {
+        texts.insert(Path::new(&source.file).with_extension(""), Texts::read(&source.text, file as u32, report));
+    }
+    let none = Texts::default();
+    let tree = |(file, source): (usize, &Source)| match source {
+        _ if ends_in(source, "s7res") => Tree::default(),
+        _ if ends_in(source, "s7dcl") => {
+            let texts = texts.get(&Path::new(&source.file).with_extension("")).unwrap_or(&none);
+            crate::simatic_sd::parse(&source.text, file as u32, texts, report)
+        }
+        _ => Format::of(&source.text).parse(&source.text, file as u32, report),
+    };
+    sources.iter().enumerate().map(tree).collect()
+}
+
+fn ends_in(source: &Source, ending: &str) -> bool {
+    Path::new(&source.file).extension().is_some_and(|own| own.eq_ignore_ascii_case(ending))
 }

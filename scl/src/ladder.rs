@@ -3,7 +3,7 @@
 //! A reader fills [`Network`]s and asks [`lower()`] for the statements of the block. Elements stand in the order in which they
 //! take effect; which element a name stands for, and its law, is a row of [`elements`].
 
-mod elements;
+pub mod elements;
 mod flow;
 mod laws;
 mod lint;

@@ -14,6 +14,7 @@ mod parser;
 mod report;
 mod root;
 mod simatic_ml;
+mod simatic_sd;
 mod start;
 mod syntax;
 mod types;

@@ -9,6 +9,7 @@ mod tests;
 
 use crate::lexer::{Kind, Span, Token, Tokens, tokens};
 use crate::report::Report;
+use crate::simatic_sd::Texts;
 use crate::syntax::{Attribute, Binary, ExpressionId, ExpressionKind, Name, Tree, key};
 use std::collections::BTreeSet;
 
@@ -25,13 +26,18 @@ const SAVE: &str = "save the source as text in UTF-8";
 
 /// The tree of a source in SCL.
 pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
+    parse_source(text, file, None, report)
+}
+
+/// The tree of a source in SCL, or of a document in SIMATIC SD with its texts.
+pub fn parse_source(text: &str, file: u32, document: Option<&Texts<'_>>, report: &mut Report) -> Tree {
     if let Some(at) = text.find('\0') {
         let at = at as u32;
         report.error(Span { file, start: at, end: at + 1 }, "this is no text: it has a character 0", Some(SAVE));
         return Tree::default();
     }
     let tree = Tree { may_set_eno: may_set_eno(text), ..Tree::default() };
-    parser_of(text, 0, file, tree, report).source()
+    Parser { document, ..parser_of(text, 0, file, tree, report) }.source()
 }
 
 /// Whether a source names ENO, or returns a value.
@@ -66,6 +72,7 @@ fn parser_of<'a>(text: &'a str, from: usize, file: u32, tree: Tree, report: &'a 
         depth: 0,
         gotos: BTreeSet::new(),
         is_data: false,
+        document: None,
         is_end_told: unclosed.is_some(),
         tree,
         report,
@@ -74,61 +81,68 @@ fn parser_of<'a>(text: &'a str, from: usize, file: u32, tree: Tree, report: &'a 
 }
 
 /// What was expected is not there; a message says so.
-struct Failed;
+pub struct Failed;
 
-type Parsed<T> = Result<T, Failed>;
+pub type Parsed<T> = Result<T, Failed>;
 
-struct Parser<'a> {
+pub struct Parser<'a> {
     text: &'a str,
     tokens: Vec<Token>,
     comments: Vec<Span>,
     attributes: Vec<Span>,
-    at: usize,
+    pub at: usize,
     depth: usize,
     /// The labels to which the block jumps: what tells them from the values of CASE.
     gotos: BTreeSet<String>,
     /// Within a data block, whose own elements are written `[1]`.
     is_data: bool,
+    /// The texts of a document in SIMATIC SD; `None` in SCL.
+    pub document: Option<&'a Texts<'a>>,
     /// The file ends too early, and a message has told it.
     is_end_told: bool,
-    tree: Tree,
-    report: &'a mut Report,
+    pub tree: Tree,
+    pub report: &'a mut Report,
     most: usize,
 }
 
 impl<'a> Parser<'a> {
-    fn token(&self) -> Token {
+    pub fn token(&self) -> Token {
         self.ahead(0)
     }
 
-    fn ahead(&self, by: usize) -> Token {
+    pub fn ahead(&self, by: usize) -> Token {
         self.tokens[(self.at + by).min(self.tokens.len() - 1)]
     }
 
-    fn text_of(&self, token: Token) -> &'a str {
+    pub fn text_of(&self, token: Token) -> &'a str {
         &self.text[token.span.range()]
     }
 
-    fn span(&self) -> Span {
+    pub fn span(&self) -> Span {
         self.token().span
     }
 
     /// The span of what was read last.
-    fn before(&self) -> Span {
+    pub fn before(&self) -> Span {
         self.tokens[self.at.saturating_sub(1)].span
     }
 
-    fn is_end(&self) -> bool {
+    /// Where what was read last ends; 0 at the start of the text.
+    pub fn end_before(&self) -> u32 {
+        if self.at == 0 { 0 } else { self.before().end }
+    }
+
+    pub fn is_end(&self) -> bool {
         self.token().kind == Kind::End
     }
 
-    fn step(&mut self) -> Token {
+    pub fn step(&mut self) -> Token {
         let token = self.token();
         self.at = (self.at + 1).min(self.tokens.len() - 1);
         token
     }
 
-    fn symbol_ahead(&self, by: usize) -> &'a str {
+    pub fn symbol_ahead(&self, by: usize) -> &'a str {
         match self.ahead(by) {
             token if token.kind == Kind::Symbol => self.text_of(token),
             _ => "",
@@ -136,22 +150,22 @@ impl<'a> Parser<'a> {
     }
 
     /// The word in capitals, if the token is one.
-    fn word_ahead(&self, by: usize) -> String {
+    pub fn word_ahead(&self, by: usize) -> String {
         match self.ahead(by) {
             token if token.kind == Kind::Word => key(self.text_of(token)),
             _ => String::new(),
         }
     }
 
-    fn is_symbol(&self, symbol: &str) -> bool {
+    pub fn is_symbol(&self, symbol: &str) -> bool {
         self.symbol_ahead(0) == symbol
     }
 
-    fn is_word(&self, word: &str) -> bool {
+    pub fn is_word(&self, word: &str) -> bool {
         self.token().kind == Kind::Word && self.text_of(self.token()).eq_ignore_ascii_case(word)
     }
 
-    fn takes(&mut self, symbol: &str) -> bool {
+    pub fn takes(&mut self, symbol: &str) -> bool {
         let is_there = self.is_symbol(symbol);
         if is_there {
             self.step();
@@ -159,7 +173,7 @@ impl<'a> Parser<'a> {
         is_there
     }
 
-    fn takes_word(&mut self, word: &str) -> bool {
+    pub fn takes_word(&mut self, word: &str) -> bool {
         let is_there = self.is_word(word);
         if is_there {
             self.step();
@@ -167,21 +181,21 @@ impl<'a> Parser<'a> {
         is_there
     }
 
-    fn expect(&mut self, symbol: &str) -> Parsed<()> {
+    pub fn expect(&mut self, symbol: &str) -> Parsed<()> {
         if self.takes(symbol) { Ok(()) } else { self.fail(&format!("`{symbol}`")) }
     }
 
-    fn expect_word(&mut self, word: &str) -> Parsed<()> {
+    pub fn expect_word(&mut self, word: &str) -> Parsed<()> {
         if self.takes_word(word) { Ok(()) } else { self.fail(word) }
     }
 
     /// An error at the token: what was expected there.
-    fn fail<T>(&mut self, expected: &str) -> Parsed<T> {
+    pub fn fail<T>(&mut self, expected: &str) -> Parsed<T> {
         self.fail_with(expected, None)
     }
 
     /// The same, with what to do.
-    fn fail_with<T>(&mut self, expected: &str, help: Option<&str>) -> Parsed<T> {
+    pub fn fail_with<T>(&mut self, expected: &str, help: Option<&str>) -> Parsed<T> {
         let token = self.token();
         let found = match token.kind {
             Kind::End if self.is_end_told => return Err(Failed),
@@ -200,19 +214,19 @@ impl<'a> Parser<'a> {
         self.refuse(token.span, &format!("expected {expected}, found {found}"), help)
     }
 
-    fn refuse<T>(&mut self, span: Span, message: &str, help: Option<&str>) -> Parsed<T> {
+    pub fn refuse<T>(&mut self, span: Span, message: &str, help: Option<&str>) -> Parsed<T> {
         if self.report.errors() < self.most {
             self.report.error(span, message, help);
         }
         Err(Failed)
     }
 
-    fn is_exhausted(&self) -> bool {
+    pub fn is_exhausted(&self) -> bool {
         self.report.errors() >= self.most
     }
 
     /// Goes one level deeper.
-    fn deeper<T>(&mut self, parse: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
+    pub fn deeper<T>(&mut self, parse: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
         if self.depth == DEEPEST {
             let message = format!("more than {DEEPEST} levels are nested here");
             // What is written behind it is read at a wrong depth.
@@ -226,7 +240,7 @@ impl<'a> Parser<'a> {
     }
 
     /// A name of any kind, without `#` and quotation marks.
-    fn name(&mut self, what: &str) -> Parsed<Name> {
+    pub fn name(&mut self, what: &str) -> Parsed<Name> {
         match self.token().kind {
             Kind::Word | Kind::Local | Kind::Quoted => {
                 let token = self.step();
@@ -237,25 +251,38 @@ impl<'a> Parser<'a> {
     }
 
     /// The attributes between two bytes of the text.
-    fn attributes_within(&self, from: u32, to: u32) -> Vec<Attribute> {
+    pub fn attributes_within(&self, from: u32, to: u32) -> Vec<Attribute> {
         let first = self.attributes.partition_point(|span| span.start < from);
         let within = self.attributes[first..].iter().take_while(|span| span.start < to);
         within.flat_map(|span| attributes(&self.text[span.range()])).collect()
     }
 
+    /// Where the value of an attribute stands between two bytes of the text, without its quotation marks.
+    pub fn value_within(&self, from: u32, to: u32, name: &str) -> Option<std::ops::Range<usize>> {
+        let first = self.attributes.partition_point(|span| span.start < from);
+        let mut within = self.attributes[first..].iter().take_while(|span| span.start < to);
+        within.find_map(|span| {
+            let text = &self.text[span.range()];
+            let at = text.to_ascii_uppercase().find(name)? + name.len();
+            let open = at + text[at..].find('"')? + 1;
+            let close = open + text[open..].find('"')?;
+            Some(span.start as usize + open..span.start as usize + close)
+        })
+    }
+
     /// The comments between two bytes of the text, without their marks.
-    fn comments_within(&self, from: u32, to: u32) -> String {
+    pub fn comments_within(&self, from: u32, to: u32) -> String {
         let first = self.comments.partition_point(|span| span.start < from);
         let within = self.comments[first..].iter().take_while(|span| span.start < to);
         within.map(|span| comment(&self.text[span.range()])).collect::<Vec<_>>().join("\n")
     }
 
-    fn add(&mut self, kind: ExpressionKind, start: Span) -> ExpressionId {
+    pub fn add(&mut self, kind: ExpressionKind, start: Span) -> ExpressionId {
         let span = start.to(self.before());
         self.tree.expressions.add(kind, span)
     }
 
-    fn binary(&mut self, operator: Binary, left: ExpressionId, right: ExpressionId) -> ExpressionId {
+    pub fn binary(&mut self, operator: Binary, left: ExpressionId, right: ExpressionId) -> ExpressionId {
         let span = self.tree.expressions[left].span.to(self.tree.expressions[right].span);
         self.tree.expressions.add(ExpressionKind::Binary(operator, left, right), span)
     }

@@ -9,7 +9,7 @@ use crate::ladder::Owner;
 use crate::lexer::Span;
 use crate::parser::Fragments;
 use crate::report::Report;
-use crate::syntax::{Attribute, Block, BlockKind, Name, SectionKind, Tree, Type, TypeKind};
+use crate::syntax::{Attribute, Block, BlockKind, Name, Tree, Type, TypeKind};
 use parameters::problem::quoted;
 use parameters::xml::{self, Element};
 use text::Written;
@@ -131,32 +131,11 @@ impl Reader<'_> {
             block.of = Some(Type { kind: TypeKind::Name(of.to_string(), is_own && !is_system), span });
         }
         self.interface(element, &mut block);
-        let owner = owner(&block, title);
+        let owner = Owner::of(&block, title);
         let statements = self.networks(element, &owner);
         block.body.extend(statements);
         self.tree.blocks.push(block);
     }
-}
-
-/// What the networks of a block must know of it.
-fn owner(block: &Block, title: String) -> Owner {
-    let mut owner = Owner { title, ..Owner::default() };
-    for section in &block.sections {
-        for name in section.members.iter().flat_map(|member| &member.names) {
-            owner.names.insert(name.key());
-            if section.kind == SectionKind::InOut {
-                owner.shared.insert(name.key());
-            }
-        }
-        for member in &section.members {
-            // A view and what it shows may be any of the variables.
-            if let Some(at) = &member.at {
-                owner.shared.insert(at.key());
-                owner.shared.extend(member.names.iter().map(Name::key));
-            }
-        }
-    }
-    owner
 }
 
 /// Title and comment of a block.

@@ -31,7 +31,7 @@ pub fn run(options: &Options) -> Result<()> {
     if names.iter().any(|name| program::is_source(Path::new(name))) {
         let files: Vec<PathBuf> = names.iter().map(PathBuf::from).collect();
         for file in &files {
-            let told = || format!("{}: a program is made of sources, .scl, .udt, .db or .awl", file.display());
+            let told = || format!("{}: a program is made of sources, .scl, .udt, .db, .s7dcl or .awl", file.display());
             ensure!(program::is_source(file), program::instead(file).unwrap_or_else(told));
         }
         for (option, is_given) in [
@@ -64,7 +64,7 @@ pub fn run(options: &Options) -> Result<()> {
     }
     // No package has a dot in its name.
     if let Some(file) = names.iter().find(|name| name.contains('.')) {
-        bail!("{file} is neither a source of a program (.scl, .udt, .db, .awl) nor a package of a workspace");
+        bail!("{file} is neither a source of a program (.scl, .udt, .db, .s7dcl, .awl) nor a package of a workspace");
     }
     let is_told = || names.iter().find_map(|name| program::instead(Path::new(name)));
     let workspace = Workspace::find().map_err(|error| is_told().map_or(error, Error::msg))?;

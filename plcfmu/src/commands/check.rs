@@ -26,7 +26,7 @@ use study::Interrupted;
 /// Reads the archive, the model description and the libraries, and says in one sentence each what is wrong. No foreign
 /// code runs unless --run is given.
 ///
-/// All sources of a program (.scl, .udt, .db, .awl) are named together. What is wrong with it is reported with file, line and column, and
+/// All sources of a program (.scl, .udt, .db, .s7dcl, .awl) are named together. What is wrong with it is reported with file, line and column, and
 /// so is what its author may not expect: a temporary that is read before it is written, a REAL compared for equality, a
 /// conversion that loses something.
 #[derive(clap::Args, Clone, Debug)]

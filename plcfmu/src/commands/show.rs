@@ -13,7 +13,7 @@ use std::path::PathBuf;
 /// the same results, bit by bit.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Options {
-    /// The files of the program (.scl, .udt, .db, .xml), all together
+    /// The files of the program (.scl, .udt, .db, .s7dcl, .xml), all together
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
     /// The language in which it is printed

@@ -23,7 +23,7 @@ pub struct Arguments {
     /// An FMU has the name of its file. NAME= gives it another one, which is needed to use the same file twice. A description
     /// (.toml, or - for standard input) names FMUs, connections, values and times; options come on top. A parameter file of a PLC (.awl, .scl, .db,
     /// .xml, .json) stands for one FMU for each of its loops, with the loop's name and values; --fmus names the folder of the
-    /// FMUs. Sources of a PLC program (.scl, .udt, .db, .awl) stand for the FMU that `plcfmu build` makes of them together, named
+    /// FMUs. Sources of a PLC program (.scl, .udt, .db, .s7dcl, .awl) stand for the FMU that `plcfmu build` makes of them together, named
     /// as the first one.
     #[arg(value_name = "[NAME=]FILE.fmu|FILE.toml|FILE.scl", required = true)]
     files: Vec<String>,

@@ -32,7 +32,7 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args, Clone, Debug, Default)]
 #[group(skip)] // clap names a group after the type, and others have the same name
 pub struct Options {
-    /// Sources of a PLC program (.scl, .udt, .db); or FMUs to pack, by the names of their packages, such as PUMP for pump; all of
+    /// Sources of a PLC program (.scl, .udt, .db, .s7dcl); or FMUs to pack, by the names of their packages, such as PUMP for pump; all of
     /// the workspace if none is given
     #[arg(value_name = "NAME")]
     pub names: Vec<String>,

@@ -196,8 +196,8 @@ impl From<Refused> for Error {
 /// # Errors
 /// Why there is no FMU of them.
 pub fn examine(manifest: &Manifest) -> Result<Examined, Refused> {
-    let files = &manifest.sources;
-    let (manifest, sources) = read(manifest)?;
+    let files = crate::program::with_texts(&manifest.sources);
+    let (manifest, sources) = read(&Manifest { sources: files.clone(), ..manifest.clone() })?;
     // In the FMU they lie side by side; a message names them as the user does.
     let named = |mut problems: Vec<Problems>| {
         for of in &mut problems {

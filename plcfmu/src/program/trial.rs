@@ -100,7 +100,8 @@ impl File {
     /// The sources of the program, found from the file.
     pub fn sources(&self) -> Vec<PathBuf> {
         let folder = Path::new(&self.source.file).parent().unwrap_or(Path::new(""));
-        self.content.sources.iter().map(|source| folder.join(source)).collect()
+        let named: Vec<PathBuf> = self.content.sources.iter().map(|source| folder.join(source)).collect();
+        super::with_texts(&named)
     }
 
     /// `FILE:LINE` of a step.

@@ -4,7 +4,7 @@ use super::flow::{Value, shown};
 use super::{Element, Network, Source, elements};
 use crate::lexer::Span;
 use crate::report::Report;
-use crate::syntax::{Binary, ExpressionId, ExpressionKind, Name, Statement, StatementKind, Tree};
+use crate::syntax::{Binary, Block, ExpressionId, ExpressionKind, Name, SectionKind, Statement, StatementKind, Tree};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// The block to which networks belong.
@@ -16,6 +16,29 @@ pub struct Owner {
     pub names: BTreeSet<String>,
     /// Those of its variables that may be the same as others: in-outs, and what has or is a view.
     pub shared: BTreeSet<String>,
+}
+
+impl Owner {
+    /// What the networks of a block must know of it, and how messages name it.
+    pub fn of(block: &Block, title: String) -> Owner {
+        let mut owner = Owner { title, ..Owner::default() };
+        for section in &block.sections {
+            for name in section.members.iter().flat_map(|member| &member.names) {
+                owner.names.insert(name.key());
+                if section.kind == SectionKind::InOut {
+                    owner.shared.insert(name.key());
+                }
+            }
+            for member in &section.members {
+                // A view and what it shows may be any of the variables.
+                if let Some(at) = &member.at {
+                    owner.shared.insert(at.key());
+                    owner.shared.extend(member.names.iter().map(Name::key));
+                }
+            }
+        }
+        owner
+    }
 }
 
 /// A pin of an element.

@@ -43,6 +43,7 @@ impl Parser<'_> {
     }
 
     fn block(&mut self, kind: BlockKind, end: &str) {
+        let from = self.end_before();
         let start = self.step().span;
         let is_quoted = self.token().kind == Kind::Quoted;
         self.gotos = self.jumps(end);
@@ -59,13 +60,20 @@ impl Parser<'_> {
             body: Vec::new(),
         };
         let head = self.head(&mut block, start, is_quoted);
+        if let Some(texts) = self.document {
+            self.document_head(&mut block, texts, from, start.start);
+        }
         let body = head.and_then(|protected| self.sections(&mut block, end).map(|()| protected));
         let Ok(protected) = body else {
             return self.skip_block(end);
         };
         self.takes_word("BEGIN");
         self.is_data = kind == BlockKind::DataBlock;
-        block.body = self.statements(false);
+        block.body = match kind {
+            _ if self.document.is_none() => self.statements(false),
+            BlockKind::DataBlock | BlockKind::Type => self.document_starts(),
+            _ => self.networks(&block),
+        };
         let is_stray =
             |parser: &Self| parser.is_statement_end() && parser.block_kind().is_none() && !parser.is_word(end);
         while is_stray(self) && !self.is_exhausted() {
@@ -200,6 +208,7 @@ impl Parser<'_> {
                 "VAR" | "VAR_STATIC" => SectionKind::Static,
                 "VAR_TEMP" => SectionKind::Temp,
                 "CONST" => SectionKind::Constant,
+                "VAR_CONSTANT" if self.document.is_some() => SectionKind::Constant,
                 _ => {
                     let message = format!("{word} is no section of a block");
                     self.refuse(at, &message, Some("declare the variable in a data block"))?
@@ -255,7 +264,7 @@ impl Parser<'_> {
     }
 
     fn member(&mut self, close: &str) -> Parsed<Member> {
-        let start = self.span();
+        let (from, start) = (self.end_before(), self.span());
         let mut names = vec![self.name("a name")?];
         while self.takes(",") {
             names.push(self.name("a name")?);
@@ -279,9 +288,13 @@ impl Parser<'_> {
         let line_end =
             self.text[end.end as usize..].find('\n').map_or(self.text.len(), |length| end.end as usize + length);
         // The members of a structure have comments of their own.
-        let from = if matches!(of, Some(Type { kind: TypeKind::Struct(_), .. })) { end.end } else { start.start };
-        let comment = self.comments_within(from, line_end as u32);
-        Ok(Member { names, attributes, at, of, start: start_value, comment })
+        let is_structure = matches!(of, Some(Type { kind: TypeKind::Struct(_), .. }));
+        let comment = self.comments_within(if is_structure { end.end } else { start.start }, line_end as u32);
+        let mut member = Member { names, attributes, at, of, start: start_value, comment };
+        if let Some(texts) = self.document {
+            self.document_member(&mut member, texts, from, start.start);
+        }
+        Ok(member)
     }
 
     fn step_and<T>(&mut self, parse: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
@@ -297,7 +310,7 @@ impl Parser<'_> {
     }
 
     fn type_kind(&mut self) -> Parsed<TypeKind> {
-        let is_quoted = self.token().kind == Kind::Quoted;
+        let is_quoted = self.takes_global() || self.token().kind == Kind::Quoted;
         match self.word_ahead(0).as_str() {
             "ARRAY" => {
                 self.step();

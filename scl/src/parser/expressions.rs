@@ -11,7 +11,7 @@ const HIGHEST: u8 = 8;
 const MOST_LEVELS: u32 = 300;
 
 /// The words that are no names.
-const RESERVED: [&str; 40] = [
+const RESERVED: [&str; 41] = [
     "AND",
     "BEGIN",
     "BY",
@@ -27,6 +27,7 @@ const RESERVED: [&str; 40] = [
     "END_FUNCTION",
     "END_FUNCTION_BLOCK",
     "END_IF",
+    "END_NETWORK",
     "END_ORGANIZATION_BLOCK",
     "END_REPEAT",
     "END_STRUCT",
@@ -128,11 +129,13 @@ impl Parser<'_> {
         Ok(self.add(ExpressionKind::Unary(unary, operand), start))
     }
 
-    fn primary(&mut self) -> Parsed<ExpressionId> {
+    pub fn primary(&mut self) -> Parsed<ExpressionId> {
         let start = self.span();
+        let is_global = self.takes_global();
         let token = self.token();
         let text = self.text_of(token);
         match token.kind {
+            _ if is_global && !matches!(token.kind, Kind::Word | Kind::Quoted) => self.fail("a name"),
             Kind::Literal | Kind::Text => {
                 self.step();
                 Ok(self.add(ExpressionKind::Literal(text.to_string()), start))
@@ -151,12 +154,13 @@ impl Parser<'_> {
             Kind::Symbol if text == "[" && self.is_data => {
                 let name = Name { text: "THIS".to_string(), span: start };
                 let array = self.add(ExpressionKind::Name(Scope::Bare, name), start);
-                self.steps_of(array, start)
+                self.steps_of(array, start, true)
             }
             Kind::Word if is_reserved(&self.word_ahead(0)) => self.fail("an expression"),
             Kind::Word | Kind::Local | Kind::Quoted => {
                 let name = self.numbered_name()?;
                 let scope = match token.kind {
+                    _ if is_global => Scope::Global,
                     Kind::Local => Scope::Local,
                     Kind::Quoted => Scope::Global,
                     _ => Scope::Bare,
@@ -165,7 +169,7 @@ impl Parser<'_> {
                     self.takes_peripheral();
                 }
                 let variable = self.add(ExpressionKind::Name(scope, name), start);
-                self.steps_of(variable, start)
+                self.steps_of(variable, start, true)
             }
             _ => self.fail("an expression"),
         }
@@ -194,8 +198,23 @@ impl Parser<'_> {
         Ok(name)
     }
 
-    /// Members, indices and calls behind a variable.
-    fn steps_of(&mut self, mut variable: ExpressionId, start: Span) -> Parsed<ExpressionId> {
+    /// What an element calls: a name with members and indices behind it, up to the bracket with the pins. Words that are
+    /// reserved in SCL may name it.
+    pub fn callee(&mut self) -> Parsed<ExpressionId> {
+        let start = self.span();
+        let is_global = self.takes_global();
+        let scope = match self.token().kind {
+            Kind::Local => Scope::Local,
+            Kind::Word if !is_global => Scope::Bare,
+            _ => Scope::Global,
+        };
+        let name = self.name("an element")?;
+        let variable = self.add(ExpressionKind::Name(scope, name), start);
+        self.steps_of(variable, start, false)
+    }
+
+    /// Members, indices and, if there may be some, calls behind a variable.
+    fn steps_of(&mut self, mut variable: ExpressionId, start: Span, may_call: bool) -> Parsed<ExpressionId> {
         loop {
             match self.symbol_ahead(0) {
                 "." => {
@@ -217,7 +236,7 @@ impl Parser<'_> {
                     self.expect("]")?;
                     variable = self.add(ExpressionKind::Index(variable, indices), start);
                 }
-                "(" => {
+                "(" if may_call => {
                     self.step();
                     let arguments = self.deeper(Parser::arguments)?;
                     variable = self.add(ExpressionKind::Call(variable, arguments), start);

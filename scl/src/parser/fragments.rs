@@ -63,6 +63,15 @@ impl Fragments<'_> {
 }
 
 impl Parser<'_> {
+    /// The expression in a part of the text, such as the value of an attribute.
+    pub fn expression_in(&mut self, range: Range<usize>) -> ExpressionId {
+        let mut tree = std::mem::take(&mut self.tree);
+        let file = self.span().file;
+        let id = Fragments { text: self.text, file, tree: &mut tree, report: self.report }.expression(range);
+        self.tree = tree;
+        id
+    }
+
     /// What is read, and nothing after it.
     fn whole<T>(&mut self, read: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
         let read = read(self)?;

@@ -5,7 +5,7 @@ use crate::lexer::{Kind, Span};
 use crate::syntax::{Binary, Expression, ExpressionKind, Label, Name, Statement, StatementKind};
 
 /// What ends a list of statements.
-const ENDS: [&str; 17] = [
+const ENDS: [&str; 18] = [
     "ELSE",
     "ELSIF",
     "END_CASE",
@@ -14,6 +14,7 @@ const ENDS: [&str; 17] = [
     "END_FUNCTION",
     "END_FUNCTION_BLOCK",
     "END_IF",
+    "END_NETWORK",
     "END_ORGANIZATION_BLOCK",
     "END_REPEAT",
     "END_TYPE",
@@ -39,7 +40,7 @@ impl Parser<'_> {
     }
 
     /// Takes the word that ends what begins at this place.
-    fn close(&mut self, word: &str, begin: Span) -> Parsed<()> {
+    pub fn close(&mut self, word: &str, begin: Span) -> Parsed<()> {
         if self.takes_word(word) {
             return Ok(());
         }

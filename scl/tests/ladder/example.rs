@@ -1,6 +1,7 @@
 //! The example in LAD does what its form in SCL does.
 
 use super::{Ran, compiled};
+use scl::Compiled;
 use scl::random::Random;
 use scl::scl::Dialect;
 
@@ -20,8 +21,21 @@ fn the_interlocks_in_lad_have_the_bits_of_those_in_scl() {
     ] {
         assert!(shown.contains(text), "{text}\n{shown}");
     }
-    let mut all =
-        [Ran::new(&lad), Ran::new(&[("interlock.scl", file("interlock.scl"))]), Ran::new(&[("shown.scl", shown)])];
+    let names = ["interlock.s7dcl", "interlock.s7res"];
+    let document = names.map(|name| (name, file(name).trim_start_matches('\u{feff}').to_string()));
+    let same = compiled(&document).unwrap_or_else(|errors| panic!("{}", errors[0]));
+    assert_eq!(same.warnings.iter().map(ToString::to_string).collect::<String>(), "");
+    let of = |compiled: &Compiled| {
+        let variables = compiled.root.as_ref().unwrap().variables.iter();
+        variables.map(|variable| (variable.name.clone(), variable.comment.text.clone())).collect::<Vec<_>>()
+    };
+    assert_eq!(of(&same), of(&program), "names and comments");
+    let mut all = [
+        Ran::new(&lad),
+        Ran::new(&[("interlock.scl", file("interlock.scl"))]),
+        Ran::new(&[("shown.scl", shown)]),
+        Ran::new(&document),
+    ];
     let mut random = Random::new(41);
     let mut faults = 0;
     for call in 0..2000 {
@@ -46,6 +60,7 @@ fn the_interlocks_in_lad_have_the_bits_of_those_in_scl() {
         });
         assert_eq!(states[0], states[1], "call {call}");
         assert_eq!(states[0], states[2], "call {call}");
+        assert_eq!(states[0], states[3], "call {call}");
         faults += states[0][1];
     }
     assert!((100..1900).contains(&faults), "{faults} calls with a fault");

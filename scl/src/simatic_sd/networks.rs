@@ -1,0 +1,119 @@
+//! The networks of a block.
+
+use super::declarations::shown;
+use super::graph::Variables;
+use crate::ladder::{Network, Owner, comments, lower, network_title};
+use crate::parser::{Failed, Parsed, Parser};
+use crate::syntax::{Attribute, Block, BlockKind, Statement, TypeKind, attribute, key};
+
+/// The language of a network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Language {
+    Scl,
+    /// LAD and FBD, which are written alike.
+    Graph,
+}
+
+impl Parser<'_> {
+    /// All networks of a block.
+    pub fn networks(&mut self, block: &Block) -> Vec<Statement> {
+        let owner = Owner::of(block, title(block));
+        let mut statements = Vec::new();
+        let mut number = 0;
+        while !self.is_exhausted() {
+            let from = self.end_before();
+            if !self.is_word("NETWORK") {
+                break;
+            }
+            number += 1;
+            let begin = self.span();
+            let attributes = self.attributes_within(from, begin.start);
+            let mut network = Network::new(number, begin);
+            if let Some(texts) = self.document {
+                network.title = shown(&attributes, texts, &["S7_NETWORKTITLE"]);
+                network.comment = shown(&attributes, texts, &["S7_NETWORKCOMMENT"]);
+            }
+            let place = network_title(&owner, &network);
+            if let Err(Failed) = self.network(block, &owner, network, &attributes, &mut statements) {
+                while !self.is_end() && !self.is_word("END_NETWORK") && !self.is_word("NETWORK") {
+                    self.step();
+                }
+                self.takes_word("END_NETWORK");
+            }
+            self.takes(";");
+            self.report.locate(begin.to(self.before()), place);
+        }
+        statements
+    }
+
+    fn network(
+        &mut self,
+        block: &Block,
+        owner: &Owner,
+        network: Network,
+        attributes: &[Attribute],
+        statements: &mut Vec<Statement>,
+    ) -> Parsed<()> {
+        let begin = self.step().span;
+        match self.language(block, attributes)? {
+            Language::Scl => {
+                statements.extend(comments(&network));
+                statements.extend(self.statements(false));
+            }
+            Language::Graph => {
+                let before = self.report.errors();
+                let written = self.rungs();
+                // Where a part of a network could not be read, the rest says little.
+                if self.report.errors() == before {
+                    let network = self.graph(written, network, &variables(block));
+                    statements.extend(lower(&[network], owner, &mut self.tree, self.report));
+                }
+            }
+        }
+        self.close("END_NETWORK", begin)
+    }
+
+    /// The language of the network whose first word was read: its own, or that of its block, or that of its first word.
+    fn language(&mut self, block: &Block, attributes: &[Attribute]) -> Parsed<Language> {
+        let of_block = || {
+            let keys = ["S7_PREFERREDLANGUAGE", "S7_LANGUAGE", "S7_EDITORMODE"];
+            keys.iter().find_map(|key| attribute(&block.attributes, key))
+        };
+        let is_graph = self.is_word("RUNG") || self.is_word("LABEL");
+        match attribute(attributes, "S7_LANGUAGE").or_else(of_block) {
+            Some(name) if name.eq_ignore_ascii_case("SCL") => Ok(Language::Scl),
+            Some(name) if matches!(name.to_ascii_uppercase().as_str(), "LAD" | "FBD" | "F_LAD" | "F_FBD") => {
+                Ok(Language::Graph)
+            }
+            None if is_graph => Ok(Language::Graph),
+            None => Ok(Language::Scl),
+            Some(name) => {
+                let message = format!("a network in {name} is not read");
+                self.refuse(self.before(), &message, Some("write it in LAD, FBD or SCL, or leave its file out"))
+            }
+        }
+    }
+}
+
+/// How messages name a block: `FB Motor`.
+fn title(block: &Block) -> String {
+    let kind = match block.kind {
+        BlockKind::FunctionBlock => "FB",
+        BlockKind::OrganizationBlock => "OB",
+        _ => "FC",
+    };
+    format!("{kind} {}", block.name.text)
+}
+
+/// The variables of a block and the names of their types.
+fn variables(block: &Block) -> Variables {
+    let members = block.sections.iter().flat_map(|section| &section.members);
+    let named = members.flat_map(|member| {
+        let of = match member.of.as_ref().map(|of| &of.kind) {
+            Some(TypeKind::Name(name, _)) => key(name),
+            _ => String::new(),
+        };
+        member.names.iter().map(move |name| (name.key(), of.clone()))
+    });
+    named.collect()
+}

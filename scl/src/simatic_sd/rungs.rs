@@ -1,0 +1,238 @@
+//! Rungs of LAD and FBD as they are written: elements in the order of the flow, and wires between them.
+
+use crate::lexer::{Kind, Span};
+use crate::parser::{Failed, Parsed, Parser};
+use crate::syntax::{Attribute, ExpressionId, Name};
+
+/// Instructions that are not read. Their pins are written in another way than those of the others.
+const REFUSED: [&str; 2] = ["JUMPLIST", "SWITCH"];
+
+/// A network as it is written.
+#[derive(Debug, Default)]
+pub struct Network {
+    /// The labels at its start.
+    pub labels: Vec<Name>,
+    /// Its rungs, in the order of the file.
+    pub rungs: Vec<Rung>,
+}
+
+/// `RUNG` to `END_RUNG`.
+#[derive(Debug)]
+pub struct Rung {
+    /// From where the flow comes.
+    pub from: From,
+    /// What it passes.
+    pub steps: Vec<Step>,
+    /// The wire to which it leads: `END_RUNG wire#w1`.
+    pub to: Option<Name>,
+}
+
+/// The beginning of a rung.
+#[derive(Debug)]
+pub enum From {
+    /// `wire#powerrail`, or nothing: the first element of a rung in FBD has no input then.
+    Nothing { is_rail: bool },
+    /// `wire#w1`.
+    Wire(Name),
+    /// An operand.
+    Operand(ExpressionId),
+}
+
+/// What the flow passes.
+#[derive(Debug)]
+pub enum Step {
+    /// `wire#w1`: here other rungs begin or end.
+    Wire(Name),
+    /// `NOT` before an element.
+    Not(Span),
+    /// An element.
+    Element(Element),
+}
+
+/// An instruction or a call.
+#[derive(Debug)]
+pub struct Element {
+    /// `Contact`, `#timer.TON`, `"Block"`.
+    pub callee: ExpressionId,
+    /// Its attributes.
+    pub attributes: Vec<Attribute>,
+    /// The expression in it.
+    pub equation: Option<ExpressionId>,
+    /// Its pins.
+    pub pins: Vec<Pin>,
+    /// All of it.
+    pub span: Span,
+}
+
+/// A pin of an element.
+#[derive(Debug)]
+pub struct Pin {
+    /// Its name; `None` for the only one.
+    pub name: Option<Name>,
+    /// Whether it is `=>`.
+    pub is_output: bool,
+    /// What is connected.
+    pub value: Connection,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// What is connected to a pin.
+#[derive(Debug)]
+pub enum Connection {
+    /// Nothing.
+    Open,
+    /// A wire, and whether its flow is inverted.
+    Wire(Name, bool),
+    /// A variable, a constant or an expression.
+    Operand(ExpressionId),
+}
+
+impl Parser<'_> {
+    /// The rungs of a network, up to its end. What is wrong with a rung is told, and the next one is read.
+    pub fn rungs(&mut self) -> Network {
+        let mut network = Network::default();
+        while !self.is_end() && !self.is_statement_end() && !self.is_word("NETWORK") && !self.is_exhausted() {
+            if self.takes(";") {
+                continue;
+            }
+            let parsed = match self.word_ahead(0).as_str() {
+                "RUNG" => self.rung().map(|rung| network.rungs.push(rung)),
+                "LABEL" => self.label().map(|label| network.labels.extend(label)),
+                _ => self.fail("RUNG or END_NETWORK"),
+            };
+            if let Err(Failed) = parsed {
+                while !self.is_end() && !self.is_statement_end() && !self.is_word("RUNG") && !self.is_word("NETWORK") {
+                    self.step();
+                }
+            }
+        }
+        network
+    }
+
+    /// `Label( here )`; one without a name is none.
+    fn label(&mut self) -> Parsed<Option<Name>> {
+        self.step();
+        self.expect("(")?;
+        let label = if self.is_symbol(")") { None } else { Some(self.name("a label")?) };
+        self.expect(")")?;
+        Ok(label)
+    }
+
+    fn rung(&mut self) -> Parsed<Rung> {
+        self.step();
+        let from = self.rung_start()?;
+        let mut steps = Vec::new();
+        while !self.takes_word("END_RUNG") {
+            if self.is_end() || self.is_statement_end() || self.is_word("RUNG") || self.is_word("NETWORK") {
+                return self.fail("END_RUNG");
+            }
+            let step = if let Some(wire) = self.takes_wire() {
+                Step::Wire(wire)
+            } else if self.is_word("NOT") && self.symbol_ahead(1) != "(" {
+                Step::Not(self.step().span)
+            } else {
+                Step::Element(self.element()?)
+            };
+            steps.push(step);
+        }
+        Ok(Rung { from, steps, to: self.takes_wire() })
+    }
+
+    fn rung_start(&mut self) -> Parsed<From> {
+        if let Some(wire) = self.takes_wire() {
+            let is_rail = wire.key() == "POWERRAIL";
+            return Ok(if is_rail { From::Nothing { is_rail } } else { From::Wire(wire) });
+        }
+        let is_element = self.is_word("END_RUNG") || self.is_word("NOT") || self.is_call();
+        match is_element {
+            true => Ok(From::Nothing { is_rail: false }),
+            false => Ok(From::Operand(self.primary()?)),
+        }
+    }
+
+    /// Whether an element begins here: a name with members and indices, and a bracket behind it.
+    fn is_call(&self) -> bool {
+        let mut depth = 0;
+        for by in 0.. {
+            let token = self.ahead(by);
+            match (token.kind, self.symbol_ahead(by)) {
+                (Kind::Symbol, "[") => depth += 1,
+                (Kind::Symbol, "]") => depth -= 1,
+                (Kind::Symbol, "(") if depth == 0 => return by > 0,
+                (Kind::Symbol, ".") => {}
+                (Kind::End, _) => return false,
+                _ if depth > 0 => {}
+                // Two names in a row: the first one was an operand.
+                (Kind::Word | Kind::Local | Kind::Quoted | Kind::Percent | Kind::Literal, _)
+                    if by == 0 || self.symbol_ahead(by - 1) == "." => {}
+                _ => return false,
+            }
+        }
+        false
+    }
+
+    /// Whether `wire#w1` stands there, without a blank between.
+    fn is_wire(&self, by: usize) -> bool {
+        let [word, name] = [self.ahead(by), self.ahead(by + 1)];
+        self.word_ahead(by) == "WIRE" && name.kind == Kind::Local && name.span.start == word.span.end
+    }
+
+    fn takes_wire(&mut self) -> Option<Name> {
+        if !self.is_wire(0) {
+            return None;
+        }
+        let start = self.step().span.start;
+        let mut wire = self.name("a wire").ok()?;
+        wire.span.start = start;
+        Some(wire)
+    }
+
+    fn element(&mut self) -> Parsed<Element> {
+        let (from, start) = (self.end_before(), self.span());
+        let mut attributes = self.attributes_within(from, start.start);
+        if REFUSED.contains(&self.word_ahead(0).as_str()) {
+            let message = format!("{} is not supported", self.text_of(self.token()));
+            return self.refuse(start, &message, Some("compare with contacts and jump with JumpCoil"));
+        }
+        let callee = self.callee()?;
+        let to = self.span().start;
+        attributes.extend(self.attributes_within(self.end_before(), to));
+        let equation = self.value_within(from, to, "S7_EXPRESSION").map(|range| self.expression_in(range));
+        self.expect("(")?;
+        let mut pins = Vec::new();
+        while !self.takes(")") {
+            pins.push(self.pin()?);
+            if !self.takes(",") && !self.is_symbol(")") {
+                return self.fail("`,` or `)`");
+            }
+        }
+        Ok(Element { callee, attributes, equation, pins, span: start.to(self.before()) })
+    }
+
+    fn pin(&mut self) -> Parsed<Pin> {
+        let start = self.span();
+        let is_name = matches!(self.token().kind, Kind::Word | Kind::Quoted | Kind::Local);
+        let is_named = is_name && matches!(self.symbol_ahead(1), ":=" | "=>");
+        let name = if is_named { Some(self.name("a pin")?) } else { None };
+        let is_output = is_named && self.step_symbol() == "=>";
+        let is_inverted = self.is_word("NOT") && self.is_wire(1);
+        let value = if matches!(self.symbol_ahead(0), "," | ")") {
+            Connection::Open
+        } else {
+            if is_inverted {
+                self.step();
+            }
+            match self.takes_wire() {
+                Some(wire) => Connection::Wire(wire, is_inverted),
+                None => Connection::Operand(self.expression()?),
+            }
+        };
+        Ok(Pin { name, is_output, value, span: start.to(self.before()) })
+    }
+
+    fn step_symbol(&mut self) -> &str {
+        let token = self.step();
+        self.text_of(token)
+    }
+}
