@@ -11,6 +11,9 @@ use std::collections::BTreeMap;
 /// The variables of a block and the names of their types, in capitals.
 pub type Variables = BTreeMap<String, String>;
 
+/// So many wires may lead to each other with no element between.
+const MOST_WIRES: usize = 100;
+
 /// What arrives at a place.
 #[derive(Clone, Debug)]
 enum Flow {
@@ -230,7 +233,7 @@ impl Graph<'_, '_, '_> {
         let (entrance, exit) = flow_pins(law);
         let element = &self.network.elements[number];
         let is_taken = element.inputs.iter().any(|input| input.pin == entrance)
-            || self.pending.iter().any(|(of, pin, _)| *of == number && pin == entrance);
+            || self.pending.iter().rev().take_while(|(of, ..)| *of == number).any(|(_, pin, _)| pin == entrance);
         let is_rail = matches!(flow, Flow::Of(Source::Rail) | Flow::Nothing);
         let is_open = matches!(flow, Flow::Nothing);
         match (is_taken, law) {
@@ -277,6 +280,11 @@ impl Graph<'_, '_, '_> {
             self.error(wire.span, format!("wire#{} leads to itself", wire.text), "put a variable between");
             return None;
         }
+        if open.len() == MOST_WIRES {
+            let message = format!("more than {MOST_WIRES} wires lead to each other");
+            self.error(wire.span, message, "lead the rung to the last one");
+            return None;
+        }
         let flows = self.wires.get(&name).cloned().unwrap_or_default();
         if flows.is_empty() {
             let message = format!("nothing leads to wire#{}", wire.text);
@@ -297,9 +305,7 @@ impl Graph<'_, '_, '_> {
             1 => sources.pop(),
             _ => {
                 let mut gate = Element::new("O", wire.span);
-                for (at, source) in sources.into_iter().enumerate() {
-                    gate.connect(&format!("IN{}", at + 1), source);
-                }
+                sources.into_iter().for_each(|source| gate.connect("IN1", source));
                 Some(Source::Pin(self.add(gate), "OUT".to_string()))
             }
         };

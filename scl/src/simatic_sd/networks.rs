@@ -2,7 +2,8 @@
 
 use super::declarations::shown;
 use super::graph::Variables;
-use crate::ladder::{Network, Owner, comments, lower, network_title};
+use crate::ladder::{Network, Owner, comments, lint, lower, network_title};
+use crate::lexer::Span;
 use crate::parser::{Failed, Parsed, Parser};
 use crate::syntax::{Attribute, Block, BlockKind, Statement, TypeKind, attribute, key};
 
@@ -17,8 +18,9 @@ enum Language {
 impl Parser<'_> {
     /// All networks of a block.
     pub fn networks(&mut self, block: &Block) -> Vec<Statement> {
-        let owner = Owner::of(block, title(block));
+        let (owner, variables) = (Owner::of(block, title(block)), variables(block));
         let mut statements = Vec::new();
+        let mut graphs = Vec::new();
         let mut number = 0;
         while !self.is_exhausted() {
             let from = self.end_before();
@@ -26,7 +28,7 @@ impl Parser<'_> {
                 break;
             }
             number += 1;
-            let begin = self.span();
+            let begin = self.step().span;
             let attributes = self.attributes_within(from, begin.start);
             let mut network = Network::new(number, begin);
             if let Some(texts) = self.document {
@@ -34,7 +36,25 @@ impl Parser<'_> {
                 network.comment = shown(&attributes, texts, &["S7_NETWORKCOMMENT"]);
             }
             let place = network_title(&owner, &network);
-            if let Err(Failed) = self.network(block, &owner, network, &attributes, &mut statements) {
+            let language = self.language(block, &attributes, begin);
+            let read = language.map(|language| match language {
+                Language::Scl => {
+                    statements.extend(comments(&network));
+                    statements.extend(self.statements(false));
+                }
+                Language::Graph => {
+                    let before = self.report.errors();
+                    let written = self.rungs();
+                    // Where a part of a network could not be read, the rest says little.
+                    if self.report.errors() == before {
+                        let network = self.graph(written, network, &variables);
+                        let one = std::slice::from_ref(&network);
+                        statements.extend(lower(one, &owner, &mut self.tree, self.report));
+                        graphs.push(network);
+                    }
+                }
+            });
+            if let Err(Failed) = read.and_then(|()| self.close("END_NETWORK", begin)) {
                 while !self.is_end() && !self.is_word("END_NETWORK") && !self.is_word("NETWORK") {
                     self.step();
                 }
@@ -43,43 +63,17 @@ impl Parser<'_> {
             self.takes(";");
             self.report.locate(begin.to(self.before()), place);
         }
+        lint(&graphs, &owner, &self.tree.expressions, self.report);
         statements
     }
 
-    fn network(
-        &mut self,
-        block: &Block,
-        owner: &Owner,
-        network: Network,
-        attributes: &[Attribute],
-        statements: &mut Vec<Statement>,
-    ) -> Parsed<()> {
-        let begin = self.step().span;
-        match self.language(block, attributes)? {
-            Language::Scl => {
-                statements.extend(comments(&network));
-                statements.extend(self.statements(false));
-            }
-            Language::Graph => {
-                let before = self.report.errors();
-                let written = self.rungs();
-                // Where a part of a network could not be read, the rest says little.
-                if self.report.errors() == before {
-                    let network = self.graph(written, network, &variables(block));
-                    statements.extend(lower(&[network], owner, &mut self.tree, self.report));
-                }
-            }
-        }
-        self.close("END_NETWORK", begin)
-    }
-
     /// The language of the network whose first word was read: its own, or that of its block, or that of its first word.
-    fn language(&mut self, block: &Block, attributes: &[Attribute]) -> Parsed<Language> {
+    fn language(&mut self, block: &Block, attributes: &[Attribute], begin: Span) -> Parsed<Language> {
         let of_block = || {
             let keys = ["S7_PREFERREDLANGUAGE", "S7_LANGUAGE", "S7_EDITORMODE"];
             keys.iter().find_map(|key| attribute(&block.attributes, key))
         };
-        let is_graph = self.is_word("RUNG") || self.is_word("LABEL");
+        let is_graph = matches!(self.word_ahead(0).as_str(), "RUNG" | "LABEL");
         match attribute(attributes, "S7_LANGUAGE").or_else(of_block) {
             Some(name) if name.eq_ignore_ascii_case("SCL") => Ok(Language::Scl),
             Some(name) if matches!(name.to_ascii_uppercase().as_str(), "LAD" | "FBD" | "F_LAD" | "F_FBD") => {
@@ -89,7 +83,7 @@ impl Parser<'_> {
             None => Ok(Language::Scl),
             Some(name) => {
                 let message = format!("a network in {name} is not read");
-                self.refuse(self.before(), &message, Some("write it in LAD, FBD or SCL, or leave its file out"))
+                self.refuse(begin, &message, Some("write it in LAD, FBD or SCL, or leave its file out"))
             }
         }
     }

@@ -7,6 +7,9 @@ use crate::syntax::{Attribute, ExpressionId, Name};
 /// Instructions that are not read. Their pins are written in another way than those of the others.
 const REFUSED: [&str; 2] = ["JUMPLIST", "SWITCH"];
 
+/// An element has no more pins.
+const MOST_PINS: usize = 1000;
+
 /// A network as it is written.
 #[derive(Debug, Default)]
 pub struct Network {
@@ -202,6 +205,9 @@ impl Parser<'_> {
         self.expect("(")?;
         let mut pins = Vec::new();
         while !self.takes(")") {
+            if pins.len() == MOST_PINS {
+                return self.refuse(start, &format!("more than {MOST_PINS} pins"), Some("divide it"));
+            }
             pins.push(self.pin()?);
             if !self.takes(",") && !self.is_symbol(")") {
                 return self.fail("`,` or `)`");

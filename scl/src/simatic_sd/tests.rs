@@ -6,7 +6,8 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 /// Documents that are right.
-const DOCUMENTS: [&str; 3] = [
+const DOCUMENTS: [&str; 4] = [
+    include_str!("../../../examples/programs/interlock.s7dcl"),
     include_str!("../../tests/simatic_sd/data/Tank.s7dcl"),
     include_str!("../../tests/simatic_sd/data/Sample.s7dcl"),
     include_str!("../../tests/simatic_sd/data/Offsets.s7dcl"),
@@ -27,12 +28,28 @@ fn words(text: &str) -> Vec<&str> {
 #[test]
 fn a_document_that_is_cut_anywhere_is_told() {
     for text in DOCUMENTS {
+        let text = text.trim_start_matches('\u{feff}');
         assert_eq!(read(text), (1, 0));
         for end in 1..text.trim_end().len() {
             let (blocks, errors) = read(&text[..end]);
             assert!(errors > 0 || blocks == 0, "{}", &text[..end]);
         }
     }
+}
+
+/// Networks that would take the square of their size, or a level of the stack for each wire.
+#[test]
+fn a_network_may_be_large_but_not_deep() {
+    let of = |rungs: String| {
+        format!("FUNCTION_BLOCK \"B\"\nVAR a : Bool; END_VAR\nNETWORK\n{rungs}\nEND_NETWORK\nEND_FUNCTION_BLOCK")
+    };
+    let all = 20_000;
+    let branches: String = (0..all).map(|_| "RUNG wire#powerrail Contact( #a ) END_RUNG wire#w\n").collect();
+    assert_eq!(read(&of(format!("RUNG wire#w Coil( #a ) END_RUNG\n{branches}"))), (1, 0));
+    let chain: String = (1..all).map(|at| format!("RUNG wire#w{at} END_RUNG wire#w{}\n", at - 1)).collect();
+    assert_eq!(read(&of(format!("RUNG wire#w0 Coil( #a ) END_RUNG\n{chain}"))), (1, 1));
+    let pins: String = (0..all).map(|at| format!("in{at} := #a, ")).collect();
+    assert_eq!(read(&of(format!("RUNG #a A( {pins} ) END_RUNG"))), (1, 1));
 }
 
 #[test]
