@@ -46,7 +46,8 @@ pub fn run(options: &Options) -> Result<()> {
             );
         }
         let folder = options.pack.out.clone().unwrap_or_else(|| PathBuf::from("."));
-        let (path, warnings) = package::program::pack(&files, &options.program, options.pack.native, &folder)?;
+        let (path, warnings) =
+            package::program::pack(&files, &options.program, options.pack.version, options.pack.native, &folder)?;
         for warning in warnings {
             tell::text(&warning);
         }
