@@ -48,6 +48,25 @@ CO_SIMULATION = """
 """.split()
 FUNCTIONS = COMMON + CO_SIMULATION
 
+# The functions of FMI 3.0, which a library has, too.
+FMI3 = [f"fmi3{access}{of}" for access in ("Get", "Set") for of in """
+    Float32 Float64 Int8 UInt8 Int16 UInt16 Int32 UInt32 Int64 UInt64 Boolean String Binary Clock
+""".split()] + """
+    fmi3ActivateModelPartition fmi3CompletedIntegratorStep fmi3DeserializeFMUState fmi3DoStep
+    fmi3EnterConfigurationMode fmi3EnterContinuousTimeMode fmi3EnterEventMode
+    fmi3EnterInitializationMode fmi3EnterStepMode fmi3EvaluateDiscreteStates fmi3ExitConfigurationMode
+    fmi3ExitInitializationMode fmi3FreeFMUState fmi3FreeInstance fmi3GetAdjointDerivative
+    fmi3GetContinuousStateDerivatives fmi3GetContinuousStates fmi3GetDirectionalDerivative
+    fmi3GetEventIndicators fmi3GetFMUState fmi3GetIntervalDecimal fmi3GetIntervalFraction
+    fmi3GetNominalsOfContinuousStates fmi3GetNumberOfContinuousStates fmi3GetNumberOfEventIndicators
+    fmi3GetNumberOfVariableDependencies fmi3GetOutputDerivatives fmi3GetShiftDecimal
+    fmi3GetShiftFraction fmi3GetVariableDependencies fmi3GetVersion fmi3InstantiateCoSimulation
+    fmi3InstantiateModelExchange fmi3InstantiateScheduledExecution fmi3Reset fmi3SerializeFMUState
+    fmi3SerializedFMUStateSize fmi3SetContinuousStates fmi3SetDebugLogging fmi3SetFMUState
+    fmi3SetIntervalDecimal fmi3SetIntervalFraction fmi3SetShiftDecimal fmi3SetShiftFraction fmi3SetTime
+    fmi3Terminate fmi3UpdateDiscreteStates
+""".split()
+
 # The FMUs of the manuals' blocks, and which of them tell the mean of their pulses.
 CONTROLLERS = tuple(oracle.BLOCKS)
 MEAN = {name: block.MEAN for name, block in oracle.BLOCKS.items() if block.MEAN}

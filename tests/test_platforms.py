@@ -42,7 +42,7 @@ def here(tmp_path_factory):
 
 
 def test_the_library_exports_the_34_functions_and_the_packers(fmu):
-    assert exports(fmu.library()) == {*host.FUNCTIONS, "plcfmu_interface"}
+    assert exports(fmu.library()) == {*host.FUNCTIONS, *host.FMI3, "plcfmu_interface"}
 
 
 def test_the_library_tells_of_itself_what_the_one_of_this_machine_tells(fmu, here):

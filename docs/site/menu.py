@@ -15,6 +15,7 @@ GUIDES = {
     "parameters/README.md": "PLC files",
     "docs/tia.md": "From TIA Portal to an FMU",
     "docs/scl.md": "PLC programs in SCL",
+    "docs/fmi3.md": "FMI 3.0",
     "docs/c_sources.md": "C sources",
     "docs/prove.md": "Proof on your CPU",
     "docs/studies.md": "Studies",

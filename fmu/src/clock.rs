@@ -132,6 +132,28 @@ impl Clock {
         self.end
     }
 
+    /// The time of the next call in seconds.
+    pub fn next_call(&self) -> f64 {
+        self.start + self.next as f64 * self.cycle / 1000.0
+    }
+
+    /// Whether the next call is due at the present time, but for rounding.
+    pub fn is_due(&self) -> bool {
+        let magnitude = self.end.abs().max(self.start.abs());
+        let same = SAME * self.cycle + ROUNDINGS * RESOLUTION * magnitude;
+        (self.next - self.tick) as f64 * self.cycle - self.offset <= same
+    }
+
+    /// Counts a call that is due as made, and says whether there is one.
+    pub fn make_due_call(&mut self) -> bool {
+        let is_due = self.is_due();
+        if is_due {
+            self.next += 1;
+            self.ordinary_below = 0;
+        }
+        is_due
+    }
+
     /// Goes from `tc` to `tc + h` (seconds) and says which calls lie in between. If `h` is 0, there are none, and the clock
     /// stays where it is.
     ///

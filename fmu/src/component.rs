@@ -1,11 +1,13 @@
 //! What a host holds: an instance, the log categories chosen for it, and the states of it that were saved.
 
 use crate::cyclic::Cyclic;
-use crate::instance::Instance;
+use crate::instance::{Events, Instance};
 use crate::log::{Category, Selection};
-use crate::preset::{Argument, Preset};
+use crate::preset::{Argument, Identity, Preset};
 use crate::refusal::Refusal;
-use crate::table::{Fingerprint, Guid};
+use crate::session::Reached;
+use crate::state::State;
+use crate::table::Fingerprint;
 use blocks::Block;
 use std::ffi::{CStr, CString, c_void};
 use std::{iter, ptr};
@@ -16,8 +18,10 @@ pub type StateAddress = *mut c_void;
 /// What a new instance starts from.
 #[derive(Debug)]
 pub struct Origin<B> {
-    /// What the GUID is made of: two FMUs have the same only if they start from the same values.
+    /// What the identifier that the host gave is made of: two FMUs have the same only if they start from the same values.
     pub hash: u128,
+    /// Which of the forms of the identifier it is, see [`Identity`].
+    pub form: usize,
     /// The block with its start values.
     pub fresh: Fresh<B>,
 }
@@ -36,27 +40,31 @@ pub trait Library: 'static {
     /// What an instance calls.
     type Block: Cyclic;
 
-    /// What the instances start from of the FMU with this GUID and these resources, the URI of a folder.
+    /// What the instances start from of the FMU with this identifier and these resources, the URI or the path of a folder.
     ///
     /// # Errors
-    /// The GUID is missing or that of another FMU; what the resources should hold is missing or damaged.
-    fn open(guid: Argument, resources: Argument) -> Result<Origin<Self::Block>, Refusal>;
+    /// The identifier is missing or that of another FMU; what the resources should hold is missing or damaged.
+    fn open(identity: Identity, resources: Argument) -> Result<Origin<Self::Block>, Refusal>;
 }
 
 impl<B: Block> Library for B {
     type Block = B;
 
     /// With another GUID than the library's, it is that of a preset, whose start values are read from the resources.
-    fn open(guid: Argument, resources: Argument) -> Result<Origin<B>, Refusal> {
-        let (name, own) = (guid.name, Guid::<B>::TEXT);
-        let guid = guid.value.ok_or_else(|| {
-            format!("{name} = NULL: this library is {own}; take the modelDescription.xml that came with it")
-        })?;
-        if guid.to_bytes() == own.as_bytes() {
-            return Ok(Origin { hash: Fingerprint::<B>::HASH, fresh: Fresh::New(B::default) });
+    fn open(identity: Identity, resources: Argument) -> Result<Origin<B>, Refusal> {
+        let own = Fingerprint::<B>::HASH;
+        if identity.value.is_none() {
+            let (name, own) = (identity.name, identity.text(own));
+            return Err(format!(
+                "{name} = NULL: this library is {own}; take the modelDescription.xml that came with it"
+            )
+            .into());
         }
-        let Preset { hash, block } = Preset::read(name, guid, resources)?;
-        Ok(Origin { hash, fresh: Fresh::Copy(Box::new(block)) })
+        if let Some((form, hash)) = identity.form(own) {
+            return Ok(Origin { hash, form, fresh: Fresh::New(B::default) });
+        }
+        let Preset { hash, form, block } = Preset::read(identity, resources)?;
+        Ok(Origin { hash, form, fresh: Fresh::Copy(Box::new(block)) })
     }
 }
 
@@ -80,8 +88,13 @@ pub struct Component<B> {
 impl<B: Cyclic> Component<B> {
     /// A new component with logging on or off; errors are logged in any case.
     pub fn new(origin: Origin<B>, logging_on: bool) -> Component<B> {
+        Component::with_events(origin, logging_on, None)
+    }
+
+    /// The same, with calls as events or within steps.
+    pub fn with_events(origin: Origin<B>, logging_on: bool, events: Option<Events>) -> Component<B> {
         Component {
-            instance: origin.instance(),
+            instance: origin.instance().with(events),
             logged: if logging_on { Selection::ALL } else { Selection::ERRORS },
             advice: Vec::new(),
             texts: Vec::new(),
@@ -121,22 +134,42 @@ impl<B: Cyclic> Component<B> {
     ///
     /// # Errors
     /// As [`Instance::do_step`].
-    pub fn do_step(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
+    pub fn do_step(&mut self, tc: f64, h: f64) -> Result<Reached, Refusal> {
         let done = self.instance.do_step(tc, h);
-        if !B::IS_SURE && self.logged.contains(&Category::ADVICE) {
-            self.advice = self.instance.take_warnings();
-        }
-        done?;
+        self.take_warnings();
+        let reached = done?;
         if !self.is_step_advised && self.logged.contains(&Category::ADVICE) {
             self.advice.extend(self.instance.advice_on_step(h));
             self.is_step_advised = !self.advice.is_empty();
         }
-        Ok(())
+        Ok(reached)
+    }
+
+    /// Makes the call that is due in Event Mode, and gives the time of the next one.
+    ///
+    /// # Errors
+    /// As [`Instance::update_discrete_states`].
+    pub fn update_discrete_states(&mut self) -> Result<Option<f64>, Refusal> {
+        let next = self.instance.update_discrete_states();
+        self.take_warnings();
+        next
+    }
+
+    /// What the user should know of calls.
+    fn take_warnings(&mut self) {
+        if !B::IS_SURE && self.logged.contains(&Category::ADVICE) {
+            self.advice = self.instance.take_warnings();
+        }
+    }
+
+    /// Which of the forms of its identifier the host gave.
+    pub fn form(&self) -> usize {
+        self.origin.form
     }
 
     /// Resets the instance to that of a new component. Log categories and saved states stay.
     pub fn reset(&mut self) {
-        self.instance = self.origin.instance();
+        self.instance = self.origin.instance().with(self.instance.events());
     }
 
     /// The instance and all saved states, to be dropped one by one.
@@ -157,7 +190,12 @@ impl<B: Cyclic> Component<B> {
     /// # Errors
     /// As [`Component::get_state`].
     pub fn set_state(&mut self, state: StateAddress) -> Result<(), Refusal> {
-        self.instance = self.saved(state)?.clone();
+        let saved = self.saved(state)?;
+        let events = self.instance.events();
+        if saved.state == State::EventMode && events.is_none() {
+            return Err("the state was saved in Event Mode, without which this instance was made".into());
+        }
+        self.instance = saved.clone().with(events);
         Ok(())
     }
 
@@ -240,19 +278,21 @@ impl<B: Cyclic> Origin<B> {
 mod tests {
     use super::*;
     use crate::test_block::{FIRST, SETUP, Sum};
+    use crate::v2::Fmi2;
 
     fn component() -> Component<Sum> {
         let fresh = Fresh::New(Sum::default);
-        Component::new(Origin { hash: Fingerprint::<Sum>::HASH, fresh }, false)
+        Component::new(Origin { hash: Fingerprint::<Sum>::HASH, form: 0, fresh }, false)
     }
 
     #[test]
     fn a_library_opens_its_own_guid_and_no_other_without_resources() {
         let open = |value| {
-            let (guid, resources) = (Argument { name: "guid", value }, Argument { name: "resources", value: None });
-            Sum::open(guid, resources).map(|origin| origin.hash).map_err(|refusal| refusal.reason().to_string())
+            let identity = Identity { name: "guid", value, forms: Identity::GUID };
+            let resources = Argument { name: "resources", value: None };
+            Sum::open(identity, resources).map(|origin| origin.hash).map_err(|refusal| refusal.reason().to_string())
         };
-        let own = std::ffi::CString::new(Guid::<Sum>::TEXT).unwrap();
+        let own = std::ffi::CString::new(crate::table::Guid::<Sum>::TEXT).unwrap();
         assert_eq!(open(Some(&own)), Ok(Fingerprint::<Sum>::HASH));
         assert!(open(None).unwrap_err().starts_with("guid = NULL: this library is {"));
         let other = open(Some(c"{1}")).unwrap_err();
@@ -287,7 +327,7 @@ mod tests {
     fn advice_on_the_settings_comes_with_the_restart_and_only_while_it_is_logged() {
         for (logged, expected) in [(Selection::ALL, 1), (Selection::ERRORS, 0), (Selection::NONE, 0)] {
             let mut component = initializing(logged);
-            component.instance.set(&[FIRST], &[6]).unwrap();
+            component.instance.set::<Fmi2, _>(&[FIRST], &[6]).unwrap();
             component.exit_initialization_mode().unwrap();
             assert_eq!(component.advice.len(), expected);
             assert!(component.advice.iter().all(|advice| advice == "FIRST = 6: the count starts late"));

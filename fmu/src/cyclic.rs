@@ -1,5 +1,6 @@
 //! What an instance calls every CYCLE: a block whose table is compiled in, or a program whose table is known at run time only.
 
+use crate::layout::Layout;
 use blocks::table::Abreast;
 use blocks::{Block, LReal, Real, Stored, Table, Time, Value};
 
@@ -23,11 +24,18 @@ macro_rules! cyclic {
             /// Whether the table has a `mean` row. A program's has none.
             const HAS_MEAN: bool = false;
 
+            /// As [`blocks::Law::HOLDS_INPUTS`].
+            const HOLDS_INPUTS: bool = false;
+
             /// As [`Block::Abreast`].
             type Abreast: Abreast<Self>;
 
             /// The table.
             fn table(&self) -> &Table;
+            /// The arrays among the rows and texts; `None` if there are none. A block has none.
+            fn layout(&self) -> Option<&Layout> {
+                None
+            }
             /// Why the program has stopped, unless [`Cyclic::IS_SURE`]: then calls do nothing until the next restart.
             fn stopped(&self) -> Option<&str> {
                 None
@@ -59,6 +67,8 @@ macro_rules! cyclic {
 
         impl<B: Block> Cyclic for B {
             const HAS_MEAN: bool = B::TABLE.mean.is_some();
+
+            const HOLDS_INPUTS: bool = <B as blocks::Law>::HOLDS_INPUTS;
 
             type Abreast = B::Abreast;
 

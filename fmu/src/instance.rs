@@ -5,7 +5,7 @@
 use crate::cyclic::Cyclic;
 use crate::host_type::{HostType, Version};
 use crate::refusal::Refusal;
-use crate::session::Session;
+use crate::session::{Reached, Session};
 use crate::state::{Function, State};
 use crate::texts;
 use blocks::table::fingerprint::checksum;
@@ -18,12 +18,38 @@ pub struct Instance<B> {
     pub(crate) state: State,
     /// Start and stop time in seconds, infinite if no stop time is defined; `None` before they are set up.
     experiment: Option<(f64, f64)>,
+    /// How calls are made, if not within steps.
+    events: Option<Events>,
+}
+
+/// That calls are events, which the host handles between steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Events {
+    /// Whether a step may end at a call.
+    pub may_return_early: bool,
 }
 
 impl<B: Cyclic> Instance<B> {
     /// A new instance with the start values of this block.
     pub fn new(block: B) -> Self {
-        Instance { session: Session::new(block), state: State::Instantiated, experiment: None }
+        Instance { session: Session::new(block), state: State::Instantiated, experiment: None, events: None }
+    }
+
+    /// The same, with calls as events or within steps.
+    #[must_use]
+    pub fn with(self, events: Option<Events>) -> Self {
+        Instance { events, ..self }
+    }
+
+    /// How calls are made, if not within steps.
+    pub fn events(&self) -> Option<Events> {
+        self.events
+    }
+
+    /// Whether the host handles the calls of this block. Those that compute what inputs lead to that are held until the next call
+    /// are made in steps all the same: nothing jumps at them.
+    fn handled(&self) -> Option<Events> {
+        self.events.filter(|_| !B::HOLDS_INPUTS)
     }
 
     /// Checks that the function may be called in the present state.
@@ -75,8 +101,39 @@ impl<B: Cyclic> Instance<B> {
     pub fn exit_initialization_mode(&mut self) -> Result<(), Refusal> {
         let (start, stop) = self.experiment.unwrap_or((0.0, f64::INFINITY));
         self.session.restart(start, stop)?;
-        self.state = State::StepComplete;
+        self.state = if self.events.is_some() { State::EventMode } else { State::StepComplete };
         Ok(())
+    }
+
+    /// Enters Event Mode after a step.
+    ///
+    /// # Errors
+    /// The instance was made without it.
+    pub fn enter_event_mode(&mut self) -> Result<(), Refusal> {
+        if self.events.is_none() {
+            return Err("the instance was made without Event Mode (eventModeUsed = false)".into());
+        }
+        self.state = State::EventMode;
+        Ok(())
+    }
+
+    /// Leaves Event Mode for steps.
+    pub fn enter_step_mode(&mut self) {
+        self.state = State::StepComplete;
+    }
+
+    /// Makes the call that is due at this instant, if it was not made yet. Gives the time of the next one in seconds, if it is an
+    /// event.
+    ///
+    /// # Errors
+    /// A program that stops.
+    pub fn update_discrete_states(&mut self) -> Result<Option<f64>, Refusal> {
+        if self.handled().is_none() {
+            return Ok(None);
+        }
+        let next = self.session.handle_event();
+        self.check_running()?;
+        Ok(Some(next))
     }
 
     /// What the block will do with its settings, as far as a user may not expect it.
@@ -97,6 +154,19 @@ impl<B: Cyclic> Instance<B> {
     /// Ends the simulation.
     pub fn terminate(&mut self) {
         self.state = State::Terminated;
+    }
+
+    /// Whether the simulation has not begun: there was no restart yet.
+    pub fn is_before_start(&self) -> bool {
+        matches!(self.state, State::Instantiated | State::InitializationMode)
+    }
+
+    /// The present time in seconds.
+    pub fn time(&self) -> f64 {
+        match self.experiment {
+            Some((start, _)) if self.is_before_start() => start,
+            _ => self.session.end(),
+        }
     }
 
     /// The end of the last step in seconds; the furthest end if the last step began a little before it.
@@ -153,7 +223,7 @@ impl<B: Cyclic> Instance<B> {
     pub(crate) fn may_set(&self, role: Role) -> bool {
         match role {
             Role::Input | Role::Parameter => true,
-            Role::Fixed | Role::Cycle => self.state != State::StepComplete,
+            Role::Fixed | Role::Cycle => !matches!(self.state, State::StepComplete | State::EventMode),
             Role::Output | Role::Local => false,
         }
     }
@@ -182,13 +252,25 @@ impl<B: Cyclic> Instance<B> {
         Ok(())
     }
 
-    /// Makes every call from `tc` on before `tc + h`, in seconds.
+    /// Makes a step from `tc` to `tc + h`, in seconds, and every call in it, or goes to the next one that is an event.
     ///
     /// # Errors
     /// A time that the clock refuses; an extrapolated input that may leave its range; no call is made then. A program that
     /// stops: its values are those before the call in which it did.
-    pub fn do_step(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
-        self.session.step(tc, h)?;
+    pub fn do_step(&mut self, tc: f64, h: f64) -> Result<Reached, Refusal> {
+        let reached = match self.handled() {
+            Some(Events { may_return_early }) => self.session.step_between_events(tc, h, may_return_early)?,
+            None => {
+                self.session.step(tc, h)?;
+                Reached { end: tc + h, is_early: false, is_event: false }
+            }
+        };
+        self.check_running()?;
+        Ok(reached)
+    }
+
+    /// Whether the program has not stopped.
+    fn check_running(&self) -> Result<(), Refusal> {
         match self.session.block.stopped() {
             Some(reason) => Err(reason.to_string().into()),
             None => Ok(()),
@@ -247,7 +329,7 @@ impl<B: Cyclic> Instance<B> {
         let has_experiment = bool::read(bytes)?;
         let times = (f64::read(bytes)?, f64::read(bytes)?);
         let experiment = has_experiment.then_some(times);
-        Some(Instance { session: Session::restored(block, bytes)?, state, experiment })
+        Some(Instance { session: Session::restored(block, bytes)?, state, experiment, events: None })
     }
 }
 
@@ -294,6 +376,7 @@ mod tests {
     use crate::refusal::Answer;
     use crate::table::Fingerprint;
     use crate::test_block::{COUNT, CYCLE, FACTOR, FIRST, ON, Other, SETUP, SUM, Sum, U, V};
+    use crate::v2::Fmi2;
     use crate::v2::value::Boolean;
 
     const HASH: u128 = Fingerprint::<Sum>::HASH;
@@ -309,13 +392,13 @@ mod tests {
 
     fn real(instance: &Instance<Sum>, reference: u32) -> f64 {
         let mut value = [f64::NAN];
-        instance.get(&[reference], &mut value).unwrap();
+        instance.get::<Fmi2, _>(&[reference], &mut value).unwrap();
         value[0]
     }
 
     fn integer(instance: &Instance<Sum>, reference: u32) -> i32 {
         let mut value = [-1];
-        instance.get(&[reference], &mut value).unwrap();
+        instance.get::<Fmi2, _>(&[reference], &mut value).unwrap();
         value[0]
     }
 
@@ -325,7 +408,7 @@ mod tests {
 
     #[test]
     fn the_restart_takes_the_values_then_set_and_the_first_call_is_at_the_start_time() {
-        let mut instance = initialized(|instance| instance.set(&[FIRST], &[5]).unwrap());
+        let mut instance = initialized(|instance| instance.set::<Fmi2, _>(&[FIRST], &[5]).unwrap());
         assert_eq!(integer(&instance, COUNT), 5);
         instance.do_step(0.0, 0.1).unwrap();
         assert_eq!(integer(&instance, COUNT), 6);
@@ -335,14 +418,14 @@ mod tests {
     fn in_initialization_mode_outputs_have_what_the_restart_gives_with_the_values_set_so_far() {
         let mut instance = Instance::new(Sum::default());
         instance.setup_experiment(0.0, None).unwrap();
-        instance.set(&[FIRST], &[5]).unwrap();
+        instance.set::<Fmi2, _>(&[FIRST], &[5]).unwrap();
         assert_eq!(integer(&instance, COUNT), 0, "the start value");
         instance.enter_initialization_mode(&SETUP).unwrap();
         assert_eq!(integer(&instance, COUNT), 5);
-        instance.set(&[FIRST], &[7]).unwrap();
+        instance.set::<Fmi2, _>(&[FIRST], &[7]).unwrap();
         let before = instance.to_bytes(HASH);
         let mut values = [0; 3];
-        instance.get(&[COUNT, FIRST, COUNT], &mut values).unwrap();
+        instance.get::<Fmi2, _>(&[COUNT, FIRST, COUNT], &mut values).unwrap();
         assert_eq!(values, [7, 7, 7]);
         assert_eq!(instance.to_bytes(HASH), before, "reading changes nothing");
         instance.exit_initialization_mode().unwrap();
@@ -354,12 +437,12 @@ mod tests {
         let mut instance = Instance::new(Sum::default());
         instance.setup_experiment(0.0, None).unwrap();
         instance.enter_initialization_mode(&SETUP).unwrap();
-        instance.set(&[FIRST], &[-1]).unwrap();
+        instance.set::<Fmi2, _>(&[FIRST], &[-1]).unwrap();
         assert_eq!(integer(&instance, COUNT), 0);
-        instance.set(&[FIRST], &[3]).unwrap();
-        instance.set(&[CYCLE], &[0.0]).unwrap();
+        instance.set::<Fmi2, _>(&[FIRST], &[3]).unwrap();
+        instance.set::<Fmi2, _>(&[CYCLE], &[0.0]).unwrap();
         assert_eq!(integer(&instance, COUNT), 0);
-        instance.set(&[CYCLE], &[0.001]).unwrap();
+        instance.set::<Fmi2, _>(&[CYCLE], &[0.001]).unwrap();
         assert_eq!(integer(&instance, COUNT), 3);
     }
 
@@ -368,15 +451,15 @@ mod tests {
         let mut instance = Instance::new(Sum::default());
         instance.setup_experiment(0.0, None).unwrap();
         instance.enter_initialization_mode(&SETUP).unwrap();
-        instance.set(&[CYCLE], &[0.0]).unwrap();
+        instance.set::<Fmi2, _>(&[CYCLE], &[0.0]).unwrap();
         assert_eq!(
             reason(instance.exit_initialization_mode()),
             "CYCLE = 0.0 s: the time between two calls must be at least 0.001 s"
         );
-        instance.set(&[CYCLE], &[0.001]).unwrap();
-        instance.set(&[FIRST], &[-1]).unwrap();
+        instance.set::<Fmi2, _>(&[CYCLE], &[0.001]).unwrap();
+        instance.set::<Fmi2, _>(&[FIRST], &[-1]).unwrap();
         assert_eq!(reason(instance.exit_initialization_mode()), "FIRST = -1: must not be below 0");
-        instance.set(&[FIRST], &[0]).unwrap();
+        instance.set::<Fmi2, _>(&[FIRST], &[0]).unwrap();
         instance.exit_initialization_mode().unwrap();
     }
 
@@ -384,7 +467,7 @@ mod tests {
     fn one_wrong_value_among_several_changes_none() {
         let mut instance = Instance::new(Sum::default());
         assert_eq!(
-            reason(instance.set(&[U, FACTOR, V], &[1.0, f64::NAN, 3.0])),
+            reason(instance.set::<Fmi2, _>(&[U, FACTOR, V], &[1.0, f64::NAN, 3.0])),
             "FACTOR = NaN: a REAL takes finite numbers of at most 3.4028235e38"
         );
         assert_eq!([real(&instance, U), real(&instance, FACTOR), real(&instance, V)], [0.0, 1.0, 0.0]);
@@ -393,37 +476,52 @@ mod tests {
     #[test]
     fn a_refused_reference_is_named_with_what_to_use_instead() {
         let mut instance = initialized(|_| ());
-        assert_eq!(reason(instance.set(&[9], &[0.0])), "value reference 9 is unknown: they go from 0 to 8");
-        assert_eq!(reason(instance.set(&[ON], &[1.0])), "value reference 2 is ON, of type Boolean: use fmi2SetBoolean");
-        assert_eq!(reason(instance.get(&[U], &mut [0])), "value reference 0 is U, of type Real: use fmi2GetReal");
-        assert_eq!(reason(instance.set(&[SUM], &[1.0])), "SUM is computed by the block and can only be read");
+        assert_eq!(reason(instance.set::<Fmi2, _>(&[9], &[0.0])), "value reference 9 is unknown: they go from 0 to 8");
         assert_eq!(
-            reason(instance.set(&[CYCLE], &[1.0])),
+            reason(instance.set::<Fmi2, _>(&[ON], &[1.0])),
+            "value reference 2 is ON, of type Boolean: use fmi2SetBoolean"
+        );
+        assert_eq!(
+            reason(instance.get::<Fmi2, _>(&[U], &mut [0])),
+            "value reference 0 is U, of type Real: use fmi2GetReal"
+        );
+        assert_eq!(
+            reason(instance.set::<Fmi2, _>(&[SUM], &[1.0])),
+            "SUM is computed by the block and can only be read"
+        );
+        assert_eq!(
+            reason(instance.set::<Fmi2, _>(&[CYCLE], &[1.0])),
             "CYCLE is a fixed parameter: set it before fmi2ExitInitializationMode, or call fmi2Reset first"
         );
-        assert!(reason(instance.set(&[FIRST], &[1])).starts_with("FIRST is a fixed parameter"));
-        instance.set(&[FACTOR], &[2.0]).unwrap();
+        assert!(reason(instance.set::<Fmi2, _>(&[FIRST], &[1])).starts_with("FIRST is a fixed parameter"));
+        instance.set::<Fmi2, _>(&[FACTOR], &[2.0]).unwrap();
     }
 
     #[test]
     fn only_real_inputs_have_derivatives_of_order_1_to_4() {
         let mut instance = Instance::new(Sum::default());
-        assert!(reason(instance.set_input_derivatives(&[FACTOR], &[1], &[1.0])).contains("FACTOR is not a Real input"));
-        assert!(reason(instance.set_input_derivatives(&[ON], &[1], &[1.0])).contains("Boolean"));
+        assert!(
+            reason(instance.set_input_derivatives::<Fmi2>(&[FACTOR], &[1], &[1.0]))
+                .contains("FACTOR is not a Real input")
+        );
+        assert!(reason(instance.set_input_derivatives::<Fmi2>(&[ON], &[1], &[1.0])).contains("Boolean"));
         for order in [0, 5, -1] {
-            assert!(reason(instance.set_input_derivatives(&[U], &[order], &[1.0])).contains(&format!("order {order}")));
+            assert!(
+                reason(instance.set_input_derivatives::<Fmi2>(&[U], &[order], &[1.0]))
+                    .contains(&format!("order {order}"))
+            );
         }
-        assert!(reason(instance.set_input_derivatives(&[U], &[1], &[f64::NAN])).contains("NaN"));
-        instance.set_input_derivatives(&[U], &[4], &[1.0]).unwrap();
+        assert!(reason(instance.set_input_derivatives::<Fmi2>(&[U], &[1], &[f64::NAN])).contains("NaN"));
+        instance.set_input_derivatives::<Fmi2>(&[U], &[4], &[1.0]).unwrap();
     }
 
     #[test]
     fn a_boolean_input_takes_what_is_set() {
         let mut instance = initialized(|_| ());
         for (set, got) in [(1, 1), (0, 0), (-7, 1)] {
-            instance.set(&[ON], &[Boolean(set)]).unwrap();
+            instance.set::<Fmi2, _>(&[ON], &[Boolean(set)]).unwrap();
             let mut value = [Boolean(9)];
-            instance.get(&[ON], &mut value).unwrap();
+            instance.get::<Fmi2, _>(&[ON], &mut value).unwrap();
             assert_eq!(value, [Boolean(got)]);
         }
     }
@@ -468,8 +566,8 @@ mod tests {
     #[test]
     fn a_serialized_state_goes_on_bit_for_bit() {
         let mut instance = initialized(|instance| {
-            instance.set(&[U], &[0.1]).unwrap();
-            instance.set_input_derivatives(&[V], &[1], &[0.3]).unwrap();
+            instance.set::<Fmi2, _>(&[U], &[0.1]).unwrap();
+            instance.set_input_derivatives::<Fmi2>(&[V], &[1], &[0.3]).unwrap();
         });
         instance.do_step(0.0, 0.25).unwrap();
         let mut restored = Instance::from_bytes(&Sum::default(), &instance.to_bytes(HASH), HASH).unwrap();

@@ -58,6 +58,7 @@ pub mod door;
 pub mod host_type;
 pub mod instance;
 pub mod interface;
+pub mod layout;
 pub mod log;
 pub mod mean;
 pub mod ordinary;
@@ -73,6 +74,7 @@ pub mod table;
 mod test_block;
 pub mod texts;
 pub mod v2;
+pub mod v3;
 
 pub use v2::{describe, sources};
 
@@ -87,5 +89,6 @@ macro_rules! export {
     };
     (functions $Library:ty) => {
         $crate::export_fmi2!($Library);
+        $crate::export_fmi3!($Library);
     };
 }

@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn a_text_has_no_nul_and_no_reference_to_a_variable() {
-        let text = text(&Function::new("step", &[]), "a \0 #1 %s");
+        let text = text(&Function::new("step", &[], ""), "a \0 #1 %s");
         assert_eq!(text.as_c_str(), c"step: a  ##1 %s");
     }
 }

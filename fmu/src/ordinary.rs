@@ -83,6 +83,12 @@ impl<B: Cyclic> Instance<B> {
     pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
         self.session.make_ordinary_step(tc, h)
     }
+
+    /// The same, if calls may be events; then no step is ordinary.
+    #[inline(always)]
+    pub fn make_ordinary_step_without_events(&mut self, tc: f64, h: f64) -> bool {
+        self.events().is_none() && self.session.make_ordinary_step(tc, h)
+    }
 }
 
 /// Writes numbers: one or two REALs or one LREAL in the fewest instructions, more REALs in few, and others as [`set_values`].
@@ -104,6 +110,53 @@ where
             put_real(block, *second, *other);
         }
         _ => return set_many(block, references, values),
+    }
+    true
+}
+
+/// Writes REALs that are given as such, if all may be set at any time and all values are finite.
+#[inline(always)]
+pub fn set_reals<B: Cyclic>(block: &mut B, references: &[u32], values: &[f32]) -> bool {
+    #[inline(never)]
+    fn put<B: Cyclic>(block: &mut B, reference: u32, value: f32) {
+        if let Some(real) = block.real_mut(reference as usize) {
+            *real = value;
+        }
+    }
+    let reals = block.table().tunable_reals;
+    let fits = |(reference, value): (&u32, &f32)| reals.get(*reference as usize) == Some(&true) && value.is_finite();
+    match (references, values) {
+        ([reference], [value]) if fits((reference, value)) => {
+            if let Some(real) = block.real_mut(*reference as usize) {
+                *real = *value;
+            }
+        }
+        _ if references.iter().zip(values).all(fits) => {
+            references.iter().zip(values).for_each(|(reference, value)| put(block, *reference, *value));
+        }
+        _ => return false,
+    }
+    true
+}
+
+/// Reads REALs as such, if all are.
+#[inline(always)]
+pub fn get_reals<B: Cyclic>(block: &B, references: &[u32], values: &mut [f32]) -> bool {
+    #[inline(never)]
+    fn real<B: Cyclic>(block: &B, row: usize) -> Option<f32> {
+        block.real(row)
+    }
+    if let ([reference], [value]) = (references, &mut *values) {
+        let got = block.real(*reference as usize);
+        got.into_iter().for_each(|got| *value = got);
+        return got.is_some();
+    }
+    let rows = block.table().rows;
+    if !references.iter().all(|reference| rows.get(*reference as usize).is_some_and(|row| row.kind == Kind::Real)) {
+        return false;
+    }
+    for (value, reference) in values.iter_mut().zip(references) {
+        *value = real(block, *reference as usize).unwrap_or_default();
     }
     true
 }
@@ -384,14 +437,17 @@ mod tests {
     #[test]
     fn booleans_and_integers_are_set_and_read_at_once_if_the_block_may_see_them_at_any_time() {
         let mut block = Sum { count: 7, ..Sum::default() };
-        assert!(set_values(&mut block, &[ON], &[Boolean(-1)]) && block.on);
-        assert!(set_values(&mut block, &[ON, ON], &[Boolean(1), Boolean(0)]) && !block.on);
-        assert!(!set_values(&mut block, &[ON, U], &[Boolean(1); 2]) && !block.on);
-        assert!(!set_values(&mut block, &[FIRST], &[1]) && !set_values(&mut block, &[COUNT], &[1]));
+        assert!(set_values::<Fmi2, _, _>(&mut block, &[ON], &[Boolean(-1)]) && block.on);
+        assert!(set_values::<Fmi2, _, _>(&mut block, &[ON, ON], &[Boolean(1), Boolean(0)]) && !block.on);
+        assert!(!set_values::<Fmi2, _, _>(&mut block, &[ON, U], &[Boolean(1); 2]) && !block.on);
+        assert!(
+            !set_values::<Fmi2, _, _>(&mut block, &[FIRST], &[1])
+                && !set_values::<Fmi2, _, _>(&mut block, &[COUNT], &[1])
+        );
         let mut integers = [-1; 2];
-        assert!(get_values(&block, &[COUNT], &mut integers[..1]) && integers == [7, -1]);
-        assert!(!get_values(&block, &[COUNT, ON], &mut integers) && integers == [7, -1]);
-        assert!(get_values(&block, &[FIRST, COUNT], &mut integers) && integers == [0, 7]);
+        assert!(get_values::<Fmi2, _, _>(&block, &[COUNT], &mut integers[..1]) && integers == [7, -1]);
+        assert!(!get_values::<Fmi2, _, _>(&block, &[COUNT, ON], &mut integers) && integers == [7, -1]);
+        assert!(get_values::<Fmi2, _, _>(&block, &[FIRST, COUNT], &mut integers) && integers == [0, 7]);
         let mut seconds = [9.0; 2];
         assert!(get_numbers::<Fmi2, _>(&block, &[CYCLE, CYCLE], &mut seconds) && seconds == [0.1; 2]);
     }
@@ -399,7 +455,7 @@ mod tests {
     #[test]
     fn nothing_is_ordinary_in_initialization_mode() {
         use State::{InitializationMode, StepComplete};
-        let function = Function::new("get", &[InitializationMode, StepComplete]);
+        let function = Function::new("get", &[InitializationMode, StepComplete], "");
         assert!(InitializationMode.may(&function).is_ok() && !InitializationMode.allows_ordinary(&function));
         assert!(StepComplete.allows_ordinary(&function));
     }

@@ -164,15 +164,18 @@ pub(crate) unsafe fn set<V: Version, B: Cyclic, T: HostType<V>>(
 ///   or, with `{ }`, does just that; what stands behind `ordinary` it tries before;
 /// - a C function of the library of an FMU: `export!` has them all. `$d` is a `$` of that macro.
 macro_rules! functions {
-    (($d:tt) $export:ident: $version:ident, $($used:ident)*; $(
+    (($d:tt) $export:ident: $version:ident, in $step:literal, with $($used:ident),*; $(
         $name:ident $([$($state:ident)*])? ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)?
             $({ $($plain:tt)* })?
             $(, ordinary |$o:ident| $ordinary:expr)? $(=> |$c:ident| $body:expr)?;
     )*) => {
         impl Function { $(
             #[doc = concat!("`", stringify!($name), "`")]
-            pub const $name: Function = Function::new(stringify!($name), &[$($(State::$state),*)?]);
+            pub const $name: Function = Function::new(stringify!($name), &[$($(State::$state),*)?], $step);
         )* }
+
+        /// The names of the functions.
+        pub const FUNCTIONS: &[&str] = &[$(stringify!($name)),*];
 
         $( functions! { @function $name ($($argument: $type),*) ($($result)?)
             $({ $($plain)* })? $(, ordinary |$o| $ordinary)? $(=> |$c| $body)? } )*
@@ -185,7 +188,7 @@ macro_rules! functions {
                 #[allow(unsafe_code, missing_docs, non_snake_case, clippy::missing_safety_doc, clippy::too_many_arguments)]
                 mod $version {
                     use super::*;
-                    use $crate::$version::ffi::{Boolean, Pointer, StateAddress, Status, c_char, c_int, $($used),*};
+                    use $crate::$version::ffi::{$($used),*};
 
                     type TheLibrary = $d Library;
 

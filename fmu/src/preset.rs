@@ -5,7 +5,7 @@
 
 use crate::refusal::Refusal;
 use crate::resources;
-use crate::table::Guid;
+use crate::table::Fingerprint;
 use blocks::table::fingerprint;
 use blocks::table::start::{self, FILE, LARGEST, Start};
 use blocks::{Block, Table, Value};
@@ -20,67 +20,100 @@ pub struct Argument<'a> {
     pub value: Option<&'a CStr>,
 }
 
+/// The text by which a host names the FMU that it means. It is made of a hash, in one of several forms if the FMU comes in several.
+#[derive(Clone, Copy, Debug)]
+pub struct Identity<'a> {
+    /// Its name, for messages.
+    pub name: &'static str,
+    /// What the host passes.
+    pub value: Option<&'a CStr>,
+    /// What is made of the hash for each form.
+    pub forms: &'static [fn(u128) -> u128],
+}
+
+impl Identity<'_> {
+    /// One form, which is the hash itself.
+    pub const GUID: &'static [fn(u128) -> u128] = &[|hash| hash];
+
+    /// The form of this hash that the host passes, by its number, and what is made of the hash for it.
+    pub fn form(&self, hash: u128) -> Option<(usize, u128)> {
+        let given = self.value?.to_bytes();
+        let mut forms = self.forms.iter().map(|form| form(hash)).enumerate();
+        forms.find(|(_, hash)| fingerprint::text(*hash) == given)
+    }
+
+    /// What a host should pass for this hash, in the first form.
+    pub fn text(&self, hash: u128) -> String {
+        let hash = self.forms.first().map_or(hash, |form| form(hash));
+        String::from_utf8_lossy(&fingerprint::text(hash)).into_owned()
+    }
+
+    /// What the host passes, for messages.
+    pub fn shown(&self) -> String {
+        self.value.map_or_else(|| "NULL".into(), |given| format!("{:?}", given.to_string_lossy()))
+    }
+}
+
 /// What an instance of a preset starts from.
 #[derive(Debug)]
 pub struct Preset<B> {
-    /// The fingerprint of the start values, whose text is the GUID.
+    /// What the identifier is made of: the fingerprint of the start values, in the form that the host passes.
     pub hash: u128,
+    /// The number of that form.
+    pub form: usize,
     /// The block with these values.
     pub block: B,
 }
 
 impl<B: Block> Preset<B> {
-    /// The preset with this GUID, whose start values are read from the folder of the resources.
+    /// The preset with this identifier, whose start values are read from the folder of the resources.
     ///
     /// # Errors
     /// As [`read`].
-    pub fn read(name: &str, guid: &CStr, resources: Argument) -> Result<Preset<B>, Refusal> {
-        let (hash, settings) = read(name, guid, resources, B::TABLE, Guid::<B>::TEXT)?;
+    pub fn read(identity: Identity, resources: Argument) -> Result<Preset<B>, Refusal> {
+        let (form, hash, settings) = read(identity, resources, B::TABLE, Fingerprint::<B>::HASH)?;
         let mut block = B::default();
         for (row, value) in settings {
             block.set(row, value);
         }
-        Ok(Preset { hash, block })
+        Ok(Preset { hash, form, block })
     }
 }
 
-/// The start values of the preset with this GUID, by the rows of a table, and their fingerprint. `own` is the GUID of the FMU of
-/// which it is a preset.
+/// The start values of a preset: the number of the form of its identifier, what that is made of, and the values by rows.
+pub type Settings = (usize, u128, Vec<(usize, Value)>);
+
+/// The start values of the preset with this identifier, by the rows of a table. `own` is the hash of the FMU of which it is a preset.
 ///
 /// # Errors
 /// There are no start values, or they are damaged, or those of another preset or library.
-pub fn read(
-    name: &str,
-    guid: &CStr,
-    resources: Argument,
-    table: &Table,
-    own: &str,
-) -> Result<(u128, Vec<(usize, Value)>), Refusal> {
-    let given = guid.to_string_lossy();
+pub fn read(identity: Identity, resources: Argument, table: &Table, own: u128) -> Result<Settings, Refusal> {
+    let (name, given) = (identity.name, identity.shown());
     let (path, bytes) = resources::read(resources, FILE, LARGEST).map_err(|why| {
         format!(
-            "{name} = {given:?}: this library is {own}; take the modelDescription.xml that came with it; if the FMU is a \
-             preset, its start values belong into resources/{FILE}, but {why}"
+            "{name} = {given}: this library is {}; take the modelDescription.xml that came with it; if the FMU is a \
+             preset, its start values belong into resources/{FILE}, but {why}",
+            identity.text(own)
         )
     })?;
-    let refused = |why: String| format!("{name} = {given:?}: {path}: {why}; unpack the FMU again");
+    let refused = |why: String| format!("{name} = {given}: {path}: {why}; unpack the FMU again");
     let text = std::str::from_utf8(&bytes).map_err(|_| refused("the start values are damaged: not UTF-8".into()))?;
     let damaged = |why: String| refused(format!("the start values are damaged: {why}"));
     let start = Start::parse(text).map_err(damaged)?;
     let Start { preset, block, library, .. } = &start;
-    if library != own {
-        let own_block = table.name;
+    let guid = fingerprint::text(own);
+    if library.as_bytes() != guid {
+        let (own_block, own) = (table.name, String::from_utf8_lossy(&guid));
         return Err(refused(format!(
             "the start values are for {block} {library}, but this library is {own_block} {own}"
         ))
         .into());
     }
     let hash = start::fingerprint(&bytes);
-    if fingerprint::text(hash) != guid.to_bytes() {
-        let text = fingerprint::text(hash);
-        let text = String::from_utf8_lossy(&text);
+    let Some((form, hash)) = identity.form(hash) else {
+        let text = identity.text(hash);
         let why = format!("the start values are those of {preset:?} {text}: they were changed or replaced");
         return Err(refused(why).into());
-    }
-    Ok((hash, start.settings(table).map_err(damaged)?))
+    };
+    Ok((form, hash, start.settings(table).map_err(damaged)?))
 }

@@ -124,6 +124,39 @@ impl<B: Cyclic> Session<B> {
         Ok(())
     }
 
+    /// Makes a step in which calls are events that the host handles between steps. Calls that are due at its begin, which the
+    /// host has not handled, are made. At the next one after them the step ends early if it may; if it may not, calls in
+    /// between are made, but for one at its end.
+    ///
+    /// # Errors
+    /// As [`Session::step`].
+    pub fn step_between_events(&mut self, tc: f64, h: f64, may_return_early: bool) -> Result<Reached, Refusal> {
+        let (mut end, mut is_early) = (tc + h, false);
+        if may_return_early {
+            let mut clock = self.clock.clone();
+            let calls = clock.advance(tc, h)?;
+            let due = match calls.lead {
+                lead if lead > 0.0 => 0,
+                lead => (-lead / clock.period() + crate::clock::SAME) as i64 + 1,
+            };
+            if calls.count > due as u64 {
+                let mut present = self.clock.clone();
+                present.next += due;
+                (end, is_early) = (present.next_call(), true);
+            }
+        }
+        self.step(tc, if is_early { (end - tc).max(0.0) } else { h })?;
+        Ok(Reached { end, is_early, is_event: self.clock.is_due() })
+    }
+
+    /// Makes the call that is due at the present time, if there is one. Gives the time of the next in seconds.
+    pub fn handle_event(&mut self) -> f64 {
+        if self.clock.make_due_call() {
+            Self::call_once(&mut self.block);
+        }
+        self.clock.next_call()
+    }
+
     // The page of the parameter tool is small rather than fast: there, each law is compiled once.
     #[cfg_attr(target_family = "wasm", inline(never))]
     #[cfg_attr(not(target_family = "wasm"), inline(always))]
@@ -198,6 +231,17 @@ impl<B: Cyclic> Session<B> {
         }
         Some(Session { block: block.restored(bytes)?, clock, extrapolations })
     }
+}
+
+/// How far a step came.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reached {
+    /// The time in seconds.
+    pub end: f64,
+    /// Whether that is before the end that was asked for.
+    pub is_early: bool,
+    /// Whether a call is due there.
+    pub is_event: bool,
 }
 
 /// An input that is extrapolated within a step.

@@ -17,23 +17,27 @@ pub enum State {
     Terminated = 8,
     /// After a panic. The block may be half changed, so the instance can only be freed.
     Locked = 16,
+    /// At an instant at which things happen, in versions that have such a state.
+    EventMode = 32,
 }
 
 impl State {
     /// The states that last: an instance can be saved in them.
-    const LASTING: [State; 4] =
-        [State::Instantiated, State::InitializationMode, State::StepComplete, State::Terminated];
+    const LASTING: [State; 5] =
+        [State::Instantiated, State::InitializationMode, State::EventMode, State::StepComplete, State::Terminated];
 
     /// The lasting state with this number.
     pub fn numbered(number: u8) -> Option<State> {
         State::LASTING.into_iter().find(|state| *state as u8 == number)
     }
 
-    fn name(self) -> &'static str {
+    /// Its name in the version of a function.
+    fn name(self, function: &Function) -> &'static str {
         match self {
             State::Instantiated => "instantiated",
             State::InitializationMode => "Initialization Mode",
-            State::StepComplete => "stepComplete",
+            State::EventMode => "Event Mode",
+            State::StepComplete => function.step_name,
             State::Terminated => "terminated",
             State::Locked => "locked",
         }
@@ -57,9 +61,9 @@ impl State {
             let reason = "the instance is locked after a panic; it can only be freed";
             return Refusal::new(Answer::Fatal, reason.into());
         }
-        let allowed: Vec<_> =
-            State::LASTING.into_iter().filter(|state| function.allowed & *state as u8 != 0).map(State::name).collect();
-        format!("not allowed in state {}, only in {}", self.name(), allowed.join(", ")).into()
+        let allowed = State::LASTING.into_iter().filter(|state| function.allowed & *state as u8 != 0);
+        let allowed: Vec<_> = allowed.map(|state| state.name(function)).collect();
+        format!("not allowed in state {}, only in {}", self.name(function), allowed.join(", ")).into()
     }
 }
 
@@ -71,11 +75,13 @@ pub struct Function {
     allowed: u8,
     /// Where it is called while the block runs, and so in a control cycle.
     pub(crate) ordinary: u8,
+    /// What its version calls the state in which steps are made.
+    step_name: &'static str,
 }
 
 impl Function {
-    /// A function that is allowed in these states.
-    pub const fn new(name: &'static str, states: &[State]) -> Function {
+    /// A function that is allowed in these states, in a version that calls that of steps `step_name`.
+    pub const fn new(name: &'static str, states: &[State], step_name: &'static str) -> Function {
         let mut allowed = 0;
         let mut i = 0;
         while i < states.len() {
@@ -83,7 +89,7 @@ impl Function {
             i += 1;
         }
         // Not in Initialization Mode, where outputs are read from a restarted copy of the block.
-        Function { name, allowed, ordinary: allowed & !(State::InitializationMode as u8) }
+        Function { name, allowed, ordinary: allowed & !(State::InitializationMode as u8), step_name }
     }
 }
 
@@ -92,8 +98,8 @@ mod tests {
     use super::*;
     use State::{InitializationMode, Instantiated, StepComplete, Terminated};
 
-    const STEP: Function = Function::new("step", &[StepComplete]);
-    const SET: Function = Function::new("set", &[Instantiated, InitializationMode, StepComplete]);
+    const STEP: Function = Function::new("step", &[StepComplete], "stepComplete");
+    const SET: Function = Function::new("set", &[Instantiated, InitializationMode, StepComplete], "Step Mode");
 
     #[test]
     fn a_function_in_a_wrong_state_is_refused_with_the_states_it_is_for() {
@@ -101,7 +107,11 @@ mod tests {
         assert_eq!(reason(Instantiated.may(&STEP)), "not allowed in state instantiated, only in stepComplete");
         assert_eq!(
             reason(Terminated.may(&SET)),
-            "not allowed in state terminated, only in instantiated, Initialization Mode, stepComplete"
+            "not allowed in state terminated, only in instantiated, Initialization Mode, Step Mode"
+        );
+        assert_eq!(
+            reason(State::EventMode.may(&SET)),
+            "not allowed in state Event Mode, only in instantiated, Initialization Mode, Step Mode"
         );
         assert!(reason(State::Locked.may(&SET)).contains("locked"));
         StepComplete.may(&SET).unwrap();
@@ -110,6 +120,9 @@ mod tests {
     #[test]
     fn every_state_but_locked_can_be_saved() {
         let numbers: Vec<u8> = (0..=255).filter(|number| State::numbered(*number).is_some()).collect();
-        assert_eq!(numbers, [Instantiated, InitializationMode, StepComplete, Terminated].map(|state| state as u8));
+        assert_eq!(
+            numbers,
+            [Instantiated, InitializationMode, StepComplete, Terminated, State::EventMode].map(|state| state as u8)
+        );
     }
 }

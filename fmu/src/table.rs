@@ -1,8 +1,8 @@
 //! A block's table as text for the packer, and its fingerprint.
 
 use blocks::table::fingerprint::{self, BASIS, hash};
-use blocks::table::number::number;
-use blocks::{Block, Row, Table, Value};
+use blocks::table::number::{beyond_number, number};
+use blocks::{Block, Row, Table, Types, Value};
 use std::fmt::Write;
 use std::marker::PhantomData;
 
@@ -20,6 +20,12 @@ pub struct Guid<B>(PhantomData<B>);
 
 impl<B: Block> Guid<B> {
     const TEXT_BYTES: [u8; 38] = fingerprint::text(Fingerprint::<B>::HASH);
+
+    /// What stands in its place where hosts choose types: a text for each choice.
+    pub const TOKENS: [[u8; 38]; 2] = [
+        fingerprint::text(Types::Native.token(Fingerprint::<B>::HASH)),
+        fingerprint::text(Types::Wide.token(Fingerprint::<B>::HASH)),
+    ];
 
     /// The GUID as it stands in modelDescription.xml.
     pub const TEXT: &'static str = match std::str::from_utf8(&Self::TEXT_BYTES) {
@@ -127,7 +133,7 @@ pub fn json(table: &Table) -> String {
         let from: Vec<String> = row.from.iter().map(|setting| quoted(&table.rows[*setting].full_name())).collect();
         let _ = write!(
             json,
-            r#"{}{{"name":{},"description":{}{},"kind":"{}","role":"{}","start":{:?},"min":{},"max":{},"unit":{}{}}}"#,
+            r#"{}{{"name":{},"description":{}{},"kind":"{}","role":"{}","start":{:?}{},"min":{},"max":{},"unit":{}{}}}"#,
             if i == 0 { "" } else { "," },
             quoted(&row.full_name()),
             quoted(row.description),
@@ -135,6 +141,7 @@ pub fn json(table: &Table) -> String {
             row.kind.name(),
             row.role.name(),
             number(row.start),
+            beyond_number(row.start).map_or_else(String::new, |exact| format!(r#","exact":{exact}"#)),
             optional(row.least().map(|min| format!("{min:?}"))),
             optional(row.greatest().map(|max| format!("{max:?}"))),
             optional(row.unit.map(quoted)),

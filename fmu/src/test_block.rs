@@ -74,7 +74,7 @@ pub const SUM: u32 = 6;
 pub const COUNT: u32 = 7;
 
 /// The function that sets the start time, for messages.
-pub const SETUP: Function = Function::new("setup", &[State::Instantiated]);
+pub const SETUP: Function = Function::new("setup", &[State::Instantiated], "");
 
 blocks::block! {
     /// Panics in its tenth call.

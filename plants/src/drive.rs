@@ -214,6 +214,8 @@ blocks::block! {
 }
 
 impl Law for Drive {
+    const HOLDS_INPUTS: bool = true;
+
     const RESPONSES: &'static [Response] = &[Response {
         title: "Small setpoint steps with and without load, then one that is too large, then a reset",
         calls: 600,

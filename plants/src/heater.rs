@@ -229,6 +229,8 @@ blocks::block! {
 }
 
 impl Law for Heater {
+    const HOLDS_INPUTS: bool = true;
+
     const RESPONSES: &'static [Response] = &[
         Response {
             title: "Full power for four minutes, then 50 %; from minute 15 on the door is open",

@@ -224,6 +224,8 @@ blocks::block! {
 }
 
 impl Law for Process {
+    const HOLDS_INPUTS: bool = true;
+
     const RESPONSES: &'static [Response] = &[
         Response {
             title: "A step of U to 50 %: nothing for the dead time of 5 s, then 63.2 % of 50 in T1 = 20 s; from second 120 on \

@@ -182,6 +182,8 @@ blocks::block! {
 }
 
 impl Law for Sensor {
+    const HOLDS_INPUTS: bool = true;
+
     const RESPONSES: &'static [Response] = &[
         Response {
             title: "Noise of 0.5 on a value that steps from 50 to 52; from second 30 on a filter of 2 s",

@@ -210,6 +210,8 @@ const LITRE_PER_MINUTE: f64 = 1.0 / 60_000.0;
 const G: f64 = 9.81;
 
 impl Law for Tank {
+    const HOLDS_INPUTS: bool = true;
+
     const RESPONSES: &'static [Response] = &[
         Response {
             title: "The inflow valve opens to 35 % and closes again; then the tank runs empty",

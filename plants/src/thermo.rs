@@ -235,6 +235,8 @@ blocks::block! {
 }
 
 impl Law for Thermo {
+    const HOLDS_INPUTS: bool = true;
+
     const RESPONSES: &'static [Response] = &[Response {
         title: "40 % heating from second 20 on, 40 % cooling from second 400 on: twice as far",
         calls: 800,

@@ -325,6 +325,8 @@ const FLOW_OVER_POSITION: Characteristic = Characteristic {
 };
 
 impl Law for Valve {
+    const HOLDS_INPUTS: bool = true;
+
     const RESPONSES: &'static [Response] = &[
         Response {
             title: "An opening pulse of 18 s, a closing one of 9 s, both with 10 % backlash; then the pressure drops",

@@ -34,7 +34,7 @@ impl<B: Block> Instance<B> {
     /// # Errors
     /// The name is empty or contains a NUL.
     pub fn new(name: &str) -> Result<Instance<B>> {
-        Instance::of(name, Origin { hash: Fingerprint::<B>::HASH, fresh: Fresh::New(B::default) })
+        Instance::of(name, Origin { hash: Fingerprint::<B>::HASH, form: 0, fresh: Fresh::New(B::default) })
     }
 }
 
@@ -187,7 +187,7 @@ impl<B: Cyclic> Component for Instance<B> {
         if self.make_ordinary_step(time, size) {
             return Ok(());
         }
-        self.call(&Function::fmi2DoStep, |component| component.do_step(time, size))
+        self.call(&Function::fmi2DoStep, |component| component.do_step(time, size).map(drop))
             .with_context(|| format!("at {time:?} s, step {size:?} s"))
     }
 

@@ -22,7 +22,8 @@ use blocks::table::{fingerprint, start};
 use blocks::{LReal, Real, Table, Time, Value};
 use fmu::component::{Fresh, Library, Origin};
 use fmu::cyclic::Cyclic;
-use fmu::preset::{self, Argument};
+use fmu::layout::Layout;
+use fmu::preset::{self, Argument, Identity};
 use fmu::refusal::Refusal;
 use fmu::resources;
 use manifest::{FILE, Manifest};
@@ -44,6 +45,8 @@ pub struct Loaded {
     pub hash: u128,
     /// What the author should know, with file and line.
     pub warnings: Vec<Problems>,
+    /// The arrays in the table.
+    layout: Option<Layout>,
     program: scl::program::Program,
     code: Arc<Code>,
     /// The number of the function of a cycle.
@@ -84,6 +87,7 @@ impl Loaded {
         }
         Ok(Loaded {
             table,
+            layout: Layout::of(table),
             hash: fingerprint::checksum(&bytes),
             warnings: compiled.warnings,
             code: Arc::new(code),
@@ -162,6 +166,10 @@ impl Cyclic for Program {
 
     fn table(&self) -> &Table {
         self.loaded.table
+    }
+
+    fn layout(&self) -> Option<&Layout> {
+        self.loaded.layout.as_ref()
     }
 
     fn cycle(&self) -> Time {
@@ -328,11 +336,12 @@ static LOADED: Mutex<Option<HashMap<Vec<u8>, Arc<Loaded>>>> = Mutex::new(None);
 impl Library for Program {
     type Block = Program;
 
-    /// The program is in the resources; its GUID must be the one that the host read in modelDescription.xml, or that of a preset
-    /// of it, whose start values are in the resources, too.
-    fn open(guid: Argument, location: Argument) -> Result<Origin<Program>, Refusal> {
-        let given =
-            guid.value.ok_or_else(|| format!("{} = NULL: take the modelDescription.xml of the FMU", guid.name))?;
+    /// The program is in the resources; its identifier must be the one that the host read in modelDescription.xml, or that of a
+    /// preset of it, whose start values are in the resources, too.
+    fn open(identity: Identity, location: Argument) -> Result<Origin<Program>, Refusal> {
+        if identity.value.is_none() {
+            return Err(format!("{} = NULL: take the modelDescription.xml of the FMU", identity.name).into());
+        }
         let file = |name: &str| {
             resources::read(location, name, LARGEST).map_err(|why| {
                 format!("the FMU's program cannot be read from resources/{name}: {why}; unpack the FMU again")
@@ -361,24 +370,24 @@ impl Library for Program {
                 loaded
             }
         };
-        let own = loaded.guid();
         let mut program = Program::new(loaded.clone());
-        if given.to_bytes() == own.as_bytes() {
-            return Ok(Origin { hash: loaded.hash, fresh: Fresh::Copy(Box::new(program)) });
+        if let Some((form, hash)) = identity.form(loaded.hash) {
+            return Ok(Origin { hash, form, fresh: Fresh::Copy(Box::new(program)) });
         }
         if resources::read(location, start::FILE, start::LARGEST).is_err() {
-            let given = given.to_string_lossy();
             return Err(format!(
-                "{} = {given:?}: the program in resources is {own}: it was changed or replaced; unpack the FMU again",
-                guid.name
+                "{} = {}: the program in resources is {}: it was changed or replaced; unpack the FMU again",
+                identity.name,
+                identity.shown(),
+                identity.text(loaded.hash)
             )
             .into());
         }
-        let (hash, settings) = preset::read(guid.name, given, location, loaded.table, &own)?;
+        let (form, hash, settings) = preset::read(identity, location, loaded.table, loaded.hash)?;
         for (row, value) in settings {
             program.set(row, value);
         }
-        Ok(Origin { hash, fresh: Fresh::Copy(Box::new(program)) })
+        Ok(Origin { hash, form, fresh: Fresh::Copy(Box::new(program)) })
     }
 }
 

@@ -17,10 +17,10 @@ use crate::door::{Door, Host};
 use crate::interface;
 use crate::log::{self, Category};
 use crate::pointers::{array, array_mut, get, get_ordinary, get_strings, set, set_ordinary, set_strings, target, text};
-use crate::preset::Argument;
+use crate::preset::{Argument, Identity};
 use crate::refusal::{Answer, Refusal};
 use crate::state::{Function, State};
-use crate::table::Code;
+use crate::table::{Code, Guid};
 use blocks::Block;
 use std::ffi::c_void;
 use std::ffi::{CStr, CString};
@@ -142,7 +142,7 @@ fn no_status<T>(kind: c_int) -> Result<T, Refusal> {
 // FMI 2.0, section 4.2.4, in its order. Two rows are more lenient because real hosts need it: in state instantiated, Get
 // works too and gives the start values, and inputs may be set.
 functions! {
-    ($) export_fmi2: v2, CallbackFunctions;
+    ($) export_fmi2: v2, in "stepComplete", with Boolean, CallbackFunctions, Pointer, StateAddress, Status, c_char, c_int;
     fmi2GetTypesPlatform() -> *const c_char { c"default".as_ptr() };
     fmi2GetVersion() -> *const c_char { c"2.0".as_ptr() };
     fmi2SetDebugLogging[Instantiated InitializationMode StepComplete Terminated](
@@ -247,7 +247,7 @@ functions! {
     };
 
     fmi2DoStep[StepComplete](component: Pointer, tc: f64, h: f64, _no_set_fmu_state_prior: c_int) -> Status,
-        ordinary |c| c.instance.make_ordinary_step(tc, h) => |c| c.do_step(tc, h);
+        ordinary |c| c.instance.make_ordinary_step(tc, h) => |c| c.do_step(tc, h).map(drop);
     fmi2CancelStep[Instantiated InitializationMode StepComplete Terminated](component: Pointer) -> Status
         => |_c| Err("a step is complete when fmi2DoStep returns, so there is never one to cancel".into());
     fmi2GetStatus[StepComplete Terminated](component: Pointer, kind: c_int, value: *mut Status) -> Status
@@ -289,8 +289,8 @@ unsafe fn instantiate<L: Library>(
         if fmu_type != CO_SIMULATION {
             return Err(format!("fmuType = {fmu_type}: this FMU is for co-simulation (1) only").into());
         }
-        let guid = Argument { name: "fmuGUID", value: guid };
-        let origin = L::open(guid, Argument { name: "fmuResourceLocation", value: resources })?;
+        let identity = Identity { name: "fmuGUID", value: guid, forms: Identity::GUID };
+        let origin = L::open(identity, Argument { name: "fmuResourceLocation", value: resources })?;
         Ok(Component::new(origin, logging_on != 0))
     });
     door.map_or(ptr::null_mut(), |door| Box::into_raw(Box::new(door)).cast())
@@ -320,6 +320,7 @@ macro_rules! export_interface {
 pub unsafe fn interface<B: Block>(buffer: *mut u8, size: usize) -> usize {
     // For those who look for it in the library's file: what is used here the compiler keeps as it is.
     std::hint::black_box(Code::<B>::TEXT);
+    std::hint::black_box(&Guid::<B>::TOKENS);
     let json = interface::json::<Fmi2, B>();
     if !buffer.is_null() {
         let length = size.min(json.len());
@@ -332,7 +333,6 @@ pub unsafe fn interface<B: Block>(buffer: *mut u8, size: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::table::Guid;
     use crate::test_block::Fragile;
 
     #[test]

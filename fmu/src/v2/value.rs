@@ -129,56 +129,68 @@ mod tests {
 
     #[test]
     fn a_real_is_rounded_to_binary32_and_what_has_none_is_refused() {
-        assert_eq!(0.1.to_plc(Kind::Real), Ok(Value::Real(0.1f32)));
-        assert_eq!(f64::from_plc(Value::Real(0.1f32)), Some(0.10000000149011612));
-        assert_eq!(3.4028235e38.to_plc(Kind::Real), Ok(Value::Real(f32::MAX)));
+        assert_eq!(HostType::<Fmi2>::to_plc(0.1, Kind::Real), Ok(Value::Real(0.1f32)));
+        assert_eq!(<f64 as HostType<Fmi2>>::from_plc(Value::Real(0.1f32)), Some(0.10000000149011612));
+        assert_eq!(HostType::<Fmi2>::to_plc(3.4028235e38, Kind::Real), Ok(Value::Real(f32::MAX)));
         for beyond in [3.41e38, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert!(beyond.to_plc(Kind::Real).is_err(), "{beyond}");
+            assert!(HostType::<Fmi2>::to_plc(beyond, Kind::Real).is_err(), "{beyond}");
         }
     }
 
     #[test]
     fn an_lreal_takes_every_finite_number_as_it_is() {
-        assert_eq!(1e300.to_plc(Kind::LReal), Ok(Value::LReal(1e300)));
-        assert_eq!(0.1.to_plc(Kind::LReal), Ok(Value::LReal(0.1)));
+        assert_eq!(HostType::<Fmi2>::to_plc(1e300, Kind::LReal), Ok(Value::LReal(1e300)));
+        assert_eq!(HostType::<Fmi2>::to_plc(0.1, Kind::LReal), Ok(Value::LReal(0.1)));
         for endless in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert_eq!(endless.to_plc(Kind::LReal), Err("an LREAL takes finite numbers"), "{endless}");
+            assert_eq!(
+                HostType::<Fmi2>::to_plc(endless, Kind::LReal),
+                Err("an LREAL takes finite numbers"),
+                "{endless}"
+            );
         }
     }
 
     #[test]
     fn a_time_is_rounded_to_the_nearest_millisecond_from_0_to_the_largest_32_bit_count() {
-        assert_eq!(0.0014999.to_plc(Kind::Time), Ok(Value::Time(Time::ms(1))));
-        assert_eq!(0.0015001.to_plc(Kind::Time), Ok(Value::Time(Time::ms(2))));
-        assert_eq!(2_147_483.647.to_plc(Kind::Time), Ok(Value::Time(Time::ms(i32::MAX))));
+        assert_eq!(HostType::<Fmi2>::to_plc(0.0014999, Kind::Time), Ok(Value::Time(Time::ms(1))));
+        assert_eq!(HostType::<Fmi2>::to_plc(0.0015001, Kind::Time), Ok(Value::Time(Time::ms(2))));
+        assert_eq!(HostType::<Fmi2>::to_plc(2_147_483.647, Kind::Time), Ok(Value::Time(Time::ms(i32::MAX))));
         for outside in [-0.001, 2_147_483.648, f64::NAN] {
-            assert!(outside.to_plc(Kind::Time).is_err(), "{outside}");
+            assert!(HostType::<Fmi2>::to_plc(outside, Kind::Time).is_err(), "{outside}");
         }
-        assert_eq!(f64::from_plc(Value::Time(Time::ms(20_001))), Some(20.001));
+        assert_eq!(<f64 as HostType<Fmi2>>::from_plc(Value::Time(Time::ms(20_001))), Some(20.001));
     }
 
     #[test]
     fn the_upper_half_of_a_word_is_its_negative_half() {
-        assert_eq!(65535.to_plc(Kind::Word), Ok(Value::Word(Word::new(-1))));
-        assert_eq!((-32768).to_plc(Kind::Word), Ok(Value::Word(Word::new(-32768))));
-        assert_eq!(c_int::from_plc(Value::Word(Word::new(-1))), Some(-1));
+        assert_eq!(HostType::<Fmi2>::to_plc(65535, Kind::Word), Ok(Value::Word(Word::new(-1))));
+        assert_eq!(HostType::<Fmi2>::to_plc(-32768, Kind::Word), Ok(Value::Word(Word::new(-32768))));
+        assert_eq!(<c_int as HostType<Fmi2>>::from_plc(Value::Word(Word::new(-1))), Some(-1));
         for outside in [65536, -32769] {
-            assert_eq!(outside.to_plc(Kind::Word), Err("a WORD takes -32768 ... 65535"), "{outside}");
+            assert_eq!(
+                HostType::<Fmi2>::to_plc(outside, Kind::Word),
+                Err("a WORD takes -32768 ... 65535"),
+                "{outside}"
+            );
         }
     }
 
     #[test]
     fn an_int_has_16_bits() {
-        assert_eq!(32767.to_plc(Kind::Int), Ok(Value::Int(32767)));
+        assert_eq!(HostType::<Fmi2>::to_plc(32767, Kind::Int), Ok(Value::Int(32767)));
         for outside in [32768, -32769] {
-            assert_eq!(outside.to_plc(Kind::Int), Err("an INT takes -32768 ... 32767"), "{outside}");
+            assert_eq!(HostType::<Fmi2>::to_plc(outside, Kind::Int), Err("an INT takes -32768 ... 32767"), "{outside}");
         }
     }
 
     #[test]
     fn every_kind_is_held_by_the_one_type_that_is_named_for_it() {
         for kind in [Kind::Real, Kind::LReal, Kind::Time, Kind::Word, Kind::Int, Kind::Bool] {
-            let types = [f64::holds(kind), c_int::holds(kind), Boolean::holds(kind)];
+            let types = [
+                <f64 as HostType<Fmi2>>::holds(kind),
+                <c_int as HostType<Fmi2>>::holds(kind),
+                <Boolean as HostType<Fmi2>>::holds(kind),
+            ];
             let expected = match Fmi2::name_of(kind) {
                 "Real" => [true, false, false],
                 "Integer" => [false, true, false],
@@ -190,15 +202,15 @@ mod tests {
 
     #[test]
     fn a_message_shows_a_value_as_the_host_gave_it() {
-        assert_eq!(0.1.text(), "0.1");
-        assert_eq!((-32769).text(), "-32769");
-        assert_eq!(Boolean(-7).text(), "-7");
+        assert_eq!(HostType::<Fmi2>::text(0.1), "0.1");
+        assert_eq!(HostType::<Fmi2>::text(-32769), "-32769");
+        assert_eq!(HostType::<Fmi2>::text(Boolean(-7)), "-7");
     }
 
     #[test]
     fn every_boolean_but_0_is_true() {
-        assert_eq!(Boolean(-7).to_plc(Kind::Bool), Ok(Value::Bool(true)));
-        assert_eq!(Boolean(0).to_plc(Kind::Bool), Ok(Value::Bool(false)));
-        assert_eq!(Boolean::from_plc(Value::Bool(true)), Some(Boolean(1)));
+        assert_eq!(HostType::<Fmi2>::to_plc(Boolean(-7), Kind::Bool), Ok(Value::Bool(true)));
+        assert_eq!(HostType::<Fmi2>::to_plc(Boolean(0), Kind::Bool), Ok(Value::Bool(false)));
+        assert_eq!(<Boolean as HostType<Fmi2>>::from_plc(Value::Bool(true)), Some(Boolean(1)));
     }
 }

@@ -10,6 +10,8 @@ use std::process::Command;
 pub struct Platform {
     /// FMI's name: the folder below `binaries`, such as `linux64`.
     pub folder: &'static str,
+    /// The name in FMI 3.0, such as `x86_64-linux`.
+    pub newer: &'static str,
     /// Rust's name, such as `x86_64-unknown-linux-gnu`.
     pub target: &'static str,
     /// How the file name of a library ends, such as `.so`.
@@ -18,16 +20,21 @@ pub struct Platform {
 
 /// All of them. FMI 2.0 names the first five folders; the others have their names from FMI 3.0.
 const PLATFORMS: [Platform; 10] = [
-    Platform { folder: "linux64", target: "x86_64-unknown-linux-gnu", suffix: ".so" },
-    Platform { folder: "linux32", target: "i686-unknown-linux-gnu", suffix: ".so" },
-    Platform { folder: "win64", target: "x86_64-pc-windows-gnu", suffix: ".dll" },
-    Platform { folder: "win64", target: "x86_64-pc-windows-msvc", suffix: ".dll" },
-    Platform { folder: "win32", target: "i686-pc-windows-gnu", suffix: ".dll" },
-    Platform { folder: "win32", target: "i686-pc-windows-msvc", suffix: ".dll" },
-    Platform { folder: "darwin64", target: "x86_64-apple-darwin", suffix: ".dylib" },
-    Platform { folder: "darwin64", target: "aarch64-apple-darwin", suffix: ".dylib" },
-    Platform { folder: "aarch64-linux", target: "aarch64-unknown-linux-gnu", suffix: ".so" },
-    Platform { folder: "aarch32-linux", target: "armv7-unknown-linux-gnueabihf", suffix: ".so" },
+    Platform { folder: "linux64", newer: "x86_64-linux", target: "x86_64-unknown-linux-gnu", suffix: ".so" },
+    Platform { folder: "linux32", newer: "x86-linux", target: "i686-unknown-linux-gnu", suffix: ".so" },
+    Platform { folder: "win64", newer: "x86_64-windows", target: "x86_64-pc-windows-gnu", suffix: ".dll" },
+    Platform { folder: "win64", newer: "x86_64-windows", target: "x86_64-pc-windows-msvc", suffix: ".dll" },
+    Platform { folder: "win32", newer: "x86-windows", target: "i686-pc-windows-gnu", suffix: ".dll" },
+    Platform { folder: "win32", newer: "x86-windows", target: "i686-pc-windows-msvc", suffix: ".dll" },
+    Platform { folder: "darwin64", newer: "x86_64-darwin", target: "x86_64-apple-darwin", suffix: ".dylib" },
+    Platform { folder: "darwin64", newer: "aarch64-darwin", target: "aarch64-apple-darwin", suffix: ".dylib" },
+    Platform { folder: "aarch64-linux", newer: "aarch64-linux", target: "aarch64-unknown-linux-gnu", suffix: ".so" },
+    Platform {
+        folder: "aarch32-linux",
+        newer: "aarch32-linux",
+        target: "armv7-unknown-linux-gnueabihf",
+        suffix: ".so",
+    },
 ];
 
 /// Rust's name of a processor is better known here than FMI's.
@@ -120,7 +127,14 @@ pub fn system(folder: &str) -> Option<(&'static str, &'static str)> {
 }
 
 fn of(folder: &str) -> impl Iterator<Item = &'static Platform> {
-    PLATFORMS.iter().filter(move |platform| platform.folder == folder)
+    PLATFORMS.iter().filter(move |platform| platform.folder == folder || platform.newer == folder)
+}
+
+/// The folders of FMI 3.0 for one of FMI 2.0: two for a file for both processors of macOS.
+pub fn newer(folder: &str) -> Vec<&'static str> {
+    let mut folders: Vec<_> = of(folder).map(|platform| platform.newer).collect();
+    folders.dedup();
+    folders
 }
 
 /// FMI's names of the platforms.

@@ -3,6 +3,7 @@
 
 use crate::exit::Unreadable;
 use crate::package::program::Options as Program;
+use crate::package::version::Version;
 use crate::program::{has_code, is_source};
 use crate::{package, parameter_file};
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
@@ -206,8 +207,8 @@ pub fn packed(system: &System) -> Result<(System, Option<temporary::Folder>)> {
     for (number, member) in packed.members.iter_mut().enumerate() {
         let Some(program) = system.programs.get(&member.name) else { continue };
         let (name, folder) = (&member.name, folder.path().join(number.to_string()));
-        let (path, warnings) =
-            package::program::pack(program, false, &folder).with_context(|| format!("the program {name}"))?;
+        let (path, warnings) = package::program::pack(program, Version::default(), false, &folder)
+            .with_context(|| format!("the program {name}"))?;
         member.path = path;
         if !warnings.is_empty() {
             let sources: Vec<String> = program.sources.iter().map(|path| path.display().to_string()).collect();

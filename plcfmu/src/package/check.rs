@@ -92,7 +92,7 @@ fn check_library<R: Read + Seek>(
         ensure!(file.path.ends_with(suffix), "hosts look for a library whose name ends with {suffix} there");
     }
     if package.description.co_simulation.is_some()
-        && let Some(missing) = binary.missing(FUNCTIONS)
+        && let Some(missing) = binary.missing(functions(&package.description))
     {
         bail!("it does not export {missing}");
     }
@@ -123,6 +123,14 @@ fn check_library<R: Read + Seek>(
     }
 }
 
+/// The functions that a library has to export for a version of FMI.
+fn functions(description: &Description) -> &'static [&'static str] {
+    match description.fmi_version {
+        modeldescription::v3::FMI_VERSION => fmu::v3::ffi::FUNCTIONS,
+        _ => FUNCTIONS,
+    }
+}
+
 fn contains(bytes: &[u8], part: &[u8]) -> bool {
     !part.is_empty() && memmem::find(bytes, part).is_some()
 }
@@ -131,8 +139,14 @@ fn contains(bytes: &[u8], part: &[u8]) -> bool {
 fn is_for(binary: &Binary, folder: &str) -> Result<()> {
     let (system, _) = platform::system(folder).with_context(|| format!("FMI has no platform {folder}"))?;
     let processors = platform::architectures(folder);
+    let is_known = |own: &String| processors.contains(&own.as_str());
+    // A file for both processors of macOS is for each of them.
+    let is_enough = match system {
+        "macOS" if processors.len() == 1 => binary.architectures.iter().any(is_known),
+        _ => binary.architectures.iter().all(is_known),
+    };
     ensure!(
-        binary.system == system && binary.architectures.iter().all(|own| processors.contains(&own.as_str())),
+        binary.system == system && is_enough,
         "it is a library of {} for {}; {folder} needs one of {system} for {}",
         binary.system,
         binary.architectures.join(" and "),
@@ -151,7 +165,7 @@ fn is_for(binary: &Binary, folder: &str) -> Result<()> {
 pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: bool) -> Result<()> {
     let binary = Binary::read(bytes)?;
     is_for(&binary, folder)?;
-    binary.check_functions(FUNCTIONS)?;
+    binary.check_functions(&[FUNCTIONS, fmu::v3::ffi::FUNCTIONS].concat())?;
     binary.check_needed()?;
     if !is_native {
         binary.check_portable(GLIBC)?;
@@ -300,7 +314,7 @@ mod tests {
 
     fn library(has_table: bool, guid: &str) -> Vec<u8> {
         let table = has_table.then_some("plcfmu_interface");
-        let functions: Vec<&str> = FUNCTIONS.iter().copied().chain(table).collect();
+        let functions: Vec<&str> = [FUNCTIONS, fmu::v3::ffi::FUNCTIONS].concat().into_iter().chain(table).collect();
         let mut bytes = macos(object::Architecture::X86_64, &functions);
         bytes.extend(guid.as_bytes());
         bytes
@@ -338,7 +352,7 @@ mod tests {
             refusal(&macos(object::Architecture::Arm, FUNCTIONS), "darwin64"),
             "it is a library of macOS for arm; darwin64 needs one of macOS for x86_64 and aarch64"
         );
-        let more: Vec<&str> = FUNCTIONS.iter().copied().chain(["fmiOther"]).collect();
+        let more: Vec<&str> = [FUNCTIONS, fmu::v3::ffi::FUNCTIONS, &["fmiOther"]].concat();
         assert_eq!(
             refusal(&macos(object::Architecture::X86_64, &more), "darwin64"),
             "it exports fmiOther, which is not a function of FMI for co-simulation"

@@ -72,7 +72,7 @@ pub fn join(mut first: Files, mut second: Files) -> Result<Files> {
 
 /// Gives an FMU for Linux on ARM alone its libraries in the folder of 64-bit Linux, too.
 pub fn add_stand_in(files: &mut Files) {
-    if platforms(files) == BTreeSet::from([ARM.to_string()]) {
+    if platforms(files) == BTreeSet::from([ARM.to_string()]) && !has_folder_for_arm(files) {
         let from = format!("binaries/{ARM}/");
         let added: Vec<_> = files
             .iter()
@@ -81,6 +81,12 @@ pub fn add_stand_in(files: &mut Files) {
             .collect();
         files.extend(added);
     }
+}
+
+/// Whether the version of FMI has a folder for Linux on ARM.
+fn has_folder_for_arm(files: &Files) -> bool {
+    let xml = files.get(DESCRIPTION).map(|xml| ModelDescription::read(xml));
+    matches!(xml, Some(Ok(ModelDescription::V3(_))))
 }
 
 /// Undoes [`add_stand_in`].

@@ -11,3 +11,4 @@ pub mod program_library;
 pub mod reference;
 mod sources;
 pub mod ssp;
+pub mod version;

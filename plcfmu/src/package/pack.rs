@@ -8,8 +8,8 @@ use crate::build::compile::{GLIBC, Linkage, compile_joined};
 use crate::build::platform::{self, Platform};
 use crate::build::workspace::{FmuCrate, Workspace};
 use crate::package::check;
-use crate::package::merge;
 use crate::package::program_library;
+use crate::package::version::{Fmi, Version};
 use crate::package::{reference, sources};
 use crate::page;
 use crate::progress::Progress;
@@ -53,7 +53,10 @@ pub struct Options {
     /// through C, by the compiler of the variable CC, or cc, gcc, clang or zig
     #[arg(long)]
     pub native: bool,
-    /// Folder for the FMUs [default: target/fmu; for programs the current one]
+    #[command(flatten)]
+    /// In which version of FMI.
+    pub version: Version,
+    /// Folder for the FMUs [default: target/fmu, of FMI 3.0 target/fmu3; for programs the current one]
     #[arg(short, long = "out", value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Leave platforms out that cannot be built here, and say so.
@@ -148,9 +151,13 @@ fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan>
 /// # Errors
 /// What is wrong and what to do. FMUs that were packed before stay as they are.
 pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
+    options.version.check()?;
     let crates = select(workspace, options)?;
     let plan = plan(workspace, options, crates.len())?;
-    let folder = options.out.clone().unwrap_or_else(|| workspace.fmus());
+    let folder = options.out.clone().unwrap_or_else(|| match options.version.fmi {
+        Fmi::Two => workspace.fmus(),
+        Fmi::Three => workspace.fmus().with_file_name("fmu3"),
+    });
     let _lock = begin(workspace, &folder)?;
     let is_all = options.names.is_empty() && options.packages.is_empty();
     let programs = workspace.programs.as_ref().filter(|programs| is_all || options.packages.contains(&programs.name));
@@ -166,7 +173,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
         progress.begin(name);
         let folder = if built.fmu_crate.test_only { &folder.join("test-only") } else { &folder };
         let path = folder.join(format!("{name}.fmu"));
-        let size = pack(workspace, built, &plan, &path)
+        let size = pack(workspace, built, &plan, options.version, &path)
             .with_context(|| format!("{name} (package {})", built.fmu_crate.name))?;
         let platforms: Vec<_> = built.libraries.keys().copied().collect();
         progress.line(&format!(
@@ -332,16 +339,18 @@ fn begin(workspace: &Workspace, folder: &Path) -> Result<File> {
 }
 
 /// Packs one FMU and returns its size in bytes.
-fn pack(workspace: &Workspace, built: &Built, plan: &Plan, path: &Path) -> Result<usize> {
-    let mut xml = ModelDescription::of(&built.interface)?.with_license(built.fmu_crate.license.clone());
-    let sources = sources(workspace, built)?;
+fn pack(workspace: &Workspace, built: &Built, plan: &Plan, version: Version, path: &Path) -> Result<usize> {
+    let interface = version.of(&built.interface);
+    let mut xml = ModelDescription::of(&interface)?.with_license(built.fmu_crate.license.clone());
+    let sources = if version.has_sources() { sources(workspace, built)? } else { None };
     if let Some((file, _)) = &sources {
         xml = xml.with_sources(std::slice::from_ref(file));
     }
-    let mut files = files(built, &xml, sources.as_ref().map(|(file, _)| file.as_str()))?;
+    let mut files = files(built, &xml, version, sources.as_ref().map(|(file, _)| file.as_str()))?;
     files.extend(sources.map(|(file, text)| (format!("sources/{file}"), text.into_bytes())));
-    let bytes = archive::write(&files)?;
-    temporary::place(path, |file| Ok(file.write_all(&bytes)?), |packed| check::packed(packed, &xml, plan.has_host))?;
+    let bytes = archive::write(&version.placed(files))?;
+    let is_run = plan.has_host && version.is_run();
+    temporary::place(path, |file| Ok(file.write_all(&bytes)?), |packed| check::packed(packed, &xml, is_run))?;
     Ok(bytes.len())
 }
 
@@ -366,7 +375,12 @@ fn sources(workspace: &Workspace, built: &Built) -> Result<Option<(String, Strin
 }
 
 /// Everything in an FMU but its C, the file `source`, by its path there.
-fn files(built: &Built, xml: &ModelDescription, source: Option<&str>) -> Result<BTreeMap<String, Vec<u8>>> {
+fn files(
+    built: &Built,
+    xml: &ModelDescription,
+    version: Version,
+    source: Option<&str>,
+) -> Result<BTreeMap<String, Vec<u8>>> {
     let Built { interface, libraries, fmu_crate, .. } = built;
     let table = &interface.table;
     let name = &table.name;
@@ -377,9 +391,8 @@ fn files(built: &Built, xml: &ModelDescription, source: Option<&str>) -> Result<
         let suffix = platform::system(folder).map_or("", |(_, suffix)| suffix);
         files.insert(format!("binaries/{folder}/{name}{suffix}"), content);
     }
-    merge::add_stand_in(&mut files);
     let recordings = reference::run(&built.here, interface)?;
-    files.extend(reference::files(table, &recordings.responses[0]));
+    files.extend(reference::files(table, &recordings.responses[0], version));
     files.insert(
         "documentation/index.html".into(),
         page::html(table, &interface.guid, &recordings, fmu_crate.license.as_deref(), source)?.into_bytes(),

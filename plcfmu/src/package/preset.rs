@@ -136,6 +136,11 @@ impl<R: Read + Seek> Original<R> {
                 "its library was compiled for the program alone and takes no other start values: build it without --native"
             );
             ensure!(
+                self.package.description.fmi_version == "2.0",
+                "it is an FMU of FMI {}: presets are made of FMUs of FMI 2.0",
+                self.package.description.fmi_version
+            );
+            ensure!(
                 is_program || has_table,
                 "it was not made by plcfmu: its library would ignore the start values of a preset"
             );

@@ -4,6 +4,7 @@
 use crate::build::c;
 use crate::build::platform;
 use crate::package::pack::LICENCES;
+use crate::package::version::Version;
 use crate::package::{check, program_library, reference};
 use crate::page;
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
@@ -246,12 +247,25 @@ pub fn stops(stop: &str) -> String {
 ///
 /// # Errors
 /// All that is wrong with the sources, with file, line and column; the library of programs is missing.
-pub fn pack(manifest: &Manifest, native: bool, folder: &Path) -> Result<(PathBuf, Vec<String>)> {
+pub fn pack(
+    manifest: &Manifest,
+    version: Version,
+    native: bool,
+    folder: &Path,
+) -> Result<(PathBuf, Vec<String>)> {
+    version.check()?;
+    ensure!(
+        !native || version.has_sources(),
+        "--native compiles a program through C, which there is of FMI 2.0 alone: leave out --native or --fmi 3"
+    );
     ensure!(
         manifest.cycle.is_some(),
         "give the time between two calls with --cycle, such as --cycle 100ms: it is the period of the OB, which sources do not have"
     );
     let Examined { manifest, sources, loaded, interface, description: mut xml, warnings, stop } = examine(manifest)?;
+    if version != Version::default() {
+        xml = ModelDescription::of(&version.of(&interface))?;
+    }
     let mut warnings: Vec<String> = warnings.iter().map(ToString::to_string).filter(|text| !text.is_empty()).collect();
     warnings.extend(stop.as_deref().map(|stop| format!("note: {}", stops(stop))));
     let name = &interface.table.name;
@@ -260,6 +274,7 @@ pub fn pack(manifest: &Manifest, native: bool, folder: &Path) -> Result<(PathBuf
     let compiled = temporary::Folder::new()?;
     let mut libraries = if native { BTreeMap::new() } else { program_library::find(compiled.path())? };
     match loaded.sources(laws::with_laws) {
+        _ if !version.has_sources() => {}
         Ok(text) => {
             let file = format!("{name}.c");
             if native {
@@ -292,7 +307,7 @@ pub fn pack(manifest: &Manifest, native: bool, folder: &Path) -> Result<(PathBuf
     if stop.is_none() {
         let recording = reference::record(&Library::open(here)?, &interface, response, Some(&resources))
             .context("the program with its start values")?;
-        contents.extend(reference::files(&interface.table, &recording));
+        contents.extend(reference::files(&interface.table, &recording, version));
         recordings.responses.push(recording);
     }
     contents.insert(
@@ -308,10 +323,11 @@ pub fn pack(manifest: &Manifest, native: bool, folder: &Path) -> Result<(PathBuf
         contents.insert(format!("documentation/licenses/{licence}"), text.into());
     }
     contents.insert("model.png".into(), picture::png(&diagram::icon::svg(&interface.table)?)?);
-    let bytes = archive::write(&contents)?;
+    let bytes = archive::write(&version.placed(contents))?;
+    let is_run = stop.is_none() && version.is_run();
     fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     let path = folder.join(format!("{name}.fmu"));
-    temporary::place(&path, |file| Ok(file.write_all(&bytes)?), |packed| check::packed(packed, &xml, stop.is_none()))?;
+    temporary::place(&path, |file| Ok(file.write_all(&bytes)?), |packed| check::packed(packed, &xml, is_run))?;
     Ok((path, warnings))
 }
 

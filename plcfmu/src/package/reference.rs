@@ -1,8 +1,9 @@
 //! Reference results: what a freshly built library answers to its block's own example, recorded through the C interface
 //! as a co-simulation master does, and packed after the layered standard fmi-ls-ref.
 
+use crate::package::version::Version;
 use anyhow::{Context, Error, Result};
-use blocks::{Class, Kind, Role};
+use blocks::{Kind, Role};
 use draw::response::{Recording, Sweep};
 use host::instance::{Instance, Type};
 use host::library::Library;
@@ -109,14 +110,16 @@ pub struct Recordings {
 }
 
 /// The files of the layered standard, by their path in the FMU.
-pub fn files(table: &Table, recording: &Recording) -> BTreeMap<String, Vec<u8>> {
+///
+/// Values are in the types of a version.
+pub fn files(table: &Table, recording: &Recording, version: Version) -> BTreeMap<String, Vec<u8>> {
     let name = &table.name;
     let mut files = BTreeMap::new();
     let mut add = |path: String, text: String| files.insert(path, text.into_bytes());
     add(format!("{FOLDER}/fmi-ls-manifest.xml"), manifest(name));
-    add(format!("{FOLDER}/{name}_in.csv"), input(table, recording));
-    add(format!("{FOLDER}/{name}_out.csv"), output(table, recording));
-    add(DESCRIPTION.into(), description(table, recording));
+    add(format!("{FOLDER}/{name}_in.csv"), input(table, recording, version));
+    add(format!("{FOLDER}/{name}_out.csv"), output(table, recording, version));
+    add(DESCRIPTION.into(), description(table, recording, version));
     files
 }
 
@@ -139,7 +142,7 @@ fn manifest(name: &str) -> String {
 ///
 /// They change half a CYCLE before the call that first sees them, so that a tool whose communication points are off by
 /// rounding sets them for the same call. The instant stands in two rows, for tools that draw lines between rows.
-fn input(table: &Table, recording: &Recording) -> String {
+fn input(table: &Table, recording: &Recording, version: Version) -> String {
     let rows = &table.variables;
     let is_tuned =
         |row: &Row| row.role == Role::Parameter && table.responses[0].set.iter().any(|(_, name, _)| *name == row.name);
@@ -154,7 +157,7 @@ fn input(table: &Table, recording: &Recording) -> String {
     for call in calls {
         let time = (recording.time(call as usize) - recording.time(1) / 2.0).max(0.0);
         if call > 0 {
-            line(&mut csv, table, &columns, time, &values);
+            line(&mut csv, table, &columns, version, time, &values);
         }
         for (_, name, value) in table.responses[0].set.iter().filter(|(before, ..)| *before == call) {
             for (column, row) in columns.iter().enumerate() {
@@ -163,21 +166,21 @@ fn input(table: &Table, recording: &Recording) -> String {
                 }
             }
         }
-        line(&mut csv, table, &columns, time, &values);
+        line(&mut csv, table, &columns, version, time, &values);
     }
-    line(&mut csv, table, &columns, end, &values);
+    line(&mut csv, table, &columns, version, end, &values);
     csv
 }
 
 /// What the block has computed at every communication point: after the restart, then after each step.
-fn output(table: &Table, recording: &Recording) -> String {
+fn output(table: &Table, recording: &Recording, version: Version) -> String {
     let is_computed = |row: usize| matches!(table.variables[row].role, Role::Output | Role::Local);
     let columns: Vec<usize> = recording.shown.iter().copied().filter(|row| is_computed(*row)).collect();
     let mut csv = header(table, &columns);
     for (point, values) in std::iter::once(&recording.restart).chain(&recording.calls).enumerate() {
         let computed = recording.shown.iter().zip(values).filter(|(row, _)| is_computed(**row));
         let values: Vec<f64> = computed.map(|(_, value)| *value).collect();
-        line(&mut csv, table, &columns, recording.time(point), &values);
+        line(&mut csv, table, &columns, version, recording.time(point), &values);
     }
     csv
 }
@@ -188,27 +191,26 @@ fn header(table: &Table, columns: &[usize]) -> String {
 }
 
 /// Numbers that read back bit-equal; Booleans as 0 and 1, which every reader takes.
-fn line(csv: &mut String, table: &Table, columns: &[usize], time: f64, values: &[f64]) {
+fn line(csv: &mut String, table: &Table, columns: &[usize], version: Version, time: f64, values: &[f64]) {
     let _ = write!(csv, "{time:?}");
     for (row, value) in columns.iter().zip(values) {
-        let _ = match table.variables[*row].kind.class() {
-            Class::Integer | Class::Boolean => write!(csv, ",{value}"),
-            Class::Real => write!(csv, ",{value:?}"),
-        };
+        let kind = table.variables[*row].kind;
+        let value = version.value(kind, *value);
+        let _ = if version.is_whole(kind) { write!(csv, ",{value}") } else { write!(csv, ",{value:?}") };
     }
     csv.push('\n');
 }
 
 /// A value as the command line of a simulator expects it for its type: `0.5`, `20`, `true`.
-fn start_value(kind: Kind, value: f64) -> String {
-    match Type::of(kind) {
-        Type::Real => format!("{value:?}"),
-        Type::Integer => value.to_string(),
-        Type::Boolean => (value != 0.0).to_string(),
+fn start_value(kind: Kind, value: f64, version: Version) -> String {
+    match version.value(kind, value) {
+        value if kind == Kind::Bool => (value != 0.0).to_string(),
+        value if version.is_whole(kind) => value.to_string(),
+        value => format!("{value:?}"),
     }
 }
 
-fn description(table: &Table, recording: &Recording) -> String {
+fn description(table: &Table, recording: &Recording, version: Version) -> String {
     let name = &table.name;
     let (calls, cycle) = (recording.calls.len(), recording.time(1));
     let mut text = format!(
@@ -222,7 +224,11 @@ fn description(table: &Table, recording: &Recording) -> String {
     for (_, variable, value) in table.responses[0].set.iter().filter(|(before, ..)| *before == 0) {
         let row = table.find(variable).map(|row| &table.variables[row]);
         if let Some(Row { kind, .. }) = row.filter(|row| row.role != Role::Input) {
-            let _ = writeln!(text, "Set before the initialization ends: {variable} = {}", start_value(*kind, *value));
+            let _ = writeln!(
+                text,
+                "Set before the initialization ends: {variable} = {}",
+                start_value(*kind, *value, version)
+            );
         }
     }
     text.push_str(
@@ -283,7 +289,7 @@ mod tests {
     }
 
     fn file(name: &str) -> String {
-        String::from_utf8(files(&table(), &recording()).remove(name).unwrap()).unwrap()
+        String::from_utf8(files(&table(), &recording(), Version::default()).remove(name).unwrap()).unwrap()
     }
 
     #[test]

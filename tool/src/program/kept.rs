@@ -98,7 +98,7 @@ impl<H: Home> Fmus for Programs<H> {
     fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>> {
         let Some(kept) = self.find(fmu) else { return self.home.instantiate(fmu, name) };
         let program = Program::new(kept.loaded.clone()).watched();
-        let origin = Origin { hash: kept.loaded.hash, fresh: Fresh::Copy(Box::new(program)) };
+        let origin = Origin { hash: kept.loaded.hash, form: 0, fresh: Fresh::Copy(Box::new(program)) };
         let instance = Instance::of(name, origin)?;
         let running = Rc::new(RefCell::new(Running { instance, texts: kept.loaded.table.texts, warnings: Vec::new() }));
         self.running.borrow_mut().insert(name.to_string(), running.clone());

@@ -1,0 +1,171 @@
+//! Variables of FMI 3.0 by value reference: an array is one variable, whose values are those of its elements one after the other,
+//! and the time is one, too.
+
+use super::Choice;
+use crate::component::Component;
+use crate::cyclic::Cyclic;
+use crate::host_type::HostType;
+use crate::layout::Part;
+use crate::refusal::Refusal;
+use blocks::{Role, Table};
+use std::borrow::Cow;
+
+/// The value reference of the time, behind those of all variables.
+pub fn time_reference(table: &Table) -> u32 {
+    (table.rows.len() + table.texts.len()) as u32
+}
+
+/// The references of the elements of these variables, of which there are `count`.
+fn elements<'a, V: Choice, B: Cyclic>(
+    block: &B,
+    references: &'a [u32],
+    count: usize,
+) -> Result<Cow<'a, [u32]>, Refusal> {
+    let layout = block.layout().filter(|_| V::TYPES.has_arrays());
+    let all = match layout {
+        None => Cow::Borrowed(references),
+        Some(layout) => {
+            let mut all = Vec::with_capacity(count);
+            for reference in references {
+                match layout.part(*reference) {
+                    Part::Single => all.push(*reference),
+                    Part::Array(elements) => all.extend(elements),
+                    Part::Inside(first) => {
+                        let reason = format!(
+                            "value reference {reference} is unknown: it is inside the array with value reference {first}"
+                        );
+                        return Err(reason.into());
+                    }
+                }
+            }
+            Cow::Owned(all)
+        }
+    };
+    if all.len() != count {
+        return Err(format!("nValues = {count}: the variables have {} values", all.len()).into());
+    }
+    Ok(all)
+}
+
+/// Reads variables.
+///
+/// # Errors
+/// A reference that is unknown or of another type; another number of values.
+pub fn get<V: Choice, B: Cyclic, T: HostType<V>>(
+    component: &Component<B>,
+    references: &[u32],
+    values: &mut [T],
+) -> Result<(), Refusal> {
+    let instance = &component.instance;
+    let elements = elements::<V, B>(instance.block(), references, values.len())?;
+    refuse_time(instance.block(), &elements, "Get")?;
+    instance.get(&elements, values)
+}
+
+/// Reads variables, of which the time may be one.
+///
+/// # Errors
+/// As [`get`].
+pub fn get_with_time<V: Choice, B: Cyclic>(
+    component: &Component<B>,
+    references: &[u32],
+    values: &mut [f64],
+) -> Result<(), Refusal>
+where
+    f64: HostType<V>,
+{
+    let instance = &component.instance;
+    let time = time_reference(instance.block().table());
+    let elements = elements::<V, B>(instance.block(), references, values.len())?;
+    if !elements.contains(&time) {
+        return instance.get(&elements, values);
+    }
+    let others: Vec<u32> = elements.iter().copied().filter(|reference| *reference != time).collect();
+    let mut got = vec![0.0; others.len()];
+    instance.get(&others, &mut got)?;
+    let mut got = got.into_iter();
+    for (reference, value) in elements.iter().zip(values) {
+        *value = if *reference == time { instance.time() } else { got.next().unwrap_or_default() };
+    }
+    Ok(())
+}
+
+/// Writes variables.
+///
+/// # Errors
+/// A reference that is unknown, of another type or not settable now; another number of values; a value outside of the range of
+/// its type. Nothing is written then.
+pub fn set<V: Choice, B: Cyclic, T: HostType<V>>(
+    component: &mut Component<B>,
+    references: &[u32],
+    values: &[T],
+) -> Result<(), Refusal> {
+    let elements = elements::<V, B>(component.instance.block(), references, values.len())?;
+    refuse_time(component.instance.block(), &elements, "Set")?;
+    component.instance.set(&elements, values)
+}
+
+/// The references of the elements of texts, of which there are `count`.
+///
+/// # Errors
+/// A reference inside an array; another number of values.
+pub fn texts<'a, V: Choice, B: Cyclic>(
+    component: &Component<B>,
+    references: &'a [u32],
+    count: usize,
+    access: &str,
+) -> Result<Cow<'a, [u32]>, Refusal> {
+    let elements = elements::<V, B>(component.instance.block(), references, count)?;
+    refuse_time(component.instance.block(), &elements, access)?;
+    Ok(elements)
+}
+
+fn refuse_time<B: Cyclic>(block: &B, references: &[u32], access: &str) -> Result<(), Refusal> {
+    let time = time_reference(block.table());
+    if references.contains(&time) {
+        let what = if access == "Get" { "use fmi3GetFloat64" } else { "it can only be read" };
+        return Err(format!("value reference {time} is the time, of type Float64: {what}").into());
+    }
+    Ok(())
+}
+
+/// The value references of the variables that an output depends on in the present state.
+///
+/// # Errors
+/// The reference is not that of an output.
+pub fn dependencies<V: Choice, B: Cyclic>(component: &Component<B>, reference: u32) -> Result<Vec<u32>, Refusal> {
+    let block = component.instance.block();
+    let table = block.table();
+    let place = reference as usize;
+    let is_output = match (table.rows.get(place), crate::texts::text(table, reference)) {
+        (Some(row), _) => row.role == Role::Output,
+        (None, Some((_, text))) => text.role == Role::Output,
+        (None, None) => false,
+    };
+    let layout = block.layout().filter(|_| V::TYPES.has_arrays());
+    let part = layout.map_or(&Part::Single, |layout| layout.part(reference));
+    if !is_output || matches!(part, Part::Inside(_)) {
+        return Err(format!(
+            "value reference {reference} is not that of an output: no other variable has dependencies"
+        )
+        .into());
+    }
+    // What the last call left depends on nothing; what a restart leaves, on settings.
+    if !component.instance.is_before_start() {
+        return Ok(Vec::new());
+    }
+    let one = [reference];
+    let elements = match part {
+        Part::Array(elements) => elements.as_slice(),
+        _ => &one,
+    };
+    let settings = elements.iter().filter_map(|element| table.rows.get(*element as usize)).flat_map(|row| row.from);
+    let first = |setting: &usize| match layout.map(|layout| layout.part(*setting as u32)) {
+        Some(Part::Inside(first)) => *first,
+        _ => *setting as u32,
+    };
+    let mut found: Vec<u32> = settings.map(first).collect();
+    found.sort_unstable();
+    found.dedup();
+    Ok(found)
+}

@@ -1,0 +1,560 @@
+//! The 75 functions of FMI 3.0, a table in which each is written once, as for FMI 2.0: its states, its arguments, and what
+//! it asks of the [`Component`]. Those of Model Exchange and Scheduled Execution refuse: hosts look for all of them when they load a
+//! library.
+//!
+//! What the host has to ensure, as the standard says: a `fmi3Instance` comes from `fmi3InstantiateCoSimulation`, is not freed yet and
+//! is used by one thread at a time; an array has the length that stands beside it. NULL is recognized everywhere.
+
+#![allow(unsafe_code, non_snake_case, non_upper_case_globals)]
+// The contract above is the safety section of every function here.
+#![allow(clippy::missing_safety_doc, clippy::too_many_arguments)]
+
+use super::access::{self, dependencies};
+pub use super::value::Boolean;
+use super::{FORMS, Native, Wide};
+pub use crate::component::StateAddress;
+use crate::component::{Component, Library};
+use crate::cyclic::Cyclic;
+use crate::door::{Door, Host};
+use crate::host_type::HostType;
+use crate::instance::Events;
+use crate::log::{self, Category};
+use crate::pointers::{self, array, array_mut, target, text};
+use crate::preset::{Argument, Identity};
+use crate::refusal::{Answer, Refusal};
+use crate::state::{Function, State};
+use std::ffi::CStr;
+pub use std::ffi::{c_char, c_int, c_void};
+use std::ptr;
+
+/// `fmi3Status`, an enum of C.
+pub type Status = c_int;
+const OK: Status = 0;
+const DISCARD: Status = 2;
+const ERROR: Status = 3;
+const FATAL: Status = 4;
+
+/// `fmi3DependencyKind`: in any way.
+const DEPENDENT: c_int = 5;
+
+/// `fmi3Instance`.
+pub type Pointer = *mut c_void;
+
+/// `fmi3LogMessageCallback`.
+pub type Logger = Option<
+    unsafe extern "C" fn(environment: *mut c_void, status: Status, category: *const c_char, message: *const c_char),
+>;
+
+/// A callback that is never called.
+pub type Callback = *const c_void;
+
+struct Caller {
+    logger: Logger,
+    environment: *mut c_void,
+}
+
+impl Host for Caller {
+    fn tell(&self, function: &Function, answer: Result<(), Answer>, category: &Category, message: &str) {
+        let Some(logger) = self.logger else { return };
+        let text = log::text(function, message);
+        // SAFETY: the host gave the logger and its environment for this, and all strings end with NUL.
+        unsafe { logger(self.environment, status(answer), category.name.as_ptr(), text.as_ptr()) }
+    }
+}
+
+fn status(answer: Result<(), Answer>) -> Status {
+    match answer {
+        Ok(()) => OK,
+        Err(Answer::Error) => ERROR,
+        Err(Answer::Discard) => DISCARD,
+        Err(Answer::Fatal) => FATAL,
+    }
+}
+
+/// What a `fmi3Instance` points to; `None` if it is NULL.
+#[inline(always)]
+unsafe fn door<'a, L: Library>(instance: Pointer) -> Option<&'a mut Door<L::Block, Caller>> {
+    // SAFETY: if it is not NULL, the host's contract says that `fmi3InstantiateCoSimulation` made it.
+    unsafe { instance.cast::<Door<L::Block, Caller>>().as_mut() }
+}
+
+/// Every function on an instance goes through here.
+unsafe fn enter<L: Library>(
+    instance: Pointer,
+    function: &'static Function,
+    body: impl FnOnce(&mut Component<L::Block>) -> Result<(), Refusal>,
+) -> Status {
+    // SAFETY: the host's contract.
+    unsafe { door::<L>(instance) }.map_or(ERROR, |door| status(door.enter(function, body)))
+}
+
+/// The functions of a control cycle come here first, see [`ordinary`](crate::ordinary).
+#[inline(always)]
+unsafe fn try_ordinary<L: Library>(
+    instance: Pointer,
+    function: &'static Function,
+    body: impl FnOnce(&mut Component<L::Block>) -> bool,
+) -> Option<Status> {
+    // SAFETY: the host's contract.
+    unsafe { door::<L>(instance) }?.try_ordinary(function, body).map(status)
+}
+
+/// Whether a component has the types of the PLC.
+#[inline(always)]
+fn is_native<B: Cyclic>(component: &Component<B>) -> bool {
+    component.form() == 0
+}
+
+/// Whether each of the variables has a value of its own, as far as that can be seen at once.
+#[inline(always)]
+fn has_single_values<B: Cyclic>(component: &Component<B>, count: usize, value_count: usize) -> bool {
+    count == value_count && component.instance.block().layout().is_none()
+}
+
+#[inline(always)]
+unsafe fn get_ordinary<B: Cyclic, T: HostType<Native> + HostType<Wide>>(
+    c: &Component<B>,
+    vr: *const u32,
+    count: usize,
+    values: *mut T,
+    value_count: usize,
+) -> bool {
+    // SAFETY: the host's contract.
+    unsafe {
+        has_single_values(c, count, value_count)
+            && match is_native(c) {
+                true => pointers::get_ordinary::<Native, _, _>(c, vr, count, values),
+                false => pointers::get_ordinary::<Wide, _, _>(c, vr, count, values),
+            }
+    }
+}
+
+#[inline(always)]
+unsafe fn set_ordinary<B: Cyclic, T: HostType<Native> + HostType<Wide>>(
+    c: &mut Component<B>,
+    vr: *const u32,
+    count: usize,
+    values: *const T,
+    value_count: usize,
+) -> bool {
+    // SAFETY: the host's contract.
+    unsafe {
+        has_single_values(c, count, value_count)
+            && match is_native(c) {
+                true => pointers::set_ordinary::<Native, _, _>(c, vr, count, values),
+                false => pointers::set_ordinary::<Wide, _, _>(c, vr, count, values),
+            }
+    }
+}
+
+unsafe fn get<B: Cyclic, T: HostType<Native> + HostType<Wide>>(
+    c: &Component<B>,
+    vr: *const u32,
+    count: usize,
+    values: *mut T,
+    value_count: usize,
+) -> Result<(), Refusal> {
+    // SAFETY: the host's contract.
+    let (vr, values) = unsafe { (array(vr, count, VR)?, array_mut(values, value_count, VALUES)?) };
+    if is_native(c) { access::get::<Native, _, _>(c, vr, values) } else { access::get::<Wide, _, _>(c, vr, values) }
+}
+
+unsafe fn set<B: Cyclic, T: HostType<Native> + HostType<Wide>>(
+    c: &mut Component<B>,
+    vr: *const u32,
+    count: usize,
+    values: *const T,
+    value_count: usize,
+) -> Result<(), Refusal> {
+    // SAFETY: the host's contract.
+    let (vr, values) = unsafe { (array(vr, count, VR)?, array(values, value_count, VALUES)?) };
+    if is_native(c) { access::set::<Native, _, _>(c, vr, values) } else { access::set::<Wide, _, _>(c, vr, values) }
+}
+
+/// The references of the elements of texts.
+unsafe fn texts<B: Cyclic>(
+    c: &Component<B>,
+    vr: *const u32,
+    count: usize,
+    value_count: usize,
+    access: &str,
+) -> Result<Vec<u32>, Refusal> {
+    // SAFETY: the host's contract.
+    let vr = unsafe { array(vr, count, VR) }?;
+    let elements = match is_native(c) {
+        true => access::texts::<Native, _>(c, vr, value_count, access)?,
+        false => access::texts::<Wide, _>(c, vr, value_count, access)?,
+    };
+    Ok(elements.into_owned())
+}
+
+const VR: &str = "valueReferences";
+const VALUES: &str = "values";
+
+/// What functions do for which the FMU has nothing.
+fn nothing(count: usize, what: &str) -> Result<(), Refusal> {
+    match count {
+        0 => Ok(()),
+        _ => Err(format!("the FMU has no {what}").into()),
+    }
+}
+
+fn only_co_simulation(kind: &str) -> Result<(), Refusal> {
+    Err(format!("it belongs to {kind}: this FMU is for co-simulation only").into())
+}
+
+const EXCHANGE: &str = "Model Exchange";
+
+// FMI 3.0, sections 2.3 and 4.2, in the order of the header. It is more lenient because real hosts need it: in state Instantiated,
+// Get works too and gives the start values, and inputs may be set; in Step Mode, discrete inputs may be set in an instance with Event
+// Mode, too.
+functions! {
+    ($) export_fmi3: v3, in "Step Mode", with Boolean, Callback, Logger, Pointer, StateAddress, Status, c_char, c_int, c_void;
+    fmi3GetVersion() -> *const c_char { c"3.0".as_ptr() };
+    fmi3SetDebugLogging[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, logging_on: Boolean, count: usize, categories: *const *const c_char,
+    ) -> Status => |c| {
+        let categories = array(categories, count, "categories")?;
+        c.set_debug_logging(logging_on.0 != 0, categories.iter().map(|name| text(*name)))
+    };
+
+    fmi3InstantiateModelExchange(
+        _instance_name: *const c_char, _token: *const c_char, _resources: *const c_char, _visible: Boolean, _logging_on: Boolean,
+        environment: *mut c_void, logger: Logger,
+    ) -> Pointer { refuse::<L>(&Function::fmi3InstantiateModelExchange, environment, logger) };
+    fmi3InstantiateCoSimulation(
+        instance_name: *const c_char, token: *const c_char, resources: *const c_char, _visible: Boolean, logging_on: Boolean,
+        event_mode_used: Boolean, early_return_allowed: Boolean, _intermediate_variables: *const u32, _intermediate_count: usize,
+        environment: *mut c_void, logger: Logger, _intermediate_update: Callback,
+    ) -> Pointer {
+        let events = (event_mode_used.0 != 0).then_some(Events { may_return_early: early_return_allowed.0 != 0 });
+        // SAFETY: the host's contract.
+        unsafe { instantiate::<L>(instance_name, token, resources, logging_on.0 != 0, events, environment, logger) }
+    };
+    fmi3InstantiateScheduledExecution(
+        _instance_name: *const c_char, _token: *const c_char, _resources: *const c_char, _visible: Boolean, _logging_on: Boolean,
+        environment: *mut c_void, logger: Logger, _clock_update: Callback, _lock_preemption: Callback, _unlock_preemption: Callback,
+    ) -> Pointer { refuse::<L>(&Function::fmi3InstantiateScheduledExecution, environment, logger) };
+    fmi3FreeInstance(instance: Pointer) {
+        if !instance.is_null() {
+            // SAFETY: made by `fmi3InstantiateCoSimulation`, and not used again by the host's contract.
+            unsafe { Box::from_raw(instance.cast::<Door<L::Block, Caller>>()) }.close();
+        }
+    };
+
+    fmi3EnterInitializationMode[Instantiated](
+        instance: Pointer, _tolerance_defined: Boolean, _tolerance: f64, start_time: f64, stop_time_defined: Boolean, stop_time: f64,
+    ) -> Status => |c| {
+        c.instance.setup_experiment(start_time, (stop_time_defined.0 != 0).then_some(stop_time))?;
+        c.instance.enter_initialization_mode(&Function::fmi3EnterInitializationMode)
+    };
+    fmi3ExitInitializationMode[InitializationMode](instance: Pointer) -> Status => |c| c.exit_initialization_mode();
+    fmi3EnterEventMode[StepComplete](instance: Pointer) -> Status => |c| c.instance.enter_event_mode();
+    fmi3Terminate[InitializationMode EventMode StepComplete](instance: Pointer) -> Status => |c| {
+        c.instance.terminate();
+        Ok(())
+    };
+    fmi3Reset[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer) -> Status => |c| {
+        c.reset();
+        Ok(())
+    };
+
+    fmi3GetFloat32[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, vr: *const u32, count: usize, values: *mut f32, value_count: usize,
+    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    fmi3GetFloat64[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, vr: *const u32, count: usize, values: *mut f64, value_count: usize,
+    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get_float64(c, vr, count, values, value_count);
+    fmi3GetInt8[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, vr: *const u32, count: usize, values: *mut i8, value_count: usize,
+    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    fmi3GetUInt8[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, vr: *const u32, count: usize, values: *mut u8, value_count: usize,
+    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    fmi3GetInt16[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, vr: *const u32, count: usize, values: *mut i16, value_count: usize,
+    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    fmi3GetUInt16[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, vr: *const u32, count: usize, values: *mut u16, value_count: usize,
+    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    fmi3GetInt32[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, vr: *const u32, count: usize, values: *mut i32, value_count: usize,
+    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    fmi3GetUInt32[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, vr: *const u32, count: usize, values: *mut u32, value_count: usize,
+    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    fmi3GetInt64[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, vr: *const u32, count: usize, values: *mut i64, value_count: usize,
+    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    fmi3GetUInt64[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, vr: *const u32, count: usize, values: *mut u64, value_count: usize,
+    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    fmi3GetBoolean[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, vr: *const u32, count: usize, values: *mut Boolean, value_count: usize,
+    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    fmi3GetString[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, vr: *const u32, count: usize, values: *mut *const c_char, value_count: usize,
+    ) -> Status => |c| {
+        let all = texts(c, vr, count, value_count, "Get")?;
+        match is_native(c) {
+            true => pointers::get_strings::<Native, _>(c, all.as_ptr(), all.len(), values),
+            false => pointers::get_strings::<Wide, _>(c, all.as_ptr(), all.len(), values),
+        }
+    };
+    fmi3GetBinary[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, _vr: *const u32, count: usize, _sizes: *mut usize, _values: *mut *const u8, _value_count: usize,
+    ) -> Status => |_c| nothing(count, "Binary");
+    fmi3GetClock[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, _vr: *const u32, count: usize, _values: *mut Boolean) -> Status
+        => |_c| nothing(count, "Clock");
+    fmi3SetFloat32[Instantiated InitializationMode EventMode StepComplete](
+        instance: Pointer, vr: *const u32, count: usize, values: *const f32, value_count: usize,
+    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    fmi3SetFloat64[Instantiated InitializationMode EventMode StepComplete](
+        instance: Pointer, vr: *const u32, count: usize, values: *const f64, value_count: usize,
+    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    fmi3SetInt8[Instantiated InitializationMode EventMode StepComplete](
+        instance: Pointer, vr: *const u32, count: usize, values: *const i8, value_count: usize,
+    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    fmi3SetUInt8[Instantiated InitializationMode EventMode StepComplete](
+        instance: Pointer, vr: *const u32, count: usize, values: *const u8, value_count: usize,
+    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    fmi3SetInt16[Instantiated InitializationMode EventMode StepComplete](
+        instance: Pointer, vr: *const u32, count: usize, values: *const i16, value_count: usize,
+    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    fmi3SetUInt16[Instantiated InitializationMode EventMode StepComplete](
+        instance: Pointer, vr: *const u32, count: usize, values: *const u16, value_count: usize,
+    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    fmi3SetInt32[Instantiated InitializationMode EventMode StepComplete](
+        instance: Pointer, vr: *const u32, count: usize, values: *const i32, value_count: usize,
+    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    fmi3SetUInt32[Instantiated InitializationMode EventMode StepComplete](
+        instance: Pointer, vr: *const u32, count: usize, values: *const u32, value_count: usize,
+    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    fmi3SetInt64[Instantiated InitializationMode EventMode StepComplete](
+        instance: Pointer, vr: *const u32, count: usize, values: *const i64, value_count: usize,
+    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    fmi3SetUInt64[Instantiated InitializationMode EventMode StepComplete](
+        instance: Pointer, vr: *const u32, count: usize, values: *const u64, value_count: usize,
+    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    fmi3SetBoolean[Instantiated InitializationMode EventMode StepComplete](
+        instance: Pointer, vr: *const u32, count: usize, values: *const Boolean, value_count: usize,
+    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    fmi3SetString[Instantiated InitializationMode EventMode StepComplete](
+        instance: Pointer, vr: *const u32, count: usize, values: *const *const c_char, value_count: usize,
+    ) -> Status => |c| {
+        let all = texts(c, vr, count, value_count, "Set")?;
+        match is_native(c) {
+            true => pointers::set_strings::<Native, _>(c, all.as_ptr(), all.len(), values),
+            false => pointers::set_strings::<Wide, _>(c, all.as_ptr(), all.len(), values),
+        }
+    };
+    fmi3SetBinary[Instantiated InitializationMode EventMode StepComplete](
+        instance: Pointer, _vr: *const u32, count: usize, _sizes: *const usize, _values: *const *const u8, _value_count: usize,
+    ) -> Status => |_c| nothing(count, "Binary");
+    fmi3SetClock[Instantiated InitializationMode EventMode StepComplete](instance: Pointer, _vr: *const u32, count: usize, _values: *const Boolean) -> Status
+        => |_c| nothing(count, "Clock");
+
+    fmi3GetNumberOfVariableDependencies[InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, vr: u32, count: *mut usize,
+    ) -> Status => |c| {
+        let count = target(count, "nDependencies")?;
+        *count = dependencies_of(c, vr)?.len();
+        Ok(())
+    };
+    fmi3GetVariableDependencies[InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, dependent: u32, dependent_elements: *mut usize, independents: *mut u32,
+        independent_elements: *mut usize, kinds: *mut c_int, count: usize,
+    ) -> Status => |c| {
+        let all = dependencies_of(c, dependent)?;
+        if all.len() != count {
+            return Err(format!("nDependencies = {count}: the variable has {}", all.len()).into());
+        }
+        let dependent_elements = array_mut(dependent_elements, count, "elementIndicesOfDependent")?;
+        let independents = array_mut(independents, count, "independents")?;
+        let independent_elements = array_mut(independent_elements, count, "elementIndicesOfIndependents")?;
+        let kinds = array_mut(kinds, count, "dependencyKinds")?;
+        // 0 stands for all elements.
+        dependent_elements.fill(0);
+        independent_elements.fill(0);
+        kinds.fill(DEPENDENT);
+        independents.copy_from_slice(&all);
+        Ok(())
+    };
+
+    fmi3GetFMUState[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, state: *mut StateAddress) -> Status
+        => |c| c.get_state(target(state, "FMUState")?);
+    fmi3SetFMUState[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, state: StateAddress) -> Status => |c| c.set_state(state);
+    fmi3FreeFMUState[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, state: *mut StateAddress) -> Status
+        => |c| c.free_state(target(state, "FMUState")?);
+    fmi3SerializedFMUStateSize[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, state: StateAddress, size: *mut usize) -> Status => |c| {
+        *target(size, "size")? = c.serialized_size(state)?;
+        Ok(())
+    };
+    fmi3SerializeFMUState[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, state: StateAddress, bytes: *mut u8, size: usize) -> Status
+        => |c| c.serialize(state, array_mut(bytes, size, "serializedState")?);
+    fmi3DeserializeFMUState[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, bytes: *const u8, size: usize, state: *mut StateAddress) -> Status
+        => |c| c.deserialize(array(bytes, size, "serializedState")?, target(state, "FMUState")?);
+
+    fmi3GetDirectionalDerivative[InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, _unknowns: *const u32, _unknown_count: usize, _knowns: *const u32, _known_count: usize,
+        _seed: *const f64, _seed_count: usize, _sensitivity: *mut f64, _sensitivity_count: usize,
+    ) -> Status => |_c| Err("not provided (providesDirectionalDerivatives = false)".into());
+    fmi3GetAdjointDerivative[InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, _unknowns: *const u32, _unknown_count: usize, _knowns: *const u32, _known_count: usize,
+        _seed: *const f64, _seed_count: usize, _sensitivity: *mut f64, _sensitivity_count: usize,
+    ) -> Status => |_c| Err("not provided (providesAdjointDerivatives = false)".into());
+
+    fmi3EnterConfigurationMode[Instantiated EventMode StepComplete](instance: Pointer) -> Status
+        => |_c| Err("the FMU has no structural parameters".into());
+    fmi3ExitConfigurationMode[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer) -> Status
+        => |_c| Err("the FMU has no structural parameters and no Configuration Mode".into());
+    fmi3GetIntervalDecimal[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, _vr: *const u32, count: usize, _intervals: *mut f64, _qualifiers: *mut c_int,
+    ) -> Status => |_c| nothing(count, "Clock");
+    fmi3GetIntervalFraction[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, _vr: *const u32, count: usize, _counters: *mut u64, _resolutions: *mut u64, _qualifiers: *mut c_int,
+    ) -> Status => |_c| nothing(count, "Clock");
+    fmi3GetShiftDecimal[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, _vr: *const u32, count: usize, _shifts: *mut f64) -> Status
+        => |_c| nothing(count, "Clock");
+    fmi3GetShiftFraction[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, _vr: *const u32, count: usize, _counters: *mut u64, _resolutions: *mut u64,
+    ) -> Status => |_c| nothing(count, "Clock");
+    fmi3SetIntervalDecimal[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, _vr: *const u32, count: usize, _intervals: *const f64) -> Status
+        => |_c| nothing(count, "Clock");
+    fmi3SetIntervalFraction[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, _vr: *const u32, count: usize, _counters: *const u64, _resolutions: *const u64,
+    ) -> Status => |_c| nothing(count, "Clock");
+    fmi3SetShiftDecimal[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, _vr: *const u32, count: usize, _shifts: *const f64) -> Status
+        => |_c| nothing(count, "Clock");
+    fmi3SetShiftFraction[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, _vr: *const u32, count: usize, _counters: *const u64, _resolutions: *const u64,
+    ) -> Status => |_c| nothing(count, "Clock");
+    fmi3EvaluateDiscreteStates[InitializationMode EventMode](instance: Pointer) -> Status
+        => |_c| Err("not provided (providesEvaluateDiscreteStates = false)".into());
+    fmi3UpdateDiscreteStates[EventMode](
+        instance: Pointer, needs_update: *mut Boolean, terminate: *mut Boolean, nominals_changed: *mut Boolean,
+        states_changed: *mut Boolean, is_next_defined: *mut Boolean, next: *mut f64,
+    ) -> Status => |c| {
+        let flags = [
+            target(needs_update, "discreteStatesNeedUpdate")?,
+            target(terminate, "terminateSimulation")?,
+            target(nominals_changed, "nominalsOfContinuousStatesChanged")?,
+            target(states_changed, "valuesOfContinuousStatesChanged")?,
+        ];
+        let (is_next_defined, next) =
+            (target(is_next_defined, "nextEventTimeDefined")?, target(next, "nextEventTime")?);
+        let event = c.update_discrete_states()?;
+        flags.into_iter().for_each(|flag| *flag = Boolean(0));
+        *is_next_defined = Boolean(u8::from(event.is_some()));
+        *next = event.unwrap_or_default();
+        Ok(())
+    };
+
+    fmi3EnterContinuousTimeMode[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer) -> Status => |_c| only_co_simulation(EXCHANGE);
+    fmi3CompletedIntegratorStep[Instantiated InitializationMode EventMode StepComplete Terminated](
+        instance: Pointer, _no_set_fmu_state_prior: Boolean, _enter_event_mode: *mut Boolean, _terminate: *mut Boolean,
+    ) -> Status => |_c| only_co_simulation(EXCHANGE);
+    fmi3SetTime[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, _time: f64) -> Status => |_c| only_co_simulation(EXCHANGE);
+    fmi3SetContinuousStates[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, _states: *const f64, _count: usize) -> Status
+        => |_c| only_co_simulation(EXCHANGE);
+    fmi3GetContinuousStateDerivatives[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, _derivatives: *mut f64, _count: usize) -> Status
+        => |_c| only_co_simulation(EXCHANGE);
+    fmi3GetEventIndicators[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, _indicators: *mut f64, _count: usize) -> Status
+        => |_c| only_co_simulation(EXCHANGE);
+    fmi3GetContinuousStates[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, _states: *mut f64, _count: usize) -> Status
+        => |_c| only_co_simulation(EXCHANGE);
+    fmi3GetNominalsOfContinuousStates[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, _nominals: *mut f64, _count: usize) -> Status
+        => |_c| only_co_simulation(EXCHANGE);
+    fmi3GetNumberOfEventIndicators[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, _count: *mut usize) -> Status
+        => |_c| only_co_simulation(EXCHANGE);
+    fmi3GetNumberOfContinuousStates[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, _count: *mut usize) -> Status
+        => |_c| only_co_simulation(EXCHANGE);
+
+    fmi3EnterStepMode[EventMode](instance: Pointer) -> Status => |c| {
+        c.instance.enter_step_mode();
+        Ok(())
+    };
+    fmi3GetOutputDerivatives[StepComplete Terminated](
+        instance: Pointer, _vr: *const u32, count: usize, _orders: *const c_int, _values: *mut f64, _value_count: usize,
+    ) -> Status => |_c| match count {
+        0 => Ok(()),
+        _ => Err("outputs change in steps and have no derivatives (maxOutputDerivativeOrder = 0)".into()),
+    };
+    fmi3DoStep[StepComplete](
+        instance: Pointer, tc: f64, h: f64, _no_set_fmu_state_prior: Boolean, event: *mut Boolean, terminate: *mut Boolean,
+        early: *mut Boolean, last: *mut f64,
+    ) -> Status, ordinary |c| {
+        match (event.as_mut(), terminate.as_mut(), early.as_mut(), last.as_mut()) {
+            (Some(event), Some(terminate), Some(early), Some(last)) => {
+                let is_made = c.instance.make_ordinary_step_without_events(tc, h);
+                if is_made {
+                    (*event, *terminate, *early, *last) = (Boolean(0), Boolean(0), Boolean(0), tc + h);
+                }
+                is_made
+            }
+            _ => false,
+        }
+    } => |c| {
+        let (event, terminate) = (target(event, "eventHandlingNeeded")?, target(terminate, "terminateSimulation")?);
+        let (early, last) = (target(early, "earlyReturn")?, target(last, "lastSuccessfulTime")?);
+        if h == 0.0 {
+            return Err("communicationStepSize = 0.0: must be above 0".into());
+        }
+        let reached = c.do_step(tc, h)?;
+        *event = Boolean(u8::from(reached.is_event));
+        *terminate = Boolean(0);
+        *early = Boolean(u8::from(reached.is_early));
+        *last = reached.end;
+        Ok(())
+    };
+    fmi3ActivateModelPartition[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer, _clock: u32, _time: f64) -> Status
+        => |_c| only_co_simulation("Scheduled Execution");
+}
+
+fn dependencies_of<B: Cyclic>(c: &Component<B>, reference: u32) -> Result<Vec<u32>, Refusal> {
+    if is_native(c) { dependencies::<Native, _>(c, reference) } else { dependencies::<Wide, _>(c, reference) }
+}
+
+unsafe fn get_float64<B: Cyclic>(
+    c: &Component<B>,
+    vr: *const u32,
+    count: usize,
+    values: *mut f64,
+    value_count: usize,
+) -> Result<(), Refusal> {
+    // SAFETY: the host's contract.
+    let (vr, values) = unsafe { (array(vr, count, VR)?, array_mut(values, value_count, VALUES)?) };
+    match is_native(c) {
+        true => access::get_with_time::<Native, _>(c, vr, values),
+        false => access::get_with_time::<Wide, _>(c, vr, values),
+    }
+}
+
+/// There are no instances of another kind of simulation: says so, and gives NULL.
+fn refuse<L: Library>(function: &'static Function, environment: *mut c_void, logger: Logger) -> Pointer {
+    let reason = "this FMU is for co-simulation only: call fmi3InstantiateCoSimulation";
+    Door::<L::Block, Caller>::new(Caller { logger, environment }, function, || Err(reason.into()));
+    ptr::null_mut()
+}
+
+unsafe fn instantiate<L: Library>(
+    instance_name: *const c_char,
+    token: *const c_char,
+    resources: *const c_char,
+    logging_on: bool,
+    events: Option<Events>,
+    environment: *mut c_void,
+    logger: Logger,
+) -> Pointer {
+    // SAFETY: the host's contract.
+    let (name, token, resources) = unsafe { (text(instance_name), text(token), text(resources)) };
+    let door = Door::new(Caller { logger, environment }, &Function::fmi3InstantiateCoSimulation, || {
+        if name.is_none_or(CStr::is_empty) {
+            return Err("instanceName is NULL or empty: give the instance a name".into());
+        }
+        let identity = Identity { name: "instantiationToken", value: token, forms: FORMS };
+        let origin = L::open(identity, Argument { name: "resourcePath", value: resources })?;
+        Ok(Component::with_events(origin, logging_on, events))
+    });
+    door.map_or(ptr::null_mut(), |door| Box::into_raw(Box::new(door)).cast())
+}

@@ -1,0 +1,51 @@
+//! FMI 3.0 for co-simulation over the core: the 75 C functions and what only this version says.
+//!
+//! [`ffi`] is the table of the functions, each written once; [`value`] has the types of their values, and [`access`] the arrays and
+//! the time. A file has the types of the PLC or the few that every host knows ([`Native`], [`Wide`]): the library is the same, and is
+//! told by the instantiation token.
+
+pub mod access;
+#[allow(missing_docs)] // the standard documents its functions
+pub mod ffi;
+pub mod value;
+
+use crate::host_type::Version;
+use blocks::{Kind, Types};
+
+/// FMI 3.0 with the types of the PLC.
+#[derive(Clone, Copy, Debug)]
+pub struct Native;
+
+/// FMI 3.0 with few types.
+#[derive(Clone, Copy, Debug)]
+pub struct Wide;
+
+/// A choice of types.
+pub trait Choice: Version {
+    /// Which.
+    const TYPES: Types;
+}
+
+macro_rules! versions {
+    ($($Version:ident),*) => { $(
+        impl Version for $Version {
+            const NUMBER: &'static str = "3.0";
+            const PREFIX: &'static str = "fmi3";
+            // modelDescription.xml has them of what the library says of FMI 2.0, which asks for nothing else.
+            const CAPABILITIES: &'static [(&'static str, &'static str)] = &[];
+
+            fn name_of(kind: Kind) -> &'static str {
+                Types::$Version.of(kind)
+            }
+        }
+
+        impl Choice for $Version {
+            const TYPES: Types = Types::$Version;
+        }
+    )* };
+}
+
+versions!(Native, Wide);
+
+/// The forms of the instantiation token, by the number of the choice of types.
+pub const FORMS: &[fn(u128) -> u128] = &[|hash| Types::Native.token(hash), |hash| Types::Wide.token(hash)];

@@ -1,0 +1,165 @@
+//! In which version of FMI an FMU is packed, and with which types.
+
+use crate::build::platform;
+use crate::package::merge::{self, Files};
+use anyhow::{Result, ensure};
+use blocks::{Class, Kind, Types};
+use modeldescription::Interface;
+
+/// A version of FMI.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Fmi {
+    /// FMI 2.0
+    #[default]
+    #[value(name = "2")]
+    Two,
+    /// FMI 3.0
+    #[value(name = "3")]
+    Three,
+}
+
+/// The version of FMI, and the types.
+#[derive(clap::Args, Clone, Copy, Debug, Default, PartialEq)]
+#[group(skip)] // clap names a group after the type, and others have the same name
+pub struct Version {
+    /// Version of FMI: 2.0, which every tool reads, or 3.0, with the types of the PLC, arrays and Event Mode
+    #[arg(long, value_name = "VERSION", value_enum, default_value = "2", hide_possible_values = true)]
+    pub fmi: Fmi,
+    /// Types of an FMU in FMI 3.0: native, those of the PLC; or wide, for tools that mishandle them: Float64 for REAL and TIME, Int32
+    /// for integers up to 32 bits, and a variable for each element of an array [default: native]
+    #[arg(long, value_name = "TYPES", value_parser = types)]
+    pub types: Option<Types>,
+}
+
+/// The choice of types in an argument.
+fn types(argument: &str) -> Result<Types, String> {
+    Types::named(argument).ok_or_else(|| "the types are native and wide".to_string())
+}
+
+impl Version {
+    /// Refuses types that the version does not have.
+    ///
+    /// # Errors
+    /// There is one of them.
+    pub fn check(self) -> Result<()> {
+        ensure!(
+            self.fmi == Fmi::Three || self.types.is_none(),
+            "--types is for FMI 3.0: FMI 2.0 has one choice; add --fmi 3"
+        );
+        Ok(())
+    }
+
+    /// What a library tells, for an FMU of this version.
+    pub fn of(self, interface: &Interface) -> Interface {
+        let version = match self.fmi {
+            Fmi::Two => interface.version.clone(),
+            Fmi::Three => modeldescription::v3::FMI_VERSION.into(),
+        };
+        Interface { version, types: self.types.unwrap_or(Types::Native), ..interface.clone() }
+    }
+
+    /// Whether an FMU has its C, which there is of FMI 2.0 alone.
+    pub fn has_sources(self) -> bool {
+        self.fmi == Fmi::Two
+    }
+
+    /// Whether the program's own host can run an FMU, to try it once.
+    pub fn is_run(self) -> bool {
+        self.fmi == Fmi::Two
+    }
+
+    /// The files of an FMU of FMI 2.0 where this version has them.
+    pub fn placed(self, mut files: Files) -> Files {
+        match self.fmi {
+            Fmi::Two => merge::add_stand_in(&mut files),
+            Fmi::Three => {
+                let libraries: Vec<String> =
+                    files.keys().filter(|path| path.starts_with("binaries/")).cloned().collect();
+                for path in libraries {
+                    let Some(content) = files.remove(&path) else { continue };
+                    let Some((folder, name)) = path["binaries/".len()..].split_once('/') else { continue };
+                    for folder in platform::newer(folder) {
+                        files.insert(format!("binaries/{folder}/{name}"), content.clone());
+                    }
+                }
+                // The picture of the model has another place.
+                if let Some(picture) = files.remove("model.png") {
+                    files.insert("documentation/model.png".into(), picture);
+                }
+            }
+        }
+        files
+    }
+
+    /// A value of a PLC type, as recorded through FMI 2.0, in the type that this version has for it.
+    pub fn value(self, kind: Kind, value: f64) -> f64 {
+        let native = self.fmi == Fmi::Three && self.types != Some(Types::Wide);
+        match kind {
+            Kind::Time if native => (value * 1e3).round(),
+            Kind::LTime if native => (value * 1e9).round(),
+            Kind::DWord if native => f64::from(value as i64 as u32),
+            _ => value,
+        }
+    }
+
+    /// Whether this version has an integer or a truth value for a PLC type.
+    pub fn is_whole(self, kind: Kind) -> bool {
+        match self.fmi {
+            Fmi::Two => kind.class() != Class::Real,
+            Fmi::Three => !self.types.unwrap_or(Types::Native).of(kind).starts_with("Float"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NATIVE: Version = Version { fmi: Fmi::Three, types: None };
+
+    #[test]
+    fn libraries_have_the_folders_of_the_version() {
+        let files = || {
+            let paths = ["linux64/A.so", "win64/A.dll", "darwin64/A.dylib", "aarch64-linux/A.so", "linux32/A.so"];
+            let libraries = paths.iter().map(|path| (format!("binaries/{path}"), path.as_bytes().to_vec()));
+            libraries.chain([("model.png".to_string(), Vec::new())]).collect::<Files>()
+        };
+        assert_eq!(Version::default().placed(files()), files());
+        let placed = NATIVE.placed(files());
+        let names: Vec<&str> = placed.keys().map(String::as_str).collect();
+        assert_eq!(
+            names,
+            [
+                "binaries/aarch64-darwin/A.dylib",
+                "binaries/aarch64-linux/A.so",
+                "binaries/x86-linux/A.so",
+                "binaries/x86_64-darwin/A.dylib",
+                "binaries/x86_64-linux/A.so",
+                "binaries/x86_64-windows/A.dll",
+                "documentation/model.png"
+            ]
+        );
+    }
+
+    #[test]
+    fn recorded_values_are_those_of_the_types() {
+        let wide = Version { types: Some(Types::Wide), ..NATIVE };
+        let of = |version: Version| [Kind::Time, Kind::DWord, Kind::Int].map(|kind| version.value(kind, -1.0));
+        assert_eq!(
+            [of(Version::default()), of(NATIVE), of(wide)],
+            [[-1.0; 3], [-1000.0, 4_294_967_295.0, -1.0], [-1.0; 3]]
+        );
+        let whole = |version: Version| [Kind::Time, Kind::Real, Kind::LInt].map(|kind| version.is_whole(kind));
+        assert_eq!(
+            [whole(Version::default()), whole(NATIVE), whole(wide)],
+            [[false; 3], [true, false, true], [false, false, true]]
+        );
+    }
+
+    #[test]
+    fn types_without_the_version_that_has_them_are_refused() {
+        let error = Version { types: Some(Types::Wide), ..Version::default() }.check().unwrap_err().to_string();
+        assert_eq!(error, "--types is for FMI 3.0: FMI 2.0 has one choice; add --fmi 3");
+        assert!(NATIVE.check().is_ok() && types("double").is_err());
+    }
+}
