@@ -46,8 +46,12 @@ pub fn run(options: &Options) -> Result<()> {
             );
         }
         let folder = options.pack.out.clone().unwrap_or_else(|| PathBuf::from("."));
-        let (path, warnings) =
-            package::program::pack(&options.program.manifest(&files)?, options.pack.version, options.pack.native, &folder)?;
+        let (path, warnings) = package::program::pack(
+            &options.program.manifest(&files)?,
+            options.pack.version,
+            options.pack.native,
+            &folder,
+        )?;
         for warning in warnings {
             tell::text(&warning);
         }

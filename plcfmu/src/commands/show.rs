@@ -1,6 +1,7 @@
 //! `plcfmu show`: what was understood of a program.
 
 use super::print;
+use crate::package::program as packing;
 use crate::program;
 use anyhow::{Error, Result, bail};
 use parameters::problem::drawn;
@@ -20,7 +21,7 @@ pub struct Options {
     #[arg(long = "as", value_enum, value_name = "LANGUAGE", default_value_t = Language::Scl)]
     language: Language,
     #[command(flatten)]
-    source: program::Options,
+    program: packing::Options,
 }
 
 /// A language of PLCs.
@@ -35,7 +36,7 @@ enum Language {
 /// # Errors
 /// A file cannot be read, or the program has errors, which have been printed.
 pub fn run(options: &Options) -> Result<()> {
-    let compiled = match program::compile(&options.files, &options.source)? {
+    let compiled = match program::compile(&options.files, &options.program.manifest(&options.files)?)? {
         Ok(compiled) => compiled,
         Err(errors) => {
             errors.iter().try_for_each(|problems| print(&drawn(problems)))?;

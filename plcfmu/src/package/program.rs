@@ -247,12 +247,7 @@ pub fn stops(stop: &str) -> String {
 ///
 /// # Errors
 /// All that is wrong with the sources, with file, line and column; the library of programs is missing.
-pub fn pack(
-    manifest: &Manifest,
-    version: Version,
-    native: bool,
-    folder: &Path,
-) -> Result<(PathBuf, Vec<String>)> {
+pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) -> Result<(PathBuf, Vec<String>)> {
     version.check()?;
     ensure!(
         !native || version.has_sources(),

@@ -26,7 +26,8 @@ pub const FILE: &str = "plcfmu-tool.html";
 const ENGINE: &str = "tool_wasm";
 
 /// Where it runs: no platform of FMI.
-pub const WEB: Platform = Platform { folder: "the page", target: "wasm32-unknown-unknown", suffix: ".wasm" };
+pub const WEB: Platform =
+    Platform { folder: "the page", newer: "the page", target: "wasm32-unknown-unknown", suffix: ".wasm" };
 
 /// The page is to fit into a mail: this many bytes.
 const LARGEST: usize = 1_700_000;
