@@ -48,74 +48,56 @@ fn crates_depend_on_each_other_one_way() {
     let metadata =
         MetadataCommand::new().current_dir(root()).no_deps().exec().unwrap_or_else(|error| panic!("{error}"));
     let packages = metadata.workspace_packages();
-    let ours: BTreeSet<&str> = packages.iter().map(|package| package.name.as_str()).collect();
+    let folder = |manifest: &Path| {
+        manifest.parent().unwrap().strip_prefix(root()).unwrap().display().to_string().replace('\\', "/")
+    };
+    let folders: BTreeMap<&str, String> =
+        packages.iter().map(|package| (package.name.as_str(), folder(package.manifest_path.as_std_path()))).collect();
+    let below = rooms_below();
     let mut findings = Vec::new();
     for package in &packages {
-        let folder = package.manifest_path.parent().unwrap().strip_prefix(root().to_str().unwrap()).unwrap();
-        let folder = folder.as_str().replace('\\', "/");
-        let allowed: &[&str] = match folder.as_str() {
-            "blocks" => &[],
-            "fmu" | "modeldescription" | "parameters" | "plants" => &["blocks"],
-            "draw" => &["blocks", "modeldescription"],
-            "manifest" => &["parameters"],
-            "run" => &["blocks", "manifest", "modeldescription", "parameters"],
-            "scl" => &["blocks", "manifest", "parameters"],
-            "laws" => &["blocks", "parameters", "scl"],
-            "control" | "host" => &["blocks", "modeldescription", "parameters", "run"],
-            "study" => &["blocks", "control", "draw", "host", "modeldescription", "parameters", "run"],
-            "tool" => &[
-                "blocks",
-                "control",
-                "draw",
-                "fmu",
-                "manifest",
-                "modeldescription",
-                "parameters",
-                "plants",
-                "program",
-                "run",
-                "scl",
-            ],
-            // It links everything into one program, on which nothing depends.
-            "tool/wasm" => continue,
-            "plcfmu" => &[
-                "blocks",
-                "control",
-                "draw",
-                "fmu",
-                "host",
-                "laws",
-                "manifest",
-                "modeldescription",
-                "parameters",
-                "plants",
-                "program",
-                "run",
-                "scl",
-                "study",
-                "tool",
-            ],
-            "xtask" => &["blocks", "modeldescription", "parameters", "plcfmu"],
-            tests if tests.starts_with("tests") => continue,
-            "fmu/program" => &["blocks", "fmu", "manifest", "parameters", "scl"],
-            "fmu/libraries/program" => &["fmu", "program"],
-            library if library.starts_with("fmu/libraries/") => &["blocks", "fmu", "plants"],
-            // An FMU of ours is made as anyone's is.
-            _ => &["blocks", "fmu"],
-        };
-        for dependency in &package.dependencies {
-            // Nothing but the mathematics that gives the same bits everywhere.
-            let is_alone = folder == "blocks" || folder == "plants" && !["blocks", "libm"].contains(&&*dependency.name);
-            if is_alone || ours.contains(&*dependency.name) && !allowed.contains(&&*dependency.name) {
-                findings.push(format!("{folder}/Cargo.toml depends on {}", dependency.name));
+        let folder = &folders[package.name.as_str()];
+        // The page's program links everything, and nothing depends on it or on a test.
+        if folder == "tool/wasm" || folder.starts_with("tests") {
+            continue;
+        }
+        let parents = Path::new(folder).ancestors();
+        let allowed = parents.filter_map(|room| below.get(room.to_str()?)).next().cloned().unwrap_or_default();
+        for dependency in package.dependencies.iter().map(|dependency| dependency.name.as_str()) {
+            let is_alone = folder == "blocks" || folder == "plants" && !["blocks", "libm"].contains(&dependency);
+            let is_itself = dependency == package.name.as_str();
+            if is_alone || !is_itself && folders.get(dependency).is_some_and(|room| !allowed.contains(room)) {
+                findings.push(format!("{folder}/Cargo.toml depends on {dependency}"));
             }
         }
     }
-    assert_none(
-        &findings,
-        "dependencies run one way: blocks <- fmu <- fmu/libraries and examples; blocks <- plants; blocks <- modeldescription, parameters <- \
-         run <- control, host <- study, tool <- plcfmu <- xtask; and blocks has none at all",
-    );
+    assert_none(&findings, "dependencies run as the arrows of docs/architecture.md, and blocks has none at all");
+}
+
+/// What each room may depend on by the arrows of docs/architecture.md, directly or through others.
+fn rooms_below() -> BTreeMap<String, BTreeSet<String>> {
+    let page = read("docs/architecture.md");
+    let arrows = page.split("## Arrows").nth(1).and_then(|text| text.split("```").nth(1)).expect("there are arrows");
+    let mut below: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for line in arrows.lines().filter(|line| line.contains("<-")) {
+        let groups: Vec<Vec<&str>> = line.split("<-").map(|group| group.split(',').map(str::trim).collect()).collect();
+        for pair in groups.windows(2) {
+            for room in &pair[1] {
+                below.entry((*room).into()).or_default().extend(pair[0].iter().map(ToString::to_string));
+            }
+        }
+    }
+    for _ in 0..below.len() {
+        let direct = below.clone();
+        for rooms in below.values_mut() {
+            let further: Vec<String> = rooms.iter().filter_map(|room| direct.get(room)).flatten().cloned().collect();
+            rooms.extend(further);
+        }
+    }
+    for (room, others) in &below {
+        assert!(!others.contains(room), "the arrows of docs/architecture.md lead from {room} back to it");
+    }
+    below
 }
 
 #[test]
