@@ -10,11 +10,13 @@
 //! - [`Method::TwoPoints`]: the times of 28.3 % and 63.2 % of the answer; T is 1.5 times what lies between.
 //! - [`Method::Area`]: the area between the answer and its last level is K (T + L); that below the answer until then gives T.
 //! - [`Method::LeastSquares`]: the dead time is searched for; for each one, gain and time constant follow from a linear
-//!   equation for the answer and its integral, and the one whose model fits best is improved by least squares over all three.
+//!   equation for the answer and its integral, and the one whose model fits best is improved by least squares over all three. A
+//!   second lag is fitted too, and kept if it explains more than the noise and the resolution of the process value can.
 //!
 //! The first three need an answer that ends within the record. An integrating plant is identified by tangent or least squares.
 //! A model whose fit is below [`LOWEST_FIT`] is refused.
 
+mod gauss_newton;
 mod least_squares;
 mod methods;
 mod step;
@@ -101,7 +103,7 @@ pub enum Method {
     TwoPoints,
     /// The area above the answer.
     Area,
-    /// Least squares over gain, time constant and dead time.
+    /// Least squares over gain, one or two lags, and dead time.
     LeastSquares,
 }
 
@@ -166,7 +168,7 @@ pub fn of(recorded: &Recorded, method: Method, is_integrating: bool) -> Result<I
     let step = Step::of(recorded, is_integrating)?;
     let model = match (method, is_integrating) {
         (Method::LeastSquares, true) => least_squares::integrating(&step)?,
-        (Method::LeastSquares, false) => least_squares::lag(&step)?,
+        (Method::LeastSquares, false) => least_squares::lags(&step)?,
         (Method::Tangent, true) => methods::integrating_tangent(&step)?,
         (_, true) => bail!("{} needs an answer that ends, and the plant integrates: take least squares", name(method)),
         (_, false) => {

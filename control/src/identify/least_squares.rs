@@ -1,7 +1,9 @@
-//! Least squares over gain, time constant and dead time.
+//! Least squares over gain, one or two lags, and dead time.
 
-use super::step::Step;
+use super::gauss_newton::{Shape, improved};
+use super::step::{Step, resolution};
 use super::{Model, error, golden_section, response};
+use crate::process::Process;
 use anyhow::{Context, Result, bail};
 
 /// How many dead times are tried before the best one is improved.
@@ -10,17 +12,28 @@ const COARSE: usize = 60;
 const FINE: usize = 25;
 /// How many samples are compared at most; of more, each n-th.
 const MOST_SAMPLES: usize = 10_000;
-/// How often the model is improved at most.
-const IMPROVEMENTS: usize = 20;
 /// The record has to show this part of the answer at least.
 const SHOWN: f64 = 0.3;
+/// The ratios of the two lags from which a second lag is looked for.
+const RATIOS: [f64; 4] = [0.05, 0.2, 0.5, 1.0];
+/// A second lag has to take more off the sum of squares than noise does: so many times the variance of an independent sample. Of one
+/// parameter too many, noise takes off one variance on average, and 20 in one of 100,000 records.
+const BEYOND_NOISE: f64 = 20.0;
+/// What a model misses of less than this part of the answer is no reason for another lag.
+const MISSED: f64 = 1e-5;
+
+/// One or two lags with dead time: one, unless the second explains more than noise and resolution do.
+pub(super) fn lags(step: &Step) -> Result<Model> {
+    let samples = Samples::of(step);
+    let one = lag(&samples, step)?;
+    Ok(with_second_lag(&samples, step, &one).unwrap_or(one))
+}
 
 /// A lag with dead time.
 ///
 /// From `T y'(t) + y(t) = K u(t - L)`, integrated from the step on: `y = -Y/T + (K/T) U(t - L)`, where Y and U are the integrals.
 /// Noise is in y alone, which stands on the left: the solution is hardly biased by it.
-pub(super) fn lag(step: &Step) -> Result<Model> {
-    let samples = Samples::of(step);
+fn lag(samples: &Samples, step: &Step) -> Result<Model> {
     let longest = longest_dead_time(step);
     let missed =
         |dead_time: f64| samples.solve(step, dead_time).map_or(f64::INFINITY, |model| samples.error(step, &model));
@@ -28,7 +41,52 @@ pub(super) fn lag(step: &Step) -> Result<Model> {
     let model = samples.solve(step, dead_time).context(
         "no lag with dead time fits this record: the plant may integrate, or the record has more than a step in it",
     )?;
-    Ok(improved(&samples, step, model))
+    Ok(improved(samples.compared(step), Shape::Lag, model))
+}
+
+/// The model with two lags that fits best, if the second one is in the data.
+fn with_second_lag(samples: &Samples, step: &Step, one: &Model) -> Option<Model> {
+    let compared = samples.compared(step);
+    // By the half rule backwards: the lag is the slower one with half of the faster one, and the dead time has the other half.
+    let start = |ratio: f64| {
+        let slow = one.time_constant / (1.0 + ratio / 2.0);
+        let dead_time = (one.dead_time - ratio * slow / 2.0).max(0.0);
+        Model { time_constant: slow, second_time_constant: ratio * slow, dead_time, ..*one }
+    };
+    let better = |a: &Model, b: &Model| {
+        error(compared, &response(compared, a)).total_cmp(&error(compared, &response(compared, b)))
+    };
+    let begin = RATIOS.map(start).into_iter().min_by(better)?;
+    // Where the best pair of lags is complex, the best real pair is equal.
+    let apart = improved(compared, Shape::TwoLags, begin);
+    let equal = improved(compared, Shape::EqualLags, start(1.0));
+    let two = [apart, equal].into_iter().min_by(better)?;
+    let is_shown = two.second_time_constant >= compared.interval() && explains_more(compared, one, &two);
+    is_shown.then_some(two)
+}
+
+/// Whether the model of more parameters misses so much less that neither noise nor resolution can be why.
+fn explains_more(step: &Step, few: &Model, many: &Model) -> bool {
+    let missed = |model: &Model| -> Vec<f64> {
+        response(step, model).iter().zip(&step.values).map(|(model, is)| is - model).collect()
+    };
+    let squares = |missed: &[f64]| missed.iter().map(|value| value * value).sum::<f64>();
+    let (of_few, of_many) = (missed(few), missed(many));
+    let count = step.values.len() as f64;
+    let rounding = resolution(&step.values) / 12.0_f64.sqrt();
+    let smallest = [step.noise, rounding, MISSED * step.end().abs()].into_iter().fold(0.0, f64::max);
+    let variance = (squares(&of_many) / count).max(smallest * smallest);
+    squares(&of_few) - squares(&of_many) > BEYOND_NOISE * variance * memory(&of_many)
+}
+
+/// Over how many samples what is missed has a memory: 1 of white noise, more of drift and of a value that stays within a count.
+fn memory(missed: &[f64]) -> f64 {
+    let square: f64 = missed.iter().map(|value| value * value).sum();
+    if square == 0.0 {
+        return 1.0;
+    }
+    let correlation = |lag: usize| missed.iter().zip(&missed[lag..]).map(|(a, b)| a * b).sum::<f64>() / square;
+    1.0 + 2.0 * (1..missed.len() / 4).map(correlation).take_while(|part| *part > 0.05).sum::<f64>()
 }
 
 /// An integrator with dead time: `y = k' U(t - L)`.
@@ -51,7 +109,9 @@ pub(super) fn integrating(step: &Step) -> Result<Model> {
 /// # Errors
 /// It ends so early that the model is a guess.
 pub(super) fn completeness(step: &Step, model: &Model) -> Result<Option<String>> {
-    let shown = -libm::expm1(-(step.duration() - model.dead_time).max(0.0) / model.time_constant);
+    let mut process = Process::at_rest(Model { gain: 1.0, ..*model }, 0.0);
+    process.put(0.0, 1.0);
+    let shown = process.output_at(step.duration());
     let percent = shown * 100.0;
     if shown < SHOWN {
         bail!(
@@ -109,8 +169,13 @@ impl Samples {
         Samples { places, integrals, thinned }
     }
 
+    /// The step of the samples that are compared.
+    fn compared<'a>(&'a self, step: &'a Step) -> &'a Step {
+        self.thinned.as_ref().unwrap_or(step)
+    }
+
     fn error(&self, step: &Step, model: &Model) -> f64 {
-        let step = self.thinned.as_ref().unwrap_or(step);
+        let step = self.compared(step);
         error(step, &response(step, model))
     }
 
@@ -141,84 +206,4 @@ fn input_integral(step: &Step, to: f64) -> f64 {
         sum += input * (end - from).max(0.0);
     }
     sum
-}
-
-/// Gauss and Newton over gain, time constant and dead time, as far as the model gets better.
-fn improved(samples: &Samples, step: &Step, model: Model) -> Model {
-    let of_samples = samples.thinned.as_ref().unwrap_or(step);
-    let mut best = (samples.error(step, &model), model);
-    let mut damping = 1e-6;
-    for _ in 0..IMPROVEMENTS {
-        let Some(next) = newton(of_samples, &best.1, damping) else { break };
-        let missed = samples.error(step, &next);
-        if missed < best.0 {
-            let gained = best.0 - missed;
-            best = (missed, next);
-            damping /= 10.0;
-            if gained < 1e-9 * missed {
-                break;
-            }
-        } else {
-            damping = (damping * 100.0).max(1e-6);
-            if damping > 1e6 {
-                break;
-            }
-        }
-    }
-    best.1
-}
-
-/// One step of Gauss and Newton with damping; none if it leads nowhere.
-fn newton(step: &Step, model: &Model, damping: f64) -> Option<Model> {
-    let base = response(step, model);
-    let sizes = [1e-5 * model.gain.abs(), 1e-5 * model.time_constant, 1e-5 * (model.time_constant + model.dead_time)];
-    let changed = |parameter: usize, by: f64| match parameter {
-        0 => Model { gain: model.gain + by, ..*model },
-        1 => Model { time_constant: model.time_constant + by, ..*model },
-        _ => Model { dead_time: model.dead_time + by, ..*model },
-    };
-    let slopes: [Vec<f64>; 3] = [0, 1, 2].map(|parameter| {
-        let response = response(step, &changed(parameter, sizes[parameter]));
-        response.iter().zip(&base).map(|(new, old)| new - old).collect()
-    });
-    let missed: Vec<f64> = step.values.iter().zip(&base).map(|(is, model)| is - model).collect();
-    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let mut matrix = [[0.0; 4]; 3];
-    for (row, equation) in matrix.iter_mut().enumerate() {
-        for (column, slope) in slopes.iter().enumerate() {
-            equation[column] = product(&slopes[row], slope);
-        }
-        equation[row] *= 1.0 + damping;
-        equation[3] = product(&slopes[row], &missed);
-    }
-    let by = solved(matrix)?;
-    let next = Model {
-        gain: model.gain + by[0] * sizes[0],
-        time_constant: model.time_constant + by[1] * sizes[1],
-        dead_time: (model.dead_time + by[2] * sizes[2]).max(0.0),
-        ..*model
-    };
-    (next.time_constant > 0.0 && next.gain.is_finite() && next.dead_time.is_finite()).then_some(next)
-}
-
-/// Three linear equations.
-fn solved(mut matrix: [[f64; 4]; 3]) -> Option<[f64; 3]> {
-    for column in 0..3 {
-        let pivot = (column..3).max_by(|a, b| matrix[*a][column].abs().total_cmp(&matrix[*b][column].abs()))?;
-        matrix.swap(column, pivot);
-        if matrix[column][column] == 0.0 {
-            return None;
-        }
-        let equation = matrix[column];
-        for (row, other) in matrix.iter_mut().enumerate() {
-            if row != column {
-                let factor = other[column] / equation[column];
-                for (value, pivot) in other.iter_mut().zip(equation) {
-                    *value -= factor * pivot;
-                }
-            }
-        }
-    }
-    let [a, b, c] = matrix;
-    Some([a[3] / a[0], b[3] / b[1], c[3] / c[2]])
 }
