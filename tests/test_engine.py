@@ -159,7 +159,7 @@ def test_the_engine_imports_nothing(page):
     [
         ("HEATER", {}, 60.0),
         ("THERMO", {}, 60.0),
-        # One lag and a dead time, which the model is; two lags, which it is not.
+        # One lag and a dead time; two lags.
         ("PROCESS", {}, 60.0),
         ("PROCESS", {"T1": 10.0, "T2": 8.0, "DEAD_TM": 1.0}, 60.0),
         ("PROCESS", {"GAIN": 2.0, "T1": 30.0, "T2": 30.0, "DEAD_TM": 5.0}, 60.0),

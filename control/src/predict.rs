@@ -33,6 +33,8 @@ const LOAD: f64 = 10.0;
 const RECOVERED: f64 = 0.02;
 /// At most this many calls are simulated.
 const MOST_CALLS: usize = 200_000;
+/// How many times longer the loop is simulated if it has not come to rest.
+const LONGER: [usize; 2] = [2, 4];
 /// This many calls after the step are all shown; of the others, about as many again and four times as many.
 const ALL_SHOWN: usize = 200;
 /// The names of the two members.
@@ -184,7 +186,13 @@ struct Schedule {
 impl Schedule {
     /// # Errors
     /// The pulses are too long to be simulated.
-    fn of(controller: &Controller, request: &Request, dead_time: f64, values: &Values) -> Result<Schedule> {
+    fn of(
+        controller: &Controller,
+        request: &Request,
+        dead_time: f64,
+        values: &Values,
+        longer: usize,
+    ) -> Result<Schedule> {
         let cycle = controller.cycle();
         let calls = |time: f64| (time / cycle).ceil() as usize;
         let period = controller.own_period().unwrap_or(cycle).max(controller.sampling());
@@ -204,7 +212,8 @@ impl Schedule {
         let duration = slow + 15.0 * dead_time + 2.0 * motor_time + 10.0 * period;
         let step = rest + rest.max(5);
         let wanted = if duration / cycle < MOST_CALLS as f64 { calls(duration) } else { MOST_CALLS };
-        Ok(Schedule { cycle, automatic: rest, step, calls: step + wanted.max(20) })
+        let wanted = (wanted.max(20) * longer).min(MOST_CALLS.max(20));
+        Ok(Schedule { cycle, automatic: rest, step, calls: step + wanted })
     }
 
     fn time(&self, call: usize) -> f64 {
@@ -222,11 +231,36 @@ pub fn predict(
     request: &Request,
     values: &Values,
 ) -> Result<(Predicted, Vec<String>)> {
+    let first = predicted(home, controller, request, values, 1)?;
+    let rests = |(of, _): &(Predicted, Vec<String>)| {
+        of.settling.is_some() && of.load.as_ref().is_some_and(|load| load.recovery.is_some())
+    };
+    if rests(&first) {
+        return Ok(first);
+    }
+    // A calm loop takes longer after a load than after its own step; one that swings does not rest in any time.
+    for longer in LONGER {
+        let later = predicted(home, controller, request, values, longer)?;
+        if rests(&later) {
+            return Ok(later);
+        }
+    }
+    Ok(first)
+}
+
+/// The same, over so many times the usual time.
+fn predicted(
+    home: &dyn Fmus,
+    controller: &Controller,
+    request: &Request,
+    values: &Values,
+    longer: usize,
+) -> Result<(Predicted, Vec<String>)> {
     let setpoint = controller.roles.setpoint.as_ref().context("its setpoint is not known")?;
     let drawn = controller.roles.manipulated_value.as_ref();
     let terminal = Terminal::of(controller)?;
     let dead_time = request.model.dead_time + controller.cycle() / 2.0;
-    let schedule = Schedule::of(controller, request, dead_time, values)?;
+    let schedule = Schedule::of(controller, request, dead_time, values, longer)?;
     let scaling = if terminal.is_word { Some(word_scaling(home, controller, &terminal)?) } else { None };
     let motor_time = controller.motor_time();
     if controller.is_step_controller() && motor_time.is_none() {
