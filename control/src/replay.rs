@@ -71,12 +71,34 @@ pub struct Replayed {
     pub outputs: Vec<Compared>,
     /// What was tried, the best first.
     pub suspects: Vec<Suspect>,
+    /// The conclusion.
+    pub conclusion: Conclusion,
     /// The conclusion, in one sentence.
     pub verdict: String,
     /// Whether the recording depends on the controller's settings: equal outputs say nothing about them otherwise.
     pub is_conclusive: bool,
     /// What the user should know, a sentence each.
     pub remarks: Vec<String>,
+}
+
+/// What a recording says of a block.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
+pub enum Conclusion {
+    /// It does what the recording has.
+    #[default]
+    Equal,
+    /// It does something else, and no cause was looked for.
+    Differs,
+    /// The first suspect is the cause: it explains everything, and nothing else does.
+    Cause,
+    /// The first suspect is the likeliest cause: of those that explain everything, it alone changes settings of the controller only.
+    LikelyCause,
+    /// More than one change explains everything: the recording cannot tell them apart.
+    Ambiguous,
+    /// Nothing that was tried explains everything.
+    Unexplained,
 }
 
 /// An output, recorded and computed.
@@ -170,14 +192,16 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
     let calls = recording.rows - recording.between.len() - usize::from(end.is_some());
     let doubt = doubt(&block, &recording);
     let is_conclusive = doubt.is_none();
-    let mut verdict = verdict(&comparison, &base, &suspects, (calls, request.try_suspects));
+    let conclusion = conclusion(&block, &base, &suspects, request.try_suspects);
+    let mut verdict = verdict(&comparison, &base, &suspects, (calls, conclusion));
     if base.different() == 0
         && let Some(doubt) = doubt
     {
         verdict = format!("{verdict} {doubt}");
     }
     let outputs = (0..recording.outputs.len()).map(|output| compared(&recording, &base, output)).collect();
-    Ok(Replayed { columns: recording.matched.clone(), calls, outputs, verdict, is_conclusive, suspects, remarks })
+    let columns = recording.matched.clone();
+    Ok(Replayed { columns, calls, outputs, conclusion, verdict, is_conclusive, suspects, remarks })
 }
 
 /// The run of the block as it is and, if it differs, what explains that.
@@ -270,12 +294,24 @@ fn doubt(block: &Block, recording: &Recording) -> Option<String> {
     })
 }
 
+/// What follows from what was tried.
+fn conclusion(block: &Block, base: &compare::Outcome, suspects: &[Suspect], has_tried: bool) -> Conclusion {
+    match suspects {
+        _ if base.different() == 0 => Conclusion::Equal,
+        _ if !has_tried => Conclusion::Differs,
+        [first, ..] if first.fits && first.is_sure => Conclusion::Cause,
+        [first, others @ ..] if is_likeliest(block, first, others) => Conclusion::LikelyCause,
+        _ if suspects.iter().any(|suspect| suspect.fits) => Conclusion::Ambiguous,
+        _ => Conclusion::Unexplained,
+    }
+}
+
 /// The conclusion, in one sentence.
 fn verdict(
     comparison: &Comparison,
     base: &compare::Outcome,
     suspects: &[Suspect],
-    (calls, has_tried): (usize, bool),
+    (calls, conclusion): (usize, Conclusion),
 ) -> String {
     let recording = comparison.recording;
     let names = |outputs: &[usize]| {
@@ -322,34 +358,32 @@ fn verdict(
     );
     let plain = |suspect: &Suspect| suspect.text.trim_end_matches('.').to_string();
     let fitting: Vec<String> = suspects.iter().filter(|suspect| suspect.fits).take(3).map(plain).collect();
-    match (fitting.as_slice(), suspects.first()) {
-        ([first, ..], Some(suspect)) if suspect.is_sure => {
-            format!("{difference}; nothing differs any more when {first}.")
+    let first = fitting.first().cloned().unwrap_or_default();
+    match conclusion {
+        Conclusion::Cause => format!("{difference}; nothing differs any more when {first}."),
+        Conclusion::LikelyCause if fitting.len() == 1 => format!("{difference}. Most likely, {first}."),
+        Conclusion::LikelyCause => {
+            format!("{difference}. Most likely, {first}. It could also be: {}.", fitting[1..].join("; or: "))
         }
-        ([first, others @ ..], Some(likely)) if is_likeliest(comparison.block, likely, &suspects[1..]) => {
-            let others = match others {
-                [] => String::new(),
-                _ => format!(" It could also be: {}.", others.join("; or: ")),
-            };
-            format!("{difference}. Most likely, {first}.{others}")
-        }
-        (all, _) if !all.is_empty() => format!(
-            "{difference}. More than one change explains this recording: {}. Record a step of the setpoint in automatic mode, with \
-             more digits.",
-            all.join("; or: ")
+        Conclusion::Ambiguous => format!(
+            "{difference}. These changes cannot be told apart, since each explains this recording: {}. Record a step of the setpoint in \
+             automatic mode, with more digits.",
+            fitting.join("; or: ")
         ),
-        (_, Some(best)) if has_tried => format!(
-            "{difference}. No single or paired setting change explains this recording. The nearest is: {} ({} {} still {}).",
-            plain(best),
-            best.different,
-            if best.different == 1 { "value" } else { "values" },
-            if best.different == 1 { "differs" } else { "differ" }
-        ),
-        _ if has_tried => format!(
-            "{difference}. No single or paired setting change explains this recording: look for the cause in what the recording does \
-             not have."
-        ),
-        _ => format!("{difference}."),
+        Conclusion::Unexplained => match suspects.first() {
+            Some(best) => format!(
+                "{difference}. No single or paired setting change explains this recording. The nearest is: {} ({} {} still {}).",
+                plain(best),
+                best.different,
+                if best.different == 1 { "value" } else { "values" },
+                if best.different == 1 { "differs" } else { "differ" }
+            ),
+            None => format!(
+                "{difference}. No single or paired setting change explains this recording: look for the cause in what the recording \
+                 does not have."
+            ),
+        },
+        Conclusion::Equal | Conclusion::Differs => format!("{difference}."),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Recordings as the product itself writes them, and as a recorder with a faster clock does, through the replay.
 
-use control::replay::{Replayed, Request, replay};
+use control::replay::{Conclusion, Replayed, Request, replay};
 use run::fmus::Fmus;
 use run::system::Value;
 use std::fmt::Write;
@@ -106,14 +106,12 @@ fn verdict(faults: Values, kind: Kind, decimals: Option<usize>) -> (char, String
         suspect.values.len() == faults.len()
             && faults.iter().all(|(name, value)| suspect.values.get(*name).is_some_and(|found| is_near(found, *value)))
     };
-    let sure = replayed.suspects.iter().find(|suspect| suspect.is_sure);
-    let verdict = match sure {
-        _ if replayed.outputs.iter().all(|output| output.different == 0) => '=',
-        Some(suspect) if is_true(suspect) => '+',
-        Some(_) => '!',
-        None if !replayed.verdict.contains("Most likely") => '?',
-        None if is_true(&replayed.suspects[0]) => 'l',
-        None => '!',
+    let verdict = match replayed.conclusion {
+        Conclusion::Equal => '=',
+        Conclusion::Cause if is_true(&replayed.suspects[0]) => '+',
+        Conclusion::LikelyCause if is_true(&replayed.suspects[0]) => 'l',
+        Conclusion::Cause | Conclusion::LikelyCause => '!',
+        Conclusion::Ambiguous | Conclusion::Unexplained | Conclusion::Differs => '?',
     };
     (verdict, format!("{}\n  {:?}", replayed.verdict, replayed.remarks))
 }
