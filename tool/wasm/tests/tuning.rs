@@ -565,8 +565,7 @@ fn a_furnace_with_two_lags_does_what_its_identified_model_predicts() {
         (number(&offered, "GAIN") - 0.806).abs() < 0.01 && (number(&offered, "TI") - 130.0).abs() < 1.0,
         "{offered:?}"
     );
-    let rules = [(Rule::Simc, Structure::Pi), (Rule::ZieglerNicholsStep, Structure::Pi), (Rule::Simc, Structure::Pid)];
-    let others = rules.map(|(rule, structure)| tuned(&of(rule, structure)));
+    let others = [Rule::Simc, Rule::ZieglerNicholsStep].map(|rule| tuned(&of(rule, Structure::Pi)));
     for (place, Tuned { values, predicted, .. }) in [offered].into_iter().chain(others).enumerate() {
         session.send(&values.iter().map(|(name, value)| (format!("C.{name}"), *value)).collect()).unwrap();
         let from = experiment::rest_at(&home, &mut session, &RestAt { setpoint: 100.0 }).unwrap().state.time;
@@ -578,14 +577,15 @@ fn a_furnace_with_two_lags_does_what_its_identified_model_predicts() {
         let settling = came.iter().rposition(|value| (value - 110.0).abs() > 0.2).map_or(0, |last| last + 1) as f64;
         let came = [((highest - 110.0) * 10.0).max(0.0), settling];
         let told = [predicted.overshoot, predicted.settling].map(Option::unwrap);
-        println!("{place} {told:?} {came:?} {:?}", predicted.load);
         if place == 0 {
             assert!(
                 came[0] > 1.0 && came[0] < 5.0 && predicted.load.is_some_and(|load| load.recovery.is_some()),
                 "{came:?}"
             );
         }
-        for ((told, came), off) in told.into_iter().zip(came).zip([0.8, if place == 2 { 80.0 } else { 3.0 }]) {
+        // A loop that swings passes the band half a period earlier or later.
+        let off = [0.3 + 0.02 * came[0], if place == 2 { 80.0 } else { 3.0 }];
+        for ((told, came), off) in told.into_iter().zip(came).zip(off) {
             assert!((told - came).abs() <= off, "{place}: {told} instead of {came}");
         }
     }
