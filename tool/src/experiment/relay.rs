@@ -119,16 +119,18 @@ fn oscillate(bench: &mut Bench, amplitude: f64, level: f64, hysteresis: f64) -> 
     let mut is_up = true;
     bench.put(bench.manual + amplitude)?;
     // The sign of the plant's gain: which way the first step moves it.
-    let (mut sign, mut rises, mut waited) = (0.0, Vec::new(), 0);
+    let (mut sign, mut rises, mut waited, mut before) = (0.0, Vec::new(), 0, 0.0);
     let mut from = bench.next_time()?;
     while rises.len() <= PERIODS {
         bench.run(1)?;
         waited += 1;
         bench.check_patience(waited, "the process value does not swing: choose a larger amplitude")?;
         let off = bench.value(&bench.process_value_name.clone())? - level;
-        if sign == 0.0 && off.abs() > hysteresis + 1e-9 {
+        // Twice in a row: noise goes beyond four times its deviation once in some thousand calls.
+        if sign == 0.0 && off.abs().min(before * off.signum()) > hysteresis + 1e-9 {
             sign = off.signum();
         }
+        before = off;
         let goes = match sign * off {
             off if off > hysteresis && is_up => false,
             off if off < -hysteresis && !is_up => true,
