@@ -112,6 +112,9 @@ blocks: Array<Block>,
 /** The instances of blocks; first the program itself, whose path is empty. */
 parts: Array<Instance>, };
 
+/** What a recording says of a block. */
+export type Conclusion = "equal" | "differs" | "cause" | "likely_cause" | "ambiguous" | "unexplained";
+
 /**
  * Curves: each row is a call. If they are not exact, each two rows are a group of calls, at the times of its first and its
  * last one, with the lowest and the highest value of each variable in the group, in the order in which they occur.
