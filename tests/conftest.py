@@ -165,9 +165,12 @@ def pack_foreign():
         compiler = os.environ.get("CC", "cc")
         subprocess.run([compiler, *defines, "-shared", "-fPIC", "-o", library, source / f"{name}.c"], check=True)
         path = folder / f"{name.upper()}.fmu"
+        description = (source / f"{name}.xml").read_text()
+        # FMI 3.0 names platforms by processor and system.
+        platform = fmpy.platform_tuple if 'fmiVersion="3.0"' in description else fmpy.platform
         with zipfile.ZipFile(path, "w") as fmu:
-            fmu.write(source / f"{name}.xml", "modelDescription.xml")
-            fmu.write(library, f"binaries/{fmpy.platform}/{library.name}")
+            fmu.writestr("modelDescription.xml", description)
+            fmu.write(library, f"binaries/{platform}/{library.name}")
         return path
 
     return pack_foreign

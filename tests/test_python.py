@@ -119,7 +119,7 @@ def test_what_cannot_run_here_is_refused_with_the_reason(fmus, tmp_path):
     with pytest.raises(plcfmu.FmuError, match=r"empty.fmu has no library for \w+; it has no library at all"):
         fmus.start(repacked(tmp_path / "empty.fmu", without_libraries))
     with pytest.raises(
-        plcfmu.FmuError, match="other.fmu is FMI 2.0, model exchange only; export it as FMI 2.0 for co-sim"
+        plcfmu.FmuError, match="other.fmu is FMI 2.0, model exchange only; export it as FMI 2.0 or 3.0 for co-sim"
     ):
         fmus.start(repacked(tmp_path / "other.fmu", for_model_exchange))
 

@@ -1,13 +1,13 @@
 //! An .fmu file, unpacked and loaded.
 
-use crate::instance::Instance;
-use crate::library::Library;
+use crate::instance::{Instance, Start};
+use crate::library::{Library, Opened, v3};
 use crate::machine;
 use crate::package::binary::Binary;
 use crate::package::temporary::{self, Folder};
 use crate::package::{LibraryFile, Package};
 use anyhow::{Context, Error, Result, bail};
-use modeldescription::{Description, Interface, Table};
+use modeldescription::{Array, Description, Interface, Table, Variable, shortened};
 use std::env::consts::{ARCH, OS};
 use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
@@ -19,8 +19,8 @@ pub struct Fmu {
     /// What it is.
     pub description: Description,
     /// Its library.
-    pub library: Library,
-    /// The URI of its resources.
+    pub library: Opened,
+    /// Where its resources are, as the version wants it: a URI, or a path.
     resources: String,
 }
 
@@ -42,12 +42,27 @@ impl Fmu {
         Unpacked::new(package, place)?.load()
     }
 
-    /// A new instance.
+    /// A new instance, which is called in Event Mode if it `has_events`.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages.
-    pub fn instantiate(&self, name: &str) -> Result<Instance> {
-        Instance::instantiate(&self.library, name, &self.description.guid, Some(&self.resources))
+    /// The FMU refuses, with its messages, or has no Event Mode.
+    pub fn instantiate(&self, name: &str, has_events: bool) -> Result<Instance> {
+        self.instantiate_with(name, &self.description.guid, has_events)
+    }
+
+    /// The same with another GUID or instantiation token than that of the FMU.
+    ///
+    /// # Errors
+    /// As [`Fmu::instantiate`].
+    pub fn instantiate_with(&self, name: &str, guid: &str, has_events: bool) -> Result<Instance> {
+        let elements = |array: &Array| {
+            let elements = &self.description.variables[array.first..array.first + array.count];
+            let start = |of: &Variable| of.kind.map_or(0.0, |kind| kind.cell(of.start.unwrap_or(0.0)));
+            (array.clone(), elements.iter().map(start).collect())
+        };
+        let arrays: Vec<(Array, Vec<f64>)> = self.description.arrays.iter().map(elements).collect();
+        let resources = Some(self.resources.as_str());
+        Instance::start(&self.library, &Start { name, guid, resources, arrays: &arrays, has_events })
     }
 
     /// What an FMU that was made with `fmu::export!` tells of its block.
@@ -92,10 +107,15 @@ impl Unpacked {
     pub fn load(self) -> Result<Fmu> {
         let unpacked = Unpacked::of(&self.folder);
         let place = temporary::folder(self.folder.path()).to_path_buf();
-        let library = Library::open_in(self.folder, &unpacked.join(&self.library.path));
+        let (file, resources) = (unpacked.join(&self.library.path), unpacked.join("resources"));
+        let (library, resources) = if is_v3(&self.description) {
+            (v3::Library::open_in(self.folder, &file).map(Opened::V3), path(&resources))
+        } else {
+            (Library::open_in(self.folder, &file).map(Opened::V2), uri(&resources))
+        };
         // The folder is gone now, and its place is not.
         let library = machine::loading(library, &place)?;
-        Ok(Fmu { description: self.description, library, resources: uri(&unpacked.join("resources")) })
+        Ok(Fmu { description: self.description, library, resources })
     }
 
     /// Where the FMU is in its folder.
@@ -109,13 +129,11 @@ impl Unpacked {
 /// # Errors
 /// The FMU is not for co-simulation, or has no library for this platform.
 pub fn library<R: Read + Seek>(package: &Package<R>) -> Result<&LibraryFile> {
-    if package.description.co_simulation.is_none() {
-        bail!("the FMU is for model exchange only: a simulator with a solver can run it, this one cannot");
-    }
+    ensure_runs(&package.description)?;
     if package.libraries.is_empty() {
         bail!("the FMU has sources only: a tool that compiles them can run it, this one cannot");
     }
-    let platforms = platforms(OS, ARCH);
+    let platforms = if is_v3(&package.description) { platforms_v3(OS, ARCH) } else { platforms(OS, ARCH) };
     let file = platforms.iter().find_map(|name| package.libraries.iter().find(|file| file.platform == *name));
     file.with_context(|| {
         format!(
@@ -124,6 +142,41 @@ pub fn library<R: Read + Seek>(package: &Package<R>) -> Result<&LibraryFile> {
             package.platforms()
         )
     })
+}
+
+/// Checks that an FMU is one that this program can run.
+///
+/// # Errors
+/// It is not for co-simulation, or has Clocks.
+pub fn ensure_runs(description: &Description) -> Result<()> {
+    if description.co_simulation.is_none() {
+        if description.model_exchange.is_none() {
+            bail!("the FMU is for scheduled execution only: export it for co-simulation");
+        }
+        bail!("the FMU is for model exchange only: a simulator with a solver can run it, this one cannot");
+    }
+    let clocks = || description.variables.iter().filter(|variable| variable.type_name == CLOCK);
+    if clocks().next().is_some() {
+        let names: Vec<_> = clocks().take(MOST_CLOCKS).map(|clock| shortened(&clock.name)).collect();
+        let more = if clocks().count() > MOST_CLOCKS { ", ..." } else { "" };
+        bail!(
+            "the FMU has Clocks ({}{more}), which this program does not tick: export it without Clocks, or run it in a tool \
+             that has them",
+            names.join(", ")
+        );
+    }
+    Ok(())
+}
+
+/// The standard's name of the type of a Clock.
+const CLOCK: &str = "Clock";
+
+/// So many Clocks are named.
+const MOST_CLOCKS: usize = 3;
+
+/// Whether an FMU is of FMI 3.0.
+fn is_v3(description: &Description) -> bool {
+    description.fmi_version.starts_with('3')
 }
 
 /// Whether the library for this platform has a block's table, as those made with `fmu::export!` have. None of its code runs.
@@ -162,6 +215,26 @@ pub fn platforms(os: &str, arch: &str) -> &'static [&'static str] {
         ("macos", _) => &["darwin64"],
         _ => &[],
     }
+}
+
+/// The same in FMI 3.0.
+pub fn platforms_v3(os: &str, arch: &str) -> &'static [&'static str] {
+    match (os, arch) {
+        ("linux", "x86_64") => &["x86_64-linux"],
+        ("linux", "x86") => &["x86-linux"],
+        ("linux", "aarch64") => &["aarch64-linux"],
+        ("windows", "x86_64") => &["x86_64-windows"],
+        ("windows", "x86") => &["x86-windows"],
+        ("windows", "aarch64") => &["aarch64-windows"],
+        ("macos", "x86_64") => &["x86_64-darwin"],
+        ("macos", "aarch64") => &["aarch64-darwin"],
+        _ => &[],
+    }
+}
+
+/// A folder as a path that ends with a separator, as FMI 3.0 wants it.
+fn path(folder: &Path) -> String {
+    format!("{}{}", folder.display(), std::path::MAIN_SEPARATOR)
 }
 
 /// A folder as a URI (RFC 8089).

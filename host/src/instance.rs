@@ -1,27 +1,26 @@
 //! An instance of an FMU: safe to use, with the messages of the FMU in the errors.
+//!
+//! [`v2`] and [`v3`] know how a version is called; what they return is judged here, the same for both.
 
 #![allow(unsafe_code)]
 
-use crate::library::{CallbackFunctions, Library, Logger, Pointer};
+mod v2;
+mod v3;
+
+use crate::library::{self, Library, Opened};
 use anyhow::{Context, Result, anyhow, bail};
+use modeldescription::Array;
 pub use run::component::Type;
-use run::component::{Component, Reset, Terminated};
+use run::component::{Component, Reset, Terminated, Update};
 use std::cell::Cell;
 use std::ffi::{CStr, CString, c_char, c_int};
-use std::ptr;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-/// fmi2CoSimulation.
-const CO_SIMULATION: c_int = 1;
-
-/// The values of fmi2Status, in order.
-const STATUS: [&str; 6] = ["fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending"];
+/// The values of fmi2Status and fmi3Status, in order, without the prefix.
+const STATUS: [&str; 6] = ["OK", "Warning", "Discard", "Error", "Fatal", "Pending"];
 const WARNING: c_int = 1;
 const DISCARD: c_int = 2;
 const FATAL: c_int = 4;
-
-/// The fmi2StatusKind that tells whether an FMU ends the simulation.
-const TERMINATED: c_int = 3;
 
 /// This many messages are kept; later ones replace the earliest.
 const MOST_MESSAGES: usize = 100;
@@ -32,21 +31,42 @@ const LONGEST_MESSAGE: usize = 4096;
 /// An instance of an FMU for co-simulation. It is freed when it is dropped.
 #[derive(Debug)]
 pub struct Instance {
-    library: Library,
-    component: Pointer,
-    /// After fmi2Fatal the standard allows no call at all, not even fmi2FreeInstance.
+    called: Called,
+    /// After fmi2Fatal or fmi3Fatal the standard allows no call at all, not even the one that frees the instance.
     is_fatal: Cell<bool>,
-    /// Integers and Booleans on their way to and from the FMU; kept, so that a step allocates nothing.
-    integers: Vec<c_int>,
-    // The FMU may keep pointers to both: they stay where they are, and go after the library.
+    // The FMU may keep a pointer to it: it stays where it is, and goes after the library.
     messages: Box<Messages>,
-    _callbacks: Box<CallbackFunctions>,
+}
+
+/// What is called.
+#[derive(Debug)]
+enum Called {
+    V2(v2::Instance),
+    V3(v3::Instance),
+}
+
+/// A call that has failed: its function and its status.
+type Failed = (&'static str, c_int);
+
+/// How an FMU is instantiated.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Start<'a> {
+    /// The name of the instance.
+    pub name: &'a str,
+    /// The GUID, or the instantiation token of FMI 3.0.
+    pub guid: &'a str,
+    /// Where the unpacked resources are: a URI in FMI 2.0, a path in FMI 3.0. FMUs that need none accept `None`.
+    pub resources: Option<&'a str>,
+    /// The arrays of the FMU, with the start values of their elements.
+    pub arrays: &'a [(Array, Vec<f64>)],
+    /// Whether it is called in Event Mode, which FMI 2.0 does not have.
+    pub has_events: bool,
 }
 
 /// What an FMU has logged.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
-    /// Whether its status is fmi2Discard or worse.
+    /// Whether its status is discard or worse.
     pub is_error: bool,
     /// The text. Of a text with variables only the format is known, see [`Instance::instantiate`].
     pub text: String,
@@ -96,6 +116,16 @@ impl Messages {
     }
 }
 
+/// Runs this with the instance of either version as `$of`.
+macro_rules! call {
+    ($self:ident, $of:ident => $result:expr) => {
+        match &mut $self.called {
+            Called::V2($of) => $result,
+            Called::V3($of) => $result,
+        }
+    };
+}
+
 impl Instance {
     /// `fmi2Instantiate`, for co-simulation and with logging on. `resources` is the URI of the unpacked resources; FMUs
     /// that need none accept `None`.
@@ -106,139 +136,158 @@ impl Instance {
     /// # Errors
     /// The FMU refuses, with its messages.
     pub fn instantiate(library: &Library, name: &str, guid: &str, resources: Option<&str>) -> Result<Instance> {
-        let text = |text: &str| CString::new(text).with_context(|| format!("{text:?} contains a NUL"));
-        let resources = resources.map(text).transpose()?;
-        let messages = Box::new(Messages { of: name.into(), messages: Mutex::default() });
-        let callbacks = Box::new(CallbackFunctions {
-            logger: Some(logger()),
-            allocate_memory: Some(calloc),
-            free_memory: Some(free),
-            step_finished: None,
-            environment: ptr::from_ref(&*messages).cast_mut().cast(),
-        });
-        let (name, guid) = (text(name)?, text(guid)?);
-        // SAFETY: the strings end with NUL and outlive the call; callbacks and messages live as long as
-        // the instance.
-        let component = unsafe {
-            (library.instantiate)(
-                name.as_ptr(),
-                CO_SIMULATION,
-                guid.as_ptr(),
-                resources.as_ref().map_or(ptr::null(), |uri| uri.as_ptr()),
-                &*callbacks,
-                0,
-                1,
-            )
-        };
-        if component.is_null() {
-            bail!("fmi2Instantiate returned no instance: {}", messages.explanation());
-        }
-        let library = library.clone();
-        let is_fatal = Cell::new(false);
-        Ok(Instance { library, component, is_fatal, integers: Vec::new(), messages, _callbacks: callbacks })
+        Instance::start(&Opened::V2(library.clone()), &Start { name, guid, resources, ..Start::default() })
     }
 
-    /// `fmi2SetupExperiment`: start and, if it is known, end of the simulation in seconds.
+    /// A new instance of an FMU of either version, for co-simulation and with logging on.
+    ///
+    /// # Errors
+    /// The FMU refuses, with its messages.
+    pub fn start(library: &Opened, start: &Start) -> Result<Instance> {
+        let text = |text: &str| CString::new(text).with_context(|| format!("{text:?} contains a NUL"));
+        let messages = Box::new(Messages { of: start.name.into(), messages: Mutex::default() });
+        let (name, guid) = (text(start.name)?, text(start.guid)?);
+        let resources = start.resources.map(text).transpose()?;
+        let called = match library {
+            Opened::V2(_) if start.has_events => bail!("it is of FMI 2.0, which has no Event Mode"),
+            Opened::V2(library) => v2::Instance::new(library, &name, &guid, resources.as_deref(), &messages)
+                .map(Called::V2)
+                .with_context(|| format!("fmi2Instantiate returned no instance: {}", messages.explanation()))?,
+            Opened::V3(library) => v3::Instance::new(library, &name, &guid, resources.as_deref(), &messages, start)
+                .map(Called::V3)
+                .with_context(|| {
+                    format!("fmi3InstantiateCoSimulation returned no instance: {}", messages.explanation())
+                })?,
+        };
+        Ok(Instance { called, is_fatal: Cell::new(false), messages })
+    }
+
+    /// `fmi2SetupExperiment`: start and, if it is known, end of the simulation in seconds. FMI 3.0 gets them in the next call.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
     pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
-        let (defined, stop) = (c_int::from(stop.is_some()), stop.unwrap_or(0.0));
-        // SAFETY: the component is this instance's and lives.
-        let status = unsafe { (self.library.setup_experiment)(self.component, 0, 0.0, start, defined, stop) };
-        self.check("fmi2SetupExperiment", status)
+        let done = call!(self, of => of.setup(start, stop));
+        self.check(done)
     }
 
-    /// `fmi2EnterInitializationMode`
+    /// `fmi2EnterInitializationMode`, `fmi3EnterInitializationMode`
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
     pub fn enter_initialization(&mut self) -> Result<()> {
-        // SAFETY: the component is this instance's and lives.
-        let status = unsafe { (self.library.enter_initialization_mode)(self.component) };
-        self.check("fmi2EnterInitializationMode", status)
+        let done = call!(self, of => of.enter_initialization());
+        self.check(done)
     }
 
-    /// `fmi2ExitInitializationMode`
+    /// `fmi2ExitInitializationMode`, `fmi3ExitInitializationMode`: with events, it is in Event Mode then.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
     pub fn exit_initialization(&mut self) -> Result<()> {
-        // SAFETY: the component is this instance's and lives.
-        let status = unsafe { (self.library.exit_initialization_mode)(self.component) };
-        self.check("fmi2ExitInitializationMode", status)
+        let done = call!(self, of => of.exit_initialization());
+        self.check(done)
     }
 
-    /// `fmi2DoStep` from `time` to `time + size`, in seconds.
+    /// `fmi2DoStep`, `fmi3DoStep` from `time` to `time + size`, in seconds. With events, those within the step are handled in it.
     ///
     /// # Errors
     /// The FMU refuses, discards the step or answers later (fmi2Pending), with its messages; [`Terminated`].
     #[inline]
     pub fn step(&mut self, time: f64, size: f64) -> Result<()> {
-        // SAFETY: the component is this instance's and lives.
-        let status = unsafe { (self.library.do_step)(self.component, time, size, 1) };
-        if status == DISCARD && self.has_terminated() {
-            return Err(in_step(Terminated.into(), time, size));
+        let done = match &mut self.called {
+            Called::V2(of) => of.step(time, size),
+            Called::V3(of) => of.step(time, size),
+        };
+        match done {
+            Ok(()) => Ok(()),
+            Err(stopped) => Err(self.in_step(stopped, time, size)),
         }
-        self.check("fmi2DoStep", status).map_err(|error| in_step(error, time, size))
     }
 
-    /// Whether the FMU has discarded a step because it ends the simulation.
+    /// A function of its own, so that a step that succeeds does not carry its code along.
     #[cold]
-    fn has_terminated(&self) -> bool {
-        let mut value = 0;
-        // SAFETY: the component is this instance's and lives; there is room for one value.
-        let status = unsafe { (self.library.get_boolean_status)(self.component, TERMINATED, &mut value) };
-        status == 0 && value != 0
+    #[inline(never)]
+    fn in_step(&self, stopped: Stopped, time: f64, size: f64) -> anyhow::Error {
+        let error = match stopped {
+            Stopped::Failed((function, status)) => self.failure(function, status),
+            Stopped::Terminated => Terminated.into(),
+            Stopped::Astray(what) => anyhow!(what),
+        };
+        error.context(format!("at {time:?} s, step {size:?} s"))
     }
 
-    /// `fmi2Terminate`
+    /// Enters Event Mode, if it is not in it.
+    ///
+    /// # Errors
+    /// The FMU refuses, with its messages, or has no Event Mode.
+    pub fn enter_events(&mut self) -> Result<()> {
+        let Called::V3(of) = &mut self.called else { bail!("it is of FMI 2.0, which has no Event Mode") };
+        let done = of.enter_events();
+        self.check(done)
+    }
+
+    /// `fmi3UpdateDiscreteStates`, in Event Mode.
+    ///
+    /// # Errors
+    /// The FMU refuses, with its messages; [`Terminated`].
+    pub fn update(&mut self) -> Result<Update> {
+        let Called::V3(of) = &mut self.called else { bail!("it is of FMI 2.0, which has no Event Mode") };
+        match of.update() {
+            Ok(update) => Ok(update),
+            Err(Stopped::Terminated) => Err(Terminated.into()),
+            Err(Stopped::Failed((function, status))) => Err(self.failure(function, status)),
+            Err(Stopped::Astray(what)) => Err(anyhow!(what)),
+        }
+    }
+
+    /// `fmi3EnterStepMode`
+    ///
+    /// # Errors
+    /// The FMU refuses, with its messages.
+    pub fn leave_events(&mut self) -> Result<()> {
+        let Called::V3(of) = &mut self.called else { bail!("it is of FMI 2.0, which has no Event Mode") };
+        let done = of.leave_events();
+        self.check(done)
+    }
+
+    /// `fmi2Terminate`, `fmi3Terminate`
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
     pub fn terminate(&mut self) -> Result<()> {
-        // SAFETY: the component is this instance's and lives.
-        let status = unsafe { (self.library.terminate)(self.component) };
-        self.check("fmi2Terminate", status)
+        let done = call!(self, of => of.terminate());
+        self.check(done)
     }
 
-    /// `fmi2Reset`: as if it had just been instantiated.
+    /// `fmi2Reset`, `fmi3Reset`: as if it had just been instantiated.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
     pub fn reset(&mut self) -> Result<()> {
-        // SAFETY: the component is this instance's and lives.
-        let status = unsafe { (self.library.reset)(self.component) };
-        self.check("fmi2Reset", status)
+        let done = call!(self, of => of.reset());
+        self.check(done)
     }
 
-    /// A variable's value; true is 1.
+    /// A variable's value; true is 1. Of a type of 64 bits it is the nearest number.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
-    pub fn get(&self, kind: Type, reference: u32) -> Result<f64> {
-        let (mut real, mut integer) = (0.0, 0);
-        // SAFETY: the component is this instance's and lives; one reference, room for one value.
-        let status = unsafe {
-            match kind {
-                Type::Real => (self.library.get_real)(self.component, &reference, 1, &mut real),
-                Type::Integer => (self.library.get_integer)(self.component, &reference, 1, &mut integer),
-                Type::Boolean => (self.library.get_boolean)(self.component, &reference, 1, &mut integer),
-            }
-        };
-        self.check(getter(kind), status)?;
-        Ok(if kind == Type::Real { real } else { f64::from(integer) })
+    pub fn get(&mut self, kind: Type, reference: u32) -> Result<f64> {
+        let mut cell = [0.0];
+        self.get_all(kind, &[reference], &mut cell)?;
+        Ok(kind.number(cell[0]))
     }
 
     /// Sets a variable; for a Boolean, 0 is false and anything else true.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages; the value is not an integer of 32 bits, but the variable is not Real.
+    /// The FMU refuses, with its messages; the value is not one of the type.
     pub fn set(&mut self, kind: Type, reference: u32, value: f64) -> Result<()> {
-        self.set_all(kind, &[reference], &[value])
+        self.set_all(kind, &[reference], &[kind.cell(value)])
     }
 
-    /// The values of several variables of one type, in one call; true is 1.
+    /// The values of several variables of one type, in one call, as [`Type::cell`] says; true is 1.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
@@ -248,33 +297,8 @@ impl Instance {
     #[inline]
     pub fn get_all(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
         assert!(references.len() == values.len(), "there is a value for each reference");
-        let (from, count) = (references.as_ptr(), references.len());
-        if kind == Type::Real {
-            // SAFETY: the component is this instance's and lives; `count` references, and room for as many values.
-            let status = unsafe { (self.library.get_real)(self.component, from, count, values.as_mut_ptr()) };
-            return self.check("fmi2GetReal", status);
-        }
-        self.get_integers(kind, references, values)
-    }
-
-    /// The same for Integers and Booleans.
-    fn get_integers(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
-        let (from, count) = (references.as_ptr(), references.len());
-        self.integers.clear();
-        self.integers.resize(count, 0);
-        let integers = self.integers.as_mut_ptr();
-        // SAFETY: the component is this instance's and lives; `count` references, and room for as many values.
-        let status = unsafe {
-            match kind {
-                Type::Boolean => (self.library.get_boolean)(self.component, from, count, integers),
-                _ => (self.library.get_integer)(self.component, from, count, integers),
-            }
-        };
-        self.check(getter(kind), status)?;
-        for (value, integer) in values.iter_mut().zip(&self.integers) {
-            *value = f64::from(*integer);
-        }
-        Ok(())
+        let done = call!(self, of => of.get_all(kind, references, values));
+        self.check(done)
     }
 
     /// Sets several variables of one type in one call; for a Boolean, 0 is false and anything else true.
@@ -287,36 +311,12 @@ impl Instance {
     #[inline]
     pub fn set_all(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
         assert!(references.len() == values.len(), "there is a value for each reference");
-        let (to, count) = (references.as_ptr(), references.len());
-        if kind == Type::Real {
-            // SAFETY: the component is this instance's and lives; `count` references and as many values.
-            let status = unsafe { (self.library.set_real)(self.component, to, count, values.as_ptr()) };
-            return self.check("fmi2SetReal", status);
+        let done = call!(self, of => of.set_all(kind, references, values));
+        match done {
+            Ok(()) => Ok(()),
+            Err(Unset::Failed((function, status))) => Err(self.failure(function, status)),
+            Err(Unset::Value(value)) => Err(unfit(kind, value)),
         }
-        self.set_integers(kind, references, values)
-    }
-
-    /// The same for Integers and Booleans.
-    fn set_integers(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
-        let (to, count) = (references.as_ptr(), references.len());
-        self.integers.clear();
-        for value in values {
-            let integer = *value as c_int;
-            if f64::from(integer) != *value {
-                bail!("{value:?} is not an integer of 32 bits");
-            }
-            self.integers.push(if kind == Type::Boolean { c_int::from(integer != 0) } else { integer });
-        }
-        // SAFETY: the component is this instance's and lives; `count` references and as many values.
-        let (function, status) = unsafe {
-            match kind {
-                Type::Boolean => {
-                    ("fmi2SetBoolean", (self.library.set_boolean)(self.component, to, count, self.integers.as_ptr()))
-                }
-                _ => ("fmi2SetInteger", (self.library.set_integer)(self.component, to, count, self.integers.as_ptr())),
-            }
-        };
-        self.check(function, status)
     }
 
     /// What the FMU has logged since the last time; the latest 100 messages, if there were more.
@@ -324,17 +324,27 @@ impl Instance {
         self.messages.take()
     }
 
-    /// fmi2OK and fmi2Warning go on.
     #[inline]
-    fn check(&self, function: &str, status: c_int) -> Result<()> {
-        if status == 0 || status == WARNING { Ok(()) } else { Err(self.failure(function, status)) }
+    fn check(&self, done: Result<(), Failed>) -> Result<()> {
+        match done {
+            Ok(()) => Ok(()),
+            Err((function, status)) => Err(self.failure(function, status)),
+        }
     }
 
     #[cold]
+    #[inline(never)]
     fn failure(&self, function: &str, status: c_int) -> anyhow::Error {
+        let (lacks, prefix) = match &self.called {
+            Called::V2(of) => (of.library.lacks(function), library::PREFIX),
+            Called::V3(of) => (of.library.lacks(function), library::v3::PREFIX),
+        };
+        if lacks {
+            return anyhow!("its library lacks {function}");
+        }
         self.is_fatal.set(self.is_fatal.get() || status == FATAL);
         let name = usize::try_from(status).ok().and_then(|status| STATUS.get(status));
-        let name = name.map_or_else(|| format!("the unknown status {status}"), ToString::to_string);
+        let name = name.map_or_else(|| format!("the unknown status {status}"), |name| format!("{prefix}{name}"));
         let explanation = self.messages.explanation();
         // Many FMUs begin their messages with the function.
         let explanation =
@@ -343,64 +353,57 @@ impl Instance {
     }
 }
 
-/// A function of its own, so that a step that succeeds does not carry its code along.
-#[cold]
-#[inline(never)]
-fn in_step(error: anyhow::Error, time: f64, size: f64) -> anyhow::Error {
-    error.context(format!("at {time:?} s, step {size:?} s"))
+/// Why a step or an update is not done.
+#[derive(Debug)]
+enum Stopped {
+    Failed(Failed),
+    /// The FMU ends the simulation.
+    Terminated,
+    /// It returned what makes no sense.
+    Astray(String),
 }
 
-fn getter(kind: Type) -> &'static str {
-    match kind {
-        Type::Real => "fmi2GetReal",
-        Type::Integer => "fmi2GetInteger",
-        Type::Boolean => "fmi2GetBoolean",
+/// Why a variable is not set.
+#[derive(Debug)]
+enum Unset {
+    Failed(Failed),
+    /// The value is not one of the type.
+    Value(f64),
+}
+
+/// OK and warnings go on.
+#[inline]
+fn done(function: &'static str, status: c_int) -> Result<(), Failed> {
+    if status == 0 || status == WARNING { Ok(()) } else { Err((function, status)) }
+}
+
+#[cold]
+#[inline(never)]
+fn unfit(kind: Type, value: f64) -> anyhow::Error {
+    match kind.whole() {
+        Some((low, high)) if kind != Type::Integer => {
+            anyhow!("{value:?} is not a whole number from {low} to {high}, as {} has", kind.name())
+        }
+        None if kind.is_floating() => anyhow!("{value:?} is beyond the numbers of {}", kind.name()),
+        _ => anyhow!("{value:?} is not an integer of 32 bits"),
     }
 }
 
 impl Drop for Instance {
     fn drop(&mut self) {
         if !self.is_fatal.get() {
-            // SAFETY: the component is this instance's, and nobody uses it afterwards.
-            unsafe { (self.library.free_instance)(self.component) }
+            call!(self, of => of.free());
         }
     }
 }
 
-/// A logger is variadic, which Rust cannot write. Most libraries give it `"%s"` and the text, of which this one reads the
-/// text where variadic arguments are passed as others are.
-fn logger() -> Logger {
-    type Fixed = unsafe extern "C" fn(Pointer, *const c_char, c_int, *const c_char, *const c_char, *const c_char);
-    // SAFETY: both are pointers to C functions. A variadic call passes its first arguments as any other does; the last
-    // is only read where that is so for the variadic ones too, see `log`.
-    unsafe { std::mem::transmute::<Fixed, Logger>(log) }
-}
-
-unsafe extern "C" fn log(
-    environment: Pointer,
-    _instance: *const c_char,
-    status: c_int,
-    _category: *const c_char,
-    format: *const c_char,
-    text: *const c_char,
-) {
-    // SAFETY: the environment that `instantiate` gave; it lives as long as the instance.
-    let Some(messages) = (unsafe { environment.cast::<Messages>().as_ref() }) else { return };
-    if format.is_null() {
-        return;
-    }
-    // SAFETY: a C string by FMI's contract.
-    let format = unsafe { CStr::from_ptr(format) };
-    // Apple's ARM processors pass variadic arguments elsewhere.
-    let is_readable = !cfg!(all(target_vendor = "apple", target_arch = "aarch64"));
-    let text = if format == c"%s" && is_readable && !text.is_null() {
-        // SAFETY: with "%s" it is a C string.
-        unsafe { CStr::from_ptr(text) }
-    } else {
-        format
-    };
-    let text = text.to_string_lossy().trim_end().replace("##", "#");
-    messages.add(Message { is_error: status > WARNING, text: cut(text) });
+/// A text of the FMU, if there is one.
+///
+/// # Safety
+/// It is NULL or a C string.
+unsafe fn said(text: *const c_char) -> Option<String> {
+    // SAFETY: as the caller promises.
+    (!text.is_null()).then(|| unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned())
 }
 
 /// A message as it is kept: of a long one the beginning, and how long it is.
@@ -411,12 +414,6 @@ fn cut(mut text: String) -> String {
         text.push_str(&format!("... (cut: the message has {length} bytes)"));
     }
     text
-}
-
-// For FMUs that let the host manage their memory.
-unsafe extern "C" {
-    fn calloc(count: usize, size: usize) -> Pointer;
-    fn free(memory: Pointer);
 }
 
 impl Component for Instance {
@@ -445,6 +442,18 @@ impl Component for Instance {
     #[inline]
     fn step(&mut self, time: f64, size: f64) -> Result<()> {
         Instance::step(self, time, size)
+    }
+
+    fn enter_events(&mut self) -> Result<()> {
+        Instance::enter_events(self)
+    }
+
+    fn update(&mut self) -> Result<Update> {
+        Instance::update(self)
+    }
+
+    fn leave_events(&mut self) -> Result<()> {
+        Instance::leave_events(self)
     }
 
     fn terminate(&mut self) -> Result<()> {

@@ -1,4 +1,4 @@
-//! A shared library of FMI 2.0 for co-simulation, loaded: its functions as C declares them.
+//! A shared library of FMI 2.0 for co-simulation, loaded: its functions as C declares them. [`v3`] is the same for FMI 3.0.
 //!
 //! The functions stay unsafe to call; [`Instance`](crate::instance::Instance) is the safe way. The tests and the
 //! benchmarks call them as any host may.
@@ -34,13 +34,13 @@ pub struct CallbackFunctions {
     pub environment: Pointer,
 }
 
-/// `fmi2Error`: what an optional function that the library does not export returns.
+/// `fmi2Error`, `fmi3Error`: what an optional function that the library does not export returns.
 const ERROR: c_int = 3;
 
 /// The function of a symbol; for an optional one that is missing, a stand-in that returns `fmi2Error`.
 macro_rules! function {
     (required $library:ident $path:ident $symbol:literal ($($argument:ty),*) -> $result:ty) => {
-        // SAFETY: FMI 2.0 gives this symbol this type.
+        // SAFETY: FMI gives this symbol this type.
         *unsafe { $library.get($symbol) }
             .map_err(|_| anyhow!("its library lacks {}", $symbol))?
     };
@@ -48,20 +48,15 @@ macro_rules! function {
         unsafe extern "C" fn missing($(_: $argument),*) -> $result {
             ERROR
         }
-        // SAFETY: FMI 2.0 gives this symbol this type.
+        // SAFETY: FMI gives this symbol this type.
         let found = unsafe { $library.get::<unsafe extern "C" fn($($argument),*) -> $result>($symbol) };
         found.map_or(missing, |function| *function)
     }};
 }
 
 macro_rules! library {
-    ($($need:ident $field:ident $symbol:literal ($($argument:ty),*) -> $result:ty;)*) => {
-        /// A loaded library. The clones share it: it is unloaded with the last of them, and the functions must not be
-        /// called afterwards.
-        ///
-        /// FMI asks for all 34 functions, but libraries exist that lack those which they do not support. The
-        /// functions that no co-simulation can do without are required. Any other is replaced by one that returns
-        /// `fmi2Error`, as the standard wants it from a function that is not supported.
+    ($(#[$docs:meta])* prefix $prefix:literal; $($need:ident $field:ident $symbol:literal ($($argument:ty),*) -> $result:ty;)*) => {
+        $(#[$docs])*
         #[derive(Clone, Debug)]
         pub struct Library {
             $(
@@ -71,26 +66,91 @@ macro_rules! library {
             loaded: Arc<Loaded>,
         }
 
-        /// The names of the 34 functions.
+        /// The names of its functions.
         pub const FUNCTIONS: &[&str] = &[$($symbol),*];
 
-        /// What the names of all functions of FMI 2.0 begin with, those for model exchange too.
-        pub const PREFIX: &str = "fmi2";
+        /// What the names of all functions of the version begin with, those for model exchange too.
+        pub const PREFIX: &str = $prefix;
 
         impl Library {
             fn load(path: &Path, folder: Option<Folder>) -> Result<Library> {
                 let library = load(path)
                     .map_err(|error| anyhow!("{} cannot be loaded: {}", shown(path), reason(&error, path)))?;
+                let lacks = |symbol: &&&str| {
+                    // SAFETY: the address of the symbol is asked for, whatever it is.
+                    unsafe { library.get::<*const ()>(**symbol) }.is_err()
+                };
+                let missing = FUNCTIONS.iter().filter(lacks).copied().collect();
                 Ok(Library {
                     $($field: function!($need library path $symbol ($($argument),*) -> $result),)*
-                    loaded: Arc::new(Loaded { library, _folder: folder }),
+                    loaded: Arc::new(Loaded { library, missing, _folder: folder }),
                 })
+            }
+
+            /// Loads a library and finds its functions. This runs code of the library.
+            ///
+            /// # Errors
+            /// It cannot be loaded, or lacks a function that every co-simulation needs.
+            pub fn open(path: &Path) -> Result<Library> {
+                Library::load(path, None)
+            }
+
+            /// The same for a library in a temporary folder, which is removed when the library has been unloaded.
+            ///
+            /// # Errors
+            /// As [`Library::open`]; the folder is removed then, too.
+            pub fn open_in(folder: Folder, path: &Path) -> Result<Library> {
+                Library::load(path, Some(folder))
+            }
+
+            /// The table that a library made with `fmu::export!` holds, as JSON.
+            ///
+            /// # Errors
+            /// The library was not made with `fmu::export!`.
+            pub fn interface(&self) -> Result<String> {
+                self.loaded.interface()
+            }
+
+            /// Whether the library lacks one of [`FUNCTIONS`].
+            pub fn lacks(&self, function: &str) -> bool {
+                self.loaded.missing.contains(&function)
             }
         }
     };
 }
 
+pub mod v3;
+
+/// The library of an FMU, of either version.
+#[derive(Clone, Debug)]
+pub enum Opened {
+    /// Of FMI 2.0.
+    V2(Library),
+    /// Of FMI 3.0.
+    V3(v3::Library),
+}
+
+impl Opened {
+    /// As [`Library::interface`].
+    ///
+    /// # Errors
+    /// As [`Library::interface`].
+    pub fn interface(&self) -> Result<String> {
+        match self {
+            Opened::V2(library) => library.interface(),
+            Opened::V3(library) => library.interface(),
+        }
+    }
+}
+
 library! {
+    /// A loaded library of FMI 2.0. The clones share it: it is unloaded with the last of them, and the functions must not be
+    /// called afterwards.
+    ///
+    /// FMI asks for all 34 functions, but libraries exist that lack those which they do not support. The
+    /// functions that no co-simulation can do without are required. Any other is replaced by one that returns
+    /// `fmi2Error`, as the standard wants it from a function that is not supported.
+    prefix "fmi2";
     required get_types_platform "fmi2GetTypesPlatform" () -> *const c_char;
     required get_version "fmi2GetVersion" () -> *const c_char;
     optional set_debug_logging "fmi2SetDebugLogging" (Pointer, c_int, usize, *const *const c_char) -> c_int;
@@ -131,6 +191,8 @@ library! {
 #[derive(Debug)]
 struct Loaded {
     library: libloading::Library,
+    /// The functions that it lacks.
+    missing: Vec<&'static str>,
     _folder: Option<Folder>,
 }
 
@@ -167,31 +229,12 @@ fn shown(path: &Path) -> String {
     path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
 }
 
-impl Library {
-    /// Loads a library and finds its functions. This runs code of the library.
-    ///
-    /// # Errors
-    /// It cannot be loaded, or lacks a function that every co-simulation needs.
-    pub fn open(path: &Path) -> Result<Library> {
-        Library::load(path, None)
-    }
-
-    /// The same for a library in a temporary folder, which is removed when the library has been unloaded.
-    ///
-    /// # Errors
-    /// As [`Library::open`]; the folder is removed then, too.
-    pub fn open_in(folder: Folder, path: &Path) -> Result<Library> {
-        Library::load(path, Some(folder))
-    }
-
+impl Loaded {
     /// The table that a library made with `fmu::export!` holds, as JSON.
-    ///
-    /// # Errors
-    /// The library was not made with `fmu::export!`.
-    pub fn interface(&self) -> Result<String> {
+    fn interface(&self) -> Result<String> {
         type Interface = unsafe extern "C" fn(*mut u8, usize) -> usize;
         // SAFETY: `fmu::export!` gives the symbol this type.
-        let interface = unsafe { self.loaded.library.get::<Interface>("plcfmu_interface") }
+        let interface = unsafe { self.library.get::<Interface>("plcfmu_interface") }
             .map_err(|_| anyhow!("the library has no table: its last line should be fmu::export!(MyBlock);"))?;
         // SAFETY: NULL asks for the length alone; then the buffer is as long as that.
         let json = unsafe {

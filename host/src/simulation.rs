@@ -14,6 +14,8 @@ pub struct Fmus {
     fmus: Vec<Fmu>,
     /// The name of each member, and the place of its FMU.
     members: Vec<(String, usize)>,
+    /// No FMU is called in Event Mode.
+    no_events: bool,
 }
 
 impl Fmus {
@@ -23,7 +25,7 @@ impl Fmus {
     /// There is no such file, `open` fails, or an FMU cannot have two instances.
     pub fn open(system: &System, mut open: impl FnMut(&Path) -> Result<Fmu>) -> Result<Fmus> {
         let mut paths: Vec<PathBuf> = Vec::new();
-        let mut of = Fmus { fmus: Vec::new(), members: Vec::new() };
+        let mut of = Fmus { fmus: Vec::new(), members: Vec::new(), no_events: system.no_events };
         for member in &system.members {
             let shown = || member.path.display().to_string();
             let path = fs::canonicalize(&member.path).with_context(shown)?;
@@ -65,7 +67,7 @@ impl Fmus {
     /// # Panics
     /// There is no such member.
     pub fn instantiate(&self, member: usize) -> Result<Instance> {
-        let name = &self.members[member].0;
-        self.of(member).instantiate(name).with_context(|| name.clone())
+        let (name, of) = (&self.members[member].0, self.of(member));
+        of.instantiate(name, !self.no_events && run::plan::has_events(&of.description)).with_context(|| name.clone())
     }
 }

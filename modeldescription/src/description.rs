@@ -2,6 +2,7 @@
 //!
 //! The elements and words below are the same in every version.
 
+use crate::arrays::Array;
 use crate::error::Error;
 use crate::xml::attributes::*;
 use crate::xml::lexical::{SPACES, Value};
@@ -52,6 +53,8 @@ pub struct Description {
     pub default_experiment: Option<DefaultExperiment>,
     /// The variables.
     pub variables: Vec<Variable>,
+    /// The arrays whose elements are variables: those of an [expanded](Description::expanded) one.
+    pub arrays: Vec<Array>,
 }
 
 /// What an FMU can do in one kind of simulation.
@@ -128,6 +131,11 @@ impl Default for Variable {
 }
 
 /// How a variable is read and written. An enumeration counts as an Integer.
+///
+/// The types of FMI 2.0 are Real, Integer and Boolean; FMI 3.0 calls the first two Float64 and Int32.
+///
+/// Values are numbers of 64 bits, which hold any value of these types but the large ones of Int64 and UInt64: those two are
+/// moved as [`Type::cell`] makes them.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Type {
     /// A floating-point number.
@@ -136,13 +144,41 @@ pub enum Type {
     Integer,
     /// TRUE or FALSE.
     Boolean,
+    /// A floating-point number of 32 bits.
+    Float32,
+    /// A whole number of 8 bits.
+    Int8,
+    /// The same without sign.
+    UInt8,
+    /// A whole number of 16 bits.
+    Int16,
+    /// The same without sign.
+    UInt16,
+    /// A whole number of 32 bits without sign.
+    UInt32,
+    /// A whole number of 64 bits.
+    Int64,
+    /// The same without sign.
+    UInt64,
 }
 
 impl Type {
     /// All of them, in their order.
-    pub const ALL: [Type; 3] = [Type::Real, Type::Integer, Type::Boolean];
+    pub const ALL: [Type; 11] = [
+        Type::Real,
+        Type::Integer,
+        Type::Boolean,
+        Type::Float32,
+        Type::Int8,
+        Type::UInt8,
+        Type::Int16,
+        Type::UInt16,
+        Type::UInt32,
+        Type::Int64,
+        Type::UInt64,
+    ];
 
-    /// The type that holds the values of a PLC type: a TIME is a number of seconds.
+    /// The type of FMI 2.0 that holds the values of a PLC type: a TIME is a number of seconds.
     pub const fn of(kind: Kind) -> Type {
         match kind.class() {
             Class::Real => Type::Real,
@@ -151,12 +187,102 @@ impl Type {
         }
     }
 
-    /// Its name.
+    /// Its name, in FMI 2.0 if that has it.
     pub const fn name(self) -> &'static str {
         match self {
             Type::Real => "Real",
             Type::Integer => "Integer",
             Type::Boolean => "Boolean",
+            Type::Float32 => "Float32",
+            Type::Int8 => "Int8",
+            Type::UInt8 => "UInt8",
+            Type::Int16 => "Int16",
+            Type::UInt16 => "UInt16",
+            Type::UInt32 => "UInt32",
+            Type::Int64 => "Int64",
+            Type::UInt64 => "UInt64",
+        }
+    }
+
+    /// Its name in FMI 3.0.
+    pub const fn name_v3(self) -> &'static str {
+        match self {
+            Type::Real => "Float64",
+            Type::Integer => "Int32",
+            other => other.name(),
+        }
+    }
+
+    /// The lowest and the highest value of a type of whole numbers.
+    pub const fn whole(self) -> Option<(i128, i128)> {
+        match self {
+            Type::Real | Type::Float32 | Type::Boolean => None,
+            Type::Integer => Some((i32::MIN as i128, i32::MAX as i128)),
+            Type::Int8 => Some((i8::MIN as i128, i8::MAX as i128)),
+            Type::UInt8 => Some((0, u8::MAX as i128)),
+            Type::Int16 => Some((i16::MIN as i128, i16::MAX as i128)),
+            Type::UInt16 => Some((0, u16::MAX as i128)),
+            Type::UInt32 => Some((0, u32::MAX as i128)),
+            Type::Int64 => Some((i64::MIN as i128, i64::MAX as i128)),
+            Type::UInt64 => Some((0, u64::MAX as i128)),
+        }
+    }
+
+    /// How many bits a value has; a Boolean, and what is one in every version, counts as 32.
+    pub const fn bits(self) -> u32 {
+        match self {
+            Type::Int8 | Type::UInt8 => 8,
+            Type::Int16 | Type::UInt16 => 16,
+            Type::Integer | Type::UInt32 | Type::Float32 | Type::Boolean => 32,
+            Type::Real | Type::Int64 | Type::UInt64 => 64,
+        }
+    }
+
+    /// Whether its values are floating-point numbers.
+    pub const fn is_floating(self) -> bool {
+        matches!(self, Type::Real | Type::Float32)
+    }
+
+    /// Whether a value is moved as its 64 bits, since a floating-point number does not hold it.
+    pub const fn is_wide(self) -> bool {
+        matches!(self, Type::Int64 | Type::UInt64)
+    }
+
+    /// The number that a moved value is, the nearest one if it is wide.
+    pub fn number(self, cell: f64) -> f64 {
+        match self {
+            Type::Int64 => cell.to_bits() as i64 as f64,
+            Type::UInt64 => cell.to_bits() as f64,
+            _ => cell,
+        }
+    }
+
+    /// A number of this type as it is moved.
+    pub fn cell(self, number: f64) -> f64 {
+        match self {
+            Type::Int64 => f64::from_bits(number as i64 as u64),
+            Type::UInt64 => f64::from_bits(number as u64),
+            _ => number,
+        }
+    }
+
+    /// A whole number of this type as it is moved; none if it is not in its range.
+    pub fn whole_cell(self, number: i128) -> Option<f64> {
+        let (low, high) = self.whole()?;
+        (low..=high).contains(&number).then(|| match self {
+            Type::Int64 => f64::from_bits(number as i64 as u64),
+            Type::UInt64 => f64::from_bits(number as u64),
+            _ => number as f64,
+        })
+    }
+
+    /// The whole number that a moved value of a type of whole numbers is; none if it is not in the range of the type.
+    pub fn whole_of(self, cell: f64) -> Option<i128> {
+        let (low, high) = self.whole()?;
+        match self {
+            Type::Int64 => Some(i128::from(cell.to_bits() as i64)),
+            Type::UInt64 => Some(i128::from(cell.to_bits())),
+            _ => Some(cell as i128).filter(|whole| *whole as f64 == cell && (low..=high).contains(whole)),
         }
     }
 
@@ -164,8 +290,9 @@ impl Type {
     pub fn text(self, value: f64) -> String {
         match self {
             Type::Real => format!("{value:?}"),
-            Type::Integer => (value as i64).to_string(),
+            Type::Float32 => format!("{:?}", value as f32),
             Type::Boolean => (value != 0.0).to_string(),
+            _ => (value as i128).to_string(),
         }
     }
 }
@@ -175,6 +302,12 @@ impl Description {
     pub fn model_identifier(&self) -> Option<&str> {
         let support = self.co_simulation.as_ref().or(self.model_exchange.as_ref());
         support.map(|support| support.model_identifier.as_str())
+    }
+
+    /// The elements of the array with this name.
+    pub fn array(&self, name: &str) -> Option<&[Variable]> {
+        let array = self.arrays.iter().find(|array| array.name == name)?;
+        self.variables.get(array.first..array.first + array.count)
     }
 
     /// The variable with this name.

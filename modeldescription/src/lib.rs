@@ -35,6 +35,7 @@
 //!
 //! The crate names no block, and reads and writes memory only.
 
+pub mod arrays;
 mod description;
 pub mod digits;
 mod error;
@@ -48,6 +49,7 @@ pub mod v2;
 pub mod v3;
 mod xml;
 
+pub use arrays::Array;
 pub use description::{
     BaseUnit, Capabilities, Causality, DefaultExperiment, Description, DisplayUnit, GENERATION_TOOL, Initial,
     LogCategory, Support, Type, Unit, Variability, Variable,

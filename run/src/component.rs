@@ -1,6 +1,6 @@
 //! What the engine needs of an FMU: an instance that it can initialize, set, step and read, whatever is behind it.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 pub use modeldescription::Type;
 use std::any::Any;
 use std::error::Error;
@@ -18,6 +18,18 @@ impl fmt::Display for Terminated {
 }
 
 impl Error for Terminated {}
+
+/// An FMU whose events do not end after so many updates is at fault.
+pub const MOST_UPDATES: usize = 100;
+
+/// What an FMU says when its discrete states are updated.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Update {
+    /// They are to be updated once more.
+    pub is_needed: bool,
+    /// When its next event is, in seconds, if it knows.
+    pub next: Option<f64>,
+}
 
 /// Where the values of a member come from and go to. It follows from the plan alone: worked out once, so that a step only moves
 /// values.
@@ -51,8 +63,12 @@ pub struct Written {
     pub references: Vec<u32>,
     /// Where their values come from in those of the run.
     pub sources: Vec<usize>,
+    /// Which of them are converted, by their places, and from what.
+    pub converted: Vec<(usize, Type)>,
     /// The values of the present step.
     pub values: Vec<f64>,
+    /// Of an FMU with Event Mode, the values of the sources that were written last.
+    pub seen: Vec<f64>,
 }
 
 /// What a run needs of an instance of an FMU.
@@ -72,12 +88,12 @@ pub trait Component {
     /// # Errors
     /// The FMU refuses.
     fn exit_initialization(&mut self) -> Result<()>;
-    /// Reads variables of one type; true is 1.
+    /// Reads variables of one type, each as [`Type::cell`] says; true is 1.
     ///
     /// # Errors
     /// The FMU refuses.
     fn read(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()>;
-    /// Writes variables of one type; true is 1.
+    /// Writes variables of one type, each as [`Type::cell`] says; true is 1.
     ///
     /// # Errors
     /// The FMU refuses.
@@ -87,6 +103,27 @@ pub trait Component {
     /// # Errors
     /// The FMU refuses; [`Terminated`].
     fn step(&mut self, time: f64, size: f64) -> Result<()>;
+    /// Enters Event Mode, if it is not in it. Called only of a member whose plan has events; so are the next two.
+    ///
+    /// # Errors
+    /// The FMU refuses, or has no Event Mode.
+    fn enter_events(&mut self) -> Result<()> {
+        bail!("it has no Event Mode")
+    }
+    /// Takes over the inputs in Event Mode, and makes what is due.
+    ///
+    /// # Errors
+    /// The FMU refuses; [`Terminated`].
+    fn update(&mut self) -> Result<Update> {
+        bail!("it has no Event Mode")
+    }
+    /// Leaves Event Mode for the next step.
+    ///
+    /// # Errors
+    /// The FMU refuses.
+    fn leave_events(&mut self) -> Result<()> {
+        bail!("it has no Event Mode")
+    }
     /// Itself, to stand among the others of [`abreast`](Component::abreast); none, as by default, if there is no such thing.
     fn any(&mut self) -> Option<&mut dyn Any> {
         None
@@ -135,6 +172,8 @@ macro_rules! forward_component {
             read(kind: $crate::component::Type, references: &[u32], values: &mut [f64])
             write(kind: $crate::component::Type, references: &[u32], values: &[f64])
             step(time: f64, size: f64)
+            enter_events()
+            leave_events()
             terminate()
         }
     };
@@ -146,6 +185,11 @@ macro_rules! forward_component {
                     $crate::component::Component::$name($target $(, $argument)*)
                 }
             )*
+
+            #[inline]
+            fn update(&mut $self) -> anyhow::Result<$crate::component::Update> {
+                $crate::component::Component::update($target)
+            }
 
             fn any(&mut $self) -> Option<&mut dyn std::any::Any> {
                 $crate::component::Component::any($target)

@@ -62,6 +62,8 @@ struct Content {
     step: Option<Spanned<Node>>,
     #[serde(default)]
     exchange: Exchange,
+    #[serde(default = "yes")]
+    event_mode: bool,
     #[serde(default)]
     record: Vec<Spanned<String>>,
     fmus: Entries<Spanned<MadeOf>>,
@@ -73,6 +75,10 @@ struct Content {
     settings: Entries<Spanned<Node>>,
     #[serde(default)]
     events: Vec<Event>,
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// From which file an FMU has its values.
@@ -290,6 +296,7 @@ impl<'a> Reader<'a> {
             stop: seconds(&content.stop)?,
             step: seconds(&content.step)?,
             exchange: content.exchange,
+            no_events: !content.event_mode,
             sources: vec![self.source.file.clone().into()],
             ..System::default()
         };

@@ -15,10 +15,17 @@
 //! The last row is that of the end, at which there is no step: outputs have the values that the last step gave, connected
 //! inputs those of their outputs.
 //!
+//! An FMU with Event Mode has no place in that order: the values that it gives and gets at a communication point are exchanged
+//! there, before any FMU steps. All such FMUs enter Event Mode; each that has an event then is updated after those that feed it and
+//! have one too, and all once more as long as an output changes. Others see its outputs as they are after that, wherever it
+//! stands. If an FMU without Event Mode that stands before it gives it another value in the step, it takes that over in Event Mode too.
+//! An event within a step is handled with the inputs as they are.
+//!
 //! [`Run`] gives the same rows but for one thing: a row is a call of the first member, the controller, so that its outputs are
 //! those that the call gave, whether anybody reads them or not.
 
 mod abreast;
+mod events;
 
 use crate::component::{Component, Read, Reset, Terminated, Type, Wiring, Written};
 use crate::plan::{Assignment, Column, MemberPlan, Plan, ROUNDING};
@@ -208,9 +215,25 @@ pub fn write_row<'a>(
 ) -> io::Result<()> {
     write!(to, "{time:?}")?;
     for (value, column) in row.zip(columns) {
-        match column.kind {
-            Type::Real => write!(to, ",{value:?}")?,
-            Type::Integer | Type::Boolean => write!(to, ",{value}")?,
+        write_value(to, column, value)?;
+    }
+    writeln!(to)
+}
+
+fn write_value(to: &mut (impl Write + ?Sized), column: &Column, value: f64) -> io::Result<()> {
+    if column.kind.is_floating() { write!(to, ",{value:?}") } else { write!(to, ",{value}") }
+}
+
+/// The same of values as [`Type::cell`] says.
+///
+/// # Errors
+/// Those of `to`.
+pub fn write_cells(to: &mut (impl Write + ?Sized), columns: &[Column], time: f64, row: &[f64]) -> io::Result<()> {
+    write!(to, "{time:?}")?;
+    for (cell, column) in row.iter().zip(columns) {
+        match column.kind.whole_of(*cell).filter(|_| column.kind.is_wide()) {
+            Some(whole) => write!(to, ",{whole}")?,
+            None => write_value(to, column, *cell)?,
         }
     }
     writeln!(to)
@@ -250,6 +273,27 @@ pub fn run<C: Component>(plan: &Plan, components: &mut [C], progress: impl FnMut
 pub fn run_into<C: Component>(
     plan: &Plan,
     components: &mut [C],
+    progress: impl FnMut(usize),
+    mut give: impl FnMut(f64, &[f64]) -> Result<()>,
+) -> Result<Option<String>> {
+    let mut numbers = vec![0.0; plan.columns.len()];
+    run_cells(plan, components, progress, |time, row| {
+        numbers.copy_from_slice(row);
+        plan.to_numbers(&mut numbers);
+        give(time, &numbers)
+    })
+}
+
+/// The same, and gives the values as [`Type::cell`] says: exactly.
+///
+/// # Errors
+/// As [`run_into`].
+///
+/// # Panics
+/// As [`run()`].
+pub fn run_cells<C: Component>(
+    plan: &Plan,
+    components: &mut [C],
     mut progress: impl FnMut(usize),
     mut give: impl FnMut(f64, &[f64]) -> Result<()>,
 ) -> Result<Option<String>> {
@@ -265,7 +309,7 @@ pub fn run_into<C: Component>(
             }
             stepped => stepped?,
         }
-        give(run.time(), run.row())?;
+        give(run.time(), &run.cells)?;
         progress(step + 1);
     }
     if ended.is_none() {
@@ -273,7 +317,7 @@ pub fn run_into<C: Component>(
     } else {
         run.show_before();
     }
-    give(plan.time(run.steps()), run.row())?;
+    give(plan.time(run.steps()), &run.cells)?;
     run.terminate(plan)?;
     Ok(ended)
 }
@@ -294,8 +338,14 @@ pub struct Run<C> {
     values: Vec<f64>,
     /// Where what is recorded is in `values`, for each column of the plan.
     recorded: Vec<usize>,
-    /// What the last step recorded, for each column of the plan; true is 1.
-    row: Vec<f64>,
+    /// What the last step recorded, for each column of the plan, as [`Type::cell`] says.
+    cells: Vec<f64>,
+    /// The same as numbers; only if they differ.
+    row: Option<Vec<f64>>,
+    /// The columns whose numbers differ from what is moved, with their types.
+    wide: Vec<(usize, Type)>,
+    /// The values of a member before they are read again.
+    kept: Vec<f64>,
 }
 
 /// A member at work.
@@ -309,6 +359,8 @@ struct Running<C> {
     next: f64,
     /// What is set in the next step, after the plan's events.
     pending: Vec<Assignment>,
+    /// What it has said of its events; none if it is not called in Event Mode.
+    own: Option<events::Own>,
 }
 
 impl<C: Component> Run<C> {
@@ -331,7 +383,10 @@ impl<C: Component> Run<C> {
             time: plan.start,
             values: vec![0.0; 2 * count(plan)],
             recorded: recorded(plan, false),
-            row: vec![0.0; plan.columns.len()],
+            cells: vec![0.0; plan.columns.len()],
+            row: None,
+            wide: plan.wide(),
+            kept: Vec::new(),
         };
         run.initialize(plan, 0, plan.start, stop)?;
         run.record();
@@ -345,14 +400,21 @@ impl<C: Component> Run<C> {
     pub fn step(&mut self, plan: &Plan) -> Result<()> {
         let time = plan.time(self.steps);
         (self.time, self.stepped) = (time, 0);
-        self.keep();
         let due = due(plan, time);
+        if self.members.iter().any(|of| of.own.is_some()) {
+            self.handle_events(plan, time, due)?;
+        }
+        self.keep();
         for (member, (of, own)) in self.members.iter_mut().zip(&plan.members).enumerate() {
             self.at = member;
-            if of.next <= due {
-                of.assign_due(own, due).map_err(|error| at_time(error, own, time))?;
+            if of.own.is_some() {
+                of.take_over(&self.values).map_err(|error| at_time(error, own, time))?;
+            } else {
+                if of.next <= due {
+                    of.assign_due(own, due).map_err(|error| at_time(error, own, time))?;
+                }
+                of.write_inputs(&self.values).map_err(|error| at_time(error, own, time))?;
             }
-            of.write_inputs(&self.values).map_err(|error| at_time(error, own, time))?;
             of.component.step(time, plan.step).map_err(|error| in_step(error, own))?;
             self.stepped = member + 1;
             of.observe(&mut self.values).map_err(|error| after_step(error, own, time))?;
@@ -373,13 +435,17 @@ impl<C: Component> Run<C> {
     #[inline]
     fn end_step(&mut self) {
         self.record();
+        if !self.wide.is_empty() {
+            let row = self.row.insert(self.cells.clone());
+            self.wide.iter().for_each(|(column, kind)| row[*column] = kind.number(row[*column]));
+        }
         self.steps += 1;
     }
 
     /// Records the step.
     #[inline]
     fn record(&mut self) {
-        for (value, place) in self.row.iter_mut().zip(&self.recorded) {
+        for (value, place) in self.cells.iter_mut().zip(&self.recorded) {
             *value = self.values[*place];
         }
     }
@@ -387,14 +453,14 @@ impl<C: Component> Run<C> {
     /// Makes the row of a step that has begun and was ended: what it records of the time before it.
     fn show_before(&mut self) {
         let count = self.values.len() / 2;
-        for (value, place) in self.row.iter_mut().zip(&self.recorded).filter(|(_, place)| **place >= count) {
+        for (value, place) in self.cells.iter_mut().zip(&self.recorded).filter(|(_, place)| **place >= count) {
             *value = self.values[*place];
         }
     }
 
     /// Makes the row of the end: connected inputs are what they would get in another step.
     fn show_end(&mut self, plan: &Plan) {
-        for (value, column) in self.row.iter_mut().zip(&plan.columns) {
+        for (value, column) in self.cells.iter_mut().zip(&plan.columns) {
             *value = self.values[place(plan, plan.source_of(column).unwrap_or(column.source))];
         }
     }
@@ -434,7 +500,8 @@ impl<C: Component> Run<C> {
             self.values = values;
         } else {
             self.recorded = recorded(plan, false);
-            self.row = vec![0.0; plan.columns.len()];
+            self.cells = vec![0.0; plan.columns.len()];
+            (self.row, self.wide) = (None, plan.wide());
         }
         exchanged
     }
@@ -447,7 +514,7 @@ impl<C: Component> Run<C> {
     /// What was last read, for each column of the plan; true is 1. Before the first step these are the values after the
     /// initialization.
     pub fn values(&self, plan: &Plan) -> Vec<f64> {
-        plan.columns.iter().map(|column| self.values[place(plan, column.source)]).collect()
+        plan.columns.iter().map(|column| column.kind.number(self.values[place(plan, column.source)])).collect()
     }
 
     /// Sets a variable of a member in the next step, after what the plan sets then.
@@ -469,7 +536,7 @@ impl<C: Component> Run<C> {
 
     /// What the last step recorded, for each column of the plan; true is 1.
     pub fn row(&self) -> &[f64] {
-        &self.row
+        self.row.as_ref().unwrap_or(&self.cells)
     }
 
     /// Ends the simulation.
@@ -525,6 +592,7 @@ impl<C: Reset> Run<C> {
             of.events = 0;
             of.pending.clear();
             of.expect_next(own);
+            of.own = own.has_events.then(events::Own::default);
         }
         self.values.fill(0.0);
         (self.steps, self.stepped, self.at, self.time) = (0, 0, 0, plan.start);
@@ -546,13 +614,36 @@ impl Wiring {
             kind,
             references: own.connected.references[range.clone()].to_vec(),
             sources: own.sources[range.clone()].iter().map(|source| seen(plan, member, *source)).collect(),
+            converted: own.sources[range.clone()]
+                .iter()
+                .map(|(from, place)| plan.members[*from].observed.kind(*place))
+                .enumerate()
+                .filter(|(_, from)| *from != kind && (from.is_wide() || kind.is_wide()))
+                .collect(),
             values: vec![0.0; range.len()],
+            seen: vec![f64::NAN; range.len()],
         };
         Wiring {
             own: first..first_value(plan, member + 1),
             read: own.observed.groups().map(read).collect(),
             written: own.connected.groups().map(written).collect(),
         }
+    }
+}
+
+impl Written {
+    /// Makes whole numbers of 64 bits of others, and others of them.
+    #[cold]
+    #[inline(never)]
+    fn convert(&mut self) -> Result<()> {
+        for (place, from) in &self.converted {
+            let whole = from.whole_of(self.values[*place]);
+            let cell = whole.and_then(|whole| self.kind.whole_cell(whole));
+            let shown = || whole.map_or_else(|| format!("{:?}", self.values[*place]), |whole| whole.to_string());
+            self.values[*place] =
+                cell.with_context(|| format!("{} does not fit into {}", shown(), self.kind.name()))?;
+        }
+        Ok(())
     }
 }
 
@@ -578,7 +669,8 @@ fn place(plan: &Plan, (member, place): (usize, usize)) -> usize {
 
 /// Where a member sees a value: as it was before the step, unless it gets what those before it have given in the same step.
 fn seen(plan: &Plan, member: usize, source: (usize, usize)) -> usize {
-    let is_given_in_step = plan.exchange == Exchange::Sequential && source.0 < member;
+    let is_in_order = plan.exchange == Exchange::Sequential && !plan.members[source.0].has_events;
+    let is_given_in_step = is_in_order && source.0 < member;
     place(plan, source) + if is_given_in_step { 0 } else { count(plan) }
 }
 
@@ -593,7 +685,8 @@ fn recorded(plan: &Plan, of_times: bool) -> Vec<usize> {
 impl<C: Component> Running<C> {
     fn of(plan: &Plan, member: usize, component: C) -> Running<C> {
         let wiring = Wiring::of(plan, member);
-        let mut running = Running { component, wiring, events: 0, next: f64::NAN, pending: Vec::new() };
+        let own = plan.members[member].has_events.then(events::Own::default);
+        let mut running = Running { component, wiring, events: 0, next: f64::NAN, pending: Vec::new(), own };
         running.expect_next(&plan.members[member]);
         running
     }
@@ -627,9 +720,21 @@ impl<C: Component> Running<C> {
     /// Writes the connected inputs, from the values of the run.
     #[inline(always)]
     fn write_inputs(&mut self, values: &[f64]) -> Result<()> {
+        self.write_inputs_at(values, |source| source)
+    }
+
+    /// The same; `place` says where a source is.
+    #[inline(always)]
+    fn write_inputs_at(&mut self, values: &[f64], place: impl Fn(usize) -> usize) -> Result<()> {
         for group in &mut self.wiring.written {
             for (value, source) in group.values.iter_mut().zip(&group.sources) {
-                *value = values[*source];
+                *value = values[place(*source)];
+            }
+            if self.own.is_some() {
+                group.seen.copy_from_slice(&group.values);
+            }
+            if !group.converted.is_empty() {
+                group.convert()?;
             }
             self.component.write(group.kind, &group.references, &group.values)?;
         }

@@ -13,6 +13,11 @@ pub const ROUNDING: f64 = 1e-6;
 /// Times with more decimals are computed as they are.
 const MOST_DECIMALS: i32 = 9;
 
+/// Whether an FMU has Event Mode.
+pub fn has_events(description: &Description) -> bool {
+    description.co_simulation.as_ref().is_some_and(|support| support.can("hasEventMode"))
+}
+
 /// What to do in a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
@@ -50,6 +55,8 @@ pub struct Scaled {
 pub struct MemberPlan {
     /// Its name.
     pub name: String,
+    /// Whether it is called in Event Mode.
+    pub has_events: bool,
     /// Set before Initialization Mode.
     pub parameters: Vec<Assignment>,
     /// Set in Initialization Mode.
@@ -85,7 +92,7 @@ pub struct Block {
     /// The value references, those of the type `Type::ALL[0]` first.
     pub references: Vec<u32>,
     /// How many there are of each type.
-    pub counts: [usize; 3],
+    pub counts: [usize; Type::ALL.len()],
 }
 
 impl Block {
@@ -102,6 +109,11 @@ impl Block {
     fn variables(&self) -> impl Iterator<Item = (Type, u32)> {
         let kinds = Type::ALL.iter().zip(self.counts).flat_map(|(kind, count)| std::iter::repeat_n(*kind, count));
         kinds.zip(self.references.iter().copied())
+    }
+
+    /// The type of the variable at a place.
+    pub fn kind(&self, place: usize) -> Type {
+        self.groups().find(|(_, range)| range.contains(&place)).map_or(Type::Real, |(kind, _)| kind)
     }
 
     /// Where a variable is, which has to be there.
@@ -196,7 +208,11 @@ impl Plan {
             members: system
                 .members
                 .iter()
-                .map(|of| MemberPlan { name: of.name.clone(), ..Default::default() })
+                .zip(descriptions)
+                .map(|(of, description)| {
+                    let has_events = !system.no_events && has_events(description);
+                    MemberPlan { name: of.name.clone(), has_events, ..Default::default() }
+                })
                 .collect(),
             columns: Vec::new(),
             warnings: Vec::new(),
@@ -214,6 +230,18 @@ impl Plan {
         plan.connect(&wires)?;
         plan.columns = recorded.iter().map(|reference| plan.column(&names, reference, &wires)).collect();
         Ok(plan)
+    }
+
+    /// The columns whose values are moved as [`Type::cell`] says and are no numbers, with their types.
+    pub(crate) fn wide(&self) -> Vec<(usize, Type)> {
+        self.columns.iter().map(|column| column.kind).enumerate().filter(|(_, kind)| kind.is_wide()).collect()
+    }
+
+    /// Makes numbers of the values of a row, which are as [`Type::cell`] says.
+    pub fn to_numbers(&self, row: &mut [f64]) {
+        for (value, column) in row.iter_mut().zip(&self.columns) {
+            *value = column.kind.number(*value);
+        }
     }
 
     /// The time of a communication point in seconds, computed anew: nothing adds up. It is the number that is the nearest to
@@ -308,14 +336,16 @@ impl Plan {
         let all: Vec<&Wire> = wires.iter().filter(|wire| wire.from.member == reference.member).collect();
         let readers = if own.is_empty() { all } else { own };
         let is_set = matches!(causality, Causality::Input | Causality::Parameter);
-        let is_unread = !is_set && readers.is_empty();
+        // Its values are exchanged at the communication point, whoever reads them.
+        let has_events = self.members[reference.member].has_events;
+        let is_unread = !is_set && !has_events && readers.is_empty();
         Column {
             name: names.full(reference),
             unit: reference.variable.unit.clone(),
             kind: reference.kind,
             is_input: causality == Causality::Input,
             source: (reference.member, self.members[reference.member].observed.place(reference.key())),
-            is_before_step: !is_set && !is_unread && readers.into_iter().all(is_shown_before),
+            is_before_step: !is_set && !is_unread && (has_events || readers.into_iter().all(is_shown_before)),
             is_unread,
         }
     }
@@ -389,8 +419,11 @@ pub fn effective<'a, 's>(
     settings: &'s [Setting],
     wires: &[Wire],
 ) -> Result<Vec<(&'s Setting, Reference<'a>)>> {
-    let find = |setting: &'s Setting| Ok((setting, located(setting.place.as_ref(), names.find(&setting.variable))?));
-    let mut effective = settings.iter().map(find).collect::<Result<Vec<_>>>()?;
+    let mut effective = Vec::with_capacity(settings.len());
+    for setting in settings {
+        let found = located(setting.place.as_ref(), names.find_all(&setting.variable))?;
+        effective.extend(found.into_iter().map(|reference| (setting, reference)));
+    }
     let firm: Vec<_> = effective.iter().filter(|(of, _)| !of.is_preliminary && of.time.is_none()).copied().collect();
     effective.retain(|(setting, reference)| {
         let is_overridden = || firm.iter().any(|(_, other)| other.is(reference));
@@ -414,39 +447,55 @@ fn located<T>(place: Option<&Place>, result: Result<T>) -> Result<T> {
 pub fn wires<'a>(names: &Names<'a>, connections: &[Connection]) -> Result<Vec<Wire<'a>>> {
     let mut wires: Vec<Wire> = Vec::new();
     for connection in connections {
-        let wire = || {
-            let wire = wire(names, connection)
+        let mut add = || {
+            let both = ends(names, connection)
                 .with_context(|| format!("{} cannot be connected to {}", connection.from, connection.to))?;
-            if let Some(other) = wires.iter().find(|other| other.is_to(&wire.to)) {
-                let (to, from) = (names.full(&wire.to), names.full(&other.from));
-                if other.from.is(&wire.from) {
-                    bail!("{from} and {to} are connected twice: remove one of the connections");
+            for wire in both {
+                if let Some(other) = wires.iter().find(|other| other.is_to(&wire.to)) {
+                    let (to, from) = (names.full(&wire.to), names.full(&other.from));
+                    if other.from.is(&wire.from) {
+                        bail!("{from} and {to} are connected twice: remove one of the connections");
+                    }
+                    bail!("{to} has two sources, {from} and {}: remove one of the connections", connection.from);
                 }
-                bail!("{to} has two sources, {from} and {}: remove one of the connections", connection.from);
+                wires.push(wire);
             }
-            Ok(wire)
+            Ok(())
         };
-        let wire = located(connection.place.as_ref(), wire())?;
-        wires.push(wire);
+        located(connection.place.as_ref(), add())?;
     }
     Ok(wires)
 }
 
-fn wire<'a>(names: &Names<'a>, connection: &Connection) -> Result<Wire<'a>> {
-    let (from, to) = (names.find(&connection.from)?, names.find(&connection.to)?);
+/// What a connection connects: two variables, or the elements of two arrays.
+fn ends<'a>(names: &Names<'a>, connection: &Connection) -> Result<Vec<Wire<'a>>> {
+    let (from, to) = (names.find_all(&connection.from)?, names.find_all(&connection.to)?);
+    if from.len() != to.len() {
+        let size = |count: usize| if count == 1 { "a single value".into() } else { format!("{count} values") };
+        bail!("it has {}, and the input {}: connect elements, such as {}[1]", size(from.len()), size(to.len()), {
+            if from.len() > 1 { &connection.from } else { &connection.to }
+        });
+    }
+    from.into_iter().zip(to).map(|(from, to)| wire(names, connection, from, to)).collect()
+}
+
+fn wire<'a>(names: &Names<'a>, connection: &Connection, from: Reference<'a>, to: Reference<'a>) -> Result<Wire<'a>> {
     for (name, end, wanted) in [(&connection.from, &from, Causality::Output), (&connection.to, &to, Causality::Input)] {
         let is = end.variable.causality;
         if is != wanted {
             bail!("the causality of {name} is {is}; a connection goes from an output to an input");
         }
     }
-    let (from_type, to_type) = (from.kind.name(), to.kind.name());
+    let (from_type, to_type) = (from.variable.type_name, to.variable.type_name);
     match (from.kind, to.kind) {
         (from, to) if from == to => {}
-        // Every Integer is a Real.
-        (Type::Integer, Type::Real) => {}
-        (Type::Boolean, Type::Real) => {
-            let reals = names.outputs(from.member, Type::Real);
+        // A whole number that does not fit is an error when it comes; a REAL of a PLC is rounded as the PLC does.
+        (from, to) if from.whole().is_some() && to.whole().is_some() => {}
+        (from, to) if from.is_floating() && to.is_floating() => {}
+        // Every integer of 32 bits is a Real, and every one of 16 bits a Float32.
+        (from, to) if to.is_floating() && from.whole().is_some() && from.bits() < to.bits() => {}
+        (Type::Boolean, to_kind) if to_kind.is_floating() => {
+            let reals = [Type::Real, Type::Float32].map(|kind| names.outputs(from.member, kind)).concat();
             bail!(
                 "it is {from_type}, and the input is {to_type}: connect a Real output of the same FMU, such as a mean over \
                  the step ({})",
@@ -472,9 +521,10 @@ fn recorded<'a>(
 ) -> Result<Vec<Reference<'a>>> {
     let mut recorded: Vec<Reference> = Vec::new();
     for Recorded { variable, place } in wanted {
-        let reference = located(place.as_ref(), names.find(variable))?;
-        if !recorded.iter().any(|other| other.is(&reference)) {
-            recorded.push(reference);
+        for reference in located(place.as_ref(), names.find_all(variable))? {
+            if !recorded.iter().any(|other| other.is(&reference)) {
+                recorded.push(reference);
+            }
         }
     }
     if wanted.is_empty() {
@@ -506,6 +556,9 @@ pub fn assignment(
     if let Some(wire) = wires.iter().find(|wire| wire.is_to(reference)) {
         bail!("{name} cannot be set: it is connected to {}", names.full(&wire.from));
     }
+    if variable.is_structural {
+        bail!("{name} cannot be set: the sizes of arrays depend on it, and they are those of its start value");
+    }
     if !variable.is_settable() {
         let what = variable.causality;
         bail!("{name} cannot be set: its causality is {what}; only inputs and parameters can be set");
@@ -514,8 +567,12 @@ pub fn assignment(
     let warning = variable
         .is_outside(value)
         .then(|| format!("{name} = {value:?} is outside of the range that the FMU declares, {}", variable.range()));
-    Ok((Assignment { kind: reference.kind, reference: variable.value_reference, value }, warning))
+    let (kind, value) = (reference.kind, reference.kind.cell(value));
+    Ok((Assignment { kind, reference: variable.value_reference, value }, warning))
 }
+
+/// Up to this number, a setting holds every whole number.
+const EXACT: f64 = 9_007_199_254_740_992.0;
 
 /// A value as the variable has it.
 pub fn value(kind: Type, value: Value) -> Result<f64> {
@@ -525,8 +582,19 @@ pub fn value(kind: Type, value: Value) -> Result<f64> {
         (Type::Boolean, Value::Number(value)) => bail!("it is Boolean, {value:?} is neither true (1) nor false (0)"),
         (_, Value::Boolean(value)) => bail!("it is {}, {value} is not a number", kind.name()),
         (Type::Real, Value::Number(value)) => Ok(value),
+        (Type::Float32, Value::Number(value)) if !value.is_finite() || value.abs() <= f64::from(f32::MAX) => Ok(value),
+        (Type::Float32, Value::Number(value)) => bail!("it is Float32, {value:?} is beyond its numbers"),
         (Type::Integer, Value::Number(value)) if f64::from(value as i32) == value => Ok(value),
         (Type::Integer, Value::Number(value)) => bail!("it is Integer, {value:?} is not an integer of 32 bits"),
+        (kind, Value::Number(value)) => {
+            let whole = (value == value.trunc() && value.abs() <= EXACT).then_some(value as i128);
+            let (low, high) = kind.whole().unwrap_or_default();
+            if whole.and_then(|whole| kind.whole_cell(whole)).is_none() {
+                let (low, high) = (low.max(-(EXACT as i128)), high.min(EXACT as i128));
+                bail!("it is {}, {value:?} is not a whole number from {low} to {high}", kind.name());
+            }
+            Ok(value)
+        }
     }
 }
 
@@ -559,8 +627,8 @@ impl<'a> Names<'a> {
         Ok(Names { members, descriptions })
     }
 
-    /// The variable of the name `FMU.VARIABLE`.
-    pub fn find(&self, name: &str) -> Result<Reference<'a>> {
+    /// The member and the name of its variable in a name `FMU.VARIABLE`.
+    fn split<'n>(&self, name: &'n str) -> Result<(usize, &'n str)> {
         // Both parts may contain points: the longest name of an FMU decides.
         let rest = |member: usize| own_name(name, self.members[member]);
         let member = (0..self.members.len())
@@ -576,15 +644,39 @@ impl<'a> Names<'a> {
                 .map_or_else(String::new, |near| format!("; did you mean {near}?"));
             bail!("{name} names no FMU of this run, write FMU.VARIABLE; there is {known}{hint}");
         };
-        let variable = rest(member).unwrap_or_default();
+        Ok((member, rest(member).unwrap_or_default()))
+    }
+
+    /// The elements of the array of this name, or the one variable of this name.
+    pub fn find_all(&self, name: &str) -> Result<Vec<Reference<'a>>> {
+        let (member, variable) = self.split(name)?;
+        match self.descriptions[member].array(variable) {
+            Some(elements) => {
+                let reference = |variable: &'a Variable| Some(Reference { member, variable, kind: variable.kind? });
+                Ok(elements.iter().filter_map(reference).collect())
+            }
+            None => Ok(vec![self.find(name)?]),
+        }
+    }
+
+    /// The variable of the name `FMU.VARIABLE`.
+    pub fn find(&self, name: &str) -> Result<Reference<'a>> {
+        let (member, variable) = self.split(name)?;
         let Some(found) = self.descriptions[member].variable(variable) else {
+            if let Some(elements) = self.descriptions[member].array(variable) {
+                let count = elements.len();
+                bail!("{name} is an array of {count} values: name one of them, such as {name}[1]");
+            }
             let near = near(variable, self.descriptions[member].variables.iter().map(|of| of.name.as_str()));
             let member = self.members[member];
             let hint =
                 near.map_or_else(|| "plcfmu info lists them".into(), |near| format!("did you mean {member}.{near}?"));
             bail!("{member} has no variable {variable}; {hint}");
         };
-        let kind = found.kind.with_context(|| format!("{name} is a String, which cannot be set or recorded"))?;
+        let kind = found.kind.with_context(|| match found.dimensions.as_slice() {
+            [] => format!("{name} is a {}, which cannot be set or recorded", found.type_name),
+            sizes => format!("{name} is an array of {sizes:?} {}, which cannot be set or recorded", found.type_name),
+        })?;
         Ok(Reference { member, variable: found, kind })
     }
 

@@ -29,6 +29,9 @@ pub struct System {
     pub step: Option<f64>,
     /// When values go from output to input.
     pub exchange: Exchange,
+    /// FMUs with Event Mode are stepped as those without it.
+    #[serde(default)]
+    pub no_events: bool,
     /// What the user should know of the files that it was read from.
     pub remarks: Vec<String>,
     /// The files that it was read from, FMUs apart.
@@ -249,6 +252,9 @@ impl From<&str> for Recorded {
 /// A finite number.
 fn number(text: &str) -> Result<f64> {
     match text.trim().parse::<f64>() {
+        Ok(number) if text.trim().parse::<i128>().is_ok_and(|whole| number as i128 != whole) => {
+            bail!("{text:?} has more digits than a setting holds; the nearest one is {number}")
+        }
         Ok(number) if number.is_finite() => Ok(number),
         _ => bail!("{text:?} is not a finite number (the decimal sign is a point)"),
     }

@@ -392,7 +392,7 @@ fn values(axis: &Axis, targets: &[Target], distributions: &mut usize) -> Result<
         Along::Range { from, to, count, logarithmic } => {
             for target in targets {
                 // Between finite ends all is finite.
-                let step = if target.kind == Type::Real { count - 1 } else { 1 };
+                let step = if target.kind.is_floating() { count - 1 } else { 1 };
                 (0..*count)
                     .step_by(step as usize)
                     .try_for_each(|place| {
@@ -403,9 +403,9 @@ fn values(axis: &Axis, targets: &[Target], distributions: &mut usize) -> Result<
             Ok(Values::Range { from: *from, to: *to, count: *count, logarithmic: *logarithmic })
         }
         Along::Uniform { .. } | Along::Normal { .. } | Along::LogNormal { .. } | Along::Triangular { .. } => {
-            let fits = |target: &&Target| target.kind == Type::Real || axis.whole && target.kind == Type::Integer;
+            let fits = |target: &&Target| target.kind.is_floating() || axis.whole && target.kind.whole().is_some();
             if let Some(target) = targets.iter().find(|target| !fits(target)) {
-                let whole = if target.kind == Type::Integer { "add whole = true, or " } else { "" };
+                let whole = if target.kind.whole().is_some() { "add whole = true, or " } else { "" };
                 bail!(
                     "{} is {}, and distributions give fractions: {whole}write its values as a list, values = [...]",
                     target.name,

@@ -360,8 +360,8 @@ fn variable(system: &System, name: &str) -> Result<(Grid, f64)> {
     let grid = match variable.kind {
         // A TIME of a PLC, which has milliseconds, is shown in them.
         Some(Type::Real) if variable.display_unit.as_deref() == Some("ms") => Grid::Milliseconds,
-        Some(Type::Real) => Grid::Digits,
-        Some(Type::Integer) if !variable.is_enumeration() => Grid::Whole,
+        Some(kind) if kind.is_floating() => Grid::Digits,
+        Some(kind) if kind.whole().is_some() && !variable.is_enumeration() => Grid::Whole,
         _ => bail!(
             "[tune]: {name} is searched, and it is neither a Real nor an Integer: make it an axis, or run two studies"
         ),

@@ -22,6 +22,7 @@ use modeldescription::{Description, Interface};
 use run::component::Reset;
 use run::dialog;
 use run::master::Recording;
+use run::plan::has_events;
 use run::system::Member;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -217,7 +218,9 @@ struct Candidate {
 fn linked(job: &Job, find: Find) -> Option<Vec<Candidate>> {
     let member = |member: &Member| {
         let mut package = Package::open(&member.path).ok()?;
-        let block = find(&package.description)?;
+        // What is linked has no Event Mode.
+        let has_events = !job.system.no_events && has_events(&package.description);
+        let block = find(&package.description).filter(|_| !has_events)?;
         let is_same = block.code.is_some_and(|code| has_text(&mut package, code).unwrap_or(false));
         let file = member.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Some(Candidate { file, block, description: package.description, is_same })

@@ -168,7 +168,7 @@ impl<'a> Shaped<'a> {
                         match kind {
                             Type::Real => set_real(component, of.as_ptr(), of.len(), reals.as_ptr()),
                             Type::Integer => self.of.integers.0(component, of.as_ptr(), of.len(), integers.as_ptr()),
-                            Type::Boolean => self.of.booleans.0(component, of.as_ptr(), of.len(), [0; 8].as_ptr()),
+                            _ => self.of.booleans.0(component, of.as_ptr(), of.len(), [0; 8].as_ptr()),
                         }
                     };
                 }
@@ -184,7 +184,7 @@ impl<'a> Shaped<'a> {
                             Type::Integer => {
                                 self.of.integers.1(component, of.as_ptr(), of.len(), integers.as_mut_ptr())
                             }
-                            Type::Boolean => {
+                            _ => {
                                 self.of.booleans.1(component, of.as_ptr(), of.len(), integers.as_mut_ptr())
                             }
                         }

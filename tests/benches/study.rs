@@ -85,7 +85,7 @@ impl Fmus {
     }
 
     fn instantiate(&self, member: usize) -> anyhow::Result<Instance> {
-        self.0[member].instantiate("bench")
+        self.0[member].instantiate("bench", false)
     }
 
     /// The same without the C interface, as a study makes it.

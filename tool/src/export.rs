@@ -314,6 +314,7 @@ fn system(home: &dyn Home, record: &Record, calls: usize) -> System {
         stop: Some(record.time(calls)),
         step: Some(record.step()),
         exchange: setup.exchange,
+        no_events: true,
         programs,
         ..System::default()
     }

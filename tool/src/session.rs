@@ -775,6 +775,8 @@ impl Wired {
             stop: Some(start + step),
             step: Some(step),
             exchange,
+            // A step of the tool is a call.
+            no_events: true,
             ..System::default()
         };
         let names = Names::of(&system, &borrowed)?;

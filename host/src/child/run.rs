@@ -2,7 +2,7 @@
 
 use super::witness::Witnessed;
 use super::{Channel, End, OWN, Prints, Starter, serve};
-use crate::fmu::Unpacked;
+use crate::fmu::{Unpacked, ensure_runs};
 use crate::machine::Failure;
 use crate::package::Package;
 use crate::simulation::Fmus;
@@ -33,7 +33,7 @@ struct Request {
 enum Reply {
     /// The run begins: what the variables of each member are in a loop, if it says so.
     Began(Vec<Option<Roles>>),
-    /// The next rows, each the time and the values as numbers of 8 bytes.
+    /// The next rows, each the time and the values of 8 bytes.
     Rows(ByteBuf),
     /// The run is over: what FMUs have logged, with their names, and which FMU ended it before its time, or why it failed.
     Over { messages: Vec<(String, String)>, ended: Result<Option<String>, Failure> },
@@ -47,7 +47,7 @@ pub trait Rows {
     /// The run begins; `roles` are what the variables of each member are in a loop, if it says so.
     fn begin(&mut self, roles: Vec<Option<Roles>>);
 
-    /// Takes the next row: the time in seconds, and the values of the plan's columns.
+    /// Takes the next row: the time in seconds, and the values of the plan's columns, as `Type::cell` says.
     ///
     /// # Errors
     /// It cannot be taken: the run ends.
@@ -70,7 +70,11 @@ pub struct Finished {
 /// # Errors
 /// What is wrong with which FMU, name, value, connection or time, and what to do.
 pub fn plan(system: &System) -> Result<Plan> {
-    let open = |path: &Path| Package::open(path).with_context(|| path.display().to_string());
+    let open = |path: &Path| {
+        let package = Package::open(path).with_context(|| path.display().to_string())?;
+        ensure_runs(&package.description).with_context(|| path.display().to_string())?;
+        anyhow::Ok(package)
+    };
     let descriptions = system.members.iter().map(|member| Ok(open(&member.path)?.description));
     let descriptions = descriptions.collect::<Result<Vec<_>>>()?;
     Plan::of(system, &descriptions.iter().collect::<Vec<_>>())
@@ -171,7 +175,7 @@ fn simulate(
         }
         channel.send(&Reply::Rows(ByteBuf::from(std::mem::take(&mut rows))))
     };
-    let ended = master::run_into(&plan, &mut instances, |steps| witness.stepped(steps), &mut give);
+    let ended = master::run_cells(&plan, &mut instances, |steps| witness.stepped(steps), &mut give);
     for (member, of) in system.members.iter().zip(&mut instances) {
         messages.extend(of.instance.take_messages().into_iter().map(|message| (member.name.clone(), message.text)));
     }

@@ -30,7 +30,7 @@ pub struct Package<R> {
     pub archive: Archive<R>,
     /// Its modelDescription.xml.
     pub xml: ModelDescription,
-    /// What that says of the FMU.
+    /// What that says of the FMU, with the elements of its arrays as variables.
     pub description: Description,
     /// Its libraries, one for each platform; none if it has sources only.
     pub libraries: Vec<LibraryFile>,
@@ -65,7 +65,7 @@ impl<R: Read + Seek> Package<R> {
         let mut archive = Archive::open(reader)?;
         let xml = archive.read(DESCRIPTION, LONGEST_DESCRIPTION)?;
         let xml = ModelDescription::read(&xml).context(DESCRIPTION)?;
-        let description = xml.description();
+        let description = xml.description().expanded();
         let identifier = description
             .model_identifier()
             .with_context(|| format!("{DESCRIPTION} is neither for co-simulation nor for model exchange"))?;

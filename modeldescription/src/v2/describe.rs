@@ -33,6 +33,7 @@ impl ModelDescription {
             log_categories: self.log_categories.clone(),
             default_experiment: self.default_experiment,
             variables: self.model_variables.iter().map(|variable| described(variable, &types)).collect(),
+            arrays: Vec::new(),
         }
     }
 

@@ -54,6 +54,7 @@ impl ModelDescription {
             log_categories: self.log_categories.clone(),
             default_experiment: self.default_experiment,
             variables,
+            arrays: Vec::new(),
         }
     }
 

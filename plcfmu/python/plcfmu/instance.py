@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import difflib
+import math
 import operator
 import os
 import pathlib
@@ -20,15 +21,16 @@ from fmpy.fmi1 import FMICallException
 from . import find
 from .find import Path
 from .messages import LOGGER, Log, Message
+from .slave3 import NUMBERS, Slave3
 
-STATUSES = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
-WARNING, FATAL = STATUSES.index("fmi2Warning"), STATUSES.index("fmi2Fatal")
+STATUSES = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
+WARNING, FATAL = STATUSES.index("Warning"), STATUSES.index("Fatal")
 
 
 class FmuError(RuntimeError):
     """An FMU cannot be used, or refused a call. The text holds what the FMU logged about it.
 
-    `function` and `status` (fmi2Error is 3) are those of the refused call, `messages` the texts that were logged.
+    `function` and `status` (fmi2Error and fmi3Error are 3) are those of the refused call, `messages` the texts that were logged.
     """
 
     def __init__(
@@ -52,10 +54,11 @@ class Variable(NamedTuple):
 
     name: str
     reference: int
-    type: str  # "Real", "Integer", "Boolean" or "String"
+    type: str  # "Real", "Integer", "Boolean" or "String"; in FMI 3.0 "Float64", "Int16", ... for the first two
     causality: str  # "input", "output", "parameter", "local", ...
     unit: Optional[str]  # physical unit, such as "degC"
     description: str
+    shape: tuple[int, ...] = ()  # the sizes of an array
 
 
 class _Package(NamedTuple):
@@ -63,6 +66,7 @@ class _Package(NamedTuple):
 
     path: pathlib.Path
     folder: pathlib.Path
+    version: str
     guid: str
     identifier: str
     variables: dict[str, Variable]
@@ -101,7 +105,8 @@ class Fmus:
     ) -> Instance:
         """A new instance with these start values, initialized and ready for the first step.
 
-        `fmu` is the name of an FMU ("CONT_C") or the path of any FMI 2.0 co-simulation FMU ("plants/my_plant.fmu").
+        `fmu` is the name of an FMU ("CONT_C") or the path of any co-simulation FMU of FMI 2.0 or 3.0
+        ("plants/my_plant.fmu"). One of FMI 3.0 is stepped without Event Mode; an array is a list of its elements, row by row.
         `name` tells instances apart; by default it is that of the file. `start_time` is in seconds. Variables whose
         names are no Python names, or are those of parameters of this function, go into `settings`:
         {"DI_CONT_C.GAIN": 2.0}.
@@ -145,27 +150,21 @@ class Instance:
         self.variables = package.variables
         self._log = Log()
         self._open = False
+        options = {
+            "guid": package.guid,
+            "modelIdentifier": package.identifier,
+            "unzipDirectory": str(package.folder),
+            "instanceName": name,
+        }
         try:
-            self._slave = fmi2.FMU2Slave(
-                guid=package.guid,
-                modelIdentifier=package.identifier,
-                unzipDirectory=str(package.folder),
-                instanceName=name,
-            )
+            is_3 = package.version.startswith("3")
+            self._slave = Slave3(self._log.messages, **options) if is_3 else fmi2.FMU2Slave(**options)
         except Exception as error:  # FMPy has no type of its own for a library that cannot be loaded
             raise FmuError(f"{package.path}: {error}") from error
-        self._getters: dict[str, Callable[..., list[Any]]] = {
-            "Real": self._slave.getReal,
-            "Integer": self._slave.getInteger,
-            "Boolean": self._slave.getBoolean,
-            "String": self._slave.getString,
-        }
-        self._setters: dict[str, Callable[..., None]] = {
-            "Real": self._slave.setReal,
-            "Integer": self._slave.setInteger,
-            "Boolean": self._slave.setBoolean,
-            "String": self._slave.setString,
-        }
+        numbers = NUMBERS if is_3 else ("Real", "Integer")
+        types = (*numbers, "Boolean", "String")
+        self._getters: dict[str, Callable[..., list[Any]]] = {of: getattr(self._slave, f"get{of}") for of in types}
+        self._setters: dict[str, Callable[..., None]] = {of: getattr(self._slave, f"set{of}") for of in types}
 
     def __repr__(self) -> str:
         return f"<FMU instance {self.name}>"
@@ -197,8 +196,8 @@ class Instance:
             result = function(*arguments, **options)
         except FMICallException as error:
             if error.status == FATAL:
-                self._open = False  # nothing may be called any more, fmi2FreeInstance included
-            refused = f"{self.name}: {error.function} returned {_status(error.status)}"
+                self._open = False  # nothing may be called any more, the function that frees it included
+            refused = f"{self.name}: {error.function} returned {_status(error)}"
             raise FmuError(refused, error.function, error.status, self._log.take()) from None
         if self._log.messages:
             for message in self._log.take():
@@ -220,9 +219,7 @@ class Instance:
 
     def __getitem__(self, name: str) -> Any:
         """The value of a variable: float, int, bool or str as its type says; a TIME is in seconds."""
-        variable = self.variable(name)
-        value = self._call(self._getters[variable.type], [variable.reference])[0]
-        return _from_c(variable, value)
+        return self.get([name])[name]
 
     def __setitem__(self, name: str, value: Any) -> None:
         self.set({name: value})
@@ -232,11 +229,22 @@ class Instance:
         chosen = [self.variable(name) for name in split(names)]
         values: dict[str, Any] = {}
         for type_, getter in self._getters.items():
-            group = [variable for variable in chosen if variable.type == type_]
+            group = [variable for variable in chosen if variable.type == type_ and not variable.shape]
             if group:
                 got = self._call(getter, [variable.reference for variable in group])
                 values.update((variable.name, _from_c(variable, value)) for variable, value in zip(group, got))
+        for variable in chosen:
+            if variable.shape:
+                got = self._call(self._getter(variable), [variable.reference], math.prod(variable.shape))
+                values[variable.name] = [_from_c(variable, value) for value in got]
+            elif variable.name not in values:
+                self._getter(variable)
         return {variable.name: values[variable.name] for variable in chosen}
+
+    def _getter(self, variable: Variable) -> Callable[..., list[Any]]:
+        if variable.type not in self._getters:
+            raise FmuError(f"{self.name}: {variable.name} is a {variable.type}, which can be neither read nor written")
+        return self._getters[variable.type]
 
     def set(self, values: Optional[Mapping[str, Any]] = None, /, **more_values: Any) -> None:
         """Sets variables by name, those of one type in one call: set(GAIN=2.0, MAN_ON=False).
@@ -247,11 +255,26 @@ class Instance:
         refuses a value, with its reason. If names or types are wrong, nothing is set.
         """
         groups: dict[str, list[tuple[int, Any]]] = {}
+        arrays: list[tuple[Variable, list[Any]]] = []
         for name, value in {**(values or {}), **more_values}.items():
             variable = self.variable(name)
-            groups.setdefault(variable.type, []).append((variable.reference, self._to_c(variable, value)))
+            self._getter(variable)
+            if variable.shape:
+                arrays.append((variable, self._elements(variable, value)))
+            else:
+                groups.setdefault(variable.type, []).append((variable.reference, self._to_c(variable, value)))
         for type_, group in groups.items():
             self._call(self._setters[type_], *map(list, zip(*group)))
+        for variable, elements in arrays:
+            self._call(self._setters[variable.type], [variable.reference], elements)
+
+    def _elements(self, variable: Variable, values: Any) -> list[Any]:
+        """The elements of an array as FMPy passes them."""
+        count = math.prod(variable.shape)
+        given = list(values) if isinstance(values, Iterable) and not isinstance(values, str) else None
+        if given is None or len(given) != count:
+            raise TypeError(f"{self.name}: {variable.name} is an array of {count} values; give it a list of as many")
+        return [self._to_c(variable, value) for value in given]
 
     def step(self, t: float, h: float, /, **inputs: Any) -> None:
         """Sets inputs and steps from `t` to `t + h`, in seconds.
@@ -267,11 +290,24 @@ class Instance:
         try:
             return _CONVERSIONS[variable.type](value)
         except (TypeError, ValueError):
-            article = "an" if variable.type == "Integer" else "a"
+            article = "an" if variable.type.startswith("I") else "a"
             raise TypeError(
                 f"{self.name}: {variable.name} is {article} {variable.type}, which cannot be {value!r}; "
                 f"give it {_TAKES[variable.type]}"
             ) from None
+
+
+def _integer_of(type_: str) -> Callable[[Any], int]:
+    bits = int(type_.lstrip("UInt"))
+    low, high = (0, 2**bits - 1) if type_.startswith("U") else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+
+    def convert(value: Any) -> int:
+        whole = _integer(value)
+        if not low <= whole <= high:
+            raise ValueError
+        return whole
+
+    return convert
 
 
 def _integer(value: Any) -> int:
@@ -299,18 +335,23 @@ _CONVERSIONS: dict[str, Callable[[Any], Any]] = {
     "String": _string,
 }
 _TAKES = {"Real": "a number", "Integer": "a whole number", "Boolean": "True or False", "String": "a str"}
+for _type in NUMBERS:
+    _is_integer = "Int" in _type
+    _CONVERSIONS[_type] = _integer_of(_type) if _is_integer else float
+    _TAKES[_type] = f"a whole number of {_type.lstrip('UInt')} bits" if _is_integer else "a number"
 
 
 def _from_c(variable: Variable, value: Any) -> Any:
     if variable.type == "Boolean":
         return bool(value)
-    if variable.type == "String":
+    if variable.type == "String" and not isinstance(value, str):
         return value.decode() if value is not None else ""
     return value
 
 
-def _status(status: int) -> str:
-    return STATUSES[status] if 0 <= status < len(STATUSES) else f"the status {status}"
+def _status(error: FMICallException) -> str:
+    status, version = error.status, error.function[: len("fmi2")]
+    return f"{version}{STATUSES[status]}" if 0 <= status < len(STATUSES) else f"the status {status}"
 
 
 def split(names: Union[str, Iterable[str]]) -> list[str]:
@@ -327,32 +368,39 @@ def _unpacked(path: pathlib.Path) -> _Package:
         raise FmuError(f"{path} is not an FMU: {error}") from error
     except Exception as error:  # FMPy has no type of its own for a bad modelDescription.xml
         raise FmuError(f"{path}: its modelDescription.xml cannot be read: {error}") from error
-    if description.fmiVersion != "2.0" or description.coSimulation is None:
+    version = description.fmiVersion
+    if not version.startswith(("2.", "3.")) or description.coSimulation is None:
         kind = "co-simulation" if description.coSimulation is not None else "model exchange only"
-        raise FmuError(f"{path} is FMI {description.fmiVersion}, {kind}; export it as FMI 2.0 for co-simulation")
+        raise FmuError(f"{path} is FMI {version}, {kind}; export it as FMI 2.0 or 3.0 for co-simulation")
+    clocks = [variable.name for variable in description.modelVariables if variable.type == "Clock"]
+    if clocks:
+        raise FmuError(f"{path} has Clocks ({', '.join(clocks[:3])}), which are not ticked here; export it without Clocks")
     identifier = description.coSimulation.modelIdentifier
-    _check_platform(path, identifier)
+    _check_platform(path, identifier, version)
+    integer = "Integer" if version.startswith("2") else "Int64"
     variables = {
         variable.name: Variable(
             variable.name,
             int(variable.valueReference),
-            "Integer" if variable.type == "Enumeration" else variable.type,
+            integer if variable.type == "Enumeration" else variable.type,
             variable.causality or "local",
             variable.unit or getattr(variable.declaredType, "unit", None),
             variable.description or "",
+            tuple(variable.shape or ()),
         )
         for variable in description.modelVariables
     }
     folder = pathlib.Path(fmpy.extract(str(path)))
-    return _Package(path, folder, description.guid, identifier, variables)
+    return _Package(path, folder, version, description.guid, identifier, variables)
 
 
-def _check_platform(path: pathlib.Path, identifier: str) -> None:
+def _check_platform(path: pathlib.Path, identifier: str, version: str) -> None:
     """Raises FmuError if the FMU has no library for this platform."""
     with zipfile.ZipFile(path) as archive:
         libraries = [name.split("/") for name in archive.namelist() if name.startswith("binaries/")]
-    if ["binaries", fmpy.platform, identifier + fmpy.sharedLibraryExtension] not in libraries:
+    platform = fmpy.platform_tuple if version.startswith("3") else fmpy.platform
+    if ["binaries", platform, identifier + fmpy.sharedLibraryExtension] not in libraries:
         platforms = sorted({parts[1] for parts in libraries if len(parts) > 2 and parts[2]})
         raise FmuError(
-            f"{path} has no library for {fmpy.platform}; it has {', '.join(platforms) or 'no library at all'}"
+            f"{path} has no library for {platform}; it has {', '.join(platforms) or 'no library at all'}"
         )

@@ -185,7 +185,7 @@ fn examine(file: &Path, starter: Option<&Starter>) -> Verdict {
     for (file, binary) in &report.libraries {
         let needs = |glibc: &String| format!(", needs glibc {}", shown(glibc, LONGEST_NAME));
         let glibc = binary.glibc.as_ref().map_or(String::new(), needs);
-        verdict.libraries.push(format!("{}: {}{glibc}", file.path, functions(binary)));
+        verdict.libraries.push(format!("{}: {}{glibc}", file.path, functions(binary, package.description.fmi_version)));
     }
     // The code of an FMU that is wrong is not run. One that this machine or this host cannot run may be right.
     match (starter.filter(|_| verdict.errors.is_empty()), host::fmu::library(&package)) {
@@ -219,7 +219,8 @@ fn headline(description: &Description) -> String {
 pub(super) fn kinds(description: &Description) -> Vec<&'static str> {
     let co_simulation = description.co_simulation.as_ref().map(|_| "co-simulation");
     let model_exchange = description.model_exchange.as_ref().map(|_| "model exchange");
-    co_simulation.into_iter().chain(model_exchange).collect()
+    let scheduled_execution = description.scheduled_execution.as_ref().map(|_| "scheduled execution");
+    co_simulation.into_iter().chain(model_exchange).chain(scheduled_execution).collect()
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 /// Show what FMUs are: platforms, capabilities, variables with unit, range and start value
 ///
-/// Reads any FMU of FMI 2.0. Its code is not run.
+/// Reads any FMU of FMI 2.0 or 3.0. Its code is not run.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
     /// The FMUs
@@ -88,7 +88,8 @@ fn read(file: &Path) -> Result<Fmu> {
     // Other tools may have a file of this name.
     let is_ours = libraries.iter().any(|library| library.binary.as_ref().is_ok_and(|binary| binary.has_table));
     let preset = if is_ours { preset::start(&mut package).transpose() } else { None };
-    Ok(Fmu { description: package.description, preset, libraries })
+    // An array in one line.
+    Ok(Fmu { description: package.xml.description(), preset, libraries })
 }
 
 fn libraries<R: Read + Seek>(package: &mut Package<R>) -> Result<Vec<Library>> {
@@ -123,7 +124,7 @@ type Capability = (&'static str, bool, &'static str);
 const OUTPUT_DERIVATIVES: &str = "maxOutputDerivativeOrder";
 
 /// What the flags of both kinds of FMU mean.
-const MEANINGS: [(&str, &str); 10] = [
+const MEANINGS: [(&str, &str); 20] = [
     ("needsExecutionTool", "needs its tool installed to run"),
     ("canHandleVariableCommunicationStepSize", "steps may differ in size"),
     ("canInterpolateInputs", "accepts derivatives of inputs"),
@@ -134,6 +135,17 @@ const MEANINGS: [(&str, &str); 10] = [
     ("canGetAndSetFMUstate", "its state can be saved and restored"),
     ("canSerializeFMUstate", "a saved state can be stored as bytes"),
     ("providesDirectionalDerivative", "provides partial derivatives"),
+    // Those of FMI 3.0.
+    ("hasEventMode", "has Event Mode: a call and what it answers are at one instant"),
+    ("mightReturnEarlyFromDoStep", "may end a step at an event"),
+    ("canGetAndSetFMUState", "its state can be saved and restored"),
+    ("canSerializeFMUState", "a saved state can be stored as bytes"),
+    ("providesDirectionalDerivatives", "provides partial derivatives"),
+    ("providesAdjointDerivatives", "provides partial derivatives the other way round"),
+    ("providesPerElementDependencies", "knows the dependencies of each element of an array"),
+    ("providesIntermediateUpdate", "exchanges values within a step"),
+    ("canReturnEarlyAfterIntermediateUpdate", "ends a step within it when it is told to"),
+    ("providesEvaluateDiscreteStates", "computes discrete states without taking them over"),
 ];
 
 /// The flags among the capabilities.
@@ -236,14 +248,17 @@ impl Fmu {
             ("Model", vec![shown(&description.model_name, LONGEST_NAME)]),
             ("Description", optional(&description.description)),
             ("Kind", vec![format!("FMI {} for {}", description.fmi_version, kinds(description).join(" and "))]),
-            ("GUID", vec![shown(&description.guid, LONGEST_NAME)]),
+            (
+                if description.fmi_version.starts_with('3') { "Token" } else { "GUID" },
+                vec![shown(&description.guid, LONGEST_NAME)],
+            ),
             ("Preset", self.preset.iter().map(preset_text).collect()),
             ("Made by", if made.is_empty() { Vec::new() } else { vec![made.join(", ")] }),
             ("Author", optional(&description.author)),
             ("Version", optional(&description.version)),
             ("Copyright", optional(&description.copyright)),
             ("License", optional(&description.license)),
-            ("Libraries", self.libraries.iter().map(Library::text).collect()),
+            ("Libraries", self.libraries.iter().map(|library| library.text(description.fmi_version)).collect()),
             ("Capabilities", capabilities(description)),
             ("Experiment", description.default_experiment.iter().filter_map(experiment).collect()),
             ("Log categories", categories(description)),
@@ -279,7 +294,7 @@ impl Library {
         object
     }
 
-    fn text(&self) -> String {
+    fn text(&self, version: &str) -> String {
         let size = self.size.div_ceil(1000);
         let start = format!("{}: {size} kB", shown(&self.platform, LONGEST_NAME));
         let binary = match &self.binary {
@@ -287,7 +302,7 @@ impl Library {
             Err(error) => return format!("{start}; {error:#}"),
         };
         let mut parts = vec![start, binary.architectures.join(" and ")];
-        parts.push(functions(binary));
+        parts.push(functions(binary, version));
         if let Some(glibc) = &binary.glibc {
             parts.push(format!("needs glibc {} or newer", shown(glibc, LONGEST_NAME)));
         }
@@ -347,7 +362,9 @@ fn categories(description: &Description) -> Vec<String> {
 
 fn variable_json(variable: &Variable) -> Value {
     let json = |value: Option<f64>| value.map(|value| value_json(variable, value));
-    json!({
+    let starts = || variable.starts.iter().map(|value| value_json(variable, *value)).collect();
+    let of_array = || Some(Value::Array(starts())).filter(|_| !variable.starts.is_empty());
+    let mut all = json!({
         "name": variable.name,
         "valueReference": variable.value_reference,
         "causality": variable.causality.word(),
@@ -357,9 +374,23 @@ fn variable_json(variable: &Variable) -> Value {
         "unit": variable.unit,
         "min": json(variable.min),
         "max": json(variable.max),
-        "start": json(variable.start).or(variable.start_text.as_ref().map(|text| json!(text))),
+        "start": of_array().or(json(variable.start)).or(variable.start_text.as_ref().map(|text| json!(text))),
         "description": variable.description,
-    })
+    });
+    if !variable.dimensions.is_empty() {
+        all["dimensions"] = json!(variable.dimensions);
+    }
+    all
+}
+
+/// The type, with the sizes of an array.
+fn type_text(variable: &Variable) -> String {
+    let sizes: Vec<String> = variable.dimensions.iter().map(u64::to_string).collect();
+    if sizes.is_empty() {
+        variable.type_name.to_string()
+    } else {
+        format!("{}[{}]", variable.type_name, sizes.join(","))
+    }
 }
 
 /// The variables, a line each.
@@ -380,7 +411,7 @@ fn table(description: &Description) -> String {
             shown(&variable.name, LONGEST_NAME),
             variable.causality.word().to_string(),
             variable.variability.word().to_string(),
-            variable.type_name.to_string(),
+            type_text(variable),
             variable.unit.as_deref().map_or(String::new(), |unit| shown(unit, LONGEST_NAME)),
             range,
             start.unwrap_or_default(),

@@ -27,7 +27,7 @@ use crate::exit::Unreadable;
 use crate::program::is_source;
 use crate::tell::{self, plain};
 use anyhow::{Context, Error, Result, anyhow, ensure};
-use host::library::PREFIX;
+use host::library;
 use host::package::binary::Binary;
 use host::standard_output::is_closed;
 use std::io::{ErrorKind, Write, stdout};
@@ -123,10 +123,11 @@ fn refuse_folders(files: &[PathBuf]) -> Result<()> {
     })
 }
 
-/// How much of FMI 2.0 a library exports. It may export functions of other versions too.
-fn functions(binary: &Binary) -> String {
-    let count = binary.functions.iter().filter(|name| name.starts_with(PREFIX)).count();
-    format!("{count} functions of FMI 2.0")
+/// How much of its FMU's version of FMI a library exports. It may export functions of other versions too.
+fn functions(binary: &Binary, version: &str) -> String {
+    let prefix = if version.starts_with('3') { library::v3::PREFIX } else { library::PREFIX };
+    let count = binary.functions.iter().filter(|name| name.starts_with(prefix)).count();
+    format!("{count} functions of FMI {version}")
 }
 
 /// A text from a foreign FMU as it is printed: at most `longest` characters, on one line, without control characters.

@@ -34,7 +34,7 @@ const MOST_MESSAGES: usize = 10;
 
 /// Run FMUs together, record them, draw them
 ///
-/// Runs any FMUs of FMI 2.0 for co-simulation. A variable is named FMU.VARIABLE, such as PID.GAIN; `plcfmu info` lists the
+/// Runs any FMUs of FMI 2.0 and 3.0 for co-simulation. A variable is named FMU.VARIABLE, such as PID.GAIN; `plcfmu info` lists the
 /// variables of an FMU. The native code of the FMUs is executed: use FMUs that you trust.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = SHORT_HELP, after_long_help = LONG_HELP)]
@@ -84,6 +84,11 @@ Order of a step from t to t + h:
    runs from t to t + h with the manipulated value of that call. In the other order the loop has one more step of dead \
    time. With --parallel, all FMUs get their inputs before any of them steps: every connection delays by one step. \
    Step k begins at start + k * step: rounding errors do not add up.
+
+Event Mode (FMI 3.0):
+  FMUs with Event Mode exchange their values at t, before any FMU steps, in whatever order they are given: a controller \
+   that is called at t uses the process value of t, and the plant runs from t to t + h with the manipulated value of that \
+   call. With --no-events they are stepped as the others are.
 
 Initialization:
   Each FMU gets its parameters, enters Initialization Mode and gets its inputs. The connected values then go \

@@ -72,6 +72,12 @@ pub struct Arguments {
     /// By default, an FMU gets what those before it computed in the same step (Gauss-Seidel).
     #[arg(long)]
     parallel: bool,
+    /// Step FMUs with Event Mode (FMI 3.0) as those without it
+    ///
+    /// By default, a call of such an FMU and the values that it answers stand at the same instant, whatever the order of the
+    /// FMUs.
+    #[arg(long)]
+    no_events: bool,
     #[command(flatten, next_help_heading = "Programs in SCL")]
     program: Program,
 }
@@ -151,6 +157,7 @@ impl Arguments {
         if self.parallel {
             system.exchange = Exchange::Parallel;
         }
+        system.no_events |= self.no_events;
         Ok(system)
     }
 

@@ -8,11 +8,13 @@ use anyhow::{Context, Result, bail, ensure};
 use blocks::table::start::Start;
 use host::fmu::Fmu;
 use host::instance::Instance;
-use host::library::FUNCTIONS;
+use host::library::{self, FUNCTIONS};
 use host::package::binary::Binary;
 use host::package::{DESCRIPTION, LibraryFile, Package, temporary};
 use memchr::memmem;
-use modeldescription::{Causality, Description, Interface, ModelDescription, shortened};
+use modeldescription::{Array, Causality, Description, Interface, ModelDescription, Variable, shortened};
+use run::component::MOST_UPDATES;
+use run::plan::has_events;
 use std::io::{Read, Seek};
 use std::path::Path;
 
@@ -63,6 +65,11 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
         }
     }
     report
+}
+
+/// The functions that a library has to export.
+fn functions(description: &Description) -> &'static [&'static str] {
+    if description.fmi_version.starts_with('3') { library::v3::FUNCTIONS } else { FUNCTIONS }
 }
 
 /// The libraries that no host finds, if it finds none.
@@ -213,10 +220,11 @@ pub fn run<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<()>
     let fmu = Fmu::load(package, place)?;
     let description = &fmu.description;
     ensure!(
-        Instance::instantiate(&fmu.library, "plcfmu", NO_GUID, None).is_err(),
-        "its library accepts any GUID, not only that of {DESCRIPTION}"
+        fmu.instantiate_with("plcfmu", NO_GUID, false).is_err(),
+        "its library accepts any {}, not only that of {DESCRIPTION}",
+        token(description)
     );
-    let mut instance = fmu.instantiate("plcfmu")?;
+    let mut instance = fmu.instantiate("plcfmu", false)?;
     let experiment = description.default_experiment.unwrap_or_default();
     let start = experiment.start_time.unwrap_or(0.0);
     let step = experiment.step_size.unwrap_or(0.01);
@@ -227,10 +235,51 @@ pub fn run<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<()>
     for call in 0..STEPS {
         instance.step(start + f64::from(call) * step, step)?;
     }
-    for variable in &description.variables {
+    for variable in description.variables.iter().filter(|of| !is_further_element(description, of)) {
         let Some(kind) = variable.kind else { continue };
         let value = instance.get(kind, variable.value_reference);
         value.with_context(|| format!("{:?} cannot be read", shortened(&variable.name)))?;
+    }
+    instance.terminate()?;
+    drop(instance);
+    run_with_events(&fmu, start, step).context("in Event Mode")
+}
+
+/// Whether a variable is an element of an array other than its first, with which it is read.
+fn is_further_element(description: &Description, of: &Variable) -> bool {
+    let is_in = |array: &Array| {
+        let place = of.value_reference.checked_sub(array.first_reference);
+        place.is_some_and(|place| place > 0 && (place as usize) < array.count)
+    };
+    description.arrays.iter().any(is_in)
+}
+
+/// What the version calls the text by which a library knows its model description.
+fn token(description: &Description) -> &'static str {
+    if description.fmi_version.starts_with('3') { "instantiation token" } else { "GUID" }
+}
+
+/// Runs it once more in Event Mode, if it has that: each step ends with an event.
+fn run_with_events(fmu: &Fmu, start: f64, step: f64) -> Result<()> {
+    if !has_events(&fmu.description) {
+        return Ok(());
+    }
+    let mut instance = fmu.instantiate("plcfmu", true)?;
+    instance.setup(start, None)?;
+    instance.enter_initialization()?;
+    instance.exit_initialization()?;
+    for call in 0..STEPS {
+        instance.enter_events()?;
+        let mut updates = 0;
+        while instance.update()?.is_needed {
+            updates += 1;
+            ensure!(
+                updates < MOST_UPDATES,
+                "fmi3UpdateDiscreteStates wants to be called more than {MOST_UPDATES} times"
+            );
+        }
+        instance.leave_events()?;
+        instance.step(start + f64::from(call) * step, step)?;
     }
     instance.terminate()
 }

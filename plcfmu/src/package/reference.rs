@@ -47,16 +47,16 @@ pub fn record(
     instance.exit_initialization().map_err(failed)?;
 
     let cycle = (instance.get(Type::Real, table.cycle as u32)? * 1000.0).round() as u32;
-    let values = |instance: &Instance| -> Result<Vec<f64>> {
+    let values = |instance: &mut Instance| -> Result<Vec<f64>> {
         shown.iter().map(|row| instance.get(Type::of(rows[*row].kind), *row as u32)).collect()
     };
-    let mut recording = Recording { cycle, restart: values(&instance)?, calls: Vec::new(), shown: shown.clone() };
+    let mut recording = Recording { cycle, restart: values(&mut instance)?, calls: Vec::new(), shown: shown.clone() };
     for call in 0..response.calls {
         if call > 0 {
             set(&mut instance, table, response, call).map_err(failed)?;
         }
         instance.step(recording.time(call as usize), recording.time(1)).map_err(failed)?;
-        recording.calls.push(values(&instance)?);
+        recording.calls.push(values(&mut instance)?);
     }
     instance.terminate()?;
     Ok(recording)

@@ -9,7 +9,7 @@ use crate::package::preset::identifier;
 use anyhow::{Context, Result, bail, ensure};
 use askama::Template;
 use host::package::{Package, archive};
-use modeldescription::{Causality, Description, Unit};
+use modeldescription::{Causality, Description, Type, Unit};
 use run::plan::{Names, Plan, effective, value, wires};
 use run::system::{Exchange, Setting, System, Value};
 use std::collections::BTreeMap;
@@ -132,7 +132,8 @@ pub fn write(system: &System, name: &str, options: Options) -> Result<Ssp> {
                 _ => return None,
             };
             // SSP has other words for an enumeration.
-            let type_name = (!variable.is_enumeration()).then_some(variable.type_name);
+            let type_name = variable.kind.map_or(variable.type_name, |kind| type_name_of(kind, options.version));
+            let type_name = (!variable.is_enumeration()).then_some(type_name);
             Some(Connector { name: &variable.name, kind, type_name, unit: variable.unit.as_deref() })
         });
         let mut parameters = Vec::new();
@@ -140,7 +141,7 @@ pub fn write(system: &System, name: &str, options: Options) -> Result<Ssp> {
             settings.iter().filter(|(of, reference)| reference.member == member && of.time.is_none())
         {
             let number = value(reference.kind, setting.value)?;
-            let (type_name, value) = (reference.kind.name(), reference.kind.text(number));
+            let (type_name, value) = (type_name_of(reference.kind, options.version), reference.kind.text(number));
             parameters.push(Parameter { name: &reference.variable.name, type_name, value });
         }
         components.push(Component {
@@ -179,6 +180,15 @@ pub fn write(system: &System, name: &str, options: Options) -> Result<Ssp> {
     Ok(Ssp { bytes: archive::write(&files)?, fmus, connectors, remarks })
 }
 
+/// A type in the words of a version of SSP: only the second one has those of FMI 3.0.
+fn type_name_of(kind: Type, version: Version) -> &'static str {
+    match (kind, version) {
+        (Type::Real | Type::Integer | Type::Boolean, _) | (_, Version::V2) => kind.name(),
+        (kind, Version::V1) if kind.is_floating() => Type::Real.name(),
+        (_, Version::V1) => Type::Integer.name(),
+    }
+}
+
 impl Resources {
     fn open(system: &System) -> Result<Resources> {
         let mut resources = Resources { files: Vec::new(), of: Vec::new() };
@@ -197,6 +207,13 @@ impl Resources {
             let description = package.description;
             if description.co_simulation.is_none() {
                 bail!("{}: the FMU is for model exchange only; only co-simulation is supported", shown());
+            }
+            if let Some(array) = description.arrays.first() {
+                bail!(
+                    "{}: {} is an array, which tools do not find in an SSP file: make the FMU with --types wide",
+                    shown(),
+                    array.name
+                );
             }
             let stem = identifier(&path.file_stem().unwrap_or_default().to_string_lossy());
             let is_taken = |name: &str| resources.files.iter().any(|(_, other, ..)| other.eq_ignore_ascii_case(name));

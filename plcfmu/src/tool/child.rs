@@ -200,7 +200,7 @@ fn make(fmu: Option<&Fmu>, instance: &mut Option<Instance>, call: Call) -> Resul
     match call {
         Call::Open(_) => bail!("the FMU is loaded already"),
         Call::Instantiate(name) => {
-            *instance = Some(fmu.instantiate(&name)?);
+            *instance = Some(fmu.instantiate(&name, false)?);
             Ok(Reply::Done)
         }
         Call::Read(type_number, references) => {
@@ -230,6 +230,6 @@ mod tests {
         for of in Type::ALL {
             assert_eq!(kind(number(of)).unwrap(), of);
         }
-        kind(9).unwrap_err();
+        kind(Type::ALL.len() as u8).unwrap_err();
     }
 }

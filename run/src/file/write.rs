@@ -24,6 +24,9 @@ pub fn write(system: &System) -> Result<String> {
     if system.exchange == Exchange::Parallel {
         entry(&mut text, "exchange", |text| text.value("parallel"))?;
     }
+    if system.no_events {
+        entry(&mut text, "event_mode", |text| text.value(false))?;
+    }
     if !system.record.is_empty() {
         let names: Vec<&str> = system.record.iter().map(|of| of.variable.as_str()).collect();
         entry(&mut text, "record", |text| text.value(names))?;

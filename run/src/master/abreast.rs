@@ -33,7 +33,9 @@ impl<C: Component> Run<C> {
         plan: &Plan,
         mut record: impl FnMut(usize, &[f64]),
     ) -> Result<Option<usize>, Refused> {
-        let Some(first) = runs.first() else { return Ok(None) };
+        let Some(first) = runs.first().filter(|_| !plan.members.iter().any(|of| of.has_events)) else {
+            return Ok(None);
+        };
         let (begin, count) = (first.steps, runs.len());
         let next = first.members.iter().map(|member| member.next).fold(f64::INFINITY, f64::min);
         if next <= due(plan, plan.time(begin + FEWEST)) {

@@ -80,6 +80,13 @@ impl Component for Sum {
     }
 }
 
+/// So many Reals and nothing else.
+fn counts(reals: usize) -> [usize; Type::ALL.len()] {
+    let mut counts = [0; Type::ALL.len()];
+    counts[0] = reals;
+    counts
+}
+
 fn real(reference: u32, value: f64) -> Assignment {
     Assignment { kind: Type::Real, reference, value }
 }
@@ -89,11 +96,11 @@ fn member(name: &str, from: usize, start: f64) -> MemberPlan {
     MemberPlan {
         name: name.into(),
         parameters: vec![real(PARAMETER, start)],
-        connected: Block { references: vec![INPUT], counts: [1, 0, 0] },
+        connected: Block { references: vec![INPUT], counts: counts(1) },
         sources: vec![(from, 0)],
-        outputs: Block { references: vec![OUTPUT], counts: [1, 0, 0] },
+        outputs: Block { references: vec![OUTPUT], counts: counts(1) },
         output_places: vec![0],
-        observed: Block { references: vec![OUTPUT, INPUT], counts: [2, 0, 0] },
+        observed: Block { references: vec![OUTPUT, INPUT], counts: counts(2) },
         ..MemberPlan::default()
     }
 }

@@ -3,10 +3,9 @@
 use anyhow::{Context, Result};
 use control::figures::{Figure, Happened, Set, Signals, Span, Window, Wiring};
 use host::child::run::Rows;
-use host::instance::Type;
 use host::package::Package;
 use run::dialog::Roles;
-use run::master::write_row;
+use run::master::write_cells;
 use run::plan::Plan;
 use run::system::{Exchange, Member, System};
 use run::trace::Trace;
@@ -57,6 +56,8 @@ pub struct Kept<'a> {
     pub rows: usize,
     /// How many were recorded.
     pub recorded: usize,
+    /// The last row, as the FMUs gave it.
+    cells: Vec<f64>,
     /// The last row.
     pub last: Vec<f64>,
 }
@@ -122,6 +123,7 @@ impl<'a, 'w> Recorder<'a, 'w> {
             rows: 0,
             recorded: 0,
             last: Vec::new(),
+            cells: Vec::new(),
         };
         Recorder { kept, csv, is_closed: false }
     }
@@ -133,20 +135,20 @@ impl<'a, 'w> Recorder<'a, 'w> {
     pub fn finish(mut self) -> Result<Kept<'a>> {
         let Kept { plan, rows, every, .. } = self.kept;
         if rows > 0 && !(rows - 1).is_multiple_of(every) && rows <= plan.steps {
-            let row = self.kept.last.clone();
-            self.record(plan.time(rows - 1), &row)?;
+            let cells = self.kept.cells.clone();
+            self.record(plan.time(rows - 1), &cells)?;
         }
         Ok(self.kept)
     }
 
     /// Writes a row, and keeps it for a drawing.
-    fn record(&mut self, time: f64, row: &[f64]) -> Result<()> {
+    fn record(&mut self, time: f64, cells: &[f64]) -> Result<()> {
         self.kept.recorded += 1;
         if let Some(trace) = &mut self.kept.drawn {
-            trace.push(row);
+            trace.push(&self.kept.last);
         }
         let Some(csv) = self.csv.as_mut().filter(|_| !self.is_closed) else { return Ok(()) };
-        match write_row(*csv, self.kept.plan.columns.iter(), time, row.iter().copied()) {
+        match write_cells(*csv, &self.kept.plan.columns, time, cells) {
             // Whoever reads may stop when it has enough, as `head` does.
             Err(error) if error.kind() == ErrorKind::BrokenPipe => self.is_closed = true,
             written => written.context("the recording")?,
@@ -165,7 +167,7 @@ impl Kept<'_> {
     /// The process value that is compared with the setpoint. An analog word is not.
     pub fn process_value(&self) -> Option<usize> {
         let input = || self.column(self.roles.process_value.as_ref());
-        let is_word = |at: &usize| self.plan.columns[*at].kind != Type::Real;
+        let is_word = |at: &usize| !self.plan.columns[*at].kind.is_floating();
         self.column(self.roles.shown_process_value.as_ref()).or_else(|| input().filter(|at| !is_word(at)))
     }
 
@@ -274,8 +276,14 @@ impl Rows for Recorder<'_, '_> {
         }
     }
 
-    fn take(&mut self, time: f64, row: &[f64]) -> Result<()> {
+    fn take(&mut self, time: f64, cells: &[f64]) -> Result<()> {
         let kept = &mut self.kept;
+        kept.cells.clear();
+        kept.cells.extend_from_slice(cells);
+        kept.last.clear();
+        kept.last.extend_from_slice(cells);
+        kept.plan.to_numbers(&mut kept.last);
+        let row = &kept.last;
         if let Some(signals) = &kept.signals {
             kept.times.push(time);
             for (values, column) in kept.values.iter_mut().zip(signals) {
@@ -285,11 +293,9 @@ impl Rows for Recorder<'_, '_> {
                 values.push(row[*column] != 0.0);
             }
         }
-        kept.last.clear();
-        kept.last.extend_from_slice(row);
         kept.rows += 1;
         if (kept.rows - 1).is_multiple_of(kept.every) || kept.rows > kept.plan.steps {
-            self.record(time, row)?;
+            self.record(time, cells)?;
         }
         Ok(())
     }

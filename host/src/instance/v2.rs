@@ -1,0 +1,226 @@
+//! How an instance of FMI 2.0 is called.
+
+use super::{DISCARD, Failed, Messages, Stopped, Type, Unset, WARNING, cut, done};
+use crate::library::{CallbackFunctions, Library, Logger, Pointer};
+use std::ffi::{CStr, c_char, c_int};
+use std::ptr;
+
+/// fmi2CoSimulation.
+const CO_SIMULATION: c_int = 1;
+
+/// The fmi2StatusKind that tells whether an FMU ends the simulation.
+const TERMINATED: c_int = 3;
+
+/// An instance of FMI 2.0.
+#[derive(Debug)]
+pub(super) struct Instance {
+    pub library: Library,
+    component: Pointer,
+    /// Integers and Booleans on their way to and from the FMU; kept, so that a step allocates nothing.
+    integers: Vec<c_int>,
+    // The FMU may keep a pointer to them: they stay where they are, and go after the library.
+    _callbacks: Box<CallbackFunctions>,
+}
+
+impl Instance {
+    /// `fmi2Instantiate`; `None` if the FMU refuses. The messages live longer than the instance.
+    pub fn new(
+        library: &Library,
+        name: &CStr,
+        guid: &CStr,
+        resources: Option<&CStr>,
+        messages: &Messages,
+    ) -> Option<Instance> {
+        let callbacks = Box::new(CallbackFunctions {
+            logger: Some(logger()),
+            allocate_memory: Some(calloc),
+            free_memory: Some(free),
+            step_finished: None,
+            environment: ptr::from_ref(messages).cast_mut().cast(),
+        });
+        // SAFETY: the strings end with NUL and outlive the call; callbacks and messages live as long as
+        // the instance.
+        let component = unsafe {
+            (library.instantiate)(
+                name.as_ptr(),
+                CO_SIMULATION,
+                guid.as_ptr(),
+                resources.map_or(ptr::null(), CStr::as_ptr),
+                &*callbacks,
+                0,
+                1,
+            )
+        };
+        let library = library.clone();
+        (!component.is_null()).then_some(Instance { library, component, integers: Vec::new(), _callbacks: callbacks })
+    }
+
+    pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<(), Failed> {
+        let (defined, stop) = (c_int::from(stop.is_some()), stop.unwrap_or(0.0));
+        // SAFETY: the component is this instance's and lives.
+        let status = unsafe { (self.library.setup_experiment)(self.component, 0, 0.0, start, defined, stop) };
+        done("fmi2SetupExperiment", status)
+    }
+
+    pub fn enter_initialization(&mut self) -> Result<(), Failed> {
+        // SAFETY: the component is this instance's and lives.
+        let status = unsafe { (self.library.enter_initialization_mode)(self.component) };
+        done("fmi2EnterInitializationMode", status)
+    }
+
+    pub fn exit_initialization(&mut self) -> Result<(), Failed> {
+        // SAFETY: the component is this instance's and lives.
+        let status = unsafe { (self.library.exit_initialization_mode)(self.component) };
+        done("fmi2ExitInitializationMode", status)
+    }
+
+    #[inline]
+    pub fn step(&mut self, time: f64, size: f64) -> Result<(), Stopped> {
+        // SAFETY: the component is this instance's and lives.
+        let status = unsafe { (self.library.do_step)(self.component, time, size, 1) };
+        if status == 0 || status == WARNING {
+            return Ok(());
+        }
+        let has_terminated = status == DISCARD && self.has_terminated();
+        Err(if has_terminated { Stopped::Terminated } else { Stopped::Failed(("fmi2DoStep", status)) })
+    }
+
+    /// Whether the FMU has discarded a step because it ends the simulation.
+    #[cold]
+    fn has_terminated(&self) -> bool {
+        let mut value = 0;
+        // SAFETY: the component is this instance's and lives; there is room for one value.
+        let status = unsafe { (self.library.get_boolean_status)(self.component, TERMINATED, &mut value) };
+        status == 0 && value != 0
+    }
+
+    pub fn terminate(&mut self) -> Result<(), Failed> {
+        // SAFETY: the component is this instance's and lives.
+        let status = unsafe { (self.library.terminate)(self.component) };
+        done("fmi2Terminate", status)
+    }
+
+    pub fn reset(&mut self) -> Result<(), Failed> {
+        // SAFETY: the component is this instance's and lives.
+        let status = unsafe { (self.library.reset)(self.component) };
+        done("fmi2Reset", status)
+    }
+
+    /// Frees it. Nothing is called afterwards.
+    pub fn free(&mut self) {
+        // SAFETY: the component is this instance's, and nobody uses it afterwards.
+        unsafe { (self.library.free_instance)(self.component) }
+    }
+
+    #[inline]
+    pub fn get_all(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<(), Failed> {
+        let (from, count) = (references.as_ptr(), references.len());
+        if kind == Type::Real {
+            // SAFETY: the component is this instance's and lives; `count` references, and room for as many values.
+            let status = unsafe { (self.library.get_real)(self.component, from, count, values.as_mut_ptr()) };
+            return done("fmi2GetReal", status);
+        }
+        self.get_integers(kind, references, values)
+    }
+
+    /// The same for Integers and Booleans.
+    fn get_integers(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<(), Failed> {
+        let (from, count) = (references.as_ptr(), references.len());
+        self.integers.clear();
+        self.integers.resize(count, 0);
+        let integers = self.integers.as_mut_ptr();
+        // SAFETY: the component is this instance's and lives; `count` references, and room for as many values.
+        unsafe {
+            match kind {
+                Type::Boolean => {
+                    done("fmi2GetBoolean", (self.library.get_boolean)(self.component, from, count, integers))
+                }
+                _ => done("fmi2GetInteger", (self.library.get_integer)(self.component, from, count, integers)),
+            }
+        }?;
+        for (value, integer) in values.iter_mut().zip(&self.integers) {
+            *value = f64::from(*integer);
+        }
+        Ok(())
+    }
+
+    #[inline]
+    pub fn set_all(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<(), Unset> {
+        let (to, count) = (references.as_ptr(), references.len());
+        if kind == Type::Real {
+            // SAFETY: the component is this instance's and lives; `count` references and as many values.
+            let status = unsafe { (self.library.set_real)(self.component, to, count, values.as_ptr()) };
+            return done("fmi2SetReal", status).map_err(Unset::Failed);
+        }
+        self.set_integers(kind, references, values)
+    }
+
+    /// The same for Integers and Booleans.
+    fn set_integers(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<(), Unset> {
+        let (to, count) = (references.as_ptr(), references.len());
+        self.integers.clear();
+        for value in values {
+            let integer = *value as c_int;
+            if f64::from(integer) != *value {
+                return Err(Unset::Value(*value));
+            }
+            self.integers.push(if kind == Type::Boolean { c_int::from(integer != 0) } else { integer });
+        }
+        // SAFETY: the component is this instance's and lives; `count` references and as many values.
+        let set = unsafe {
+            match kind {
+                Type::Boolean => done(
+                    "fmi2SetBoolean",
+                    (self.library.set_boolean)(self.component, to, count, self.integers.as_ptr()),
+                ),
+                _ => done(
+                    "fmi2SetInteger",
+                    (self.library.set_integer)(self.component, to, count, self.integers.as_ptr()),
+                ),
+            }
+        };
+        set.map_err(Unset::Failed)
+    }
+}
+
+/// A logger is variadic, which Rust cannot write. Most libraries give it `"%s"` and the text, of which this one reads the
+/// text where variadic arguments are passed as others are.
+fn logger() -> Logger {
+    type Fixed = unsafe extern "C" fn(Pointer, *const c_char, c_int, *const c_char, *const c_char, *const c_char);
+    // SAFETY: both are pointers to C functions. A variadic call passes its first arguments as any other does; the last
+    // is only read where that is so for the variadic ones too, see `log`.
+    unsafe { std::mem::transmute::<Fixed, Logger>(log) }
+}
+
+unsafe extern "C" fn log(
+    environment: Pointer,
+    _instance: *const c_char,
+    status: c_int,
+    _category: *const c_char,
+    format: *const c_char,
+    text: *const c_char,
+) {
+    // SAFETY: the environment that `instantiate` gave; it lives as long as the instance.
+    let Some(messages) = (unsafe { environment.cast::<Messages>().as_ref() }) else { return };
+    if format.is_null() {
+        return;
+    }
+    // SAFETY: a C string by FMI's contract.
+    let format = unsafe { CStr::from_ptr(format) };
+    // Apple's ARM processors pass variadic arguments elsewhere.
+    let is_readable = !cfg!(all(target_vendor = "apple", target_arch = "aarch64"));
+    let text = if format == c"%s" && is_readable && !text.is_null() {
+        // SAFETY: with "%s" it is a C string.
+        unsafe { CStr::from_ptr(text) }
+    } else {
+        format
+    };
+    let text = text.to_string_lossy().trim_end().replace("##", "#");
+    messages.add(super::Message { is_error: status > WARNING, text: cut(text) });
+}
+
+// For FMUs that let the host manage their memory.
+unsafe extern "C" {
+    fn calloc(count: usize, size: usize) -> Pointer;
+    fn free(memory: Pointer);
+}

@@ -1,0 +1,469 @@
+//! How an instance of FMI 3.0 is called.
+
+use super::{Failed, Message, Messages, Start, Stopped, Type, Unset, WARNING, cut, done, said};
+use crate::library::Pointer;
+use crate::library::v3::Library;
+use modeldescription::Array;
+use run::component::{MOST_UPDATES, Update};
+use std::ffi::{CStr, c_char, c_int};
+use std::ptr;
+
+/// So often in a row may a step end at once before it has begun.
+const MOST_ENDS: usize = 1000;
+
+/// A step is over if less than this part of it is left.
+const ROUNDING: f64 = 1e-9;
+
+/// An instance of FMI 3.0.
+#[derive(Debug)]
+pub(super) struct Instance {
+    pub library: Library,
+    component: Pointer,
+    has_events: bool,
+    is_in_event_mode: bool,
+    /// Start and, if it is known, end of the simulation in seconds.
+    times: (f64, Option<f64>),
+    /// In the order of their first references.
+    arrays: Vec<Elements>,
+    /// Values on their way to and from the FMU, of whatever type; kept, so that a step allocates nothing.
+    buffer: Vec<u64>,
+    /// The elements of an array that is read.
+    read: Vec<f64>,
+}
+
+/// An array. A host that sets one element sets all.
+#[derive(Debug)]
+struct Elements {
+    array: Array,
+    /// The values before anything was set, and those that were set last.
+    starts: Vec<f64>,
+    set: Vec<f64>,
+}
+
+/// A type of C, whose values are converted from and to what the engine moves.
+trait Plain: Copy {
+    fn cell(self) -> f64;
+    fn of(cell: f64) -> Option<Self>;
+}
+
+macro_rules! plain {
+    ($($of:ident)*) => {$(
+        impl Plain for $of {
+            fn cell(self) -> f64 {
+                f64::from(self)
+            }
+
+            fn of(cell: f64) -> Option<$of> {
+                let value = cell as $of;
+                (f64::from(value) == cell).then_some(value)
+            }
+        }
+    )*};
+}
+
+plain! { i8 u8 i16 u16 i32 u32 }
+
+impl Plain for f32 {
+    fn cell(self) -> f64 {
+        f64::from(self)
+    }
+
+    /// Rounded, as a connection from a Float64 needs it.
+    fn of(cell: f64) -> Option<f32> {
+        let value = cell as f32;
+        (value.is_finite() || !cell.is_finite()).then_some(value)
+    }
+}
+
+impl Plain for i64 {
+    fn cell(self) -> f64 {
+        f64::from_bits(self as u64)
+    }
+
+    fn of(cell: f64) -> Option<i64> {
+        Some(cell.to_bits() as i64)
+    }
+}
+
+impl Plain for u64 {
+    fn cell(self) -> f64 {
+        f64::from_bits(self)
+    }
+
+    fn of(cell: f64) -> Option<u64> {
+        Some(cell.to_bits())
+    }
+}
+
+/// `bool` of C.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+struct Boolean(u8);
+
+impl Plain for Boolean {
+    fn cell(self) -> f64 {
+        f64::from(u8::from(self.0 != 0))
+    }
+
+    fn of(cell: f64) -> Option<Boolean> {
+        Some(Boolean(u8::from(cell != 0.0)))
+    }
+}
+
+impl Instance {
+    /// `fmi3InstantiateCoSimulation`; `None` if the FMU refuses. The messages live longer than the instance.
+    pub fn new(
+        library: &Library,
+        name: &CStr,
+        token: &CStr,
+        resources: Option<&CStr>,
+        messages: &Messages,
+        start: &Start,
+    ) -> Option<Instance> {
+        // SAFETY: the strings end with NUL and outlive the call; the messages live as long as the instance.
+        let component = unsafe {
+            (library.instantiate_co_simulation)(
+                name.as_ptr(),
+                token.as_ptr(),
+                resources.map_or(ptr::null(), CStr::as_ptr),
+                false,
+                true,
+                start.has_events,
+                start.has_events,
+                ptr::null(),
+                0,
+                ptr::from_ref(messages).cast_mut().cast(),
+                Some(log),
+                None,
+            )
+        };
+        if component.is_null() {
+            return None;
+        }
+        let elements = |(array, starts): &(Array, Vec<f64>)| Elements {
+            array: array.clone(),
+            starts: starts.clone(),
+            set: starts.clone(),
+        };
+        let mut arrays: Vec<Elements> = start.arrays.iter().map(elements).collect();
+        arrays.sort_by_key(|of| of.array.first_reference);
+        Some(Instance {
+            library: library.clone(),
+            component,
+            has_events: start.has_events,
+            is_in_event_mode: false,
+            times: (0.0, None),
+            arrays,
+            buffer: Vec::new(),
+            read: Vec::new(),
+        })
+    }
+
+    pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<(), Failed> {
+        self.times = (start, stop);
+        Ok(())
+    }
+
+    pub fn enter_initialization(&mut self) -> Result<(), Failed> {
+        let (start, stop) = self.times;
+        let (is_defined, stop) = (stop.is_some(), stop.unwrap_or(0.0));
+        let enter = self.library.enter_initialization_mode;
+        // SAFETY: the component is this instance's and lives.
+        let status = unsafe { enter(self.component, false, 0.0, start, is_defined, stop) };
+        done("fmi3EnterInitializationMode", status)
+    }
+
+    pub fn exit_initialization(&mut self) -> Result<(), Failed> {
+        // SAFETY: the component is this instance's and lives.
+        let status = unsafe { (self.library.exit_initialization_mode)(self.component) };
+        self.is_in_event_mode = self.has_events;
+        done("fmi3ExitInitializationMode", status)
+    }
+
+    pub fn enter_events(&mut self) -> Result<(), Failed> {
+        if self.is_in_event_mode {
+            return Ok(());
+        }
+        // SAFETY: the component is this instance's and lives.
+        let status = unsafe { (self.library.enter_event_mode)(self.component) };
+        done("fmi3EnterEventMode", status)?;
+        self.is_in_event_mode = true;
+        Ok(())
+    }
+
+    pub fn update(&mut self) -> Result<Update, Stopped> {
+        let (mut again, mut ends, mut nominals, mut values, mut is_next, mut next) = (0, 0, 0, 0, 0, 0.0);
+        // SAFETY: the component is this instance's and lives; there is room for each value.
+        let status = unsafe {
+            (self.library.update_discrete_states)(
+                self.component,
+                &mut again,
+                &mut ends,
+                &mut nominals,
+                &mut values,
+                &mut is_next,
+                &mut next,
+            )
+        };
+        done("fmi3UpdateDiscreteStates", status).map_err(Stopped::Failed)?;
+        if ends != 0 {
+            return Err(Stopped::Terminated);
+        }
+        if is_next != 0 && next.is_nan() {
+            return Err(Stopped::Astray("fmi3UpdateDiscreteStates returned NaN as the time of the next event".into()));
+        }
+        Ok(Update { is_needed: again != 0, next: (is_next != 0).then_some(next) })
+    }
+
+    pub fn leave_events(&mut self) -> Result<(), Failed> {
+        if !self.is_in_event_mode {
+            return Ok(());
+        }
+        // SAFETY: the component is this instance's and lives.
+        let status = unsafe { (self.library.enter_step_mode)(self.component) };
+        done("fmi3EnterStepMode", status)?;
+        self.is_in_event_mode = false;
+        Ok(())
+    }
+
+    #[inline]
+    pub fn step(&mut self, time: f64, size: f64) -> Result<(), Stopped> {
+        let end = time + size;
+        let (mut at, mut left) = (time, size);
+        let mut ends = 0;
+        loop {
+            let (mut event, mut terminates, mut is_early, mut last) = (0, 0, 0, f64::NAN);
+            // SAFETY: the component is this instance's and lives; there is room for each value.
+            let status = unsafe {
+                (self.library.do_step)(
+                    self.component,
+                    at,
+                    left,
+                    true,
+                    &mut event,
+                    &mut terminates,
+                    &mut is_early,
+                    &mut last,
+                )
+            };
+            if status != 0 && status != WARNING {
+                return Err(Stopped::Failed(("fmi3DoStep", status)));
+            }
+            if terminates != 0 {
+                return Err(Stopped::Terminated);
+            }
+            if is_early == 0 {
+                return Ok(());
+            }
+            if !self.has_events {
+                return Err(Stopped::Astray(format!(
+                    "fmi3DoStep returned early, at {last:?} s, which it was not allowed to"
+                )));
+            }
+            if !(last >= at - ROUNDING * size && last <= end + ROUNDING * size) {
+                return Err(Stopped::Astray(format!(
+                    "fmi3DoStep returned early at {last:?} s, which is not in the step"
+                )));
+            }
+            ends = if last > at { 0 } else { ends + 1 };
+            if ends > MOST_ENDS {
+                return Err(Stopped::Astray(format!("fmi3DoStep returned early at {last:?} s again and again")));
+            }
+            (at, left) = (last, end - last);
+            // An event at the end is handled with those of the others.
+            if left <= ROUNDING * size {
+                return Ok(());
+            }
+            self.handle_event()?;
+        }
+    }
+
+    /// Goes through Event Mode within a step, with the inputs as they are.
+    fn handle_event(&mut self) -> Result<(), Stopped> {
+        self.enter_events().map_err(Stopped::Failed)?;
+        for _ in 0..MOST_UPDATES {
+            if !self.update()?.is_needed {
+                return self.leave_events().map_err(Stopped::Failed);
+            }
+        }
+        Err(Stopped::Astray(format!("fmi3UpdateDiscreteStates wanted to be called more than {MOST_UPDATES} times")))
+    }
+
+    pub fn terminate(&mut self) -> Result<(), Failed> {
+        // SAFETY: the component is this instance's and lives.
+        let status = unsafe { (self.library.terminate)(self.component) };
+        done("fmi3Terminate", status)
+    }
+
+    pub fn reset(&mut self) -> Result<(), Failed> {
+        // SAFETY: the component is this instance's and lives.
+        let status = unsafe { (self.library.reset)(self.component) };
+        self.is_in_event_mode = false;
+        for of in &mut self.arrays {
+            of.set.clone_from(&of.starts);
+        }
+        done("fmi3Reset", status)
+    }
+
+    /// Frees it. Nothing is called afterwards.
+    pub fn free(&mut self) {
+        // SAFETY: the component is this instance's, and nobody uses it afterwards.
+        unsafe { (self.library.free_instance)(self.component) }
+    }
+
+    #[inline]
+    pub fn get_all(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<(), Failed> {
+        if self.arrays.is_empty() {
+            return self.get(kind, references, values);
+        }
+        let mut at = 0;
+        while at < references.len() {
+            let (of, end) = self.group(references, at);
+            match of {
+                None => self.get(kind, &references[at..end], &mut values[at..end])?,
+                Some(of) => {
+                    let Array { value_reference, first_reference, count, .. } = self.arrays[of].array;
+                    let mut all = std::mem::take(&mut self.read);
+                    all.clear();
+                    all.resize(count, 0.0);
+                    let done = self.get(kind, &[value_reference], &mut all);
+                    for (value, reference) in values[at..end].iter_mut().zip(&references[at..end]) {
+                        *value = all[(reference - first_reference) as usize];
+                    }
+                    self.read = all;
+                    done?;
+                }
+            }
+            at = end;
+        }
+        Ok(())
+    }
+
+    #[inline]
+    pub fn set_all(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<(), Unset> {
+        if self.arrays.is_empty() {
+            return self.set(kind, references, values);
+        }
+        let mut at = 0;
+        while at < references.len() {
+            let (of, end) = self.group(references, at);
+            match of {
+                None => self.set(kind, &references[at..end], &values[at..end])?,
+                Some(of) => {
+                    let Array { value_reference, first_reference, .. } = self.arrays[of].array;
+                    let mut all = std::mem::take(&mut self.arrays[of].set);
+                    for (value, reference) in values[at..end].iter().zip(&references[at..end]) {
+                        all[(reference - first_reference) as usize] = *value;
+                    }
+                    let done = self.set(kind, &[value_reference], &all);
+                    self.arrays[of].set = all;
+                    done?;
+                }
+            }
+            at = end;
+        }
+        Ok(())
+    }
+
+    /// The array whose element the reference at this place is, if it is one, and where the references end that are of the same
+    /// array, or of none.
+    fn group(&self, references: &[u32], at: usize) -> (Option<usize>, usize) {
+        let array = |reference: u32| {
+            let after = self.arrays.partition_point(|of| of.array.first_reference <= reference);
+            let of = after.checked_sub(1)?;
+            let Array { first_reference, count, .. } = self.arrays[of].array;
+            ((reference - first_reference) as usize).lt(&count).then_some(of)
+        };
+        let of = array(references[at]);
+        let end = references[at..].iter().position(|reference| array(*reference) != of);
+        (of, end.map_or(references.len(), |end| at + end))
+    }
+
+    /// Reads variables that the FMU knows: several single ones, or one array.
+    #[inline]
+    fn get(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<(), Failed> {
+        let Instance { library, component, buffer, .. } = self;
+        let (from, count, values_count) = (references.as_ptr(), references.len(), values.len());
+        macro_rules! get {
+            ($function:ident, $name:literal, $of:ty, $as:ty) => {{
+                buffer.clear();
+                buffer.resize(values_count, 0);
+                let room = buffer.as_mut_ptr().cast::<$of>();
+                // SAFETY: the component is this instance's and lives; `count` references, and room for `values_count` values,
+                // each of which takes no more than 64 bits.
+                done($name, unsafe { (library.$function)(*component, from, count, room.cast::<$as>(), values_count) })?;
+                // SAFETY: there are as many values of the type, whatever their bits.
+                let got = unsafe { std::slice::from_raw_parts(room, values_count) };
+                for (value, got) in values.iter_mut().zip(got) {
+                    *value = got.cell();
+                }
+                Ok(())
+            }};
+        }
+        match kind {
+            Type::Real => {
+                // SAFETY: the component is this instance's and lives; `count` references, and room for the values.
+                let status =
+                    unsafe { (library.get_float64)(*component, from, count, values.as_mut_ptr(), values_count) };
+                done("fmi3GetFloat64", status)
+            }
+            Type::Float32 => get!(get_float32, "fmi3GetFloat32", f32, f32),
+            Type::Int8 => get!(get_int8, "fmi3GetInt8", i8, i8),
+            Type::UInt8 => get!(get_uint8, "fmi3GetUInt8", u8, u8),
+            Type::Int16 => get!(get_int16, "fmi3GetInt16", i16, i16),
+            Type::UInt16 => get!(get_uint16, "fmi3GetUInt16", u16, u16),
+            Type::Integer => get!(get_int32, "fmi3GetInt32", i32, i32),
+            Type::UInt32 => get!(get_uint32, "fmi3GetUInt32", u32, u32),
+            Type::Int64 => get!(get_int64, "fmi3GetInt64", i64, i64),
+            Type::UInt64 => get!(get_uint64, "fmi3GetUInt64", u64, u64),
+            Type::Boolean => get!(get_boolean, "fmi3GetBoolean", Boolean, u8),
+        }
+    }
+
+    /// Sets variables that the FMU knows: several single ones, or one array.
+    #[inline]
+    fn set(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<(), Unset> {
+        let Instance { library, component, buffer, .. } = self;
+        let (to, count, values_count) = (references.as_ptr(), references.len(), values.len());
+        macro_rules! set {
+            ($function:ident, $name:literal, $of:ty, $as:ty) => {{
+                buffer.clear();
+                buffer.resize(values_count, 0);
+                let room = buffer.as_mut_ptr().cast::<$of>();
+                for (place, value) in values.iter().enumerate() {
+                    let Some(converted) = <$of>::of(*value) else { return Err(Unset::Value(*value)) };
+                    // SAFETY: there is room for as many values, each of which takes no more than 64 bits.
+                    unsafe { room.add(place).write(converted) };
+                }
+                // SAFETY: the component is this instance's and lives; `count` references, and `values_count` values.
+                done($name, unsafe { (library.$function)(*component, to, count, room.cast::<$as>(), values_count) })
+            }};
+        }
+        let set = match kind {
+            Type::Real => {
+                // SAFETY: the component is this instance's and lives; `count` references and the values.
+                let status = unsafe { (library.set_float64)(*component, to, count, values.as_ptr(), values_count) };
+                done("fmi3SetFloat64", status)
+            }
+            Type::Float32 => set!(set_float32, "fmi3SetFloat32", f32, f32),
+            Type::Int8 => set!(set_int8, "fmi3SetInt8", i8, i8),
+            Type::UInt8 => set!(set_uint8, "fmi3SetUInt8", u8, u8),
+            Type::Int16 => set!(set_int16, "fmi3SetInt16", i16, i16),
+            Type::UInt16 => set!(set_uint16, "fmi3SetUInt16", u16, u16),
+            Type::Integer => set!(set_int32, "fmi3SetInt32", i32, i32),
+            Type::UInt32 => set!(set_uint32, "fmi3SetUInt32", u32, u32),
+            Type::Int64 => set!(set_int64, "fmi3SetInt64", i64, i64),
+            Type::UInt64 => set!(set_uint64, "fmi3SetUInt64", u64, u64),
+            Type::Boolean => set!(set_boolean, "fmi3SetBoolean", Boolean, u8),
+        };
+        set.map_err(Unset::Failed)
+    }
+}
+
+unsafe extern "C" fn log(environment: Pointer, status: c_int, _category: *const c_char, text: *const c_char) {
+    // SAFETY: the environment that `new` gave; it lives as long as the instance.
+    let Some(messages) = (unsafe { environment.cast::<Messages>().as_ref() }) else { return };
+    // SAFETY: NULL or a C string by FMI's contract.
+    let Some(text) = (unsafe { said(text) }) else { return };
+    messages.add(Message { is_error: status > WARNING, text: cut(text.trim_end().to_string()) });
+}
