@@ -184,9 +184,7 @@ impl<'a> Shaped<'a> {
                             Type::Integer => {
                                 self.of.integers.1(component, of.as_ptr(), of.len(), integers.as_mut_ptr())
                             }
-                            _ => {
-                                self.of.booleans.1(component, of.as_ptr(), of.len(), integers.as_mut_ptr())
-                            }
+                            _ => self.of.booleans.1(component, of.as_ptr(), of.len(), integers.as_mut_ptr()),
                         }
                     };
                 }

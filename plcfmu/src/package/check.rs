@@ -130,14 +130,6 @@ fn check_library<R: Read + Seek>(
     }
 }
 
-/// The functions that a library has to export for a version of FMI.
-fn functions(description: &Description) -> &'static [&'static str] {
-    match description.fmi_version {
-        modeldescription::v3::FMI_VERSION => fmu::v3::ffi::FUNCTIONS,
-        _ => FUNCTIONS,
-    }
-}
-
 fn contains(bytes: &[u8], part: &[u8]) -> bool {
     !part.is_empty() && memmem::find(bytes, part).is_some()
 }
