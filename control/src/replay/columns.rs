@@ -159,7 +159,6 @@ impl Recording {
             let last = of.values.last().copied().unwrap_or_default();
             of.values.push(if of.is_output_column { last } else { f64::NAN });
         }
-        self.between = self.between.iter().filter_map(|row| row.checked_sub(1)).collect();
         self.end = None;
         self
     }
