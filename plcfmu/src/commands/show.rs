@@ -1,7 +1,7 @@
 //! `plcfmu show`: what was understood of a program.
 
 use super::print;
-use crate::package::program as packing;
+use crate::package::program::Options as Packing;
 use crate::program;
 use anyhow::{Error, Result, bail};
 use parameters::problem::drawn;
@@ -13,6 +13,7 @@ use std::path::PathBuf;
 /// Blocks in LAD and FBD, too: an engineer reads what runs, with titles and comments of the networks. The text is a program that gives
 /// the same results, bit by bit.
 #[derive(clap::Args, Clone, Debug)]
+#[group(skip)] // clap names a group after the type, and that of the programs has the same name
 pub struct Options {
     /// The files of the program (.scl, .udt, .db, .s7dcl, .xml), all together
     #[arg(value_name = "FILE", required = true)]
@@ -20,8 +21,9 @@ pub struct Options {
     /// The language in which it is printed
     #[arg(long = "as", value_enum, value_name = "LANGUAGE", default_value_t = Language::Scl)]
     language: Language,
-    #[command(flatten)]
-    program: packing::Options,
+    #[allow(missing_docs)]
+    #[command(flatten, next_help_heading = "Programs")]
+    program: Packing,
 }
 
 /// A language of PLCs.
@@ -36,7 +38,8 @@ enum Language {
 /// # Errors
 /// A file cannot be read, or the program has errors, which have been printed.
 pub fn run(options: &Options) -> Result<()> {
-    let compiled = match program::compile(&options.files, &options.program.manifest(&options.files)?)? {
+    let manifest = options.program.manifest(&options.files)?;
+    let compiled = match program::compile(&options.files, &manifest)? {
         Ok(compiled) => compiled,
         Err(errors) => {
             errors.iter().try_for_each(|problems| print(&drawn(problems)))?;

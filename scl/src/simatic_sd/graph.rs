@@ -330,20 +330,10 @@ fn flow_pins(law: Option<Law>) -> (&'static str, &'static str) {
     }
 }
 
-/// Whether an element is nothing without a flow. Boxes, comparisons and edges of operands are executed in each call then.
+/// Whether an element needs a flow, and its law does not say so.
 fn needs_flow(law: Law) -> bool {
-    !matches!(
-        law,
-        Law::Box(..)
-            | Law::Statement(_)
-            | Law::System
-            | Law::Compare(_)
-            | Law::Range(_)
-            | Law::Valid(_)
-            | Law::EdgeContact(_)
-            | Law::FlipFlop(_)
-            | Law::Instance(_)
-    )
+    let is_timer = matches!(law, Law::TimerCoil(_) | Law::TimerFunction(_));
+    is_timer || matches!(law, Law::Gate(_) | Law::Coil(_) | Law::Set(_) | Law::EdgeCoil(_) | Law::SetField(_))
 }
 
 /// The pins of an element whose pins have no names, in their order.

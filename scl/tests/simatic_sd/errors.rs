@@ -54,7 +54,10 @@ fn errors_of_networks_name_the_place() {
             "RUNG wire#powerrail Contact( #a ) #m.S_SR( r1 := #r, s := #b ) END_RUNG",
             "B.s7dcl:8:35: FB B, network 1 \"Start\": S_SR #m: both the flow and a value lead to s; leave one of them out",
         ),
-        ("RUNG NOT Coil( #y ) END_RUNG", "B.s7dcl:8:6: FB B, network 1 \"Start\": Not: nothing is connected to in; "),
+        (
+            "RUNG Coil( #y ) END_RUNG",
+            "B.s7dcl:8:6: FB B, network 1 \"Start\": Coil #y: nothing is connected to in; begin the rung with an operand, or delete it",
+        ),
     ] {
         let found = errors(rungs);
         assert!(found.starts_with(expected), "{rungs}\n{found}");
