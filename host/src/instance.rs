@@ -42,7 +42,7 @@ pub struct Instance {
 #[derive(Debug)]
 enum Called {
     V2(v2::Instance),
-    V3(v3::Instance),
+    V3(Box<v3::Instance>),
 }
 
 /// A call that has failed: its function and its status.
@@ -154,7 +154,7 @@ impl Instance {
                 .map(Called::V2)
                 .with_context(|| format!("fmi2Instantiate returned no instance: {}", messages.explanation()))?,
             Opened::V3(library) => v3::Instance::new(library, &name, &guid, resources.as_deref(), &messages, start)
-                .map(Called::V3)
+                .map(|of| Called::V3(Box::new(of)))
                 .with_context(|| {
                     format!("fmi3InstantiateCoSimulation returned no instance: {}", messages.explanation())
                 })?,
