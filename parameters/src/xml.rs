@@ -61,7 +61,7 @@ pub(crate) fn read(report: &mut Report, source: &Source) -> Option<Element> {
     }
 }
 
-fn tree(text: &str) -> Result<Element, (usize, String)> {
+pub(crate) fn tree(text: &str) -> Result<Element, (usize, String)> {
     let mut reader = Reader::from_str(text);
     let mut open: Vec<Element> = Vec::new();
     let mut root = None;

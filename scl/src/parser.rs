@@ -2,6 +2,7 @@
 
 mod declarations;
 mod expressions;
+mod globals;
 mod statements;
 #[cfg(test)]
 mod tests;
