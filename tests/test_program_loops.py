@@ -144,7 +144,7 @@ def test_the_commands_of_the_guide_run_as_printed_and_draw_its_pictures(command,
     shutil.copy(host.FOLDER / "HEATER.fmu", fmus)
     guide = (ROOT / "docs" / "tia.md").read_text(encoding="utf-8")
     commands = [line.split("#")[0].split() for line in guide.splitlines() if line.startswith("    plcfmu ")]
-    assert [words[1] for words in commands] == ["check", "build", "info", "run", "test", "show", "run", "run"]
+    assert [words[1] for words in commands] == ["check", "build", "info", "test", "run", "show", "run", "run"]
     for words in commands:
         done = subprocess.run([command, *words[1:]], cwd=folder, env=host.environment(), capture_output=True, text=True)
         assert done.returncode == 0, done.stderr

@@ -9,6 +9,7 @@ mod text;
 mod written;
 
 use parameters::literal;
+use parameters::tags::{self, Declared, Tag};
 use std::path::PathBuf;
 pub use text::FILE;
 
@@ -71,11 +72,14 @@ pub struct Manifest {
     /// What is called in place of one block: organization blocks, functions, instances.
     #[cfg_attr(feature = "typescript", ts(skip))]
     pub calls: Vec<Task>,
-    /// Names that no source declares, and their types: PLC tags and instances.
-    #[cfg_attr(feature = "typescript", ts(rename = "tags"))]
-    pub declared: Vec<(String, String)>,
+    /// Names that no source declares, and their types: PLC tags and instances. The first of a name counts.
+    #[cfg_attr(feature = "typescript", ts(rename = "tags", as = "Vec<(String, String)>"))]
+    pub declared: Vec<Tag>,
     /// Constants that no source declares, and their values as literals.
     pub constants: Vec<(String, String)>,
+    /// Blocks of which the interface alone counts: their inputs are outputs, and their outputs inputs.
+    #[cfg_attr(feature = "typescript", ts(skip))]
+    pub stubs: Vec<String>,
 }
 
 /// Something that is called at times.
@@ -133,6 +137,20 @@ pub fn milliseconds(text: &str) -> Result<u32, String> {
     milliseconds.ok_or_else(|| {
         format!("{text:?} is not a time between two calls: write whole milliseconds, at least 1: 100ms, 0.5s, 2s")
     })
+}
+
+/// A tag: `Start : Bool`, `"Level" AT %IW64 : Int // unit: mm`.
+///
+/// # Errors
+/// It is none, or a constant.
+pub fn tag(text: &str) -> Result<Tag, String> {
+    match tags::declaration(text) {
+        Ok(Declared::Tag(tag)) => Ok(tag),
+        Ok(Declared::Constant(constant)) => {
+            Err(format!("{text:?}: {} has a value: declare it as a constant", constant.name))
+        }
+        Err(wrong) => Err(format!("{text:?}: {wrong}")),
+    }
 }
 
 /// A name and its type: `Start : Bool`.

@@ -1,6 +1,6 @@
 //! The lines `KEY = VALUE` in the resources of an FMU.
 
-use crate::{Manifest, Task};
+use crate::{Manifest, Task, tag};
 use std::fmt;
 
 /// The file in the resources.
@@ -44,7 +44,8 @@ impl Manifest {
                     let period = period.parse().map_err(|_| wrong())?;
                     manifest.calls.push(Task { name: name.into(), period });
                 }
-                "tag" => manifest.declared.push(pair()?),
+                "tag" => manifest.declared.push(tag(value).map_err(|_| wrong())?),
+                "stub" => manifest.stubs.push(value.into()),
                 "constant" => manifest.constants.push(pair()?),
                 _ => return Err(wrong()),
             }
@@ -72,7 +73,8 @@ impl fmt::Display for Manifest {
         self.outputs.iter().try_for_each(|name| line("output", name))?;
         let mut calls = self.calls.iter();
         calls.try_for_each(|task| line("call", &format_args!("{} : {}", task.name, task.period)))?;
-        self.declared.iter().try_for_each(|(name, of)| line("tag", &format_args!("{name} : {of}")))?;
+        self.declared.iter().try_for_each(|tag| line("tag", tag))?;
+        self.stubs.iter().try_for_each(|name| line("stub", name))?;
         self.constants.iter().try_for_each(|(name, value)| line("constant", &format_args!("{name} : {value}")))
     }
 }
@@ -95,8 +97,9 @@ mod tests {
             inputs: vec!["setpoint".into()],
             outputs: vec!["Plant.level".into()],
             calls: [("Main", 0), ("Cyclic : 2", 500)].map(|(name, period)| Task { name: name.into(), period }).into(),
-            declared: vec![("Start".into(), "Bool".into())],
+            declared: vec![tag("\"Start : 1\" AT %I0.0 : Bool // Start button").unwrap()],
             constants: vec![("MAX".into(), "5".into())],
+            stubs: vec!["TSEND_C".into()],
         };
         assert_eq!(Manifest::parse(&manifest.to_string()), Ok(manifest.clone()));
         let wrong = |from: &str, to: &str| Manifest::parse(&manifest.to_string().replace(from, to)).unwrap_err();

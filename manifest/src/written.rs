@@ -1,7 +1,7 @@
 //! A manifest with serde: `{ sources = ["machine.scl"], cycle = "100ms", tags = ["Start : Bool"] }`. What may be repeated is one
 //! value or a list; a key is plural, or singular as the option of the command is.
 
-use crate::{Cpu, Manifest, constant, declaration, milliseconds, unquoted};
+use crate::{Cpu, Manifest, constant, declaration, milliseconds, tag, unquoted};
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
 use std::fmt;
@@ -40,13 +40,15 @@ struct Written {
     instances: Many<Instance>,
     #[serde(alias = "constant", skip_serializing_if = "Many::is_empty")]
     constants: Many<Constant>,
+    #[serde(alias = "stub", skip_serializing_if = "Many::is_empty")]
+    stubs: Many<String>,
 }
 
 impl<'de> Deserialize<'de> for Manifest {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Manifest, D::Error> {
         let written = Written::deserialize(deserializer)?;
         let (whole, named): (Vec<_>, Vec<_>) = written.instances.0.into_iter().partition(|of| of.block.is_some());
-        let instances = whole.into_iter().filter_map(|of| Some((of.name, of.block?)));
+        let instances = whole.into_iter().filter_map(|of| Some(parameters::tags::Tag::new(of.name, of.block?)));
         let run = written.run.only("run").map_err(de::Error::custom)?;
         let mut manifest = Manifest {
             name: written.name.only("name").map_err(de::Error::custom)?,
@@ -57,8 +59,9 @@ impl<'de> Deserialize<'de> for Manifest {
             parameters: written.parameters.0,
             inputs: written.inputs.0,
             outputs: written.outputs.0,
-            declared: written.tags.0.into_iter().map(|Tag(pair)| pair).chain(instances).collect(),
+            declared: written.tags.0.into_iter().map(|Tag(tag)| tag).chain(instances).collect(),
             constants: written.constants.0.into_iter().map(|Constant(pair)| pair).collect(),
+            stubs: written.stubs.0,
             ..Manifest::default()
         };
         let cycles: Vec<u32> = written.cycle.0.into_iter().map(|Cycle(cycle)| cycle).collect();
@@ -90,6 +93,7 @@ impl Serialize for Manifest {
             tags: Many(self.declared.iter().cloned().map(Tag).collect()),
             instances: Many::default(),
             constants: Many(self.constants.iter().cloned().map(Constant).collect()),
+            stubs: Many(self.stubs.clone()),
         };
         written.serialize(serializer)
     }
@@ -139,7 +143,7 @@ trait Item: Sized {
 
 struct Cycle(u32);
 struct Budget(u32);
-struct Tag((String, String));
+struct Tag(parameters::tags::Tag);
 struct Constant((String, String));
 struct Instance {
     name: String,
@@ -209,15 +213,15 @@ impl Item for Budget {
 
 impl Item for Tag {
     fn from_text(text: &str) -> Result<Tag, String> {
-        declaration(text).map(Tag)
+        tag(text).map(Tag)
     }
 
     fn from_pair(name: String, of: String) -> Option<Tag> {
-        Some(Tag((name, of)))
+        Some(Tag(parameters::tags::Tag::new(name, of)))
     }
 
     fn text(&self) -> String {
-        format!("{} : {}", self.0.0, self.0.1)
+        self.0.to_string()
     }
 }
 
@@ -347,8 +351,9 @@ mod tests {
             inputs: vec!["setpoint".into()],
             outputs: vec!["Plant.level".into(), "on".into()],
             calls: [("Main", 0), ("Cyclic", 500)].map(|(name, period)| Task { name: name.into(), period }).into(),
-            declared: vec![("Start".into(), "Bool".into())],
+            declared: vec![parameters::tags::Tag::new("Start", "Bool")],
             constants: vec![("MAX".into(), "5".into())],
+            stubs: vec!["TSEND_C".into(), "Valve".into()],
         };
         let text = toml::to_string(&manifest).unwrap();
         assert!(
@@ -358,7 +363,7 @@ mod tests {
         assert_eq!(read(&text).as_ref(), Ok(&manifest));
         let options = "name = \"PUMP\"\nsources = [\"pump.scl\", \"types.udt\"]\ncall = [\"Main\", \"Cyclic\"]\ncycle = [0.1, 0.5]\n\
             fb = [\"Pump\"]\ncpu = 1200\nbudget = 5000\nparameter = \"limit\"\ninput = \"setpoint\"\n\
-            output = [\"Plant.level\", \"on\"]\ninstance = [\"Start : Bool\"]\nconstant = [[\"MAX\", \"5\"]]\n";
+            output = [\"Plant.level\", \"on\"]\ninstance = [\"Start : Bool\"]\nconstant = [[\"MAX\", \"5\"]]\nstub = [\"TSEND_C\", \"Valve\"]\n";
         assert_eq!(read(options), Ok(manifest));
         assert_eq!(read("instance = \"Pump_DB\"").unwrap().block.as_deref(), Some("Pump_DB"));
         assert!(read("").unwrap().is_bare() && read("sources = \"a.scl\"").unwrap().is_bare());

@@ -28,6 +28,7 @@ pub mod openness;
 pub mod problem;
 pub mod ssv;
 pub mod step7;
+pub mod tags;
 
 pub mod xml;
 

@@ -40,12 +40,14 @@ pub enum Remedy {
     DeclareConstant(String),
     /// Declare an instance.
     DeclareInstance(String),
+    /// Take a block without statements as a stub.
+    Stub(String),
     /// Declare a tag of this type, or a constant.
     DeclareTag {
         /// Its name.
         name: String,
         /// Its type.
-        of: &'static str,
+        of: String,
     },
 }
 
@@ -60,6 +62,9 @@ impl fmt::Display for Remedy {
             Remedy::DeclareConstant(name) => write!(formatter, "--constant {name}=5 declares it"),
             Remedy::DeclareInstance(name) => {
                 write!(formatter, "say which block it is an instance of: --instance \"{name} : Block\"")
+            }
+            Remedy::Stub(name) => {
+                write!(formatter, "ask its author for the source, or take its interface alone with --stub {name}")
             }
             Remedy::DeclareTag { name, of } => {
                 write!(formatter, "--tag \"{name} : {of}\" makes it an input or output, --constant {name}=5 a constant")

@@ -1,17 +1,25 @@
 //! PLC programs in SCL: files and a manifest to a typed program.
 
+mod folder;
+pub mod survey;
 pub mod trial;
+mod workbook;
 
-use anyhow::{Error, Result, anyhow};
+use ::program::LARGEST;
+use anyhow::{Context, Error, Result, anyhow, bail};
+use folder::Files;
+pub use folder::test_files;
 use manifest::Manifest;
-use parameters::{Problems, Source};
-use scl::Compiled;
+use parameters::Source;
+use parameters::problem::drawn;
+use parameters::tags::{self, Declared, Tags};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// Whether a file is a source of a program, by its ending.
 pub fn is_source(file: &Path) -> bool {
     let ending = file.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
-    matches!(ending.as_deref(), Some("scl" | "udt" | "db" | "awl" | "xml" | "s7dcl" | "s7res"))
+    ending.is_some_and(|ending| folder::SOURCES.contains(&ending.as_str())) && !folder::is_table(file)
 }
 
 /// The sources, and beside each document in SIMATIC SD (`.s7dcl`) the file with its texts (`.s7res`), where there is one.
@@ -27,24 +35,36 @@ pub fn with_texts(files: &[PathBuf]) -> Vec<PathBuf> {
     all
 }
 
+/// Whether a path belongs to a program: a source, a tag table, or a folder with sources that is no crate.
+pub fn is_part(path: &Path) -> bool {
+    match path.is_dir() {
+        true => !path.join("Cargo.toml").is_file() && Files::of(&[path.to_path_buf()]).is_ok(),
+        false => is_source(path) || folder::is_table(path),
+    }
+}
+
 /// What to say of a file that is no source, to who means one; `None` if its ending tells nothing.
 pub fn instead(file: &Path) -> Option<String> {
     let name = file.display();
     if file.is_dir() {
-        return Some(format!("{name} is a folder: name the files in it, such as {name}/*.scl"));
+        return Some(format!("{name} is a folder without sources of a program (.scl, .udt, .db, .awl)"));
     }
     let ending = file.extension()?.to_str()?.to_ascii_lowercase();
     let remedy = match ending.as_str() {
         "st" | "txt" => "rename a source in SCL to .scl",
-        "csv" | "xlsx" | "sdf" => "tags are given with --tag, a line NAME : TYPE for each",
+        "xlsx" => "a tag table has a sheet PLC Tags",
+        "csv" => "export the tag table as .xlsx, .xml or .sdf, or give tags with --tag, a line NAME : TYPE for each",
         _ => return None,
     };
-    Some(format!("{name} is neither an FMU nor a source of a program (.scl, .udt, .db, .s7dcl, .xml, .awl): {remedy}"))
+    Some(format!("{name} is neither an FMU nor a source of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a tag table: {remedy}"))
 }
 
 /// Whether a file is a source with a block that is executed; else it holds types and data alone, as a parameter file does. The
 /// blocks of .awl are in STL.
 pub fn has_code(file: &Path) -> bool {
+    if file.is_dir() {
+        return is_part(file);
+    }
     let is_stl = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("awl"));
     let text = if is_source(file) && !is_stl {
         Source::read(file, None).map(|source| source.text).unwrap_or_default()
@@ -59,22 +79,131 @@ pub fn has_code(file: &Path) -> bool {
     text.lines().any(is_begin)
 }
 
-/// Reads the sources of a program and translates them.
+/// The name of the source of stubs, which is no file.
+const STUBS: &str = "stubs.scl";
+
+/// The files of a program, read.
+pub struct Parts {
+    /// The sources, named as their files are; last one with stubs, if the manifest names some that no file declares.
+    pub sources: Vec<Source>,
+    /// The files, and the tags and constants of the tables behind those that were declared before.
+    pub manifest: Manifest,
+    /// The tag tables with their numbers of tags and constants.
+    pub tables: Vec<(PathBuf, usize, usize)>,
+}
+
+/// Reads the sources and the tag tables of a program: the files of the manifest, and those below its folders.
 ///
 /// # Errors
-/// A file cannot be read; or the errors of all sources.
-pub fn compile(files: &[PathBuf], manifest: &Manifest) -> Result<Result<Compiled, Vec<Problems>>> {
+/// A file cannot be read, what is wrong with a tag table, or two of them declare a name differently.
+pub fn parts(manifest: &Manifest) -> Result<Parts> {
+    let Files { sources: files, tables } = Files::of(&manifest.sources)?;
     let read = |file: &PathBuf| Source::read(file, None).map_err(Error::msg);
     let sources = with_texts(files).iter().map(read).collect::<Result<Vec<Source>>>()?;
     if sources.is_empty() {
         return Err(anyhow!("there is no source: name files that end in .scl, .udt, .db, .s7dcl, .xml or .awl"));
     }
-    Ok(scl::compile(&sources, manifest))
+    let mut parts = Parts { sources, manifest: Manifest { sources: files, ..manifest.clone() }, tables: Vec::new() };
+    let mut known: HashMap<String, (PathBuf, Declared)> = HashMap::new();
+    for file in tables {
+        let Tags { tags, constants } = table(&file)?;
+        parts.tables.push((file.clone(), tags.len(), constants.len()));
+        let all = tags.into_iter().map(Declared::Tag).chain(constants.into_iter().map(Declared::Constant));
+        for declared in all {
+            let name = match &declared {
+                Declared::Tag(tag) => tag.name.clone(),
+                Declared::Constant(constant) => constant.name.clone(),
+            };
+            match known.get(&name.to_uppercase()) {
+                Some((_, earlier)) if is_same(earlier, &declared) => continue,
+                Some((earlier, _)) => bail!(
+                    "{} and {} declare {name:?} differently: leave one of them out, or correct it",
+                    earlier.display(),
+                    file.display()
+                ),
+                None => {}
+            }
+            match &declared {
+                Declared::Tag(tag) => parts.manifest.declared.push(tag.clone()),
+                Declared::Constant(of) => parts.manifest.constants.push((of.name.clone(), of.value.clone())),
+            }
+            known.insert(name.to_uppercase(), (file.clone(), declared));
+        }
+    }
+    let stubs = stubs(&parts.sources, &parts.manifest);
+    parts.sources.extend(stubs);
+    Ok(parts)
+}
+
+/// Whether two declarations of a name differ in their comments at most.
+fn is_same(one: &Declared, other: &Declared) -> bool {
+    match (one, other) {
+        (Declared::Tag(one), Declared::Tag(other)) => {
+            one.of.eq_ignore_ascii_case(&other.of) && one.address == other.address
+        }
+        (one, other) => one == other,
+    }
+}
+
+/// Reads a tag table: XML, a workbook, a table of STEP 7, or a list with a line for each tag.
+///
+/// # Errors
+/// It cannot be read, or what is wrong with it.
+pub fn table(file: &Path) -> Result<Tags> {
+    let (name, bytes) = Source::load(file, LARGEST).map_err(Error::msg)?;
+    if file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xlsx")) {
+        return workbook::read(bytes).with_context(|| name);
+    }
+    tags::read(&Source::new(name, bytes)).map_err(|wrong| anyhow!("{}", drawn(&wrong).trim_end()))
+}
+
+/// A source with the stubs that the manifest names and no source declares.
+fn stubs(sources: &[Source], manifest: &Manifest) -> Option<Source> {
+    if manifest.stubs.is_empty() {
+        return None;
+    }
+    let assumptions = scl::assume(sources, manifest, Some(&manifest.stubs));
+    (!assumptions.is_empty()).then(|| Source::new(STUBS, scl::assumed(&assumptions).into_bytes()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use parameters::Problems;
+    use parameters::tags::Tag;
+    use scl::Compiled;
+
+    fn compile(manifest: &Manifest) -> Result<Result<Compiled, Vec<Problems>>> {
+        let Parts { sources, manifest, .. } = parts(manifest)?;
+        Ok(scl::compile(&sources, &manifest))
+    }
+
+    #[test]
+    fn tables_may_declare_a_name_twice_but_not_differently() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        write("a.scl", "FUNCTION_BLOCK \"A\"\nBEGIN\n\"Lamp\" := TRUE;\nEND_FUNCTION_BLOCK");
+        write(
+            "a.sdf",
+            "\"Lamp\",\"%Q0.0\",\"Bool\",\"\",\"\",\"\",\"signal\",\"\",\"\"\n\"MAX\",\"CONSTANT\",\"Int\",\"\",\"\",\"\",\"\",\"5\",\"\"\n",
+        );
+        write("b.sdf", "\"LAMP\",\"%Q0.0\",\"BOOL\",\"again\"\n");
+        let manifest = Manifest { sources: vec![folder.path().into()], ..Manifest::default() };
+        let found = parts(&manifest).unwrap();
+        let lines: Vec<String> = found.manifest.declared.iter().map(ToString::to_string).collect();
+        assert_eq!(lines, ["\"Lamp\" AT %Q0.0 : Bool // signal"]);
+        assert_eq!(found.manifest.constants, [("MAX".to_string(), "Int#5".to_string())]);
+        assert_eq!(
+            found.tables.iter().map(|(_, tags, constants)| (*tags, *constants)).collect::<Vec<_>>(),
+            [(1, 1), (1, 0)]
+        );
+        // What is declared by hand comes first, and counts.
+        let own = Manifest { declared: vec![Tag::new("Lamp", "Int")], ..manifest.clone() };
+        assert_eq!(parts(&own).unwrap().manifest.declared[0].of, "Int");
+        write("b.sdf", "\"LAMP\",\"%Q0.1\",\"BOOL\",\"\"\n");
+        let wrong = parts(&manifest).err().unwrap().to_string();
+        assert!(wrong.contains("a.sdf and ") && wrong.contains("b.sdf declare \"LAMP\" differently"), "{wrong}");
+    }
 
     #[test]
     fn the_errors_of_all_files_come_together() {
@@ -84,11 +213,15 @@ mod tests {
             .unwrap();
         std::fs::write(&other, "TYPE \"B\"\nSTRUCT z : Variant; END_STRUCT;\nEND_TYPE").unwrap();
         assert!(is_source(&one) && is_source(&other) && !is_source(Path::new("a.fmu")));
-        let errors = compile(&[one.clone(), other], &Manifest::default()).unwrap().unwrap_err();
+        let of = |sources: &[&PathBuf]| Manifest {
+            sources: sources.iter().copied().cloned().collect(),
+            ..Manifest::default()
+        };
+        let errors = compile(&of(&[&one, &other])).unwrap().unwrap_err();
         assert_eq!(errors.len(), 2);
         std::fs::write(&one, "FUNCTION_BLOCK \"A\"\nBEGIN\n\"Lamp\" := TRUE;\nEND_FUNCTION_BLOCK").unwrap();
-        assert!(compile(std::slice::from_ref(&one), &Manifest::default()).unwrap().is_err());
-        let manifest = Manifest { declared: vec![("Lamp".into(), "Bool".into())], ..Manifest::default() };
-        assert_eq!(compile(&[one], &manifest).unwrap().unwrap().root.unwrap().block, "A");
+        assert!(compile(&of(&[&one])).unwrap().is_err());
+        let manifest = Manifest { declared: vec![Tag::new("Lamp", "Bool")], ..of(&[&one]) };
+        assert_eq!(compile(&manifest).unwrap().unwrap().root.unwrap().block, "A");
     }
 }

@@ -1,14 +1,15 @@
 //! Sources to a typed program.
 
+use crate::assume::{Assumption, declare};
 use crate::compiler::{BlockId, Compiler};
-use crate::lexer::Span;
+use crate::lexer::{Span, Token, tokens};
 use crate::parser;
 use crate::program::{Body, Program, Statement};
 use crate::report::Report;
 use crate::root::Root;
 use crate::syntax::{BlockKind, Tree, key};
 use manifest::{Cpu, Manifest};
-use parameters::{Problems, Source};
+use parameters::{Problems, Remedy, Source};
 use std::collections::{BTreeMap, HashMap};
 
 /// A translated program.
@@ -42,27 +43,41 @@ impl Compiled {
     }
 }
 
+/// Sources as they are read: their trees and that of the library, which comes last among the sources.
+struct Trees {
+    sources: Vec<Source>,
+    trees: Vec<Tree>,
+    cpu: Cpu,
+}
+
+impl Trees {
+    fn read(sources: &[Source], options: &Manifest, report: &mut Report) -> Trees {
+        let mut trees = crate::format::trees(sources, report);
+        let is_tia = trees.iter().any(|tree| tree.is_tia);
+        let cpu = options.cpu.unwrap_or(if is_tia { Cpu::S71500 } else { Cpu::S7300 });
+        if trees.iter().all(|tree| tree.blocks.is_empty()) && !report.has_errors() {
+            report.error(
+                Span::default(),
+                "no block is declared here",
+                Some("a source begins with FUNCTION_BLOCK, for example"),
+            );
+        }
+        let library = crate::library::source();
+        let library_tree = parser::parse(&library.text, sources.len() as u32, report);
+        trees.push(Tree { may_set_eno: false, ..library_tree });
+        let mut sources: Vec<Source> = sources.to_vec();
+        sources.push(library);
+        Trees { sources, trees, cpu }
+    }
+}
+
 /// Translates sources to a program.
 ///
 /// # Errors
 /// All errors of all sources, by source.
 pub fn compile(sources: &[Source], options: &Manifest) -> Result<Compiled, Vec<Problems>> {
     let mut report = Report::default();
-    let mut trees = crate::format::trees(sources, &mut report);
-    let is_tia = trees.iter().any(|tree| tree.is_tia);
-    let cpu = options.cpu.unwrap_or(if is_tia { Cpu::S71500 } else { Cpu::S7300 });
-    if trees.iter().all(|tree| tree.blocks.is_empty()) && !report.has_errors() {
-        report.error(
-            Span::default(),
-            "no block is declared here",
-            Some("a source begins with FUNCTION_BLOCK, for example"),
-        );
-    }
-    let library = crate::library::source();
-    let library_tree = parser::parse(&library.text, sources.len() as u32, &mut report);
-    trees.push(Tree { may_set_eno: false, ..library_tree });
-    let mut all: Vec<Source> = sources.to_vec();
-    all.push(library);
+    let Trees { sources: all, trees, cpu } = Trees::read(sources, options, &mut report);
     let mut compiler = Compiler::new(&all, &trees, cpu, options, report);
     compiler.run();
     let (root, candidates) = (compiler.root(), compiler.candidates());
@@ -75,6 +90,67 @@ pub fn compile(sources: &[Source], options: &Manifest) -> Result<Compiled, Vec<P
     let has_errors = report.has_errors();
     let (errors, warnings) = report.problems(&all);
     if has_errors { Err(errors) } else { Ok(Compiled { program, cpu, root, candidates, globals, warnings }) }
+}
+
+/// What sources hold, whatever is wrong with them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Survey {
+    /// The blocks: what each is, its name, and the number of its source. One that several sources have is there once.
+    pub blocks: Vec<(BlockKind, String, usize)>,
+    /// What no source declares, and what it is by its use, in a word of the plural.
+    pub missing: Vec<(String, &'static str)>,
+    /// How many of the declared tags the program uses.
+    pub tags: usize,
+}
+
+/// What sources hold, and what they lack.
+pub fn survey(sources: &[Source], options: &Manifest) -> Survey {
+    let mut report = Report::default();
+    let Trees { sources: all, trees, cpu } = Trees::read(sources, options, &mut report);
+    let mut compiler = Compiler::new(&all, &trees, cpu, options, report);
+    compiler.assumes = true;
+    compiler.run();
+    let is_used = |tag: &&parameters::tags::Tag| compiler.globals.contains_key(&key(&tag.name));
+    let tags = options.declared.iter().filter(is_used).count();
+    let mut ids: Vec<BlockId> = compiler.names.values().copied().collect();
+    ids.sort_unstable();
+    let listed = |id: &BlockId| (compiler.block(*id).kind, compiler.block(*id).name.text.clone(), id.0);
+    let blocks = ids.iter().map(listed).collect();
+    let missing = compiler.undeclared.values().map(|of| (of.name.clone(), of.kind())).collect();
+    Survey { blocks, missing, tags }
+}
+
+/// After so many rounds nothing new is told: structures are nested that deep.
+const MOST_ROUNDS: usize = 100;
+
+/// What is assumed of the names that no source declares: all of them, or those that are named. With these declarations as a source,
+/// which [`assumed`] writes, the program compiles, unless something else is wrong with it.
+pub fn assume(sources: &[Source], options: &Manifest, only: Option<&[String]>) -> Vec<Assumption> {
+    let mut assumptions: Vec<Assumption> = Vec::new();
+    for _ in 0..MOST_ROUNDS {
+        let mut all = sources.to_vec();
+        all.push(Source::new("assumed", assumed(&assumptions).into_bytes()));
+        let mut report = Report::default();
+        let Trees { sources: all, trees, cpu } = Trees::read(&all, options, &mut report);
+        let mut compiler = Compiler::new(&all, &trees, cpu, options, report);
+        compiler.assumes = true;
+        compiler.run();
+        let mut missing = std::mem::take(&mut compiler.undeclared);
+        if let Some(only) = only {
+            missing.retain(|name, _| only.iter().any(|of| key(of) == *name));
+        }
+        let found = declare(&missing, assumptions.len(), &|name| compiler.names.contains_key(&key(name)));
+        if found.is_empty() {
+            break;
+        }
+        assumptions.extend(found);
+    }
+    assumptions
+}
+
+/// The source with these declarations.
+pub fn assumed(assumptions: &[Assumption]) -> String {
+    assumptions.iter().map(|of| format!("// {}: {}\n{}\n", of.name, of.what, of.text)).collect()
 }
 
 impl<'a> Compiler<'a> {
@@ -98,7 +174,10 @@ impl<'a> Compiler<'a> {
             globals: HashMap::new(),
             kinds: HashMap::new(),
             // The first one of a name counts.
-            declared: options.declared.iter().rev().map(|tag| (key(&tag.0), tag)).collect(),
+            declared: options.declared.iter().rev().map(|tag| (key(&tag.name), tag)).collect(),
+            global_members: HashMap::new(),
+            stubs: options.stubs.iter().map(|name| key(name)).collect(),
+            assumes: false,
             undeclared: BTreeMap::new(),
             calls: Vec::new(),
             bytes: 0,
@@ -117,6 +196,9 @@ impl<'a> Compiler<'a> {
                     names.insert(block.name.key(), (file, index));
                     continue;
                 };
+                if !is_library && self.is_same(earlier, (file, index)) {
+                    continue;
+                }
                 let place = self.at(self.block(earlier).name.span);
                 let name = &block.name.text;
                 let message =
@@ -124,7 +206,54 @@ impl<'a> Compiler<'a> {
                 self.error(block.name.span, message, Some("rename one of them, or leave one file out"));
             }
         }
+        self.refuse_protected();
+        self.collect_globals();
         self.collect_kinds();
+    }
+
+    /// Whether two blocks have the same words: of several blocks TIA Portal generates sources that each have what they depend on.
+    fn is_same(&self, one: BlockId, other: BlockId) -> bool {
+        let words = |(file, index): BlockId| {
+            let text = self.text(*self.trees[file].extents.get(index)?);
+            let found = tokens(text, 0);
+            let word = |token: &Token| text[token.span.range()].to_string();
+            Some((found.tokens.iter().map(word).collect::<Vec<_>>(), found.attributes.len()))
+        };
+        words(one).is_some_and(|found| words(other) == Some(found))
+    }
+
+    /// A block of which there is an interface alone is a stub, if it is to be one.
+    fn refuse_protected(&mut self) {
+        let trees = self.trees;
+        for (file, tree) in trees.iter().enumerate() {
+            for (number, span) in &tree.protected {
+                let name = &self.block((file, *number)).name;
+                if !self.stubs.contains(&name.key()) && !self.assumes {
+                    let message = format!("{}: protected block without source", name.text);
+                    self.report.error_with(*span, message, Some(Remedy::Stub(name.text.clone())));
+                }
+            }
+        }
+    }
+
+    fn collect_globals(&mut self) {
+        let all = self
+            .trees
+            .iter()
+            .enumerate()
+            .flat_map(|(file, tree)| tree.globals.iter().map(move |section| (file, section)));
+        for (file, section, member) in
+            all.flat_map(|(file, section)| section.members.iter().map(move |of| (file, section, of)))
+        {
+            for name in &member.names {
+                let is_free = !self.names.contains_key(&name.key())
+                    && self.global_members.insert(name.key(), (file, section, member)).is_none();
+                if !is_free {
+                    let help = "rename one of them, or leave one file out";
+                    self.error(name.span, format!("{} is declared twice", name.text), Some(help));
+                }
+            }
+        }
     }
 
     fn run(&mut self) {

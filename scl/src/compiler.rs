@@ -3,12 +3,13 @@
 use crate::lexer::Span;
 use crate::program::{self, At, Base, Expr, Place, Program};
 use crate::report::Report;
-use crate::syntax::{Block, BlockKind, Expressions, SectionKind, Tree};
+use crate::syntax::{Block, BlockKind, Expressions, Member, Section, SectionKind, Tree};
 use crate::types::{Elementary, Type};
-use crate::undeclared::Undeclared;
+use crate::undeclared::{Missing, Undeclared};
 use manifest::{Cpu, Manifest};
 use parameters::Source;
-use std::collections::{BTreeMap, HashMap};
+use parameters::tags::{self, Area, Tag};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::rc::Rc;
 
 /// A block of a source: the source, and its number there.
@@ -53,7 +54,13 @@ pub struct Compiler<'a> {
     /// Which kind of timer or counter a variable of a general type is, by the last name of its path.
     pub kinds: HashMap<String, String>,
     /// What the options declare, by name.
-    pub declared: HashMap<String, &'a (String, String)>,
+    pub declared: HashMap<String, &'a Tag>,
+    /// What sources declare outside of blocks, by name: the source, and the declaration.
+    pub global_members: HashMap<String, (usize, &'a Section, &'a Member)>,
+    /// Blocks of which the interface alone counts, by their names.
+    pub stubs: HashSet<String>,
+    /// Whether blocks of the system that need a PLC are missing, and not refused: they are declared later.
+    pub assumes: bool,
     pub undeclared: BTreeMap<String, Undeclared>,
     /// Who calls whom, and where.
     pub calls: Vec<(usize, usize, Span)>,
@@ -86,6 +93,16 @@ impl<'a> Compiler<'a> {
     /// The text of a span.
     pub fn text(&self, span: Span) -> &'a str {
         &self.sources[span.file as usize].text[span.range()]
+    }
+
+    /// Where a tag lies, if its address says it, and its comment; `None` if nothing declares a tag of this name.
+    pub fn tag(&self, name: &str) -> Option<(Option<Area>, &'a str)> {
+        if let Some((_, _, member)) = self.global_members.get(name) {
+            let address = member.at.as_ref().and_then(|at| tags::address(&at.text));
+            return Some((address.as_deref().and_then(tags::area), &member.comment));
+        }
+        let tag = self.declared.get(name)?;
+        Some((tag.area(), &tag.comment))
     }
 
     /// A warning; the library gets none.
@@ -124,6 +141,8 @@ pub struct Interface {
     pub eno: Option<usize>,
     /// Its variables that show the bytes of others.
     pub views: Vec<View>,
+    /// Whether its interface alone counts: its inputs are outputs of an FMU, and its outputs inputs.
+    pub is_stub: bool,
 }
 
 /// A parameter or a static variable of a block.
@@ -198,8 +217,8 @@ pub enum Operand {
     Value(Elementary, Expr),
     /// A structure, an array, a text or an instance.
     Variable(Type, Place),
-    /// What a message has told already; the name if no source declares it.
-    Wrong(Option<String>),
+    /// What a message has told already; what is missing if no source declares it.
+    Wrong(Option<Missing>),
 }
 
 /// A view of a variable.

@@ -5,7 +5,7 @@ use crate::lexer::Span;
 use crate::lower::Lowerer;
 use crate::program::{self, Body, Function, Local};
 use crate::syntax::{
-    Block, BlockKind, Member, Name, Section, SectionKind, Statement, StatementKind, Type as Written, TypeKind,
+    Block, BlockKind, Member, Name, Section, SectionKind, Start, Statement, StatementKind, Type as Written, TypeKind,
     attribute, key,
 };
 use crate::types::{Array, Elementary, Field, Structure, Type};
@@ -157,10 +157,11 @@ impl Compiler<'_> {
                 | "NREF"
                 | "CREF"
         );
-        if is_refused || !is_quoted && is_hardware.iter().any(|prefix| capitals.starts_with(prefix)) {
+        let is_hardware = !is_quoted && is_hardware.iter().any(|prefix| capitals.starts_with(prefix));
+        if is_refused || is_hardware && !self.assumes {
             return self.refused_type(span, &capitals);
         }
-        if let Some(message) = crate::lower::refused(&capitals).filter(|_| !is_quoted) {
+        if let Some(message) = crate::lower::refused(&capitals).filter(|_| !is_quoted && !self.assumes) {
             self.error(span, message.0, Some(&message.1));
             return Type::Wrong;
         }
@@ -175,7 +176,10 @@ impl Compiler<'_> {
                 let help = format!("\"{like}\" is declared: is it meant?");
                 self.error(span, format!("no source declares the type \"{name}\""), Some(&help));
             }
-            None => self.miss(name, span, What::Type),
+            None => {
+                self.miss(name, span, What::Type);
+                return Type::Missing(key(name).into());
+            }
         }
         Type::Wrong
     }
@@ -453,6 +457,7 @@ impl Compiler<'_> {
             function: self.program.functions.len() - 1,
             eno,
             views: views.into_iter().map(|(_, view)| view).collect(),
+            is_stub: self.is_stub(block),
         });
         self.block_of.insert(id, State::Known(self.blocks.len() - 1));
         Some(self.blocks.len() - 1)
@@ -579,11 +584,44 @@ impl Compiler<'_> {
         global
     }
 
-    /// A tag or an instance that the options declare.
+    /// Whether the interface of a block alone counts.
+    fn is_stub(&self, block: &Block) -> bool {
+        block.kind == BlockKind::FunctionBlock
+            && (self.stubs.contains(&block.name.key())
+                || attribute(&block.attributes, crate::assume::STUB)
+                    .is_some_and(|value| value.eq_ignore_ascii_case("true")))
+    }
+
+    /// What a source declares outside of blocks, or a tag or an instance that the options declare.
     fn declared(&mut self, name: &str) -> Option<Global> {
-        let (written, of) = self.declared.get(name).copied()?;
-        let of = self.type_named(of.trim_matches('"'), false, Span::default(), 0);
-        Some(self.add_global(written, of))
+        if let Some((file, section, member)) = self.global_members.get(name).copied() {
+            return self.global_member(name, file, section, member);
+        }
+        let tag = self.declared.get(name).copied()?;
+        let of = self.type_named(tag.of.trim_matches('"'), false, Span::default(), 0);
+        Some(self.add_global(&tag.name, of))
+    }
+
+    fn global_member(&mut self, name: &str, file: usize, section: &Section, member: &Member) -> Option<Global> {
+        let (SectionKind::Static, Some(written)) = (section.kind, &member.of) else { return None };
+        let symbols = nothing();
+        self.globals.insert(name.to_string(), State::Open);
+        let of = self.type_of(written, file, &symbols);
+        let spelled = member.names.iter().find(|of| of.key() == name)?.text.clone();
+        let global = self.add_global(&spelled, of);
+        if let Some(start) = &member.start {
+            let memory = self.program.memory;
+            self.start_member(memory, global.member, &global.of.clone(), start, file, &symbols);
+        }
+        Some(global)
+    }
+
+    /// The value of a constant that a source declares outside of blocks.
+    pub fn global_constant(&mut self, name: &str) -> Option<Operand> {
+        let (file, section, member) = self.global_members.get(name).copied()?;
+        let (SectionKind::Constant, Some(Start::Value(value))) = (section.kind, &member.start) else { return None };
+        let of = member.of.as_ref().map(|of| self.type_of(of, file, &nothing()));
+        Some(Lowerer::of_constants(self, file, nothing()).constant(*value, of.as_ref()))
     }
 
     /// `BEGIN a.b := 1;` of a data block.
@@ -624,7 +662,7 @@ fn number_of_hardware(name: &str) -> Option<Elementary> {
 
 /// Whether an argument of this type is copied into the function.
 pub fn is_copied(of: &Type) -> bool {
-    matches!(of, Type::Elementary(_) | Type::Text { .. } | Type::Wrong)
+    matches!(of, Type::Elementary(_) | Type::Text { .. } | Type::Missing(_) | Type::Wrong)
 }
 
 /// A variable of a block that is declared.

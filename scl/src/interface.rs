@@ -2,9 +2,10 @@
 
 use crate::compiler::{Compiler, Global, Interface, Slot, State};
 use crate::program::walk::{self, Look};
-use crate::program::{self, Argument, Base, Body, Call, Place, Program, Statement, Step, What};
+use crate::program::{self, Argument, Base, Body, Call, Expr, Place, Program, Statement, Step, What};
 use crate::syntax::{SectionKind, key};
 use crate::types::{Elementary, Type};
+use parameters::tags::Area;
 use std::ops::Range;
 
 /// What a variable is for the one who uses the program.
@@ -228,7 +229,7 @@ fn add(compiler: &Compiler, part: Part, found: &mut Shown) {
             }
         }
         Type::Instance(block) => {
-            let Interface { members, record, source, .. } = &compiler.blocks[*block];
+            let Interface { members, record, source, is_stub, .. } = &compiler.blocks[*block];
             for inner in members {
                 let Slot::Member(number) = inner.slot else { continue };
                 // The rows of a native block have names of several parts.
@@ -237,7 +238,13 @@ fn add(compiler: &Compiler, part: Part, found: &mut Shown) {
                     name: &format!("{name}.{last}"),
                     of: &inner.of,
                     offset: offset + compiler.program.records[*record].members[number].offset,
-                    role: Role::Local,
+                    // Who uses the FMU plays the device behind a stub.
+                    role: match (is_stub, inner.section) {
+                        (true, SectionKind::Input) => Role::Output,
+                        (true, SectionKind::Output) => Role::Input,
+                        (true, SectionKind::InOut) => Role::InOut,
+                        _ => Role::Local,
+                    },
                     is_hidden: part.is_hidden || inner.is_hidden,
                     is_retained: part.is_retained || inner.is_retained,
                     comment: &inner.comment,
@@ -245,12 +252,13 @@ fn add(compiler: &Compiler, part: Part, found: &mut Shown) {
                 add(compiler, inner, found);
             }
         }
-        Type::Open(..) | Type::Void | Type::Wrong => {}
+        Type::Open(..) | Type::Void | Type::Missing(_) | Type::Wrong => {}
     }
 }
 
-/// The variables that all blocks see, but for the instance that is run: a tag that is only read is an input, another one an output;
-/// a member of a data block that is only read is a parameter, another one a local. What belongs to instances is local.
+/// The variables that all blocks see, but for the instance that is run: a tag at an address is an input, an output or, in bit memory, a
+/// local; another one an input if it is only read, else an output. A member of a data block that is only read is a parameter,
+/// another one a local. What belongs to instances is local.
 ///
 /// # Errors
 /// There are more tags than an FMU shows.
@@ -267,27 +275,27 @@ pub fn globals(compiler: &Compiler, instance: &str) -> Result<Shown, String> {
             continue;
         }
         let is_instance = matches!(global.of, Type::Instance(_));
-        let is_tag = compiler.declared.contains_key(&own) && !is_instance;
+        let tag = compiler.tag(&own).filter(|_| !is_instance);
         let first = found.variables.len();
         let part = Part {
             name: &part(global.parameter.as_ref().unwrap_or(&member.name)),
             of: &global.of,
             offset: member.offset,
             // Of tags and parameters nothing is left out.
-            role: if is_tag || global.parameter.is_some() { Role::InOut } else { Role::Local },
+            role: if tag.is_some() || global.parameter.is_some() { Role::InOut } else { Role::Local },
             is_hidden: false,
             is_retained: false,
-            comment: "",
+            comment: tag.map_or("", |(_, comment)| comment),
         };
         add(compiler, part, &mut found);
         for variable in &mut found.variables[first..] {
             let is_written = written.contains(variable.offset);
-            variable.role = match (is_tag, is_written) {
-                _ if is_instance => Role::Local,
-                (true, false) => Role::Input,
-                (true, true) => Role::Output,
-                (false, false) => Role::Parameter,
-                (false, true) => Role::Local,
+            variable.role = match tag {
+                // Of a stub in it they are known.
+                _ if is_instance => variable.role,
+                Some((area, _)) => role_of(area, is_written),
+                None if is_written => Role::Local,
+                None => Role::Parameter,
             };
         }
     }
@@ -298,6 +306,16 @@ pub fn globals(compiler: &Compiler, instance: &str) -> Result<Shown, String> {
         found.notes.push((format!("the data blocks have more than {MOST} members: those beyond are not shown"), COPY));
     }
     Ok(found)
+}
+
+/// What a tag is for a host. An input that the program writes, too, is both: the next process image overwrites it on a CPU.
+fn role_of(area: Option<Area>, is_written: bool) -> Role {
+    match (area, is_written) {
+        (Some(Area::Input), true) => Role::InOut,
+        (Some(Area::Input), false) | (None, false) => Role::Input,
+        (Some(Area::Output), _) | (None, true) => Role::Output,
+        (Some(Area::Memory), _) => Role::Local,
+    }
 }
 
 /// What a program writes in its memory, in bytes; of an array all elements.
@@ -364,11 +382,34 @@ fn range(program: &Program, place: &Place) -> Option<Range<usize>> {
     let mut of = &program::Type::Record(program.memory);
     let mut start = 0;
     for step in &place.steps {
-        let (Step::Member(number), program::Type::Record(record)) = (step, of) else { break };
-        let member = program.records[*record].members.get(*number)?;
-        (start, of) = (start + member.offset, &member.ty);
+        match (step, of) {
+            (Step::Member(number), program::Type::Record(record)) => {
+                let member = program.records[*record].members.get(*number)?;
+                (start, of) = (start + member.offset, &member.ty);
+            }
+            // One element; with an index that is calculated it may be any.
+            (Step::Index(indices, _), program::Type::Array { of: element, bounds }) => {
+                let Some(number) = number_of(indices, bounds) else { break };
+                (start, of) = (start + number * program.size(element), element);
+            }
+            _ => break,
+        }
     }
     Some(start..start + program.size(of))
+}
+
+/// The number of an element whose indices are constants.
+fn number_of(indices: &[Expr], bounds: &[(i32, i32)]) -> Option<usize> {
+    let mut number = 0;
+    for (index, (low, high)) in indices.iter().zip(bounds) {
+        let Expr::Const(index) = index else { return None };
+        let index = index.bits() as i64;
+        let is_inside = (i64::from(*low)..=i64::from(*high)).contains(&index);
+        let length = usize::try_from(i64::from(*high) - i64::from(*low) + 1).ok()?;
+        let at = usize::try_from(index - i64::from(*low)).ok().filter(|_| is_inside)?;
+        number = number * length + at;
+    }
+    Some(number)
 }
 
 /// The next index, the last one fastest.

@@ -1,5 +1,6 @@
 //! PLC programs in SCL, as S7-300, S7-400, S7-1200 and S7-1500 execute them: read, checked, and run.
 
+mod assume;
 mod compile;
 mod compiler;
 mod constant;
@@ -29,6 +30,8 @@ pub mod random;
 pub mod scl;
 pub mod watch;
 
-pub use compile::{Compiled, compile};
+pub use assume::Assumption;
+pub use compile::{Compiled, Survey, assume, assumed, compile, survey};
 pub use manifest::{Cpu, Manifest as Options, Task};
 pub use root::Root;
+pub use syntax::BlockKind;

@@ -280,6 +280,7 @@ impl Compiler<'_> {
             function: self.program.functions.len() - 1,
             eno: None,
             views: Vec::new(),
+            is_stub: false,
         });
         self.natives.insert(name.to_string(), self.blocks.len() - 1);
         Some(self.blocks.len() - 1)

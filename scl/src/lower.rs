@@ -14,6 +14,7 @@ use crate::lexer::Span;
 use crate::program::{self, At, Base, Body, Expr, Local, Place, Statement, Value, What};
 use crate::syntax::{ExpressionId, Expressions, key};
 use crate::types::{Elementary, Type};
+use crate::undeclared::Missing;
 use std::collections::HashMap;
 use std::rc::Rc;
 
@@ -57,7 +58,7 @@ pub struct Lowerer<'c, 'a> {
 impl<'a> Compiler<'a> {
     /// Translates the statements of a block.
     pub fn translate(&mut self, block: usize) {
-        let Some(id) = self.blocks[block].source else { return };
+        let Some(id) = self.blocks[block].source.filter(|_| !self.blocks[block].is_stub) else { return };
         let function = self.blocks[block].function;
         let symbols = self.blocks[block].symbols.clone();
         let views = self.blocks[block].views.clone();
@@ -197,7 +198,7 @@ impl<'c, 'a> Lowerer<'c, 'a> {
                     _ => self.error(span, "this is no constant", None),
                 }
             }
-            (_, Some(Type::Wrong)) => Operand::Wrong(None),
+            (_, Some(Type::Wrong | Type::Missing(_))) => Operand::Wrong(None),
             (operand @ Operand::Variable(..), Some(Type::Structure(_))) => operand,
             (_, Some(of)) => self.error(span, format!("this is not a start value of {of}"), None),
             // STEP 7: by its notation.
@@ -238,10 +239,8 @@ impl<'c, 'a> Lowerer<'c, 'a> {
     }
 
     /// What the surroundings tell of the type of a name that no source declares.
-    fn guess(&mut self, name: &str, of: Elementary) {
-        if let Some(missing) = self.compiler.undeclared.get_mut(name) {
-            missing.of.get_or_insert(of);
-        }
+    fn guess(&mut self, missing: &Missing, of: Elementary) {
+        self.compiler.guess_missing(missing, of.name().to_string());
     }
 
     /// The symbol of a name.

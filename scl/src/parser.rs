@@ -3,6 +3,7 @@
 mod declarations;
 mod expressions;
 mod fragments;
+mod globals;
 mod statements;
 #[cfg(test)]
 mod tests;

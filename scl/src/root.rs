@@ -264,7 +264,9 @@ impl Compiler<'_> {
             |block: usize| self.calls.iter().any(|(caller, callee, _)| *callee == block && *caller != block);
         let blocks = self.blocks.iter().enumerate();
         blocks
-            .filter(move |(block, of)| of.kind == BlockKind::FunctionBlock && is_own(of) && !is_called(*block))
+            .filter(move |(block, of)| {
+                of.kind == BlockKind::FunctionBlock && !of.is_stub && is_own(of) && !is_called(*block)
+            })
             .map(|(block, _)| block)
     }
 }

@@ -98,7 +98,7 @@ impl Starting<'_, '_> {
 
     fn write(&mut self, of: &Type, start: &Start, bytes: &mut [u8]) {
         match (of, start) {
-            (Type::Wrong, _) => {}
+            (Type::Wrong | Type::Missing(_), _) => {}
             // `()` leaves the value that the type gives.
             (_, Start::List(list, _)) if list.is_empty() => {}
             (_, Start::Parts(parts, span)) => {

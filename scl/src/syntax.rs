@@ -352,6 +352,12 @@ pub enum Part {
 pub struct Tree {
     /// Its blocks.
     pub blocks: Vec<Block>,
+    /// The text of each block, where the format has one for a block alone.
+    pub extents: Vec<Span>,
+    /// Variables and constants that all blocks see.
+    pub globals: Vec<Section>,
+    /// The blocks of which there is an interface alone, by their numbers, and where the source says so.
+    pub protected: Vec<(usize, Span)>,
     /// All expressions of them.
     pub expressions: Expressions,
     /// Whether it is in the dialect of TIA Portal.

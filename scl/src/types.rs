@@ -186,6 +186,8 @@ pub enum Type {
     Instance(usize),
     /// A function without a value.
     Void,
+    /// One that no source declares: the name by which it is found.
+    Missing(Rc<str>),
     /// What a message has told already.
     Wrong,
 }
@@ -269,6 +271,11 @@ impl Type {
         }
     }
 
+    /// Whether a message has told what is wrong with it, or will.
+    pub fn is_wrong(&self) -> bool {
+        matches!(self, Type::Wrong | Type::Missing(_))
+    }
+
     /// Whether a variable of one type may be assigned to one of the other: texts of any length, arrays with the same numbers
     /// of elements, structures with the same members.
     pub fn is_like(&self, other: &Type) -> bool {
@@ -302,7 +309,7 @@ impl Type {
             }
             Type::Structure(structure) => program::Type::Record(structure.record),
             Type::Instance(block) => program::Type::Record(instance(*block)),
-            Type::Void | Type::Wrong => program::Type::Scalar(Scalar::Bool),
+            Type::Void | Type::Missing(_) | Type::Wrong => program::Type::Scalar(Scalar::Bool),
         }
     }
 }
@@ -322,6 +329,7 @@ impl fmt::Display for Type {
             Type::Structure(structure) => write!(formatter, "\"{}\"", structure.name),
             Type::Instance(_) => formatter.write_str("an instance"),
             Type::Void => formatter.write_str("VOID"),
+            Type::Missing(name) => write!(formatter, "\"{name}\""),
             Type::Wrong => formatter.write_str("unknown"),
         }
     }

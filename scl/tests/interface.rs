@@ -1,6 +1,7 @@
 //! What an FMU shows of a program.
 
 use parameters::Source;
+use parameters::tags::{Declared, Tag, declaration};
 use scl::interface::{Role, Variable};
 use scl::machine::{Code, Machine};
 use scl::program::{Scalar, Type};
@@ -59,7 +60,7 @@ fn shown(variables: &[Variable]) -> Vec<(&str, &str, Role)> {
 
 #[test]
 fn each_number_of_a_block_has_a_name_a_type_and_a_role() {
-    let tag = |name: &str| (name.to_string(), "Bool".to_string());
+    let tag = |name: &str| Tag::new(name, "Bool");
     let options = Options { declared: vec![tag("Lamp"), tag("Button")], ..Options::default() };
     let compiled = compile(&[Source::new("main.scl", PROGRAM.into())], &options).unwrap();
     let root = compiled.root.unwrap();
@@ -99,7 +100,7 @@ fn each_number_of_a_block_has_a_name_a_type_and_a_role() {
         [
             ("Plant.speed", "INT", Role::Parameter),
             ("Plant.counts[1]", "INT", Role::Local),
-            ("Plant.counts[2]", "INT", Role::Local),
+            ("Plant.counts[2]", "INT", Role::Parameter),
             ("Lamp", "BOOL", Role::Output),
             ("Button", "BOOL", Role::Input),
         ]
@@ -157,4 +158,39 @@ fn an_interface_that_no_host_could_show_is_refused() {
     assert_eq!(refused(100_000), None);
     let message = refused(100_001).unwrap();
     assert!(message.starts_with("b.scl:1:16: B has more than 100000 inputs, outputs and settings; keep"), "{message}");
+}
+
+#[test]
+fn a_tag_is_what_its_address_says() {
+    let text = "FUNCTION_BLOCK \"Main\"\nBEGIN\n\"Lamp\" := \"Button\" AND \"Flag\";\n\"Edge\" := \"Spare\";\n\"Level\" := 1.0;\nEND_FUNCTION_BLOCK";
+    let lines = [
+        "Lamp AT %Q0.0 : Bool // signal lamp",
+        "Button AT %I0.0 : Bool",
+        "Flag AT %M1.0 : Bool",
+        "Edge AT %M1.1 : Bool",
+        "Spare AT %Q0.1 : Bool",
+        "Level AT %ID4 : Real // unit: m, min 0, max 5",
+        "Other AT %I0.7 : Bool",
+    ];
+    let tag = |line: &&str| match declaration(line) {
+        Ok(Declared::Tag(tag)) => tag,
+        other => panic!("{line}: {other:?}"),
+    };
+    let options = Options { declared: lines.iter().map(tag).collect(), ..Options::default() };
+    let compiled = compile(&[Source::new("main.scl", text.into())], &options).unwrap();
+    // A tag that no block uses is left out; an input that the program writes is an output, too.
+    assert_eq!(
+        shown(&compiled.globals),
+        [
+            ("Lamp", "BOOL", Role::Output),
+            ("Button", "BOOL", Role::Input),
+            ("Flag", "BOOL", Role::Local),
+            ("Edge", "BOOL", Role::Local),
+            ("Spare", "BOOL", Role::Output),
+            ("Level", "REAL", Role::InOut),
+        ]
+    );
+    let of = |name: &str| &compiled.globals.iter().find(|of| of.name == name).unwrap().comment;
+    assert_eq!(of("Lamp").text, "signal lamp");
+    assert_eq!((of("Level").unit.as_deref(), of("Level").max), (Some("m"), Some(5.0)));
 }

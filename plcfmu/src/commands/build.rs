@@ -5,7 +5,7 @@ use crate::build::compile::GLIBC;
 use crate::build::template;
 use crate::build::workspace::Workspace;
 use crate::package::{self, pack};
-use crate::program;
+use crate::program::{self, survey};
 use crate::tell;
 use anyhow::{Error, Result, bail, ensure};
 use host::package::Package;
@@ -28,11 +28,11 @@ pub struct Options {
 /// Builds and packs.
 pub fn run(options: &Options) -> Result<()> {
     let names = &options.pack.names;
-    if names.iter().any(|name| program::is_source(Path::new(name))) {
+    if names.iter().any(|name| program::is_part(Path::new(name))) {
         let files: Vec<PathBuf> = names.iter().map(PathBuf::from).collect();
         for file in &files {
-            let told = || format!("{}: a program is made of sources, .scl, .udt, .db, .s7dcl or .awl", file.display());
-            ensure!(program::is_source(file), program::instead(file).unwrap_or_else(told));
+            let told = || format!("{}: a program is made of sources, .scl, .udt, .db, .s7dcl, .xml or .awl", file.display());
+            ensure!(program::is_part(file), program::instead(file).unwrap_or_else(told));
         }
         for (option, is_given) in [
             ("package", !options.pack.packages.is_empty()),
@@ -46,12 +46,11 @@ pub fn run(options: &Options) -> Result<()> {
             );
         }
         let folder = options.pack.out.clone().unwrap_or_else(|| PathBuf::from("."));
-        let (path, warnings) = package::program::pack(
-            &options.program.manifest(&files)?,
-            options.pack.version,
-            options.pack.native,
-            &folder,
-        )?;
+        let manifest = options.program.manifest(&files)?;
+        if let Some(table) = survey::table(&files, &manifest)? {
+            tell::text(table.trim_end());
+        }
+        let (path, warnings) = package::program::pack(&manifest, options.pack.version, options.pack.native, &folder)?;
         for warning in warnings {
             tell::text(&warning);
         }

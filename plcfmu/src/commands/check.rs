@@ -6,7 +6,7 @@ use crate::interruption;
 use crate::package::apart;
 use crate::package::check::{STEPS, check};
 use crate::package::program::{self as packing, Refused};
-use crate::program;
+use crate::program::{self, survey};
 use crate::tell::plain;
 use anyhow::{Error, Result, anyhow, bail};
 use host::child::Starter;
@@ -26,7 +26,7 @@ use study::Interrupted;
 /// Reads the archive, the model description and the libraries, and says in one sentence each what is wrong. No foreign
 /// code runs unless --run is given.
 ///
-/// All sources of a program (.scl, .udt, .db, .s7dcl, .awl) are named together. What is wrong with it is reported with file, line and column, and
+/// All sources of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) and its tag tables (.xml, .xlsx, .sdf) are named together, or the folder in which they are. What is wrong with it is reported with file, line and column, and
 /// so is what its author may not expect: a temporary that is read before it is written, a REAL compared for equality, a
 /// conversion that loses something.
 #[derive(clap::Args, Clone, Debug)]
@@ -55,7 +55,7 @@ pub struct Options {
 /// The number of FMUs that are wrong, or that the program is; what is wrong has been printed.
 pub fn run(options: &Options) -> Result<()> {
     let (sources, fmus): (Vec<PathBuf>, Vec<PathBuf>) =
-        options.files.iter().cloned().partition(|file| program::is_source(file));
+        options.files.iter().cloned().partition(|file| program::is_part(file));
     if !sources.is_empty() {
         check_program(&sources, &options.program)?;
     } else {
@@ -107,6 +107,9 @@ fn check_program(sources: &[PathBuf], options: &packing::Options) -> Result<()> 
     let count =
         |problems: &[parameters::Problems]| problems.iter().map(|of_file| of_file.problems.len()).sum::<usize>();
     let mut manifest = options.manifest(sources)?;
+    if let Some(table) = survey::table(sources, &manifest)? {
+        print(&table)?;
+    }
     manifest.cycle = manifest.cycle.or(Some(100));
     let (warnings, more) = match packing::examine(&manifest) {
         Ok(examined) => {

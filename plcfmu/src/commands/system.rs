@@ -4,7 +4,7 @@
 use crate::exit::Unreadable;
 use crate::package::program::Options as Program;
 use crate::package::version::Version;
-use crate::program::{has_code, is_source};
+use crate::program::{has_code, is_part, is_source};
 use crate::{package, parameter_file};
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use host::package::temporary;
@@ -24,9 +24,9 @@ pub struct Arguments {
     /// An FMU has the name of its file. NAME= gives it another one, which is needed to use the same file twice. A description
     /// (.toml, or - for standard input) names FMUs, connections, values and times; options come on top. A parameter file of a PLC (.awl, .scl, .db,
     /// .xml, .json) stands for one FMU for each of its loops, with the loop's name and values; --fmus names the folder of the
-    /// FMUs. Sources of a PLC program (.scl, .udt, .db, .s7dcl, .awl) stand for the FMU that `plcfmu build` makes of them together, named
-    /// as the first one.
-    #[arg(value_name = "[NAME=]FILE.fmu|FILE.toml|FILE.scl", required = true)]
+    /// FMUs. Sources of a PLC program (.scl, .udt, .db, .s7dcl, .xml, .awl), its tag tables, or the folder of both stand for the FMU that
+    /// `plcfmu build` makes of them together, named as the first one.
+    #[arg(value_name = "[NAME=]FILE.fmu|FILE.toml|FILE.scl|FOLDER", required = true)]
     files: Vec<String>,
     /// The folder of the FMUs that a description or a parameter file names; by default, that of the file itself
     #[arg(long, value_name = "FOLDER")]
@@ -101,7 +101,7 @@ impl Arguments {
         let mut own: Option<String> = None;
         for file in &self.files {
             let path = Path::new(file);
-            if is_program && is_source(path_of(file)) {
+            if is_program && is_part(path_of(file)) {
                 let name = own.get_or_insert(member(file)?.name).clone();
                 if system.members.iter().all(|of| of.name != name) {
                     system.members.push(member(file)?);
@@ -163,7 +163,7 @@ impl Arguments {
 
     /// Gives the options of programs to those that have none in the description.
     fn add_options(&self, system: &mut System) -> Result<()> {
-        for member in system.members.iter().filter(|member| is_source(&member.path)) {
+        for member in system.members.iter().filter(|member| is_source(&member.path) || member.path.is_dir()) {
             let program = system.programs.entry(member.name.clone()).or_default();
             if program.sources.is_empty() {
                 program.sources.push(member.path.clone());

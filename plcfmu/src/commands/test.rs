@@ -5,7 +5,7 @@ use crate::program::{self, trial};
 use anyhow::{Context, Result, bail, ensure};
 use parameters::problem::drawn;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use study::junit;
 
 const HELP: &str = "\
@@ -23,14 +23,14 @@ Example of a file:
 
 /// Test the logic of a program in SCL
 ///
-/// The file says which sources the program has, what its inputs are over time, and what is expected of its variables.
+/// The file says which sources the program has (without `sources`, those in its folder), what its inputs are over time, and what is expected of its variables.
 /// Each case begins with the start values. What a step sets is set before the call at its time; what it expects must hold
 /// after this call, or after one of the calls `within` a time, or after all calls `until` a time.
 #[derive(clap::Args, Clone, Debug, Default)]
 #[command(after_help = HELP)]
 pub struct Options {
-    /// The file with the cases
-    #[arg(value_name = "FILE.toml")]
+    /// The file with the cases, or a folder with such files
+    #[arg(value_name = "FILE.toml|FOLDER")]
     pub file: PathBuf,
     /// Write the results as JUnit XML, which CI servers show as tests
     #[arg(long, value_name = "FILE.xml")]
@@ -40,18 +40,48 @@ pub struct Options {
     pub coverage: Option<PathBuf>,
 }
 
-/// Runs the cases of a file and prints their results.
+/// Runs the cases of a file, or of those in a folder, and prints their results.
 ///
 /// # Errors
-/// The file or the program is wrong; or the number of cases that failed, which have been printed.
+/// A file or the program is wrong; or the number of cases that failed, which have been printed.
 pub fn run(options: &Options) -> Result<()> {
+    let path = &options.file;
     ensure!(
-        !program::is_source(&options.file),
+        !program::is_source(path),
         "{} is a program: name its test, a .toml; 'plcfmu new --scl NAME' writes a program with one",
-        options.file.display()
+        path.display()
     );
-    let file = trial::File::read(&options.file)?;
-    let compiled = match program::compile(&file.sources(), &file.manifest)? {
+    let files = if path.is_dir() { program::test_files(path)? } else { vec![path.clone()] };
+    ensure!(
+        files.len() == 1 || options.coverage.is_none(),
+        "{} has {} files with cases: name one of them for --coverage",
+        path.display(),
+        files.len()
+    );
+    let mut cases = Vec::new();
+    for file in &files {
+        if files.len() > 1 {
+            print(&format!("{}\n", file.display()))?;
+        }
+        cases.extend(run_file(file, options)?);
+    }
+    if let Some(junit) = &options.junit {
+        junit::write_suite(junit, &path.display().to_string(), cases.clone())?;
+    }
+    match cases.iter().filter(|case| case.problem.is_some()).count() {
+        0 => Ok(()),
+        failed => bail!("{failed} of {} cases failed", cases.len()),
+    }
+}
+
+/// Runs the cases of a file.
+fn run_file(path: &Path, options: &Options) -> Result<Vec<junit::Case>> {
+    let file = trial::File::read(path)?;
+    let parts = program::parts(&file.manifest)?;
+    if let Some(table) = program::survey::table(&file.manifest.sources, &file.manifest)? {
+        print(&table)?;
+    }
+    let compiled = match scl::compile(&parts.sources, &parts.manifest) {
         Ok(compiled) => compiled,
         Err(errors) => {
             errors.iter().try_for_each(|problems| print(&drawn(problems)))?;
@@ -66,18 +96,11 @@ pub fn run(options: &Options) -> Result<()> {
         print(&format!("{}: {verdict}\n", case.name))?;
         cases.push(junit::Case { name: case.name.clone(), text: problem.clone().unwrap_or_default(), problem });
     }
-    let failed = cases.iter().filter(|case| case.problem.is_some()).count();
     let coverage = trial.coverage();
     print(&format!("{} of {} lines of statements were run\n", coverage.run(), coverage.all()))?;
     if let Some(path) = &options.coverage {
-        let page = coverage.page(&file.sources())?;
+        let page = coverage.page(&parts.manifest.sources)?;
         fs::write(path, page).with_context(|| format!("{} cannot be written", path.display()))?;
     }
-    if let Some(path) = &options.junit {
-        junit::write_suite(path, &options.file.display().to_string(), cases)?;
-    }
-    match failed {
-        0 => Ok(()),
-        failed => bail!("{failed} of {} cases failed", file.cases.len()),
-    }
+    Ok(cases)
 }

@@ -1,21 +1,25 @@
 //! Packs a PLC program in SCL: the sources go into the FMU's resources, beside the one library of all programs, which translates
 //! them when an instance is made. Nothing is compiled for it.
 
+mod assume;
+
 use crate::build::c;
 use crate::build::platform;
 use crate::package::pack::LICENCES;
 use crate::package::version::Version;
 use crate::package::{check, program_library, reference};
 use crate::page;
+use crate::program::Parts;
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use draw::{diagram, picture};
 use fmu::cyclic::Cyclic as _;
 use host::fmu::platforms;
 use host::library::Library;
 use host::package::{DESCRIPTION, Package, archive, temporary};
-use manifest::{Cpu, FILE, Manifest, constant, declaration, milliseconds, unquoted};
+use manifest::{Cpu, FILE, Manifest, constant, declaration, milliseconds, tag, unquoted};
 use modeldescription::{Interface, ModelDescription, units};
 use parameters::problem::drawn;
+use parameters::tags::{Tag, Tags};
 use parameters::{Problems, Source};
 use program::{LARGEST, Loaded, Wrong};
 use std::collections::BTreeMap;
@@ -46,7 +50,7 @@ pub struct Options {
     /// The function block or the instance that is run; without it, the one that no other block calls
     #[arg(long, value_name = "NAME")]
     fb: Option<String>,
-    /// A PLC tag that no source declares, such as "Start : Bool"; or a file with a line for each
+    /// A PLC tag that no source declares, such as "Start : Bool" or "Start AT %I0.0 : Bool"; or a tag table (.xml, .xlsx, .sdf, or a line for each)
     #[arg(long = "tag", value_name = "NAME : TYPE", value_parser = tags)]
     tags: Vec<Tags>,
     /// An instance data block that no source declares, such as "Motor_DB : Motor"; one that a source declares is run, as with --fb
@@ -55,6 +59,13 @@ pub struct Options {
     /// A constant that no source declares, such as MAX=5
     #[arg(long = "constant", value_name = "NAME=VALUE", value_parser = constant)]
     constants: Vec<(String, String)>,
+    /// A block that is taken by its interface alone: its inputs become outputs of the FMU, and its outputs inputs; may be repeated
+    #[arg(long = "stub", value_name = "NAME")]
+    stubs: Vec<String>,
+    /// Accept what no source declares as its use tells: tags, data blocks, types, and stubs of blocks that are only called. What is
+    /// assumed is printed, and written to FILE, to be edited and given again [default: assumed.scl]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "assumed.scl")]
+    assume: Option<PathBuf>,
     /// The most statements in a call of a program [default: 1000000]
     #[arg(long, value_name = "COUNT")]
     budget: Option<u32>,
@@ -76,6 +87,9 @@ impl Options {
     /// There are neither one nor as many cycles as calls.
     pub fn manifest(&self, sources: &[PathBuf]) -> Result<Manifest> {
         let (known, unknown): (Vec<_>, Vec<_>) = self.instances.iter().cloned().partition(|(_, of)| of.is_empty());
+        let instances = unknown.into_iter().map(|(name, of)| Tag::new(name, of));
+        let constants =
+            self.tags.iter().flat_map(|of| of.constants.iter().map(|of| (of.name.clone(), of.value.clone())));
         let mut manifest = Manifest {
             name: None,
             sources: sources.to_vec(),
@@ -85,11 +99,15 @@ impl Options {
             parameters: self.parameters.clone(),
             inputs: self.inputs.clone(),
             outputs: self.outputs.clone(),
-            declared: self.tags.iter().flatten().cloned().chain(unknown).collect(),
-            constants: self.constants.clone(),
+            declared: self.tags.iter().flat_map(|of| of.tags.clone()).chain(instances).collect(),
+            constants: self.constants.iter().cloned().chain(constants).collect(),
+            stubs: self.stubs.clone(),
             ..Manifest::default()
         };
         manifest.set_calls(self.calls.clone(), &self.cycles).map_err(Error::msg)?;
+        if let Some(file) = &self.assume {
+            assume::complete(&mut manifest, file)?;
+        }
         Ok(manifest)
     }
 
@@ -106,6 +124,8 @@ impl Options {
             ("tag", !self.tags.is_empty()),
             ("instance", !self.instances.is_empty()),
             ("constant", !self.constants.is_empty()),
+            ("stub", !self.stubs.is_empty()),
+            ("assume", self.assume.is_some()),
             ("budget", self.budget.is_some()),
             ("parameter", !self.parameters.is_empty()),
             ("input", !self.inputs.is_empty()),
@@ -120,23 +140,13 @@ impl Options {
     }
 }
 
-/// Tags by their names, with their types.
-type Tags = Vec<(String, String)>;
-
 /// One tag, or those of a file.
 fn tags(text: &str) -> Result<Tags, String> {
-    let one = declaration(text).map(|tag| vec![tag]);
     let path = Path::new(text);
-    if !path.is_file() {
-        return one;
+    if path.is_file() {
+        return crate::program::table(path).map_err(|error| format!("{error:#}"));
     }
-    let content = fs::read_to_string(path).map_err(|error| format!("{text} cannot be read: {error}"))?;
-    let lines =
-        content.lines().enumerate().map(|(number, line)| (number + 1, line.split("//").next().unwrap_or("").trim()));
-    let tag = |(number, line): (usize, &str)| {
-        declaration(line).map_err(|error| format!("{text}:{number}: {error}; a list of tags has such a line for each"))
-    };
-    lines.filter(|(_, line)| !line.is_empty()).map(tag).collect()
+    tag(text).map(|tag| Tags { tags: vec![tag], constants: Vec::new() })
 }
 
 /// A name and its block; of an instance that a source declares, the name alone.
@@ -197,13 +207,12 @@ impl From<Refused> for Error {
 /// # Errors
 /// Why there is no FMU of them.
 pub fn examine(manifest: &Manifest) -> Result<Examined, Refused> {
-    let files = crate::program::with_texts(&manifest.sources);
-    let (manifest, sources) = read(&Manifest { sources: files.clone(), ..manifest.clone() })?;
+    let Named { manifest, sources, files } = read(manifest)?;
     // In the FMU they lie side by side; a message names them as the user does.
     let named = |mut problems: Vec<Problems>| {
         for of in &mut problems {
             let number = sources.iter().position(|source| source.file == of.file);
-            of.file = number.map_or(of.file.clone(), |number| files[number].display().to_string());
+            of.file = number.map_or(of.file.clone(), |number| files[number].clone());
         }
         problems
     };
@@ -348,23 +357,36 @@ pub fn interface_of<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<I
     Ok(Some(Interface::parse(&fmu::describe(loaded.table, &loaded.guid()))?))
 }
 
+/// A program as it lies in an FMU.
+struct Named {
+    /// The sources under their names in the FMU.
+    sources: Vec<Source>,
+    /// What is made of them.
+    manifest: Manifest,
+    /// How the user names the sources.
+    files: Vec<String>,
+}
+
 /// The sources, under their names in the FMU, and what is made of them.
-fn read(manifest: &Manifest) -> Result<(Manifest, Vec<Source>)> {
+fn read(manifest: &Manifest) -> Result<Named> {
+    let Parts { sources: all, manifest, .. } = crate::program::parts(manifest)?;
     let mut sources: Vec<Source> = Vec::new();
-    for file in &manifest.sources {
-        let mut source = Source::read(file, None).map_err(Error::msg)?;
-        let name = PathBuf::from(file.file_name().context("the name of a source is empty")?);
+    let mut files = Vec::new();
+    for mut source in all {
         ensure!(
             source.text.len() as u64 <= LARGEST,
             "{}: a source has at most {} MiB: split it",
-            file.display(),
+            source.file,
             LARGEST >> 20
         );
-        source.file = free(&name, |name| name == FILE || sources.iter().any(|of| of.file.eq_ignore_ascii_case(name)));
+        let path = PathBuf::from(&source.file);
+        let name = PathBuf::from(path.file_name().context("the name of a source is empty")?);
+        let free = free(&name, |name| name == FILE || sources.iter().any(|of| of.file.eq_ignore_ascii_case(name)));
+        files.push(std::mem::replace(&mut source.file, free));
         sources.push(source);
     }
     let names = sources.iter().map(|source| source.file.clone().into()).collect();
-    Ok((Manifest { sources: names, ..manifest.clone() }, sources))
+    Ok(Named { manifest: Manifest { sources: names, ..manifest }, sources, files })
 }
 
 /// The name of a source in an FMU, where all lie in one folder: `pump.scl`, a second one `pump_2.scl`.

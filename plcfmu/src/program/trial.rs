@@ -4,7 +4,8 @@ use ::program::TextPlace;
 use anyhow::{Context, Error, Result, anyhow, bail};
 use blocks::TextType;
 use draw::escape::Text;
-use manifest::{Manifest, constant, declaration};
+use manifest::{Manifest, constant, declaration, tag};
+use parameters::tags::Tag;
 use parameters::{Source, literal};
 use run::file;
 use scl::Compiled;
@@ -31,12 +32,16 @@ pub struct File {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Content {
+    /// Without it, what lies beside the file.
+    #[serde(default)]
     sources: Vec<PathBuf>,
     cycle: Spanned<String>,
     cpu: Option<Spanned<String>>,
     fb: Option<String>,
     #[serde(default)]
     tags: Vec<Spanned<String>>,
+    #[serde(default)]
+    stubs: Vec<String>,
     #[serde(default)]
     instances: Vec<Spanned<String>>,
     #[serde(default)]
@@ -77,15 +82,25 @@ impl File {
         let source = Source::new(shown, bytes);
         let content: Content = file::content(&source)?;
         let at = |text: &Spanned<String>| file::place(&source, text.span());
-        let pairs = |texts: &[Spanned<String>], read: fn(&str) -> Result<(String, String), String>| {
-            let pair = |text: &Spanned<String>| read(text.get_ref()).map_err(|wrong| anyhow!("{}: {wrong}", at(text)));
-            texts.iter().map(pair).collect::<Result<Vec<_>>>()
+        let read = |text: &Spanned<String>, wrong: String| anyhow!("{}: {wrong}", at(text));
+        let pairs = |texts: &[Spanned<String>], of: fn(&str) -> Result<(String, String), String>| {
+            texts.iter().map(|text| of(text.get_ref()).map_err(|wrong| read(text, wrong))).collect::<Result<Vec<_>>>()
+        };
+        let tags = content.tags.iter().map(|text| tag(text.get_ref()).map_err(|wrong| read(text, wrong)));
+        let instances = pairs(&content.instances, declaration)?.into_iter().map(|(name, of)| Ok(Tag::new(name, of)));
+        let folder = Path::new(&source.file).parent().unwrap_or(Path::new(""));
+        let sources = match content.sources.is_empty() {
+            true if folder.as_os_str().is_empty() => vec![PathBuf::from(".")],
+            true => vec![folder.to_path_buf()],
+            false => content.sources.iter().map(|source| folder.join(source)).collect(),
         };
         let cpu = |text: &Spanned<String>| text.get_ref().parse().map_err(|wrong| anyhow!("{}: {wrong}", at(text)));
         let manifest = Manifest {
             cpu: content.cpu.as_ref().map(cpu).transpose()?,
             block: content.fb.clone(),
-            declared: [pairs(&content.tags, declaration)?, pairs(&content.instances, declaration)?].concat(),
+            sources,
+            declared: tags.chain(instances).collect::<Result<_>>()?,
+            stubs: content.stubs.clone(),
             constants: pairs(&content.constants, constant)?,
             ..Manifest::default()
         };
@@ -95,13 +110,6 @@ impl File {
         }
         let cases = content.case.clone();
         Ok(File { source, content, manifest, cases, cycle })
-    }
-
-    /// The sources of the program, found from the file.
-    pub fn sources(&self) -> Vec<PathBuf> {
-        let folder = Path::new(&self.source.file).parent().unwrap_or(Path::new(""));
-        let named: Vec<PathBuf> = self.content.sources.iter().map(|source| folder.join(source)).collect();
-        super::with_texts(&named)
     }
 
     /// `FILE:LINE` of a step.
@@ -405,6 +413,11 @@ mod tests {
         #t(IN := #start, PT := T#1s);\nIF #t.Q THEN\n#valve := TRUE;\nEND_IF;\n#half := #level / 2.0;\n\
         IF #level > 100.0 THEN\n#valve := FALSE;\nEND_IF;\nEND_FUNCTION_BLOCK\n";
 
+    fn compiled(file: &File) -> Compiled {
+        let parts = super::super::parts(&file.manifest).unwrap();
+        scl::compile(&parts.sources, &parts.manifest).unwrap()
+    }
+
     fn results(cases: &str) -> (Vec<Option<String>>, Coverage, PathBuf, tempfile::TempDir) {
         let folder = tempfile::tempdir().unwrap();
         let source = folder.path().join("main.scl");
@@ -412,7 +425,7 @@ mod tests {
         let path = folder.path().join("main.toml");
         fs::write(&path, format!("sources = [\"main.scl\"]\ncycle = \"100ms\"\n{cases}")).unwrap();
         let file = File::read(&path).unwrap();
-        let mut trial = Trial::new(super::super::compile(&file.sources(), &file.manifest).unwrap().unwrap()).unwrap();
+        let mut trial = Trial::new(compiled(&file)).unwrap();
         let results = file.cases.iter().map(|case| trial.run(&file, case).unwrap()).collect();
         (results, trial.coverage(), source, folder)
     }

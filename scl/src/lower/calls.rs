@@ -8,7 +8,7 @@ use crate::lexer::Span;
 use crate::program::{self, Call, Expr, Place, What};
 use crate::syntax::{Argument, BlockKind, ExpressionId, ExpressionKind, Scope, SectionKind, key};
 use crate::types::{Elementary, Type};
-use crate::undeclared::What as Missing;
+use crate::undeclared::{Formal, Missing, Part, What as Kind};
 use manifest::Cpu;
 use parameters::problem::{nearest, with_article};
 
@@ -21,6 +21,8 @@ enum Callee {
     Function(usize),
     /// An instance: its block, its record as a block, and where it is.
     Instance(usize, Place),
+    /// Something that no source declares.
+    Missing(Missing),
     /// What a message has told already.
     Wrong,
 }
@@ -41,6 +43,7 @@ impl Lowerer<'_, '_> {
             Callee::Function(block) => {
                 self.call_function(block, arguments, span);
             }
+            Callee::Missing(missing) => self.call_of_missing(&missing, arguments),
             Callee::Wrong => self.arguments_of_wrong(arguments),
         }
     }
@@ -64,6 +67,12 @@ impl Lowerer<'_, '_> {
                 let name = self.compiler.blocks[block].name.clone();
                 let help = "call it as a statement and read its outputs";
                 self.error(span, format!("an instance of {name} has no value"), Some(help))
+            }
+            Callee::Missing(missing) => {
+                self.call_of_missing(&missing, arguments);
+                let value = missing.part(Part::Value);
+                self.compiler.use_missing(&value);
+                Operand::Wrong(Some(value))
             }
             Callee::Wrong => {
                 self.arguments_of_wrong(arguments);
@@ -103,6 +112,49 @@ impl Lowerer<'_, '_> {
         }
     }
 
+    /// The arguments of a call of what no source declares tell of its parameters.
+    fn call_of_missing(&mut self, missing: &Missing, arguments: &[Argument]) {
+        let mut formals = Vec::new();
+        for argument in arguments {
+            let name = argument.name.as_ref().map(|name| name.text.clone());
+            let is_enabling = name.as_ref().is_some_and(|name| matches!(key(name).as_str(), "EN" | "ENO"));
+            let actual = self.actual(argument, is_enabling);
+            if let Some(name) = name.filter(|_| !is_enabling) {
+                formals.push(Formal { name, is_output: argument.is_output, of: actual });
+            }
+        }
+        self.compiler.call_missing(&missing.name, formals);
+    }
+
+    /// What an argument tells of its parameter.
+    fn actual(&mut self, argument: &Argument, is_enabling: bool) -> Option<String> {
+        if argument.is_output {
+            return match self.path(argument.value) {
+                Path::Variable(variable) => {
+                    self.use_view(&variable, true);
+                    match variable.slice {
+                        Some(slice) => Some(slice.of.name().to_string()),
+                        None => self.compiler.written(&variable.of),
+                    }
+                }
+                Path::Missing(missing) => {
+                    self.compiler.write_missing(&missing);
+                    None
+                }
+                _ => None,
+            };
+        }
+        match self.operand(argument.value, is_enabling.then_some(Elementary::Bool)) {
+            Operand::Whole(whole) if i16::try_from(whole).is_ok() => Some("INT".to_string()),
+            Operand::Whole(whole) => Some(self.widest(whole).name().to_string()),
+            Operand::Fraction(..) => Some("REAL".to_string()),
+            Operand::Text(_, wide) => Some(if wide == Some(true) { "WSTRING" } else { "STRING" }.to_string()),
+            Operand::Value(of, _) => Some(of.name().to_string()),
+            Operand::Variable(of, _) => self.compiler.written(&of),
+            Operand::Wrong(_) => None,
+        }
+    }
+
     /// Whether a call is one of an instance.
     pub fn is_instance(&self, callee: ExpressionId) -> bool {
         match &self.expressions()[callee].kind {
@@ -128,9 +180,10 @@ impl Lowerer<'_, '_> {
         let capitals = name.key();
         let is_declared = self.compiler.names.contains_key(&capitals) && self.file != self.compiler.library_file();
         let is_function = match scope {
-            Scope::Bare => {
-                !matches!(self.symbol(&name.text), Some(Symbol::Variable(_, Type::Instance(_) | Type::Wrong, _)))
-            }
+            Scope::Bare => !matches!(
+                self.symbol(&name.text),
+                Some(Symbol::Variable(_, Type::Instance(_) | Type::Wrong | Type::Missing(_), _))
+            ),
             // STEP 7 calls the functions of its library by their symbols.
             Scope::Global => crate::library::is_block(&capitals),
             Scope::Local => false,
@@ -186,8 +239,7 @@ impl Lowerer<'_, '_> {
                     && self.compiler.global(&block.key()).is_none()
                     && self.compiler.system_block(&block.key()).is_none()
                 {
-                    self.compiler.miss(&block.text, block.span, Missing::Block);
-                    return Callee::Wrong;
+                    return Callee::Missing(self.compiler.miss(&block.text, block.span, Kind::Block));
                 }
                 if crate::library::is_method(&capitals) {
                     if let ExpressionKind::Name(Scope::Global, name) = &expressions[*base].kind
@@ -256,6 +308,7 @@ impl Lowerer<'_, '_> {
                     (None, None) => Callee::Wrong,
                 }
             }
+            Path::Variable(Variable { of: Type::Missing(name), .. }) => Callee::Missing(Missing::whole(&*name)),
             Path::Variable(variable) => {
                 if variable.of != Type::Wrong {
                     self.error(span, format!("{} cannot be called", variable.of), None);
@@ -266,6 +319,7 @@ impl Lowerer<'_, '_> {
                 self.error(span, "a constant cannot be called", None);
                 Callee::Wrong
             }
+            Path::Missing(missing) if missing.path.is_empty() => Callee::Missing(missing),
             Path::Missing(..) | Path::Wrong => Callee::Wrong,
         }
     }
@@ -323,7 +377,7 @@ impl Lowerer<'_, '_> {
         }
         // In quotation marks stand names of the author's own blocks, such as "Fill", and data blocks of the system's ones.
         let is_own = scope == Scope::Global && super::is_ordinary(&capitals) && !capitals.contains("_DB");
-        if let Some((message, help)) = super::refused(&capitals).filter(|_| !is_own) {
+        if let Some((message, help)) = super::refused(&capitals).filter(|_| !is_own && !self.compiler.assumes) {
             self.error(span, message, Some(&help));
             return Callee::Wrong;
         }
@@ -333,8 +387,7 @@ impl Lowerer<'_, '_> {
             || capitals.starts_with('I')
                 && name.chars().nth(1).is_some_and(char::is_uppercase)
                 && name.starts_with('i');
-        self.compiler.miss(name, span, if is_instance { Missing::Instance } else { Missing::Function });
-        Callee::Wrong
+        Callee::Missing(self.compiler.miss(name, span, if is_instance { Kind::Instance } else { Kind::Function }))
     }
 
     fn told_by_position(&mut self, block: usize, span: Span) {
@@ -546,12 +599,7 @@ impl Lowerer<'_, '_> {
                 self.assign(&target, value, span);
             }
             None => {
-                if let (ExpressionKind::Name(_, name), Operand::Value(of, _)) =
-                    (&self.expressions()[argument.value].kind, &value)
-                {
-                    let name = name.key();
-                    self.guess(&name, *of);
-                }
+                self.guess_target(argument.value, &value);
             }
         }
     }
@@ -580,7 +628,7 @@ impl Lowerer<'_, '_> {
             (Type::Instance(formal), Type::Instance(actual)) => {
                 self.compiler.blocks[*formal].record == self.compiler.blocks[*actual].record
             }
-            (Type::Wrong, _) | (_, Type::Wrong) => return None,
+            (formal, actual) if formal.is_wrong() || actual.is_wrong() => return None,
             (formal, actual) => formal.is_like(actual),
         };
         if !fits {

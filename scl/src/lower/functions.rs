@@ -178,7 +178,7 @@ impl Lowerer<'_, '_> {
                 if let Some(operand) = self.function_of_texts(given) {
                     return Some(operand);
                 }
-                let (message, help) = refused(name)?;
+                let (message, help) = refused(name).filter(|_| !self.compiler.assumes)?;
                 self.error(span, message, Some(&help))
             }
         };

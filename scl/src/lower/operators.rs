@@ -7,6 +7,7 @@ use crate::lexer::Span;
 use crate::program::{self, Expr};
 use crate::syntax::{Binary, Unary};
 use crate::types::{Class, Elementary, Type};
+use crate::undeclared::Missing;
 
 impl Lowerer<'_, '_> {
     /// `-a`, `NOT a`.
@@ -82,7 +83,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    fn guess_from(&mut self, operator: Binary, name: Option<String>, other: &Operand) {
+    fn guess_from(&mut self, operator: Binary, name: Option<Missing>, other: &Operand) {
         let Some(name) = name else { return };
         match other {
             Operand::Value(of, _) => self.guess(&name, *of),

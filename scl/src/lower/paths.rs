@@ -7,7 +7,7 @@ use crate::lexer::Span;
 use crate::program::{Base, Binary, Call, Convert, Expr, Place, Scalar, Step, Value, What};
 use crate::syntax::{BlockKind, ExpressionId, ExpressionKind, Name, Scope, SectionKind, key};
 use crate::types::{Elementary, Type};
-use crate::undeclared::What as Missing;
+use crate::undeclared::{Missing, Part, What as Kind};
 use manifest::Cpu;
 use parameters::problem::{nearest, with_article};
 
@@ -44,8 +44,8 @@ pub enum Path {
     Variable(Variable),
     /// A constant.
     Constant(Operand),
-    /// A name that no source declares: its key, and the members behind it.
-    Missing(String, String),
+    /// What no source declares.
+    Missing(Missing),
     /// What a message has told already.
     Wrong,
 }
@@ -56,7 +56,10 @@ impl Lowerer<'_, '_> {
         match self.path(id) {
             Path::Variable(variable) => self.value_of(&variable, self.span(id)),
             Path::Constant(operand) => operand,
-            Path::Missing(name, members) => Operand::Wrong(Some(name).filter(|_| members.is_empty())),
+            Path::Missing(missing) => {
+                self.compiler.use_missing(&missing);
+                Operand::Wrong(Some(missing))
+            }
             Path::Wrong => Operand::Wrong(None),
         }
     }
@@ -65,7 +68,7 @@ impl Lowerer<'_, '_> {
     pub fn value_of(&mut self, variable: &Variable, span: Span) -> Operand {
         let Type::Elementary(of) = variable.of else {
             return match &variable.of {
-                Type::Wrong => Operand::Wrong(None),
+                Type::Wrong | Type::Missing(_) => Operand::Wrong(None),
                 of => Operand::Variable(of.clone(), variable.place.clone()),
             };
         };
@@ -99,7 +102,19 @@ impl Lowerer<'_, '_> {
                 self.error(span, "a constant cannot be written", None);
                 None
             }
-            Path::Missing(..) | Path::Wrong => None,
+            Path::Missing(missing) => {
+                self.compiler.write_missing(&missing);
+                None
+            }
+            Path::Wrong => None,
+        }
+    }
+
+    /// What no source declares, if a path leads there.
+    pub fn missing(&mut self, id: ExpressionId) -> Option<Missing> {
+        match self.path(id) {
+            Path::Missing(missing) => Some(missing),
+            _ => None,
         }
     }
 
@@ -111,7 +126,7 @@ impl Lowerer<'_, '_> {
             ExpressionKind::Name(scope, name) => self.name(*scope, name),
             ExpressionKind::Member(base, name) => match self.path(*base) {
                 Path::Variable(variable) => self.member(variable, name),
-                Path::Missing(missing, members) => self.missing_member(missing, &members, &name.text, span),
+                Path::Missing(missing) => self.missing_member(missing, &name.text, span),
                 Path::Constant(_) => {
                     self.error(span, format!("a constant has no member {}", name.text), None);
                     Path::Wrong
@@ -120,15 +135,10 @@ impl Lowerer<'_, '_> {
             },
             ExpressionKind::Index(base, indices) => match self.path(*base) {
                 Path::Variable(variable) => self.indexed(variable, indices, span),
-                Path::Missing(missing, members) => {
-                    for index in indices {
-                        self.operand(*index, None);
-                    }
-                    let members = if members.is_empty() { String::new() } else { format!("{members}[]") };
-                    if members.is_empty() {
-                        return self.missing_member(missing, "", "[]", span);
-                    }
-                    Path::Missing(missing, members)
+                Path::Missing(missing) => {
+                    let indices: Vec<Option<i32>> = indices.iter().map(|index| self.constant_index(*index)).collect();
+                    self.compiler.index_missing(&missing, &indices);
+                    Path::Missing(missing.part(Part::Element(indices.len())))
                 }
                 _ => Path::Wrong,
             },
@@ -158,22 +168,36 @@ impl Lowerer<'_, '_> {
         matches!(&self.expressions()[id].kind, ExpressionKind::Name(_, name) if name.key() == wanted)
     }
 
-    fn missing_member(&mut self, missing: String, members: &str, name: &str, span: Span) -> Path {
-        let path = if members.is_empty() { name.to_string() } else { format!("{members}.{name}") };
-        if is_data_address(name) || is_numbered_block(&missing) && is_classic_address(name) {
-            self.compiler.undeclared.remove(&missing);
+    fn missing_member(&mut self, missing: Missing, name: &str, span: Span) -> Path {
+        if is_data_address(name) || is_numbered_block(&missing.name) && is_classic_address(name) {
+            self.compiler.undeclared.remove(&missing.name);
             self.error(span, ABSOLUTE, None);
             return Path::Wrong;
         }
         if name.starts_with('%') {
+            // Bits of it: the smallest bit string that has them.
+            let of = [Elementary::Byte, Elementary::Word, Elementary::DWord, Elementary::LWord]
+                .into_iter()
+                .find(|of| slice(&name.to_uppercase(), *of, None).is_some());
+            if let Some(of) = of {
+                self.guess(&missing, of);
+            }
             return Path::Wrong;
         }
-        if let Some(undeclared) = self.compiler.undeclared.get_mut(&missing) {
-            // What is below a member is told with it.
-            let top = path.split('.').next().unwrap_or_default().trim_end_matches("[]").to_string();
-            undeclared.members.insert(top);
+        Path::Missing(missing.part(Part::Member(name.to_string())))
+    }
+
+    /// An index of an array whose declaration is missing.
+    fn constant_index(&mut self, id: ExpressionId) -> Option<i32> {
+        match self.operand(id, None) {
+            Operand::Whole(whole) => i32::try_from(whole).ok(),
+            Operand::Value(of, Expr::Const(value)) if of.is_whole() => i32::try_from(value.bits() as i64).ok(),
+            Operand::Wrong(Some(missing)) => {
+                self.guess(&missing, Elementary::Int);
+                None
+            }
+            _ => None,
         }
-        Path::Missing(missing, path)
     }
 
     fn name(&mut self, scope: Scope, name: &Name) -> Path {
@@ -247,6 +271,9 @@ impl Lowerer<'_, '_> {
         if let Some(global) = self.compiler.global(&capitals) {
             return Path::Variable(Variable::whole(global.of.clone(), global.place()));
         }
+        if let Some(constant) = self.compiler.global_constant(&capitals) {
+            return Path::Constant(constant);
+        }
         let constant = self.compiler.options.constants.iter().find(|(constant, _)| key(constant) == capitals);
         if let Some((_, value)) = constant {
             let value = value.clone();
@@ -281,8 +308,7 @@ impl Lowerer<'_, '_> {
             let global = self.compiler.implied(&name.text, block);
             return Path::Variable(Variable::whole(global.of.clone(), global.place()));
         }
-        self.compiler.miss(&name.text, name.span, Missing::Variable);
-        Path::Missing(capitals, String::new())
+        Path::Missing(self.compiler.miss(&name.text, name.span, Kind::Variable))
     }
 
     /// A member of a variable.
@@ -340,6 +366,7 @@ impl Lowerer<'_, '_> {
                 place.steps.push(Step::Length);
                 Path::Variable(Variable { of: Type::Elementary(Elementary::UInt), place, ..variable })
             }
+            Type::Missing(missing) => Path::Missing(Missing::whole(&**missing).part(Part::Member(name.text.clone()))),
             Type::Wrong => Path::Wrong,
             // A data block that is an array: `"DB"."THIS"[1]`.
             Type::Array(_) if capitals == "THIS" => Path::Variable(variable),
@@ -393,7 +420,7 @@ impl Lowerer<'_, '_> {
             Type::Array(array) => (array.of.clone(), array.bounds.len()),
             Type::Open(of, dimensions) => ((**of).clone(), *dimensions),
             Type::Text { wide, .. } => (Type::Elementary(if *wide { Elementary::WChar } else { Elementary::Char }), 1),
-            Type::Wrong => return Path::Wrong,
+            Type::Wrong | Type::Missing(_) => return Path::Wrong,
             of => {
                 let message = format!("{of} has no elements");
                 self.error(span, message, None);

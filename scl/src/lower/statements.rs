@@ -273,13 +273,22 @@ impl Lowerer<'_, '_> {
     }
 
     /// What an assignment tells of a name that no source declares.
-    fn guess_target(&mut self, target: ExpressionId, operand: &Operand) {
-        let ExpressionKind::Name(_, name) = &self.expressions()[target].kind else { return };
+    pub fn guess_target(&mut self, target: ExpressionId, operand: &Operand) {
+        let Some(missing) = self.missing(target) else { return };
         match operand {
-            Operand::Value(of, _) => self.guess(&name.key(), *of),
-            Operand::Fraction(..) => self.guess(&name.key(), Elementary::Real),
-            Operand::Whole(_) => self.guess(&name.key(), Elementary::Int),
-            _ => {}
+            Operand::Value(of, _) => self.guess(&missing, *of),
+            Operand::Fraction(..) => self.guess(&missing, Elementary::Real),
+            Operand::Whole(_) => self.guess(&missing, Elementary::Int),
+            Operand::Text(_, wide) => {
+                let of = if *wide == Some(true) { "WSTRING" } else { "STRING" };
+                self.compiler.guess_missing(&missing, of.to_string());
+            }
+            Operand::Variable(of, _) => {
+                if let Some(of) = self.compiler.written(of) {
+                    self.compiler.guess_missing(&missing, of);
+                }
+            }
+            Operand::Wrong(_) => {}
         }
     }
 
@@ -298,14 +307,18 @@ impl Lowerer<'_, '_> {
                     self.push(span, What::Assign(place, value));
                 }
             },
-            Type::Wrong => {}
+            Type::Wrong | Type::Missing(_) => {}
             Type::Text { wide, .. } => {
                 if let Some(from) = self.text_as(operand, *wide, span) {
                     self.push(span, What::Copy(place, from));
                 }
             }
             of => match operand {
-                Operand::Wrong(_) => {}
+                Operand::Wrong(missing) => {
+                    if let (Some(missing), Some(of)) = (missing, self.compiler.written(of)) {
+                        self.compiler.guess_missing(&missing, of);
+                    }
+                }
                 Operand::Variable(from, source) if of.is_like(&from) && !matches!(of, Type::Instance(_)) => {
                     self.push(span, What::Copy(place, source));
                 }
@@ -436,7 +449,7 @@ impl Lowerer<'_, '_> {
         let variable_span = self.span(variable);
         let of = match target.as_ref().map(|target| &target.of) {
             Some(Type::Elementary(of)) if of.is_whole() => *of,
-            None | Some(Type::Wrong) => Elementary::DInt,
+            None | Some(Type::Wrong | Type::Missing(_)) => Elementary::DInt,
             Some(of) => {
                 let message = format!("a loop counts in an integer, not in {of}");
                 self.error(variable_span, message, None);

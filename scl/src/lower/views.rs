@@ -160,7 +160,7 @@ impl Image {
             Type::Text { wide: true, .. } => Err("a WSTRING".to_string()),
             Type::Text { .. } => Err("a STRING, whose length a view cannot have,".to_string()),
             Type::Open(..) => Err("an array whose bounds the caller gives".to_string()),
-            Type::Instance(_) | Type::Void | Type::Wrong => Err("an instance".to_string()),
+            Type::Instance(_) | Type::Void | Type::Wrong | Type::Missing(_) => Err("an instance".to_string()),
         }
     }
 
@@ -319,12 +319,12 @@ impl Lowerer<'_, '_> {
     /// Tells what is wrong with the views of a block; those that are wrong are left out.
     pub fn check_views(&mut self) {
         for view in self.views.clone() {
-            if view.of == Type::Wrong {
+            if view.of.is_wrong() {
                 continue;
             }
             let problem = match self.behind(&view) {
                 None => Some("AT is for a variable of this block".to_string()),
-                Some((_, Type::Wrong)) => None,
+                Some((_, Type::Wrong | Type::Missing(_))) => None,
                 Some((place, of)) => self.compiler.images((place, &of), &view).err(),
             };
             if let Some(problem) = problem {

@@ -21,9 +21,10 @@ impl Parser<'_> {
         while !self.is_end() && !self.is_exhausted() {
             match self.block_kind() {
                 Some((kind, end)) => self.block(kind, end),
+                None if self.is_word("VAR_GLOBAL") => self.globals(),
                 None => {
                     let _: Parsed<()> = self.fail("a block such as FUNCTION_BLOCK");
-                    while !self.is_end() && self.block_kind().is_none() {
+                    while !self.is_end() && self.block_kind().is_none() && !self.is_word("VAR_GLOBAL") {
                         self.step();
                     }
                 }
@@ -88,9 +89,9 @@ impl Parser<'_> {
         // The source from which a protected block was made has its statements; what TIA Portal gives of such a block has none.
         let has_statements = !matches!(kind, BlockKind::DataBlock | BlockKind::Type);
         if let Some(span) = protected.filter(|_| has_statements && block.body.is_empty()) {
-            let message = format!("{}: protected block without source", block.name.text);
-            let _: Parsed<()> = self.refuse(span, &message, Some("ask its author for the source"));
+            self.tree.protected.push((self.tree.blocks.len(), span));
         }
+        self.tree.extents.push(start.to(self.before()));
         self.tree.blocks.push(block);
     }
 
@@ -234,7 +235,7 @@ impl Parser<'_> {
     }
 
     /// Members up to a word, which is taken.
-    fn members(&mut self, close: &str) -> Vec<Member> {
+    pub fn members(&mut self, close: &str) -> Vec<Member> {
         let mut members = Vec::new();
         while !self.takes_word(close) {
             if self.is_end() || self.is_exhausted() || self.block_kind().is_some() && self.symbol_ahead(1) != ":" {
@@ -269,7 +270,7 @@ impl Parser<'_> {
         while self.takes(",") {
             names.push(self.name("a name")?);
         }
-        let at = if self.is_word("AT") { self.step_and(|parser| parser.name("a variable").map(Some))? } else { None };
+        let at = if self.is_word("AT") { self.step_and(|parser| parser.place().map(Some))? } else { None };
         let mut attributes: Vec<Attribute> = self.attributes_within(start.start, self.span().start);
         let of = if self.takes(":") {
             Some(self.type_of()?)

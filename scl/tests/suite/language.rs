@@ -2,6 +2,7 @@
 
 use super::{Ran, is_y_true};
 use parameters::Source;
+use parameters::tags::Tag;
 use scl::{Compiled, Options, compile};
 
 /// What every sample may use.
@@ -224,7 +225,7 @@ fn compiled(sample: &str) -> Result<Compiled, String> {
         )
     };
     let block = (!is_source).then(|| "Sample".to_string());
-    let options = Options { block, declared: vec![("Tag".into(), "Bool".into())], ..Options::default() };
+    let options = Options { block, declared: vec![Tag::new("Tag", "Bool")], ..Options::default() };
     compile(&[Source::new("a.scl", text.into())], &options)
         .map_err(|errors| errors.iter().map(|problems| format!("{problems}\n")).collect())
 }

@@ -174,7 +174,7 @@ impl Lowerer<'_, '_> {
             (Type::Open(of, 1), program::Base::Local(local)) => {
                 ((**of).clone(), Expr::Bound { local, dimension: 0, upper: false })
             }
-            (Type::Wrong, _) => return None,
+            (Type::Wrong | Type::Missing(_), _) => return None,
             (other, _) => {
                 let message = format!("{} copies between arrays of one dimension, found {other}", given.name);
                 self.error(self.span(array), message, Some("assign the variable itself"));
@@ -195,7 +195,7 @@ impl Lowerer<'_, '_> {
         };
         let (code, is_done) = self.aside(|lowerer| {
             let (from, to) = (lowerer.target(from)?, lowerer.target(to)?);
-            if !from.of.is_like(&to.of) && from.of != Type::Wrong && to.of != Type::Wrong {
+            if !from.of.is_like(&to.of) && !from.of.is_wrong() && !to.of.is_wrong() {
                 let message =
                     format!("{} copies between variables of one type, found {} and {}", given.name, from.of, to.of);
                 lowerer.error(given.span, message, Some("assign their members, or see one as the other by AT"));

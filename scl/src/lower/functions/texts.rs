@@ -310,7 +310,7 @@ impl Lowerer<'_, '_> {
         let of = match found.map(|variable| variable.of) {
             Some(Type::Array(array)) => array.of.elementary(),
             Some(Type::Open(of, _)) => of.elementary(),
-            None | Some(Type::Wrong) => return,
+            None | Some(Type::Wrong | Type::Missing(_)) => return,
             _ => None,
         };
         let block = of.and_then(|of| self.compiler.system_block(&format!("{}_{}", given.name, of.name())));

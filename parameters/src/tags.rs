@@ -1,0 +1,180 @@
+//! Tag tables of a PLC project, as TIA Portal and STEP 7 export them: names of inputs, outputs and memory, and constants.
+//!
+//! | form | written by |
+//! |---|---|
+//! | XML with `SW.Tags.PlcTagTable` ([`read`]) | TIA Portal Openness, version control interface |
+//! | `.sdf`: texts in quotation marks, between commas ([`read`]) | *Export* of a tag table, symbol table of STEP 7 |
+//! | sheets with the headings *Name*, *Data Type*, *Logical Address*, *Comment*, *Value* ([`of_sheet`]) | *Export* to Excel |
+//! | `"Start" AT %I0.0 : Bool // Start button`, a line for each ([`read`], [`declaration`]) | people, and [`Tag`]'s `Display` |
+
+mod lines;
+mod openness;
+mod sdf;
+mod sheet;
+pub mod workbook;
+
+use crate::problem::{Problem, Problems};
+use crate::source::Source;
+use std::fmt;
+
+pub use lines::{Declared, declaration};
+pub use sheet::of_sheet;
+
+/// The most tags and constants of a table: a CPU has no room for more.
+pub const MOST: usize = 100_000;
+
+/// A tag.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Tag {
+    /// Its name, without quotation marks.
+    pub name: String,
+    /// Its type as it is written, without quotation marks: `Bool`, `Real`, the name of a PLC data type.
+    pub of: String,
+    /// Its address with a percent sign, in international mnemonics: `%I0.0`, `%QW4`, `%MD20`. `%I*` says the area alone.
+    pub address: Option<String>,
+    /// What its author says of it, in one line.
+    pub comment: String,
+}
+
+/// Where a tag lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Area {
+    /// The process image of the inputs, or the inputs themselves.
+    Input,
+    /// The process image of the outputs, or the outputs themselves.
+    Output,
+    /// Bit memory.
+    Memory,
+}
+
+/// A constant of a user.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Constant {
+    /// Its name, without quotation marks.
+    pub name: String,
+    /// Its value as a literal of its type: `Int#5`, `T#2s`, `'text'`.
+    pub value: String,
+}
+
+/// The tags and constants of a table.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Tags {
+    /// The tags, in the order of the file.
+    pub tags: Vec<Tag>,
+    /// The constants, in the order of the file.
+    pub constants: Vec<Constant>,
+}
+
+impl Tag {
+    /// A tag of a type, of which nothing else is known.
+    pub fn new(name: impl Into<String>, of: impl Into<String>) -> Tag {
+        Tag { name: name.into(), of: of.into(), ..Tag::default() }
+    }
+
+    /// Where it lies, if its address says it.
+    pub fn area(&self) -> Option<Area> {
+        self.address.as_deref().and_then(area)
+    }
+}
+
+/// Where an address in international mnemonics lies.
+pub fn area(address: &str) -> Option<Area> {
+    match address.as_bytes() {
+        [b'%', b'I', ..] => Some(Area::Input),
+        [b'%', b'Q', ..] => Some(Area::Output),
+        [b'%', b'M', ..] => Some(Area::Memory),
+        _ => None,
+    }
+}
+
+impl fmt::Display for Tag {
+    /// The line that [`declaration`] reads.
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        write!(formatter, "\"{}\"", self.name)?;
+        self.address.iter().try_for_each(|address| write!(formatter, " AT {address}"))?;
+        write!(formatter, " : {}", self.of)?;
+        match self.comment.is_empty() {
+            true => Ok(()),
+            false => write!(formatter, " // {}", self.comment),
+        }
+    }
+}
+
+/// An address in international mnemonics, with a percent sign: `%IW64` of `PEW 64`, `%IW64:P` and `E W64`; `None` if it is not one of
+/// inputs, outputs or memory.
+pub fn address(text: &str) -> Option<String> {
+    let plain: String = text.chars().filter(|c| !c.is_whitespace()).collect::<String>().to_ascii_uppercase();
+    let plain = plain.trim_start_matches('%');
+    let plain = plain.strip_suffix(":P").unwrap_or(plain);
+    // Peripheral inputs and outputs of STEP 7.
+    let plain = plain.strip_prefix('P').unwrap_or(plain);
+    let mut rest = plain.chars();
+    let area = match rest.next()? {
+        'I' | 'E' => 'I',
+        'Q' | 'A' => 'Q',
+        'M' => 'M',
+        _ => return None,
+    };
+    let rest = rest.as_str();
+    let digits = rest.trim_start_matches(['X', 'B', 'W', 'D', 'L']);
+    let is_number = digits.starts_with(|c: char| c.is_ascii_digit())
+        && digits.chars().all(|c| c.is_ascii_digit() || c == '.')
+        && rest.len() - digits.len() <= 1;
+    (is_number || rest == "*").then(|| format!("%{area}{rest}"))
+}
+
+/// A comment in one line.
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// A constant's value as a literal of its type: the number 5 of an Int is `Int#5`.
+fn literal(of: &str, value: &str) -> String {
+    let value = value.trim();
+    // A decimal comma, as some tools write one.
+    let is_real = of.eq_ignore_ascii_case("real") || of.eq_ignore_ascii_case("lreal");
+    let value = if is_real { value.replace(',', ".") } else { value.to_string() };
+    let is_elementary = !of.is_empty() && of.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    // T#2s, 16#FF and 'text' have a type, or more than one digit may follow.
+    let is_bare = !value.starts_with('\'')
+        && (!value.contains('#') || value.starts_with("16#") || value.starts_with("2#") || value.starts_with("8#"));
+    if is_elementary && is_bare { format!("{of}#{value}") } else { value }
+}
+
+/// What is wrong at a place.
+type Wrong = (std::ops::Range<usize>, String);
+
+/// Reads a table in XML (`.xml`), in the form of STEP 7's symbols (`.sdf`), or in lines.
+///
+/// # Errors
+/// What is wrong with it, with line and column: damaged XML, a row without a name or a type, more than [`MOST`] of them.
+pub fn read(source: &Source) -> Result<Tags, Problems> {
+    let is = |ending: &str| source.file.rsplit('.').next().is_some_and(|of| of.eq_ignore_ascii_case(ending));
+    let found = if is("xml") {
+        openness::read(source)
+    } else if is("sdf") {
+        sdf::read(&source.text)
+    } else {
+        lines::read(&source.text)
+    };
+    let found = found.and_then(|tags| match tags.tags.len() + tags.constants.len() {
+        count if count > MOST => Err(vec![(0..0, format!("the table has {count} rows; at most {MOST} are read"))]),
+        _ => Ok(tags),
+    });
+    found.map_err(|wrong| {
+        let problem = |(span, message)| Problem { place: Some(source.place(span)), message, help: None };
+        Problems {
+            file: source.file.clone(),
+            text: source.text.clone(),
+            problems: wrong.into_iter().map(problem).collect(),
+        }
+    })
+}
+
+/// Whether a text is XML with a tag table, before it is read.
+pub fn is_table(text: &str) -> bool {
+    text.contains("<SW.Tags.PlcTag")
+}
+
+#[cfg(test)]
+mod tests;

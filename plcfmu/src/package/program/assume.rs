@@ -1,0 +1,62 @@
+//! What is assumed of names that no source declares: a source of its own, which a user may edit.
+
+use crate::program::{self, Parts};
+use crate::tell;
+use anyhow::{Context, Result};
+use manifest::Manifest;
+use parameters::Source;
+use scl::Assumption;
+use std::fs;
+use std::path::Path;
+
+/// What a new file of assumptions begins with.
+const HEAD: &str = "// What plcfmu has assumed, because no source declares it. Correct it, and pass it again: --assume with this file.\n\
+    // A variable that is only read is an input of the FMU, another one an output; AT %I*, %Q* or %M* says it.\n\
+    // Nothing here is a statement on safety: a safety block is taken by its interface alone.\n\n";
+
+/// Adds the file of assumptions to the sources of a program, and what they lack to the file. Each new assumption is printed.
+///
+/// # Errors
+/// A file of the program cannot be read, or that of the assumptions cannot be written.
+pub fn complete(manifest: &mut Manifest, file: &Path) -> Result<()> {
+    let is_there = |manifest: &Manifest| -> Result<bool> {
+        let same = |of: &Source| is_same(Path::new(&of.file), file);
+        Ok(program::parts(manifest)?.sources.iter().any(same))
+    };
+    if file.is_file() && !is_there(manifest)? {
+        manifest.sources.push(file.to_path_buf());
+    }
+    let Parts { sources, manifest: of, .. } = program::parts(manifest)?;
+    let assumptions = scl::assume(&sources, &of, None);
+    if assumptions.is_empty() {
+        return Ok(());
+    }
+    for assumption in &assumptions {
+        tell::text(&line(assumption, &sources));
+    }
+    let before = if file.is_file() { fs::read_to_string(file) } else { Ok(HEAD.to_string()) };
+    let before = before.with_context(|| format!("{} cannot be read", file.display()))?;
+    fs::write(file, before + &scl::assumed(&assumptions))
+        .with_context(|| format!("{} cannot be written", file.display()))?;
+    let (count, shown) = (assumptions.len(), file.display());
+    tell::note(&format!("{count} assumptions are in {shown}: correct them there, and pass --assume {shown} again"));
+    if !is_there(manifest)? {
+        manifest.sources.push(file.to_path_buf());
+    }
+    Ok(())
+}
+
+/// An assumption in a line, with the place of the first use.
+fn line(assumption: &Assumption, sources: &[Source]) -> String {
+    let (file, at) = assumption.at;
+    let place = sources.get(file as usize).map_or_else(String::new, |source| {
+        let at = at as usize;
+        format!("{}:{}: ", source.file, source.place(at..at).line)
+    });
+    format!("{place}assumed: \"{}\" is {}", assumption.name, assumption.what)
+}
+
+/// Whether two paths lead to one file.
+fn is_same(one: &Path, other: &Path) -> bool {
+    matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
+}

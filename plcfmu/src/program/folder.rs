@@ -1,0 +1,162 @@
+//! A folder as a program: which of the files below it belong to one.
+
+use super::workbook;
+use ::program::LARGEST;
+use anyhow::{Context, Result, bail, ensure};
+use parameters::tags;
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// So deep folders are looked into.
+const DEEPEST: usize = 32;
+
+/// The most files and folders that are looked at: a project has hundreds.
+const MOST: usize = 100_000;
+
+/// The endings of sources.
+pub const SOURCES: [&str; 7] = ["scl", "udt", "db", "awl", "xml", "s7dcl", "s7res"];
+
+/// The endings of tag tables. Not every such file is one.
+const TABLES: [&str; 3] = ["xml", "xlsx", "sdf"];
+
+/// The files of a program.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Files {
+    /// The sources, in the order of their paths.
+    pub sources: Vec<PathBuf>,
+    /// The tag tables, in the order of their paths.
+    pub tables: Vec<PathBuf>,
+}
+
+/// The ending of a file in small letters.
+fn ending(file: &Path) -> String {
+    file.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase()
+}
+
+/// Whether a file is a tag table, by its ending and its content.
+pub fn is_table(file: &Path) -> bool {
+    let content = || {
+        let mut bytes = Vec::new();
+        File::open(file).and_then(|file| file.take(LARGEST).read_to_end(&mut bytes)).ok()?;
+        Some(bytes)
+    };
+    match ending(file).as_str() {
+        "sdf" => true,
+        "xml" => content().is_some_and(|bytes| tags::is_table(&String::from_utf8_lossy(&bytes))),
+        "xlsx" => content().is_some_and(|bytes| workbook::is_table(&bytes)),
+        _ => false,
+    }
+}
+
+/// Whether a file that is no tag table is a source. A project has XML of other kinds, too.
+fn is_block(file: &Path) -> bool {
+    match ending(file).as_str() {
+        "xml" => fs::read_to_string(file).is_ok_and(|text| text.contains("<SW.")),
+        ending => SOURCES.contains(&ending),
+    }
+}
+
+impl Files {
+    /// The files that are named, and those of the program below the folders that are.
+    ///
+    /// # Errors
+    /// A folder cannot be read, or has no file of a program.
+    pub fn of(named: &[PathBuf]) -> Result<Files> {
+        let mut files = Files::default();
+        for path in named {
+            if !path.is_dir() {
+                let is_source = SOURCES.contains(&ending(path).as_str()) && !is_table(path);
+                let list = if is_source { &mut files.sources } else { &mut files.tables };
+                list.push(path.clone());
+                continue;
+            }
+            let mut found = Vec::new();
+            collect(path, 0, &[&SOURCES[..], &TABLES].concat(), &mut found)?;
+            found.sort();
+            let (tables, others): (Vec<PathBuf>, Vec<PathBuf>) = found.into_iter().partition(|file| is_table(file));
+            let sources: Vec<PathBuf> = others.into_iter().filter(|file| is_block(file)).collect();
+            ensure!(
+                !sources.is_empty(),
+                "{} has no source of a program: export it there, as .scl, .udt, .db, .s7dcl, .xml or .awl",
+                path.display()
+            );
+            files.sources.extend(sources);
+            files.tables.extend(tables);
+        }
+        Ok(files)
+    }
+}
+
+/// The files with test cases below a folder.
+///
+/// # Errors
+/// The folder cannot be read, or has none.
+pub fn test_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    collect(folder, 0, &["toml"], &mut found)?;
+    found.sort();
+    let has_cases = |file: &PathBuf| fs::read_to_string(file).is_ok_and(|text| text.contains("[[case]]"));
+    found.retain(has_cases);
+    ensure!(!found.is_empty(), "{} has no test: a .toml with [[case]]", folder.display());
+    Ok(found)
+}
+
+/// All files below a folder that have one of these endings. Hidden folders and links are left out.
+fn collect(folder: &Path, depth: usize, endings: &[&str], found: &mut Vec<PathBuf>) -> Result<()> {
+    ensure!(depth < DEEPEST, "{} is more than {DEEPEST} folders deep", folder.display());
+    let unreadable = || format!("{} cannot be read", folder.display());
+    for (number, entry) in fs::read_dir(folder).with_context(unreadable)?.enumerate() {
+        if number + found.len() > MOST {
+            bail!("{} has more than {MOST} files: name the folder of the program", folder.display());
+        }
+        let entry = entry.with_context(unreadable)?;
+        let kind = entry.file_type().with_context(unreadable)?;
+        let path = entry.path();
+        if entry.file_name().to_string_lossy().starts_with('.') {
+            continue;
+        }
+        if kind.is_dir() {
+            collect(&path, depth + 1, endings, found)?;
+        } else if kind.is_file() && endings.contains(&ending(&path).as_str()) {
+            found.push(path);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sources_and_tables_of_all_folders_are_found_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |path: &str, text: &str| {
+            let path = folder.path().join(path);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        };
+        for (path, text) in [
+            ("b/Motor.SCL", "FUNCTION"),
+            ("a/types.udt", "TYPE"),
+            ("tags/PLC.xml", "<Document><SW.Tags.PlcTagTable/></Document>"),
+            ("tags/other.xml", "<Document/>"),
+            ("tags/list.xlsx", "no workbook"),
+            ("tags/PLC.sdf", ""),
+            ("readme.txt", ""),
+            (".git/x.scl", "FUNCTION"),
+        ] {
+            write(path, text);
+        }
+        let files = Files::of(&[folder.path().into()]).unwrap();
+        let names = |files: &[PathBuf]| -> Vec<String> {
+            let relative = |file: &PathBuf| file.strip_prefix(folder.path()).unwrap().display().to_string();
+            files.iter().map(|file| relative(file).replace('\\', "/")).collect()
+        };
+        assert_eq!(names(&files.sources), ["a/types.udt", "b/Motor.SCL"]);
+        assert_eq!(names(&files.tables), ["tags/PLC.sdf", "tags/PLC.xml"]);
+        let empty = folder.path().join("tags");
+        assert!(Files::of(&[empty]).unwrap_err().to_string().contains("has no source of a program"));
+    }
+}

@@ -1,0 +1,51 @@
+//! Tag tables in workbooks (`.xlsx`), which are ZIP files.
+
+use anyhow::{Error, Result, anyhow, ensure};
+use host::package::archive::Archive;
+use parameters::tags::workbook::{Rows, sheets};
+use parameters::tags::{self, Tags};
+use std::io::Cursor;
+
+/// The largest unpacked size of a part, in bytes: a hundred times that of a large plant.
+const MOST_BYTES: u64 = 32 << 20;
+
+/// The tags and constants of all sheets that have their headings.
+///
+/// # Errors
+/// It is no workbook, or unpacks to too much, or a row of a table is wrong: a sentence without the file's name.
+pub fn read(bytes: Vec<u8>) -> Result<Tags> {
+    let mut tags = Tags::default();
+    let mut has_table = false;
+    for (name, rows) in all(&bytes)? {
+        has_table |= tags::of_sheet(&rows, &mut tags).map_err(|wrong| anyhow!("sheet {name:?}: {wrong}"))?;
+        let count = tags.tags.len() + tags.constants.len();
+        ensure!(count <= tags::MOST, "the workbook has more than {} tags", tags::MOST);
+    }
+    ensure!(
+        has_table,
+        "no sheet has the headings of a tag table: Name, Data Type, Logical Address, Comment; or Name, Data Type, Value"
+    );
+    Ok(tags)
+}
+
+/// Whether the file is a workbook with a table of tags: one of other things in the folder of a program is left alone.
+pub fn is_table(bytes: &[u8]) -> bool {
+    let names = ["PLC Tags", "Constants"];
+    all(bytes)
+        .is_ok_and(|sheets| sheets.iter().any(|(name, _)| names.iter().any(|known| name.eq_ignore_ascii_case(known))))
+}
+
+fn all(bytes: &[u8]) -> Result<Vec<(String, Rows)>> {
+    let mut archive = Archive::open(Cursor::new(bytes))?;
+    let mut part = |path: &str| {
+        if archive.find(path).is_none() {
+            return Ok(None);
+        }
+        let part = archive.read(path, MOST_BYTES).map_err(|error| format!("{error:#}"))?;
+        String::from_utf8(part).map(Some).map_err(|_| format!("{path} is not in UTF-8"))
+    };
+    sheets(&mut part).map_err(Error::msg)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,341 @@
+//! What is assumed where declarations are missing: a source in SCL that declares it, for its author to read and to edit.
+//!
+//! Tags and data blocks become variables of VAR_GLOBAL, which are inputs or outputs by their use; what is only called becomes a stub: a
+//! block without statements, whose inputs an FMU gives as outputs and whose outputs it takes as inputs.
+
+mod known;
+
+use crate::syntax::key;
+use crate::undeclared::{Bounds, Formal, Part, Undeclared, Uses, What};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+/// The attribute of a stub.
+pub const STUB: &str = "STUB";
+
+/// The type of what its uses do not tell.
+const DEFAULT: &str = "BOOL";
+
+/// The bounds of an array whose indices are calculated.
+const MOST_ELEMENTS: i32 = 99;
+
+/// Constants whose values nothing tells get different ones from here on: large enough for a bound.
+const FIRST_CONSTANT: usize = 100;
+
+/// What is assumed of one name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Assumption {
+    /// The name.
+    pub name: String,
+    /// What it is taken for, in a sentence.
+    pub what: String,
+    /// Where it is used first: the number of the source, and the byte there.
+    pub at: (u32, u32),
+    /// Its declaration in SCL.
+    pub text: String,
+}
+
+/// Declares what can be declared now: the first kind of things of which all types are known; later calls know more. `count` is how
+/// many assumptions there are already; `is_declared` says whether there is a block of a name.
+pub fn declare(
+    missing: &BTreeMap<String, Undeclared>,
+    count: usize,
+    is_declared: &dyn Fn(&str) -> bool,
+) -> Vec<Assumption> {
+    let all: Vec<Declared> = missing.values().map(Declared::new).collect();
+    let stages: [&dyn Fn(&Declared) -> bool; 6] = [
+        &|of| of.kind == Kind::Variable && of.is_complete,
+        &|of| of.kind == Kind::Function && of.is_complete,
+        &|of| of.is_complete,
+        &|of| of.kind == Kind::Variable,
+        &|of| of.kind == Kind::Function,
+        &|_| true,
+    ];
+    let found = stages.iter().map(|stage| all.iter().filter(|of| stage(of)).collect::<Vec<_>>());
+    let first = found.into_iter().find(|found| !found.is_empty()).unwrap_or_default();
+    let mut constants = FIRST_CONSTANT + count;
+    let mut assumptions = Vec::new();
+    // Several instances may have the same block.
+    let mut blocks = BTreeSet::new();
+    for declared in first {
+        constants += usize::from(declared.kind == Kind::Constant);
+        let block = declared.block_name();
+        let is_new = !is_declared(&block) && blocks.insert(key(&block));
+        assumptions.push(declared.assumption(constants, is_new));
+    }
+    assumptions.sort_by_key(|assumption| assumption.at);
+    assumptions
+}
+
+/// What a missing name is taken for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Variable,
+    Constant,
+    Structure,
+    Function,
+    /// A function block, of whose instances the program has declarations.
+    Block,
+    /// An instance of a function block that is missing, too.
+    Instance,
+}
+
+struct Declared<'a> {
+    of: &'a Undeclared,
+    kind: Kind,
+    node: Node<'a>,
+    /// The parameters of a block.
+    formals: Vec<Formal>,
+    is_complete: bool,
+}
+
+/// A variable with what is inside of it.
+#[derive(Default)]
+struct Node<'a> {
+    uses: Option<&'a Uses>,
+    members: BTreeMap<&'a str, Node<'a>>,
+    element: Option<Box<Node<'a>>>,
+    value: Option<Box<Node<'a>>>,
+}
+
+impl<'a> Node<'a> {
+    fn new(of: &'a Undeclared) -> Node<'a> {
+        let mut root = Node::default();
+        for (path, uses) in &of.uses {
+            let mut node = &mut root;
+            for part in path {
+                node = match part {
+                    Part::Member(name) => node.members.entry(name).or_default(),
+                    Part::Element(_) => node.element.get_or_insert_default(),
+                    Part::Value => node.value.get_or_insert_default(),
+                };
+            }
+            node.uses = Some(uses);
+        }
+        root
+    }
+
+    fn of(&self) -> Option<&'a str> {
+        self.uses.and_then(|uses| uses.of.as_deref())
+    }
+
+    /// Whether its uses tell all types.
+    fn is_complete(&self) -> bool {
+        match (self.of(), &self.element) {
+            (Some(_), _) => true,
+            (None, Some(element)) => element.is_complete(),
+            (None, None) => !self.members.is_empty() && self.members.values().all(Node::is_complete),
+        }
+    }
+
+    /// Its type in SCL, in lines that begin with these blanks.
+    fn written(&self, indent: &str) -> String {
+        if let Some(of) = self.of() {
+            return of.to_string();
+        }
+        if let Some(element) = &self.element {
+            let bounds: Vec<String> = self.uses.iter().flat_map(|uses| &uses.bounds).map(range).collect();
+            let bounds = if bounds.is_empty() { range(&Bounds::default()) } else { bounds.join(", ") };
+            return format!("ARRAY[{bounds}] OF {}", element.written(indent));
+        }
+        match self.members.is_empty() {
+            true => DEFAULT.to_string(),
+            false => format!("STRUCT\n{}{indent}END_STRUCT", self.lines(&format!("{indent}   "))),
+        }
+    }
+
+    /// The declarations of its members.
+    fn lines(&self, indent: &str) -> String {
+        let line = |(name, node): (&&str, &Node)| format!("{indent}{} : {};\n", quoted(name), node.written(indent));
+        self.members.iter().map(line).collect()
+    }
+
+    fn is_written(&self) -> bool {
+        self.uses.is_some_and(|uses| uses.is_written)
+            || self.members.values().any(Node::is_written)
+            || self.element.as_ref().is_some_and(|element| element.is_written())
+    }
+}
+
+fn range(bounds: &Bounds) -> String {
+    match bounds {
+        Bounds { known: Some((low, high)), has_others: false } => format!("{low}..{high}"),
+        Bounds { known, .. } => {
+            let (low, high) = known.unwrap_or_default();
+            format!("{}..{}", low.min(0), high.max(MOST_ELEMENTS))
+        }
+    }
+}
+
+/// A name as a declaration has it.
+fn quoted(name: &str) -> String {
+    let is_plain = name.starts_with(|c: char| c.is_alphabetic() || c == '_')
+        && name.chars().all(|c| c.is_alphanumeric() || c == '_');
+    if is_plain { name.to_string() } else { format!("\"{name}\"") }
+}
+
+impl<'a> Declared<'a> {
+    fn new(of: &'a Undeclared) -> Declared<'a> {
+        let node = Node::new(of);
+        let system = known::formals(&known::without_instance(&of.name));
+        let has_members = !node.members.is_empty();
+        let kind = match of.what {
+            What::Constant => Kind::Constant,
+            What::Type | What::Block if of.is_called || known::is_block(&of.name) => Kind::Block,
+            What::Type | What::Block => Kind::Structure,
+            What::Instance => Kind::Instance,
+            _ if of.is_called && known::is_block(&known::without_instance(&of.name)) => {
+                if known::is_block(&of.name) && !has_members { Kind::Function } else { Kind::Instance }
+            }
+            _ if of.is_called && (has_members || is_instance(&of.name)) => Kind::Instance,
+            _ if of.is_called || of.what == What::Function => Kind::Function,
+            _ => Kind::Variable,
+        };
+        let formals = match kind {
+            Kind::Function | Kind::Block | Kind::Instance => formals(of, &node, system),
+            _ => Vec::new(),
+        };
+        let is_complete = match kind {
+            Kind::Variable => node.is_complete(),
+            Kind::Constant => true,
+            Kind::Structure => node.members.values().all(Node::is_complete),
+            Kind::Function => {
+                formals.iter().all(|formal| formal.of.is_some())
+                    && node
+                        .value
+                        .as_ref()
+                        .is_none_or(|value| value.of().is_some() || known::value(&key(&of.name)).is_some())
+            }
+            Kind::Block | Kind::Instance => formals.iter().all(|formal| formal.of.is_some()),
+        };
+        Declared { of, kind, node, formals, is_complete }
+    }
+
+    /// The block of an instance.
+    fn block_name(&self) -> String {
+        let name = &self.of.name;
+        let block = known::without_instance(name);
+        if self.kind == Kind::Instance && block == *name { format!("{name}_block") } else { block }
+    }
+
+    /// What is assumed; a constant has this value, and the block of an instance is declared if it is new.
+    fn assumption(&self, constant: usize, is_new: bool) -> Assumption {
+        let name = &self.of.name;
+        let stub = "its inputs are outputs of the FMU, and its outputs inputs";
+        let (what, text) = match self.kind {
+            Kind::Variable => {
+                let of = self.node.written("   ");
+                let what = match (self.node.of(), self.node.members.len()) {
+                    _ if self.node.element.is_some() => "array".to_string(),
+                    (None, 1..) => format!("data block with {} members", self.node.members.len()),
+                    _ if self.node.is_written() => format!("output of type {of}"),
+                    _ => format!("input of type {of}"),
+                };
+                (what, format!("VAR_GLOBAL\n   \"{name}\" : {of};\nEND_VAR\n"))
+            }
+            Kind::Constant => (
+                format!("constant {constant}: nothing tells its value, correct it"),
+                format!("VAR_GLOBAL CONSTANT\n   \"{name}\" : INT := {constant};\nEND_VAR\n"),
+            ),
+            Kind::Structure => {
+                let lines = self.node.lines("   ");
+                // A structure has a member.
+                let lines = if lines.is_empty() { format!("   reserved : {DEFAULT};\n") } else { lines };
+                let count = lines.lines().count();
+                (format!("type with {count} lines"), format!("TYPE \"{name}\"\nSTRUCT\n{lines}END_STRUCT;\nEND_TYPE\n"))
+            }
+            Kind::Function => (format!("stub of a function: {stub}"), self.function()),
+            Kind::Block => (format!("stub of a function block: {stub}"), self.block(name)),
+            Kind::Instance => {
+                let block = self.block_name();
+                let text = if is_new { self.block(&block) } else { String::new() };
+                let instance = format!("VAR_GLOBAL\n   \"{name}\" : \"{block}\";\nEND_VAR\n");
+                (format!("instance of the stub {block}: {stub}"), text + &instance)
+            }
+        };
+        Assumption { name: name.clone(), what, at: (self.of.span.file, self.of.span.start), text }
+    }
+
+    fn block(&self, name: &str) -> String {
+        let sections = sections(&self.formals);
+        format!("FUNCTION_BLOCK \"{name}\"\n{{ {STUB} := 'TRUE' }}\n{sections}BEGIN\nEND_FUNCTION_BLOCK\n")
+    }
+
+    /// A function that hands its arguments on to variables, and takes its values from them.
+    fn function(&self) -> String {
+        let name = &self.of.name;
+        let value = self.node.value.as_ref().map(|value| value.of().unwrap_or(DEFAULT));
+        let result = known::value(&key(name)).or(value).unwrap_or("VOID");
+        let call = format!("{name}_call");
+        let mut members = String::new();
+        let mut body = String::new();
+        for formal in &self.formals {
+            let own = quoted(&formal.name);
+            let of = formal.of.as_deref().unwrap_or(DEFAULT);
+            let _ = writeln!(members, "      {own} : {of};");
+            let parameter = format!("#{own}");
+            let _ = match formal.is_output {
+                true => writeln!(body, "   {parameter} := \"{call}\".{own};"),
+                false => writeln!(body, "   \"{call}\".{own} := {parameter};"),
+            };
+        }
+        if result != "VOID" {
+            let _ = writeln!(members, "      RET_VAL : {result};");
+            let _ = writeln!(body, "   RET_VAL := \"{call}\".RET_VAL;");
+        }
+        let globals = match members.is_empty() {
+            true => String::new(),
+            false => format!("VAR_GLOBAL\n   \"{call}\" : STRUCT\n{members}   END_STRUCT;\nEND_VAR\n"),
+        };
+        let sections = sections(&self.formals);
+        format!(
+            "FUNCTION \"{name}\" : {result}\n{{ {STUB} := 'TRUE' }}\n{sections}BEGIN\n{body}END_FUNCTION\n{globals}"
+        )
+    }
+}
+
+/// Whether a name is one as TIA Portal gives to the instances of blocks.
+fn is_instance(name: &str) -> bool {
+    known::without_instance(name) != name
+}
+
+/// The parameters of a block: what is known of it, the arguments of its calls, and the members that are used of its instances.
+fn formals(of: &Undeclared, node: &Node, system: Vec<Formal>) -> Vec<Formal> {
+    let mut all: Vec<Formal> = Vec::new();
+    let mut names = BTreeSet::new();
+    for known in system {
+        let given = of.formals.iter().find(|formal| key(&formal.name) == key(&known.name));
+        // Without a type in the table it has that of its argument.
+        let ty = known.of.clone().or_else(|| given.and_then(|given| given.of.clone()));
+        if known.of.is_some() || given.is_some() {
+            names.insert(key(&known.name));
+            all.push(Formal { of: ty, ..known });
+        }
+    }
+    for formal in &of.formals {
+        if names.insert(key(&formal.name)) {
+            all.push(formal.clone());
+        }
+    }
+    for (name, member) in &node.members {
+        let ty = member.is_complete().then(|| member.written("   "));
+        match all.iter_mut().find(|formal| key(&formal.name) == key(name)) {
+            Some(formal) => formal.of = formal.of.take().or(ty),
+            None => all.push(Formal { name: (*name).to_string(), is_output: !member.is_written(), of: ty }),
+        }
+    }
+    all
+}
+
+fn sections(formals: &[Formal]) -> String {
+    let section = |(word, is_output): (&str, bool)| {
+        let of = |formal: &Formal| formal.of.clone().unwrap_or_else(|| DEFAULT.to_string());
+        let lines: String = formals
+            .iter()
+            .filter(|formal| formal.is_output == is_output)
+            .map(|formal| format!("   {} : {};\n", quoted(&formal.name), of(formal)))
+            .collect();
+        if lines.is_empty() { String::new() } else { format!("{word}\n{lines}END_VAR\n") }
+    };
+    [("VAR_INPUT", false), ("VAR_OUTPUT", true)].into_iter().map(section).collect()
+}

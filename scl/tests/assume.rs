@@ -1,0 +1,147 @@
+//! What is assumed of names that no source declares.
+
+use parameters::Source;
+use scl::interface::Role;
+use scl::{Assumption, Compiled, Options, assume, assumed, compile};
+
+fn assumptions(text: &str) -> Vec<Assumption> {
+    assume(&[Source::new("main.scl", text.into())], &Options::default(), None)
+}
+
+/// The program with what is assumed of it, which is printed where it does not compile.
+fn compiled(text: &str) -> Compiled {
+    let assumed = assumed(&assumptions(text));
+    let sources = [Source::new("main.scl", text.into()), Source::new("assumed.scl", assumed.clone().into())];
+    let told = |errors: Vec<parameters::Problems>| errors.iter().map(|of| format!("{of}\n")).collect::<String>();
+    compile(&sources, &Options::default()).unwrap_or_else(|errors| panic!("{}\n{assumed}", told(errors)))
+}
+
+/// The variables of the interface with their types, but locals.
+fn interface(compiled: &Compiled) -> Vec<(String, String, Role)> {
+    let root = compiled.root.as_ref().unwrap();
+    let all = root.variables.iter().chain(&compiled.globals);
+    let shown = all.filter(|of| of.role != Role::Local).map(|of| (of.name.clone(), of.of.to_string(), of.role));
+    let mut shown: Vec<_> = shown.collect();
+    shown.sort_by(|one, other| one.0.cmp(&other.0));
+    shown
+}
+
+fn expected(rows: &[(&str, &str, Role)]) -> Vec<(String, String, Role)> {
+    rows.iter().map(|(name, of, role)| (name.to_string(), of.to_string(), *role)).collect()
+}
+
+fn block(body: &str) -> String {
+    format!(
+        "FUNCTION_BLOCK \"Main\"\nVAR\n  level : Real;\n  on : Bool;\n  count : DInt;\nEND_VAR\nBEGIN\n{body}\nEND_FUNCTION_BLOCK\n"
+    )
+}
+
+#[test]
+fn tags_are_inputs_or_outputs_by_their_use() {
+    let text = block(
+        "\"Lamp\" := \"Start\" AND NOT \"Stop\";\n#level := \"Level\" * 2.0;\nIF \"Count\" > 5 THEN \"Speed\" := #level; END_IF;\n\
+         \"Next\" := \"Lamp2\";",
+    );
+    let expected = expected(&[
+        ("Count", "INT", Role::Input),
+        ("Lamp", "BOOL", Role::Output),
+        ("Lamp2", "BOOL", Role::Input),
+        ("Level", "REAL", Role::Input),
+        ("Next", "BOOL", Role::Output),
+        ("Speed", "REAL", Role::Output),
+        ("Start", "BOOL", Role::Input),
+        ("Stop", "BOOL", Role::Input),
+    ]);
+    assert_eq!(interface(&compiled(&text)), expected);
+    let lamp = assumptions(&text).into_iter().find(|of| of.name == "Lamp").unwrap();
+    assert_eq!((lamp.what.as_str(), lamp.at), ("output of type BOOL", (0, text.find("\"Lamp\"").unwrap() as u32)));
+}
+
+#[test]
+fn data_blocks_have_the_members_and_elements_that_are_used() {
+    let text = block(
+        "#level := \"Data\".tank.level;\n\"Data\".tank.pump[2].on := \"Data\".tank.pump[1].ready;\nFOR #count := 0 TO 3 DO\n\
+         \"Data\".log[#count] := #level;\nEND_FOR;",
+    );
+    let shown = interface(&compiled(&text));
+    let named = |name: &str| shown.iter().find(|of| of.0 == name).map(|of| (of.1.as_str(), of.2));
+    assert_eq!(named("Data.tank.level"), Some(("REAL", Role::Input)));
+    assert_eq!(named("Data.tank.pump[2].on"), Some(("BOOL", Role::Output)));
+    assert_eq!(named("Data.tank.pump[1].ready"), Some(("BOOL", Role::Input)));
+    // An index that is calculated may be any.
+    assert_eq!(named("Data.log[99]"), Some(("REAL", Role::Output)));
+}
+
+#[test]
+fn an_instance_of_a_block_of_the_system_is_a_stub_that_who_uses_the_fmu_plays() {
+    let text = "FUNCTION_BLOCK \"Main\"\nVAR\n  Connection : TSEND_C;\n  data : Array[0..3] of Byte;\n  sent : Bool;\nEND_VAR\nBEGIN\n\
+        #Connection(REQ := TRUE, DATA := #data);\nIF #Connection.DONE THEN #sent := TRUE; END_IF;\nEND_FUNCTION_BLOCK\n";
+    let compiled = compiled(text);
+    let shown = interface(&compiled);
+    let named = |name: &str| shown.iter().find(|of| of.0 == name).map(|of| (of.1.as_str(), of.2));
+    assert_eq!(named("Connection.DONE"), Some(("BOOL", Role::Input)));
+    assert_eq!(named("Connection.STATUS"), Some(("WORD", Role::Input)));
+    assert_eq!(named("Connection.REQ"), Some(("BOOL", Role::Output)));
+    assert_eq!(named("Connection.DATA[3]"), Some(("BYTE", Role::Output)));
+    // What the table has no type for, and no call gives, is left out.
+    assert_eq!(named("Connection.ADDR"), None);
+    assert_eq!(compiled.root.unwrap().block, "Main");
+}
+
+#[test]
+fn functions_types_blocks_and_instances_are_taken_from_their_calls() {
+    let text = block(
+        "#level := \"Mix\"(raw := #count, factor := 2.0);\n\"Motor_DB\"(start := #on, speed => #level);\n#on := \"Motor_DB\".fault;\n\
+         \"Report\"(code := 5);\n#count := DPRD_DAT(LADDR := 16#10, RECORD => \"Raw\".value);",
+    );
+    let shown = interface(&compiled(&text));
+    let named = |name: &str| shown.iter().find(|of| of.0 == name).map(|of| (of.1.as_str(), of.2));
+    assert_eq!(named("Mix_call.raw"), Some(("DINT", Role::Output)));
+    assert_eq!(named("Mix_call.RET_VAL"), Some(("REAL", Role::Input)));
+    assert_eq!(named("Motor_DB.start"), Some(("BOOL", Role::Output)));
+    assert_eq!(named("Motor_DB.speed"), Some(("REAL", Role::Input)));
+    assert_eq!(named("Motor_DB.fault"), Some(("BOOL", Role::Input)));
+    assert_eq!(named("DPRD_DAT_call.LADDR"), Some(("WORD", Role::Output)));
+    let typed = "FUNCTION_BLOCK \"Main\"\nVAR_INPUT\n  par : \"Limits\";\nEND_VAR\nVAR\n  motor : Array[1..2] of \"Drive\";\nEND_VAR\n\
+        BEGIN\n#motor[1](on := #par.low > 1.5);\nIF #motor[2].busy THEN RETURN; END_IF;\nEND_FUNCTION_BLOCK\n";
+    let shown = interface(&self::compiled(typed));
+    let named = |name: &str| shown.iter().find(|of| of.0 == name).map(|of| (of.1.as_str(), of.2));
+    assert_eq!(named("par.low"), Some(("REAL", Role::Input)));
+    assert_eq!(named("motor[2].on"), Some(("BOOL", Role::Output)));
+    assert_eq!(named("motor[1].busy"), Some(("BOOL", Role::Input)));
+}
+
+#[test]
+fn a_constant_gets_a_value_that_is_to_be_corrected_and_only_the_names_that_are_asked_for_are_assumed() {
+    let text = "FUNCTION_BLOCK \"Main\"\nVAR\n  list : Array[1..\"MAX\"] of Int;\nEND_VAR\nBEGIN\n\"Lamp\" := TRUE;\nEND_FUNCTION_BLOCK\n";
+    let all = assumptions(text);
+    let max = all.iter().find(|of| of.name == "MAX").unwrap();
+    assert!(max.what.contains("nothing tells its value"), "{}", max.what);
+    drop(compiled(text));
+    let only = assume(&[Source::new("a.scl", text.into())], &Options::default(), Some(&["lamp".to_string()]));
+    assert_eq!(only.iter().map(|of| of.name.as_str()).collect::<Vec<_>>(), ["Lamp"]);
+}
+
+#[test]
+fn a_program_that_lacks_nothing_has_no_assumptions() {
+    assert_eq!(assumptions(&block("#level := 1.0;")), []);
+    assert_eq!(assumptions("FUNCTION_BLOCK \"Main\"\nBEGIN\nIF #x THEN"), []);
+}
+
+/// The parameters of a block of the system, by a program that declares an instance of it and reads what it does not pass.
+#[test]
+fn the_documentation_lists_the_parameters_of_the_blocks_that_are_known() {
+    let docs = include_str!("../../docs/scl.md");
+    let row = docs.lines().find(|line| line.starts_with("| TRCV |")).unwrap();
+    let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+    let text = "FUNCTION_BLOCK \"Main\"\nVAR\n  receive : TRCV;\n  data : Array[0..3] of Byte;\nEND_VAR\nBEGIN\n\
+        #receive(EN_R := TRUE, DATA := #data, ADDR := #data);\nEND_FUNCTION_BLOCK\n";
+    let shown = interface(&compiled(text));
+    let named = |role| {
+        let own = shown.iter().filter(move |of| of.2 == role);
+        let names = own.filter_map(|of| of.0.strip_prefix("receive.")).map(|name| name.split('[').next().unwrap());
+        names.collect::<std::collections::BTreeSet<_>>()
+    };
+    let listed = |cell: &'static str| cell.split(", ").collect::<std::collections::BTreeSet<_>>();
+    assert_eq!((named(Role::Output), named(Role::Input)), (listed(cells[2]), listed(cells[3])));
+}
