@@ -51,13 +51,17 @@ def line(page, number):
 
 
 def set_input(page, name, value):
-    """Sets an input of the program in the list of parameters."""
-    field = page.locator(f'[data-name="{name}"] input')
+    """Sets an input of the program, which acts at once; what springs back is made a switch first."""
+    row = page.locator(f'[data-input="{name}"]')
     if isinstance(value, bool):
-        field.set_checked(value)
+        if row.locator(".push").count():
+            row.get_by_role("button", name=f"Make {name} a switch that stays").click()
+        row.get_by_role("switch").set_checked(value)
     else:
-        field.fill(str(value))
-        field.press("Enter")
+        row.locator("input.number").fill(str(value))
+        row.locator("input.number").press("Enter")
+    is_in_force = "async ([name, value]) => (await moduleOf('tool/store.js')).store.loop.settings[name].sent === value"
+    page.wait_for_function(is_in_force, arg=[name, value])
 
 
 @pytest.fixture
@@ -106,7 +110,6 @@ def test_a_program_runs_against_a_plant_with_the_bits_of_its_description(open_to
     # What the controller inside is given, and gives, is what the plant has and takes.
     assert page.locator('[id="wire-to-FurnaceZone.temperature"]').input_value() != ""
     set_input(page, "enable", True)
-    page.locator("#send").click()
     set_input(page, "setpoint", 60)
     run_calls(page, 120)
     (tmp_path / "furnace.scl").write_bytes((PROGRAMS / "furnace.scl").read_bytes())
@@ -146,7 +149,6 @@ def test_the_values_of_a_line_stand_beside_it_while_the_program_runs(open_tool):
     assert line(page, 6).locator(".value").inner_text() == "up FALSE"
     assert "has-run" not in line(page, 7).get_attribute("class")
     set_input(page, "up", True)
-    page.locator("#send").click()
     press.click()
     page.locator('.program [data-line="7"].has-run').wait_for()
     assert line(page, 6).locator(".value").inner_text() == "up TRUE"
@@ -161,7 +163,6 @@ def test_a_program_that_stops_says_so_at_its_line_and_begins_again(open_tool):
     page = open_tool(LAPTOP)
     drop(page, ("counter.scl", COUNTER))
     set_input(page, "up", True)
-    page.locator("#send").click()
     page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
     page.get_by_role("button", name="Run", exact=True).click()
     stop = page.locator(".line-note.is-stop")
@@ -180,13 +181,14 @@ def test_a_loop_without_end_leaves_the_page_alive(open_tool):
     endless = COUNTER.replace("#count += #step;", "WHILE TRUE DO #count += 1; END_WHILE;")
     drop(page, ("counter.scl", endless))
     set_input(page, "up", True)
-    page.locator("#send").click()
     page.get_by_role("button", name="Run", exact=True).click()
     stop = page.locator(".line-note.is-stop")
     stop.wait_for()
     assert "1000000 statements" in stop.inner_text()
     set_input(page, "up", False)
-    assert page.locator("#send").is_enabled()
+    stop.get_by_role("button", name="Restart").click()
+    page.get_by_role("button", name="One cycle").click()
+    wait_for_calls(page, 1)
 
 
 def test_several_sources_are_one_program_and_the_block_that_runs_is_chosen(open_tool):
@@ -204,7 +206,6 @@ def test_a_program_survives_a_reload_and_a_link_carries_it(open_tool):
     page = open_tool(LAPTOP)
     drop(page, ("counter.scl", COUNTER))
     set_input(page, "up", True)
-    page.locator("#send").click()
     for _ in range(2):
         page.get_by_role("button", name="One cycle").click()
     wait_for_calls(page, 2)
@@ -283,7 +284,7 @@ def test_a_corrected_program_takes_the_place_of_the_earlier_one_with_its_values(
     wait_for_calls(page, 1)
     drop(page, ("counter.scl", COUNTER.replace("IF #up THEN", "IF NOT #up THEN")))
     line(page, 6).get_by_text("NOT #up").wait_for()
-    assert page.locator('[data-name="step"] input').input_value() == "2"
+    assert page.locator("#input-step").input_value() == "2"
     press.click()
     page.locator('.program [data-line="7"].has-run').wait_for()
     assert line(page, 7).locator(".values").inner_text().split() == ["count", "2", "step", "2"]
@@ -308,3 +309,90 @@ def test_texts_of_a_program_stand_beside_its_lines(open_tool):
     line(page, 2).wait_for()
     page.get_by_role("button", name="One cycle").click()
     line(page, 2).locator(".values").get_by_text("'pump!'").wait_for()
+
+
+def test_a_word_is_shown_in_hexadecimal_and_a_function_has_no_values_of_another_block(open_tool):
+    page = open_tool(LAPTOP)
+    drop(page, PROGRAMS / "tank.scl")
+    set_input(page, "eStopOk", False)
+    page.get_by_role("button", name="One cycle").click()
+    source = (PROGRAMS / "tank.scl").read_text().splitlines()
+
+    def row(text):
+        return next(number for number, line in enumerate(source, 1) if text in line)
+
+    line(page, row("#fault := #faultCode <> 16#0")).locator(".values").get_by_text("16#0001").wait_for()
+    page.locator("#curves .readout").get_by_text("16#0001").wait_for()
+    # Its inputs are those of a call that is over; TankFilling has variables of the same names.
+    function = line(page, row("#Interlock := #eStopOk"))
+    function.scroll_into_view_if_needed()
+    page.get_by_role("button", name="One cycle").click()
+    wait_for_calls(page, 2)
+    assert function.locator(".value").count() == 0
+    # Words of the language, comments and literals are told apart.
+    looks = "line => [...line.querySelectorAll('code span')].map(span => [span.className, span.textContent])"
+    assert ["is-word", "VAR_INPUT"] in line(page, row("VAR_INPUT")).evaluate(looks)
+    comment = line(page, row("// push button")).evaluate(looks)
+    assert ["is-comment", "// push button"] in comment
+    assert ["is-literal", "T#10s"] in line(page, row("fillTimeout : Time")).evaluate(looks)
+
+
+def test_a_machine_and_its_plant_are_dropped_together_and_a_push_button_fills_the_tank(open_tool, run_described, tmp_path):
+    page = open_tool(LAPTOP)
+    # Three actions: drop, Run, start.
+    drop(page, PROGRAMS / "tank.scl", PROGRAMS / "tank_plant.scl")
+    start = page.locator('[data-input="start"] .push')
+    start.wait_for()
+    page.wait_for_function("async () => (await moduleOf('tool/store.js')).store.loop.connections.length === 5")
+    page.get_by_role("button", name="Run", exact=True).click()
+    wait_for_calls(page, 1)
+    start.click()
+    values = "async () => (await moduleOf('tool/store.js')).store.state.values"
+    page.wait_for_function(f"async () => (await ({values})())['TankFilling.pump'] === true")
+    page.get_by_role("button", name="Pause").click()
+    # What was connected is not set by hand any more; what is left is.
+    names = page.locator("[data-input]").evaluate_all("rows => rows.map(row => row.dataset.input)")
+    assert names == ["start", "stop", "reset", "eStopOk"]
+    for source in ("tank.scl", "tank_plant.scl"):
+        (tmp_path / source).write_bytes((PROGRAMS / source).read_bytes())
+    shown = assert_same_bits(page, run_described)
+    # The button was TRUE in one call at least, and sprang back.
+    pressed = [value.lower() == "true" for value in shown["TankFilling.start"]]
+    assert any(pressed) and not pressed[-1]
+    assert float(shown["PLANT.level"][-1]) > 20.0
+    screenshot(page, "program-machine")
+
+
+def test_a_press_between_two_calls_is_seen_by_one_call(open_tool):
+    page = open_tool(LAPTOP)
+    drop(page, PROGRAMS / "tank.scl")
+    start = page.locator('[data-input="start"] .push')
+    start.wait_for()
+    # Nothing runs: the button stays down until a call has seen it.
+    start.click()
+    sent = "async () => (await moduleOf('tool/store.js')).store.loop.settings.start.sent"
+    page.wait_for_function(f"async () => (await ({sent})()) === true")
+    assert start.get_attribute("aria-pressed") == "true"
+    page.get_by_role("button", name="One cycle").click()
+    page.wait_for_function(f"async () => (await ({sent})()) === false")
+    page.get_by_role("button", name="One cycle").click()
+    wait_for_calls(page, 2)
+    _, table = saved(page, "CSV of everything")
+    assert [value.lower() for value in recorded(table.decode())["TankFilling.start"]] == ["true", "false"]
+
+
+def test_two_blocks_of_which_no_name_says_which_is_the_plant_are_a_question(open_tool):
+    page = open_tool(LAPTOP)
+    valve = 'FUNCTION_BLOCK "Valve" VAR_INPUT open : Bool; END_VAR VAR_OUTPUT level : Real; END_VAR BEGIN\nIF open THEN level := level + 1.0; END_IF; END_FUNCTION_BLOCK'
+    logic = 'FUNCTION_BLOCK "Logic" VAR_INPUT level : Real; END_VAR VAR_OUTPUT open : Bool; END_VAR BEGIN\nopen := level < 3.0; END_FUNCTION_BLOCK'
+    drop(page, ("valve.scl", valve), ("logic.scl", logic))
+    refused = page.locator("#refused")
+    refused.get_by_text("Which block runs?").wait_for()
+    assert refused.locator(".error").count() == 0
+    refused.get_by_role("button", name="Run Logic with Valve as its plant").click()
+    page.wait_for_function("async () => (await moduleOf('tool/store.js')).store.loop?.connections.length === 2")
+    for _ in range(6):
+        page.get_by_role("button", name="One cycle").click()
+    wait_for_calls(page, 6)
+    values = page.evaluate("async () => (await moduleOf('tool/store.js')).store.state.values")
+    assert values["Logic.level"] == 3 and values["Logic.open"] is False

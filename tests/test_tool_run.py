@@ -172,7 +172,7 @@ def run_described(command, tmp_path):
 
 def assert_same_bits(page, run_described):
     """The run of the page and `plcfmu run` of its description have the same values, in every variable and call."""
-    _, description = saved(page, "Save as loops.toml")
+    _, description = saved(page, "Save as TOML")
     _, table = saved(page, "CSV of everything")
     shown, ran = recorded(table.decode()), run_described(description.decode())
     assert set(ran) <= set(shown)
@@ -364,7 +364,7 @@ def test_a_saved_description_opens_again_with_the_same_bits(open_tool, tool, tmp
     set_now(tool, "setpoint", 40)
     run_calls(tool, 30)
     values = "async () => (await moduleOf('tool/store.js')).store.state.values"
-    name, description = saved(tool, "Save as loops.toml")
+    name, description = saved(tool, "Save as TOML")
     (tmp_path / name).write_bytes(description)
     page = open_tool()
     page.locator("#open-files").set_input_files(tmp_path / name)
@@ -697,7 +697,7 @@ def test_downloads_have_proper_names_and_contents(tool):
     for button, name, begin in (
         ("CSV of the curves", r"TIC101\.csv", b"time"),
         ("CSV of everything", r"TIC101_all\.csv", b"time"),
-        ("Save as loops.toml", r".*\.toml", b""),
+        ("Save as TOML", r".*\.toml", b""),
         ("Report (HTML)", r".*\.html", b"<!DOCTYPE html>"),
         ("Picture (SVG)", r"TIC101\.svg", b"<svg "),
         ("Picture (PNG)", r"TIC101\.png", b"\x89PNG"),
@@ -727,6 +727,14 @@ def test_a_recording_of_the_same_block_replays_equal_and_a_wrong_gain_is_found(t
     verdict = tool.locator("#replay .verdict")
     verdict.wait_for()
     assert "good" in verdict.get_attribute("class"), verdict.inner_text()
+    # Both curves are in sight, in the place of those of the run, while the tab is.
+    chart = tool.locator(".replay-stage canvas")
+    place = chart.bounding_box()
+    assert place["y"] >= 0 and place["y"] + place["height"] <= tool.viewport_size["height"] and place["height"] > 200
+    assert "recorded" in tool.locator(".replay-stage").inner_text() and tool.locator(".no-run").is_hidden()
+    show_tab(tool, "Runs")
+    assert tool.locator(".replay-stage").is_hidden()
+    show_tab(tool, "Replay")
     lines = table.decode().splitlines()
     header = lines[0].split(",")
     at = header.index("TIC101.LMN")

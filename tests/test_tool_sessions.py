@@ -1,12 +1,12 @@
 """What a reload and a closed tab leave of the parameter tool's work."""
 
 import test_tool_parameters
+from test_tool_files import loop_names
 from test_tool_parameters import (
     browser,  # noqa: F401
     checked,
     data_block,
     field,
-    loop_names,
     make_calls,
     new_loop,
     open_file,
@@ -36,6 +36,7 @@ def test_a_reload_keeps_loops_values_edits_and_the_run(page):  # noqa: F811
     make_calls(page, 5)
     write(page, "TI", "44")
     write(page, "LMN_HLM", "x")
+    page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
     before = page.evaluate('async () => (await moduleOf("tool/store.js")).store.state')
     page.wait_for_function("() => JSON.parse(sessionStorage.getItem('plcfmu')).run?.events.length === 1")
     page.reload()
@@ -48,6 +49,9 @@ def test_a_reload_keeps_loops_values_edits_and_the_run(page):  # noqa: F811
     assert (field(page, "GAIN").input_value(), tag(page, "GAIN")) == ("7", "changed")
     assert (field(page, "TI").input_value(), tag(page, "TI")) == ("44", "edited")
     assert field(page, "LMN_HLM").input_value() == "x"
+    assert page.get_by_role("group", name="Speed").get_by_role("button", name="max").get_attribute("aria-pressed") == "true"
+    page.get_by_role("button", name="Undo", exact=True).click()
+    assert (field(page, "TI").input_value(), tag(page, "TI")) == ("20", "start")
     assert loop_names(page) == ["A", "B"]
     page.get_by_role("button", name="A", exact=True).click()
     assert (field(page, "GAIN").input_value(), tag(page, "GAIN")) == ("4", "file")

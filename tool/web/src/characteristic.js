@@ -21,7 +21,8 @@ export function mount(after) {
     const member = { name: loop.member, fmu: loop.description.name, values: valuesOf(loop) };
     try {
       const { sweeps } = await ask({ do: "characteristic", member });
-      if (mine === asked) fill(within, sweeps.map(chart));
+      // A flat curve explains nothing: in automatic mode, the manual value moves no output.
+      if (mine === asked) fill(within, sweeps.filter(isMoving).map(chart));
     } catch {
       // A value in a field that the block refuses is said beside the field.
       if (mine === asked) fill(within);
@@ -37,6 +38,11 @@ export function mount(after) {
     soon();
   });
   store.on("checked", soon);
+}
+
+/** Whether an output of a sweep moves with its input. @param {import("./messages").Sweep} sweep */
+function isMoving({ outputs }) {
+  return outputs.some(([, values]) => Math.max(...values) > Math.min(...values));
 }
 
 /** @param {import("./messages").Sweep} sweep */

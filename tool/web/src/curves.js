@@ -34,11 +34,12 @@ import { ask } from "tool/engine.js";
 import { copyInFull, drawnOfEarlier, ofCalls, overlays } from "tool/overlay.js";
 import { CHAIN, choose as takePlant } from "tool/plant.js";
 import { laneValues, makePlot } from "tool/plot.js";
+import { programOf } from "tool/program.js";
 import { makeReadout } from "tool/readout.js";
 import { runsOf } from "tool/runs.js";
 import { called, controlledValue, isSwitch, pulsePeriod, roles, signals, units, unitText } from "tool/signals.js";
 import { store } from "tool/store.js";
-import { number, rounded, shown } from "tool/values.js";
+import { hexadecimal, number, rounded, shown } from "tool/values.js";
 
 const WINDOWS = /** @type {[string, number][]} */ ([
   ["1 min", 60],
@@ -363,7 +364,14 @@ function make() {
   showValues();
   if (curves.length === 0) return;
   const size = { width: width(), height: height() };
-  const parts = { range, isExact: () => view.is_exact, behind: () => behind(), marks: () => marks, hooks: hooks() };
+  const parts = {
+    range,
+    isEmpty: () => view.times.length === 0,
+    isExact: () => view.is_exact,
+    behind: () => behind(),
+    marks: () => marks,
+    hooks: hooks(),
+  };
   // Above the lanes.
   legend.style.bottom = `${44 + 18 * curves.filter((curve) => curve.isSwitch && isShown(curve)).length}px`;
   ({ plot, base } = makePlot(sheet, size, curves.filter(isShown), parts));
@@ -701,6 +709,9 @@ function valueText(curve, at, digits) {
   const written = (value) => {
     if (value === null || value === undefined) return "NaN";
     const of = curve.isSwitch ? number(value) === 1 : value;
+    // In a block a WORD is an analog value; in a program it is bits.
+    const bits = programOf(store.loop) && hexadecimal(of, curve.kind);
+    if (bits) return bits;
     return digits ? rounded(of, curve.kind, digits) : shown(of, curve.kind);
   };
   if (at === undefined) return "";

@@ -10,7 +10,8 @@
 import { recordingOf } from "tool/csv.js";
 import { accept, ask, EngineError, fromBase64, toBase64, unpacked, upload, whereIsTheEngine } from "tool/engine.js";
 import { openKnown } from "tool/known.js";
-import { openProgram, sourcesAmong } from "tool/program.js";
+import { openSources } from "tool/machine.js";
+import { sourcesAmong } from "tool/program.js";
 import { store } from "tool/store.js";
 import { isBoolean } from "tool/values.js";
 import { unzipped } from "tool/zip.js";
@@ -39,18 +40,26 @@ export async function openFiles(files) {
   const [sources, others] = await sourcesAmong(texts);
   if (sources.length > 0) {
     try {
-      await openProgram(sources);
+      await openSources(sources);
     } catch (error) {
       store.say(error);
     }
   }
-  for (const file of others) {
-    try {
-      await open(file);
-    } catch (error) {
-      if (error instanceof EngineError) refuse(file.name, error.message);
-      else refuse(file.name, `It cannot be read: ${error instanceof Error ? error.message : error}.`);
-    }
+  for (const file of others) await attempt(file, () => open(file));
+}
+
+/**
+ * Opens a file; why that is impossible is shown with it.
+ *
+ * @param {File} file
+ * @param {() => Promise<unknown>} act
+ */
+async function attempt(file, act) {
+  try {
+    await act();
+  } catch (error) {
+    if (error instanceof EngineError) refuse(file.name, error.message);
+    else refuse(file.name, `It cannot be read: ${error instanceof Error ? error.message : error}.`);
   }
 }
 
@@ -203,6 +212,16 @@ export async function take(file, at) {
 export function underWork(file, at) {
   const name = file.loops[at].name;
   return store.loops.find((one) => one.file === file.name && one.notes.at === at && one.name === name);
+}
+
+/**
+ * The description of a block of the catalogue.
+ *
+ * @param {string} block
+ */
+export async function describedBlock(block) {
+  const entry = store.catalogue.fmus.find((one) => one.name === block) ?? (await byBlock(block));
+  return entry && store.describe(entry.name);
 }
 
 /** @param {string} block */

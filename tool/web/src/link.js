@@ -7,6 +7,7 @@
  * @property {string} name of the loop
  * @property {string} fmu
  * @property {import("./messages").Program} [program] the sources of what runs, if it is a program
+ * @property {(import("./messages").Program | null)[]} [others] the same of the other members, in their order
  * @property {import("./messages").Values} values in force at the end
  * @property {number | null} window of the curves, in seconds
  * @property {import("tool/remake.js").Made | null} run
@@ -15,7 +16,7 @@
  */
 
 import { ask, EngineError, fromBase64, toBase64 } from "tool/engine.js";
-import { admit, programOf } from "tool/program.js";
+import { admit, programNamed, programOf } from "tool/program.js";
 import { remake } from "tool/remake.js";
 import { store, valuesOf } from "tool/store.js";
 
@@ -33,6 +34,7 @@ export async function linkOfLoop() {
   const carried = {
     ...{ version: 1, name, member, fmu: loop.description.name, values: valuesOf(loop, "sent") },
     program: programOf(loop)?.program,
+    others: members.map(({ fmu }) => programNamed(fmu)?.program ?? null),
     window: loop.notes.curves?.window ?? null,
     ...{ run, plant: { members, connections, step, exchange } },
   };
@@ -60,6 +62,17 @@ export async function openLink() {
   if ((carried.run?.calls ?? 0) > MOST_CALLS)
     throw new EngineError(`The run of the link has ${carried.run?.calls} cycles; at most ${MOST_CALLS} are run.`);
   const fmu = carried.program ? (await admit(carried.program)).fmu : carried.fmu;
+  // A program may have another name here.
+  /** @type {Map<string, string>} */
+  const fmus = new Map();
+  for (const [at, program] of (carried.others ?? []).entries()) {
+    const name = program && (await admit(program)).fmu;
+    if (name) fmus.set(carried.plant.members[at].fmu, name);
+  }
+  const here = (/** @type {import("./messages").Member} */ member) => ({
+    ...member,
+    fmu: fmus.get(member.fmu) ?? member.fmu,
+  });
   const loop = await store.add(String(carried.name), String(fmu));
   const taken = store.loops.some((one) => one !== loop && one.member === carried.member);
   if (!taken) loop.member = String(carried.member);
@@ -68,7 +81,8 @@ export async function openLink() {
   loop.undo = [];
   if (carried.window !== null) loop.notes.curves = { chosen: [], hidden: [], window: Number(carried.window) };
   const own = renamed(carried.member, loop.member);
-  const { members, step, exchange } = carried.plant;
+  const { step, exchange } = carried.plant;
+  const members = carried.plant.members.map(here);
   const wires = carried.plant.connections.map(([from, to]) => /** @type {[string, string]} */ ([own(from), own(to)]));
   await store.connect({ members, connections: wires, step, exchange });
   store.emit("loop");
@@ -79,7 +93,7 @@ export async function openLink() {
   await remake(loop, {
     setup: {
       ...setup,
-      members: [{ ...controller, name: loop.member, fmu: loop.description.name }, ...others],
+      members: [{ ...controller, name: loop.member, fmu: loop.description.name }, ...others.map(here)],
       connections,
     },
     events: events.map((event) => ({ ...event, variable: own(event.variable) })),

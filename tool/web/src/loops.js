@@ -2,7 +2,7 @@
 
 import { byId, element, fill, text } from "tool/dom.js";
 import { EngineError } from "tool/engine.js";
-import { openFiles, readAgain, take, underWork } from "tool/files.js";
+import { describedBlock, openFiles, readAgain, take, underWork } from "tool/files.js";
 import { cards, live, showRecorded } from "tool/first.js";
 import { forget, keptSessions } from "tool/kept.js";
 import { openKnown } from "tool/known.js";
@@ -10,7 +10,9 @@ import { goOn } from "tool/session.js";
 import { isEdited, source, store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
-/** A row of the table. @typedef {{ name: string, title?: string, block: string, cycle: number | null, warnings: number, file?: string, loop: import("./store.js").Work | undefined, take: () => unknown }} Row */
+/** A row of the table. @typedef {{ name: string, title?: string, block: string, cycle: number | null, warnings: number, file?: string, loop: import("./store.js").Work | undefined, given: import("./messages").Setting[], take: () => unknown }} Row */
+
+/** A column beside name and state: its title, and what a row has in it, as a value to sort by and as a text. @typedef {{ title: string, isNumber: boolean, isWide: boolean, of: (row: Row) => [number | string, string] }} Column */
 
 /** As long as nothing is under work, the table has the page for itself. */
 const [FEW, MANY] = [5, 25];
@@ -21,6 +23,10 @@ const FIRST_EXAMPLE = "furnace";
 
 let page = 0;
 let filter = "";
+/** By which column the rows are sorted; in the order of the files without it. @type {{ title: string, isDown: boolean } | undefined} */
+let sorting;
+/** What the variables of the blocks are, by the names of the blocks. @type {Map<string, import("./messages").Roles>} */
+const rolesOf = new Map();
 let shownRows = "";
 /** @type {(import("./store.js").OpenFile | boolean)[]} */
 let shownFiles = [];
@@ -49,6 +55,10 @@ export function mount(content) {
     showProblems(problems);
   };
   for (const what of ["files", "loops", "loop"]) store.on(what, update);
+  const learn = async () => {
+    if (await learnRoles()) showRows(list, search);
+  };
+  for (const what of ["catalogue", "files", "loops"]) store.on(what, learn);
   let isDue = false;
   store.on("settings", () => {
     if (isDue) return;
@@ -286,6 +296,7 @@ function allRows() {
         warnings: loop.warnings.length,
         file: file.name,
         loop: work,
+        given: loop.settings,
         take: () => take(file, at),
       });
     }
@@ -311,8 +322,113 @@ function rowOf(loop) {
     cycle: typeof cycle === "number" ? cycle : null,
     warnings: loop.warnings.length,
     loop,
+    given: [],
     take: () => store.show(loop),
   };
+}
+
+/** Asks what the variables of the listed blocks are. @returns {Promise<boolean>} whether one is new */
+async function learnRoles() {
+  const named = [...store.files.flatMap(({ loops }) => loops), ...store.loops.map(({ description }) => description)];
+  const unknown = [...new Set(named.map(({ block }) => block))].filter((block) => !rolesOf.has(block));
+  const found = await Promise.all(unknown.map((block) => describedBlock(block).catch(() => undefined)));
+  for (const description of found) if (description) rolesOf.set(description.block, description.roles);
+  return found.some((one) => one !== undefined);
+}
+
+/**
+ * What a row has of one of its variables: in the file, or in force once it is under work.
+ *
+ * @param {Row} row
+ * @param {string | null | undefined} name
+ */
+function ofRow(row, name) {
+  if (!name) return undefined;
+  return row.loop?.settings[name]?.sent ?? row.given.find((one) => one.name === name)?.value;
+}
+
+/** A number of a row. @param {string} title @param {(roles: import("./messages").Roles) => string | null | undefined} role @param {string} [unit] @returns {Column} */
+function numberColumn(title, role, unit = "") {
+  return {
+    ...{ title, isNumber: true, isWide: true },
+    of: (row) => {
+      const roles = rolesOf.get(row.block);
+      const value = roles && ofRow(row, role(roles));
+      if (typeof value !== "number") return [Number.NEGATIVE_INFINITY, ""];
+      return [value, `${rounded(value, "REAL")}${unit}`];
+    },
+  };
+}
+
+/** @type {Column[]} */
+const COLUMNS = [
+  { title: "Block", isNumber: false, isWide: false, of: ({ block }) => [block, block] },
+  {
+    ...{ title: "Cycle", isNumber: true, isWide: false },
+    of: ({ cycle }) => (cycle === null ? [Number.NEGATIVE_INFINITY, ""] : [cycle, `${rounded(cycle, "TIME")} s`]),
+  },
+  numberColumn("GAIN", ({ controller }) => controller[0]),
+  numberColumn("TI", ({ controller }) => controller[1], " s"),
+  {
+    ...{ title: "Mode", isNumber: false, isWide: true },
+    of: (row) => {
+      const on = ofRow(row, rolesOf.get(row.block)?.manual?.[0]);
+      const mode = on === undefined ? "" : on === true ? "MANUAL" : "AUTO";
+      return [mode, mode];
+    },
+  },
+  numberColumn("Setpoint", ({ setpoint }) => setpoint),
+];
+
+/** The rows in the order that the user has chosen; those of equal values keep theirs. @param {Row[]} rows */
+function sorted(rows) {
+  if (!sorting) return rows;
+  const { title, isDown } = sorting;
+  const column = COLUMNS.find((one) => one.title === title);
+  const key = (/** @type {Row} */ row) => (column ? column.of(row)[0] : row.name);
+  const keyed = rows.map((row) => ({ row, key: key(row) }));
+  const compare = (/** @type {any} */ one, /** @type {any} */ other) =>
+    typeof one === "string"
+      ? one.localeCompare(other, "en", { numeric: true })
+      : one < other
+        ? -1
+        : Number(one > other);
+  keyed.sort((one, other) => compare(one.key, other.key) * (isDown ? -1 : 1));
+  return keyed.map(({ row }) => row);
+}
+
+/**
+ * The head of the table: a click on a title sorts by its column, a second one the other way, a third one no longer.
+ *
+ * @param {HTMLElement} list
+ * @param {HTMLElement} search
+ */
+function head(list, search) {
+  const cell = (/** @type {string} */ title, /** @type {string | false} */ look) => {
+    const isOwn = sorting?.title === title;
+    const turn = () => {
+      sorting = !isOwn ? { title, isDown: false } : sorting?.isDown ? undefined : { title, isDown: true };
+      page = 0;
+      showRows(list, search);
+    };
+    const order = !isOwn ? "none" : sorting?.isDown ? "descending" : "ascending";
+    const button = { type: "button", class: "plain sort", "data-row": `by ${title}`, onclick: turn };
+    const mark = isOwn ? (sorting?.isDown ? " ▼" : " ▲") : "";
+    return element("th", { scope: "col", class: look, "aria-sort": order }, element("button", button, title, mark));
+  };
+  return element(
+    "thead",
+    {},
+    element(
+      "tr",
+      {},
+      cell("Loop", false),
+      COLUMNS.map(({ title, isNumber, isWide }) =>
+        cell(title, [isNumber && "number", isWide && "of-wide"].filter(Boolean).join(" ") || false),
+      ),
+      element("th", { scope: "col" }, element("span", { class: "visually-hidden" }, "State")),
+    ),
+  );
 }
 
 /**
@@ -322,9 +438,10 @@ function rowOf(loop) {
 function showRows(list, search) {
   const focused = list.contains(document.activeElement) ? document.activeElement?.getAttribute("data-row") : null;
   const all = allRows();
-  const found = filter
+  const matching = filter
     ? all.filter((row) => [row.name, row.block, row.title].some((text) => text?.toLowerCase().includes(filter)))
     : all;
+  const found = sorted(matching);
   // A row with a title is higher: what turns the pages stays in sight.
   const few = found.some(({ title }) => title) ? FEW - 1 : FEW;
   const rows = store.loops.length > 0 ? few : MANY;
@@ -332,6 +449,7 @@ function showRows(list, search) {
   // An element that is made anew under the pointer is not clicked.
   const key = JSON.stringify([
     page,
+    sorting,
     all.length,
     found.length,
     found.slice(page * rows, page * rows + rows).map(summaryOf),
@@ -342,20 +460,13 @@ function showRows(list, search) {
   page = Math.min(page, pages - 1);
   const from = page * rows;
   const shown = found.slice(from, from + rows);
-  const head = ["Loop", "Block", "Cycle", ""].map((title) =>
-    element(
-      "th",
-      { scope: "col", class: title === "Cycle" && "number" },
-      title || element("span", { class: "visually-hidden" }, "State"),
-    ),
-  );
   fill(
     list,
     all.length > 0 &&
       element(
         "table",
         { class: "loops" },
-        element("thead", {}, element("tr", {}, head)),
+        head(list, search),
         element(
           "tbody",
           {},
@@ -413,8 +524,13 @@ function showRow(row, number) {
     "tr",
     { class: isShown && "is-shown" },
     element("td", {}, name, under ? element("span", { class: "row-title faint", title: under }, under) : null),
-    element("td", {}, row.block),
-    element("td", { class: "number" }, row.cycle === null ? "" : `${rounded(row.cycle, "TIME")} s`),
+    COLUMNS.map(({ isNumber, isWide, of }) =>
+      element(
+        "td",
+        { class: [isNumber && "number", isWide && "of-wide"].filter(Boolean).join(" ") || false },
+        of(row)[1],
+      ),
+    ),
     element(
       "td",
       {
@@ -444,7 +560,7 @@ function summaryOf(row) {
     warnings,
     name: row.name,
     file: row.file,
-    cycle: row.cycle,
+    columns: COLUMNS.map(({ of }) => of(row)[1]),
     isShown: row.loop !== undefined && row.loop === store.loop,
   };
 }

@@ -21,10 +21,12 @@
 
 import { byId, element, fill } from "tool/dom.js";
 import { ask } from "tool/engine.js";
+import { openWith } from "tool/machine.js";
 import { byPath, forgetRefused, programOf, refused, translate } from "tool/program.js";
 import { optionsForm } from "tool/program_options.js";
+import { coloured } from "tool/scl.js";
 import { store } from "tool/store.js";
-import { isBoolean, isTime, number, plcTime, rounded } from "tool/values.js";
+import { hexadecimal, isBoolean, isTime, number, plcTime, rounded } from "tool/values.js";
 
 /** The type of what is no number. */
 const TEXT = "STRING";
@@ -140,14 +142,17 @@ function draw() {
   }
   const scroll = sheet?.isConnected ? sheet.scrollTop : 0;
   sheet = element("div", { class: "source", tabindex: 0, role: "region", "aria-label": `Source ${source.file}` });
-  lines = source.text.split(/\r\n|\n|\r/).map((text, at) => line(text, at + 1));
+  const texts = source.text.split(/\r\n|\n|\r/);
+  const looks = coloured(texts);
+  lines = texts.map((text, at) => line(text, at + 1, looks[at]));
   fill(
     sheet,
     lines.flatMap(({ row }, at) => [row, ...notesOf(source.file, at + 1)]),
   );
   sheet.style.setProperty("--digits", String(String(lines.length).length));
   sheet.addEventListener("scroll", due);
-  fill(body, head(), problems(compiled.problems), sheet);
+  // Which block runs is a question, and no error.
+  fill(body, head(), compiled.candidates.length > 1 ? null : problems(compiled.problems), sheet);
   sheet.scrollTop = scroll;
   if (stop) lines[stop.line - 1]?.row.scrollIntoView({ block: "center" });
   update();
@@ -173,13 +178,25 @@ function head() {
       `Run ${name}`,
     ),
   );
+  // Each with each other as its plant, which is a click then.
+  const pairs = compiled.candidates.flatMap((machine) =>
+    compiled.candidates.filter((plant) => plant !== machine).map((plant) => [machine, plant]),
+  );
+  const both = (pairs.length === 2 ? pairs : []).map(([machine, plant]) =>
+    element(
+      "button",
+      { type: "button", onclick: () => openWith(program, machine, plant).catch(store.say) },
+      `Run ${machine} with ${plant} as its plant`,
+    ),
+  );
   return element(
     "div",
     { class: "row program-head" },
-    element("strong", {}, isRefused ? "Not translated" : compiled.block),
+    element("strong", {}, isRefused ? (choices.length > 0 ? "Which block runs?" : "Not translated") : compiled.block),
     compiled.sources.length < 2 ? element("span", { class: "faint" }, compiled.sources[0]?.file) : files,
     isRefused ? null : instances(compiled),
     choices,
+    both,
     optionsForm(program, compiled, again),
     isRefused &&
       element(
@@ -288,9 +305,10 @@ function goTo({ file: name, place }) {
  *
  * @param {string} text
  * @param {number} at
+ * @param {(string | HTMLElement)[]} look
  * @returns {Line}
  */
-function line(text, at) {
+function line(text, at, look) {
   const { compiled } = /** @type {NonNullable<typeof showing>} */ (showing);
   const block = compiled.blocks.findLast((one) => one.file === file && one.line <= at);
   const names = block?.names.filter((one) => one.line === at) ?? [];
@@ -305,7 +323,7 @@ function line(text, at) {
       "data-line": at,
     },
     element("span", { class: "line-number" }, at),
-    element("code", { title: text.length > 60 ? text.trim() : null }, marked(text, found)),
+    element("code", { title: text.length > 60 ? text.trim() : null }, found.length > 0 ? marked(text, found) : look),
     values,
   );
   return { row, values, block, names, shown: "" };
@@ -502,7 +520,8 @@ function value({ block }, named) {
   const found = find(block, named.path, named.is_global);
   if (!found) return undefined;
   const [kind, now] = found;
-  const text = kind === TEXT ? `'${now}'` : isTime(kind) ? plcTime(number(now)) : rounded(now, kind, 7);
+  const plain = () => (isTime(kind) ? plcTime(number(now)) : (hexadecimal(now, kind) ?? rounded(now, kind, 7)));
+  const text = kind === TEXT ? `'${now}'` : plain();
   return [[named.path, text, kind]];
 }
 
@@ -531,8 +550,10 @@ function find(block, path, isGlobal) {
   });
   if (!isKnown) return undefined;
   const prefix = instanceOf(block);
+  // What a function calculates with is gone by the end of its call; a variable of the program may have the same name.
+  if (prefix === undefined && !isGlobal) return undefined;
   const own = prefix ? `${prefix}.${plain}` : plain;
-  const candidates = isGlobal ? [plain] : prefix === undefined ? [plain] : [own, plain];
+  const candidates = isGlobal ? [plain] : [own];
   for (const candidate of candidates) {
     const variable = variables.get(candidate.toUpperCase());
     const now = variable && store.state.values[`${loop.member}.${variable.name}`];

@@ -11,6 +11,8 @@
 import { mount as characteristic } from "tool/characteristic.js";
 import { attribute, byId, element, fill, text } from "tool/dom.js";
 import { fieldHelp } from "tool/help.js";
+import { actingInputs, mount as inputs } from "tool/inputs.js";
+import { programOf } from "tool/program.js";
 import { unitText } from "tool/signals.js";
 import { isEdited, runValue, source, store, wiredTo } from "tool/store.js";
 import { isBoolean, isTime, number, plcTime, read, rounded, shown } from "tool/values.js";
@@ -64,7 +66,9 @@ export function mount(content) {
   const bar = element("div", { class: "row send" }, send, back, count);
   const warnings = element("ul", { class: "warnings" });
   const list = element("div", { id: "fields" });
-  content.append(bar, warnings, list);
+  const acting = element("div", {});
+  content.append(bar, warnings, acting, list);
+  inputs(acting);
   characteristic(content);
   const showBar = () => {
     const edited = store.edited().length;
@@ -94,6 +98,7 @@ export function mount(content) {
   for (const what of ["plant", "run"]) {
     store.on(what, () => {
       for (const name of rows.keys()) showField(name);
+      showGroups();
     });
   }
   let isDue = false;
@@ -115,6 +120,12 @@ export function mount(content) {
  */
 export function goTo(name) {
   const row = rows.get(name);
+  const input = document.querySelector(`[data-input="${CSS.escape(name)}"] :is(input, button)`);
+  if (input instanceof HTMLElement) {
+    store.emit("show", "side");
+    input.focus();
+    return true;
+  }
   if (!row) return false;
   const fold = row.row.closest("details");
   if (fold) fold.open = true;
@@ -150,7 +161,8 @@ function build(list) {
     const box = element(
       "section",
       { class: "group", "aria-labelledby": id },
-      element("h3", { id }, group.title),
+      // Those of a program that are set by hand stand above: these are what the plant gives.
+      element("h3", { id }, programOf(loop) && group.title === "Inputs" ? "Connected inputs" : group.title),
       used,
       fold,
     );
@@ -160,7 +172,18 @@ function build(list) {
     list.append(box);
   }
   for (const name of rows.keys()) showField(name);
+  showGroups();
   showStructure();
+}
+
+/** A group whose inputs all act at once has nothing to be edited. */
+function showGroups() {
+  for (const { box, names } of groups) box.hidden = names.every((name) => isActing(name));
+}
+
+/** Whether a setting is an input that acts at once, and so has no field to be edited in. @param {string} name */
+function isActing(name) {
+  return store.loop !== undefined && actingInputs(store.loop).some((one) => one.name === name);
 }
 
 /**
@@ -350,6 +373,7 @@ function showField(name, isForced = false) {
   if (!loop || !row || !setting) return;
   const { kind } = setting.variable;
   const wire = wiredTo(loop, name);
+  row.row.hidden = isOfStructure(loop, name) || isActing(name);
   const value = wire ? (runValue(loop, name) ?? setting.value) : setting.value;
   if (isBoolean(kind)) row.input.checked = Boolean(value);
   else if (isForced || document.activeElement !== row.input || setting.wrong === undefined) {
@@ -368,7 +392,10 @@ function showField(name, isForced = false) {
   const from = wire ? "wired" : edited ? "edited" : source(setting);
   row.row.dataset.source = wire ? "wired" : source(setting);
   text(row.tag, from);
-  text(row.grey, greyOf(loop, setting, value, wire));
+  const grey = greyOf(loop, setting, value, wire);
+  text(row.grey, grey.join("; "));
+  attribute(row.grey, "title", grey.join("; ") || undefined);
+  row.grey.classList.toggle("is-beside", grey.length === 1 && edited && !wire);
   const said = loop.checked?.remarks ?? [];
   const remarks = said.filter((one) => fieldOf(one) === name);
   const isError = setting.why !== undefined || said.some((one) => one.is_error && one.variables.includes(name));
@@ -389,7 +416,7 @@ function fieldOf(remark) {
 }
 
 /**
- * What stands in grey under a field: its range, its time as the PLC shows it, and the value in force if it is another.
+ * What stands in grey under a field: the value in force if it is another, its time as the PLC shows it, its range.
  *
  * @param {Work} loop
  * @param {Setting} setting
@@ -400,16 +427,16 @@ function greyOf(loop, setting, value, wire) {
   const { kind, min, max } = setting.variable;
   const parts = [];
   if (wire) parts.push(`from ${wire}`);
+  if (isEdited(setting) && !wire) parts.push(`in force: ${shown(setting.sent, kind)}`);
   if (isTime(kind)) parts.push(plcTime(number(value)));
   if (!isBoolean(kind)) {
     if (min !== null && max !== null) parts.push(`${shown(min, kind)} ... ${shown(max, kind)}`);
     else if (min !== null) parts.push(`${shown(min, kind)} or more`);
     else if (max !== null) parts.push(`up to ${shown(max, kind)}`);
   }
-  if (isEdited(setting) && !wire) parts.push(`in force: ${shown(setting.sent, kind)}`);
   const rounded = loop.checked?.rounded[setting.variable.name];
   if (rounded !== undefined && kind !== "REAL") parts.push(`the block holds ${shown(rounded, kind)}`);
-  return parts.join("; ");
+  return parts;
 }
 
 /**

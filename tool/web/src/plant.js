@@ -12,6 +12,7 @@
 
 import { element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
+import { programNamed } from "tool/program.js";
 import { called, isSwitch, unitText } from "tool/signals.js";
 import { isSettable, split, store, valuesOf } from "tool/store.js";
 import { plcTime, read, shown } from "tool/values.js";
@@ -271,7 +272,9 @@ async function show() {
  */
 function chooser(loop, plant) {
   const entries = store.catalogue.fmus.filter(
-    (entry) => (entry.part === "plant" || entry.is_foreign) && entry.name !== CHAIN.fmu,
+    ({ name, part, is_foreign: isForeign }) =>
+      (part === "plant" || isForeign || (programNamed(name) !== undefined && name !== loop.description.name)) &&
+      name !== CHAIN.fmu,
   );
   entries.sort((one, other) => Number(other.name === GENERIC) - Number(one.name === GENERIC));
   const list = element(

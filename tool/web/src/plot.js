@@ -11,6 +11,7 @@
  *
  * @typedef {object} Parts what the picture is made of, each time it is drawn
  * @property {() => [number, number]} range of the time
+ * @property {() => boolean} isEmpty whether there is no value yet
  * @property {() => boolean} isExact
  * @property {() => Overlay[]} behind
  * @property {() => Mark[]} marks
@@ -70,6 +71,7 @@ export function makePlot(place, { width, height }, all, parts) {
     const of = ranged(unit, () => extent(parts.behind(), scale, parts.range()), scale === "left" ? 4 : 0);
     return (/** @type {uPlot} */ self, /** @type {number} */ low, /** @type {number} */ high) => {
       let [from, to] = /** @type {[number, number]} */ (of(self, low, high, scale));
+      ends[scale] = isPercent(scale) && to <= 104 ? 100 : Infinity;
       if (scale === "left") {
         [from, to, choices] = numberings(from, to, (inner - lanes) / SPACE);
         lines.left = choices[0];
@@ -83,8 +85,12 @@ export function makePlot(place, { width, height }, all, parts) {
     };
   };
   /** @param {string} scale */
+  const isPercent = (scale) => numbers.find((curve) => curve.scale === scale)?.unit === "%";
+  /** The highest number of each axis: percent that end at 100 have none above. @type {Record<string, number>} */
+  const ends = {};
+  /** @param {string} scale */
   const aboveLanes = (scale) => (/** @type {uPlot} */ _, /** @type {number[]} */ splits) =>
-    splits.map((split) => (split < floors[scale] ? null : split));
+    splits.map((split) => (split < floors[scale] || split > (ends[scale] ?? Infinity) ? null : split));
   /** @param {string} scale @param {number} side */
   const valueAxis = (scale, side) => {
     const filter = aboveLanes(scale);
@@ -93,7 +99,8 @@ export function makePlot(place, { width, height }, all, parts) {
       ...{ scale, side, label: axisLabel(numbers, scale), filter, ticks: { show: false, filter } },
       grid: { show: isLeft, stroke: grid, width: 1, filter },
       splits: () => lines[scale] ?? [],
-      values: (_, splits) => ticks(splits),
+      // Without a value, any number would be a guess.
+      values: (_, splits) => (parts.isEmpty() ? splits.map(() => "") : ticks(splits)),
       size: (_, values) => {
         const names = isLeft ? switches.map((curve) => lastName(curve).length) : [];
         return 14 + 6.5 * Math.max(3, ...names, ...(values ?? []).map((value) => String(value ?? "").length));

@@ -71,6 +71,7 @@ export async function sourcesAmong(files) {
  * Opens sources as one program.
  *
  * @param {File[]} files
+ * @returns {Promise<Work | undefined>} the loop, unless the program was refused
  */
 export async function openProgram(files) {
   /** @type {import("./messages").SourceFile[]} */
@@ -79,14 +80,20 @@ export async function openProgram(files) {
     if (file.size > LARGEST) throw new EngineError(`${file.name} is larger than ${LARGEST / 1e6} MB: leave it out.`);
     sources.push({ file: file.name, content: toBase64(new Uint8Array(await file.arrayBuffer())) });
   }
-  // Sources that are opened again are those of the loop that has them: with what was chosen for it.
-  const names = (/** @type {Program} */ program) => program.files.map(({ file }) => file).join("|");
+  // Sources that are opened again are those of the loop that has them: with what was chosen for it, and with its other sources.
   const before = store.loops.find((loop) => {
-    const of = programOf(loop);
-    return of && names(of.program) === sources.map(({ file }) => file).join("|");
+    const files = programOf(loop)?.program.files ?? [];
+    return files.length > 0 && sources.every(({ file }) => files.some((one) => one.file === file));
   });
-  const program = { ...programOf(before)?.program, files: sources };
-  await translate(/** @type {Program} */ (program), before);
+  const earlier = programOf(before)?.program;
+  const others = earlier?.files.map((one) => sources.find(({ file }) => file === one.file) ?? one);
+  const program = { ...earlier, files: others ?? sources };
+  return translate(/** @type {Program} */ (program), before);
+}
+
+/** What an FMU of the catalogue was translated from, if it is a program that was opened here. @param {string} fmu */
+export function programNamed(fmu) {
+  return known.get(fmu);
 }
 
 /**

@@ -7,7 +7,7 @@
 
 import { draw } from "tool/charts.js";
 import { chooser } from "tool/csv.js";
-import { element, fill, tableHead } from "tool/dom.js";
+import { byId, element, fill, tableHead } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { unitText } from "tool/signals.js";
 import { store, valuesOf } from "tool/store.js";
@@ -26,18 +26,45 @@ let body;
 let mapping;
 /** @type {HTMLElement} */
 let result;
+/** The curves, in the place of those of the run while the tab is shown: below the table nobody would see them. @type {HTMLElement} */
+let stage;
+/** Which output is drawn, and what draws it. @type {(() => void) | undefined} */
+let drawCurve;
 /** @type {() => void} */
 let endChart = () => {};
+/** What of the stage is above and below its chart, in pixels. */
+const AROUND = 96;
 
 /** @param {HTMLElement} content */
 export function mount(content) {
   body = element("div", {});
   mapping = element("div", {});
   result = element("div", { "aria-live": "polite" });
+  stage = element("div", {
+    class: "replay-stage",
+    role: "region",
+    "aria-label": "Recorded and computed",
+    hidden: true,
+  });
+  byId("curves").querySelector(".content")?.append(stage);
   fill(content, body, mapping, result);
   store.on("csv", open);
   store.on("loop", show);
+  store.on("tab", showStage);
   show();
+}
+
+/** Shows the curves while the tab is. */
+function showStage() {
+  stage.hidden = drawCurve === undefined || document.body.dataset.tab !== "replay";
+  if (!stage.hidden) drawCurve?.();
+}
+
+/** No curves any more. */
+function endStage() {
+  endChart();
+  drawCurve = undefined;
+  showStage();
 }
 
 /** @param {Recording} recording */
@@ -49,7 +76,7 @@ function open(recording) {
 }
 
 function show() {
-  endChart();
+  endStage();
   fill(result);
   fill(mapping);
   const loop = store.loop;
@@ -100,6 +127,7 @@ async function replay() {
   const loop = store.loop;
   if (!loop || !recorded) return;
   const of = recorded;
+  endStage();
   fill(result, element("p", {}, "Replaying …"));
   // The sentence is drawn before a long computation begins.
   await new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
@@ -163,7 +191,6 @@ function showResult(replayed) {
   const loop = store.loop;
   if (!loop) return;
   const fits = replayed.outputs.length > 0 && replayed.outputs.every((output) => output.different === 0);
-  const chart = element("div", {});
   const kind = (/** @type {string} */ name) => loop.description.variables.find((one) => one.name === name);
   fill(
     result,
@@ -204,9 +231,8 @@ function showResult(replayed) {
           ]),
         ),
       ),
-    replayed.outputs.length > 0 && chooseOutput(replayed, chart),
-    chart,
   );
+  if (replayed.outputs.length > 0) chooseOutput(replayed);
 }
 
 /** @param {import("./messages").Values} values */
@@ -224,17 +250,19 @@ function take(values) {
 }
 
 /**
+ * The curves of an output, the one that differs most first.
+ *
  * @param {Replayed} replayed
- * @param {HTMLElement} chart
  */
-function chooseOutput(replayed, chart) {
+function chooseOutput(replayed) {
+  const chart = element("div", {});
   const worst = replayed.outputs.reduce((one, other) => (other.different > one.different ? other : one));
   const list = element(
     "select",
     {},
     replayed.outputs.map((output) => element("option", { selected: output === worst }, output.variable)),
   );
-  const show = () => {
+  drawCurve = () => {
     const output = replayed.outputs.find((one) => one.variable === list.value);
     if (!output) return;
     endChart();
@@ -242,6 +270,7 @@ function chooseOutput(replayed, chart) {
     const unit = unitText(variable?.unit);
     endChart = draw(chart, {
       title: `${output.variable}, recorded and computed`,
+      height: Math.max(stage.clientHeight - AROUND, 120),
       xLabel: "s",
       x: output.times,
       lines: [
@@ -257,10 +286,9 @@ function chooseOutput(replayed, chart) {
       ],
     });
   };
-  list.addEventListener("change", show);
-  // The chart is as wide as its place, which has to be in the page.
-  queueMicrotask(show);
-  return element("label", { class: "row" }, "Curve of ", list);
+  list.addEventListener("change", () => drawCurve?.());
+  fill(stage, element("label", { class: "row" }, "Recorded and computed: ", list), chart);
+  showStage();
 }
 
 /**

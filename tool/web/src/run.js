@@ -7,6 +7,7 @@
 
 import { attribute, byId, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
+import { numberField } from "tool/number_field.js";
 import { disturbances, sensorOf } from "tool/plant.js";
 import { againButtons } from "tool/runs.js";
 import { called, isSwitch, pulsePeriod, unitText } from "tool/signals.js";
@@ -27,6 +28,7 @@ const MOST_EVENTS = 500;
 
 /** @type {Speed} */
 let speed = 1;
+const SPEED = "plcfmu-speed";
 /** The run that is under way; another one ends it. @type {{} | undefined} */
 let running;
 /** When calls are due: from this moment and this number of calls on. */
@@ -180,6 +182,7 @@ export function mount(content) {
     const manual = store.loop?.description.roles.manual;
     if (manual && store.loop) now({ [manual[0]]: !store.loop.settings[manual[0]]?.sent });
   });
+  setSpeed(keptSpeed());
   showControls();
   showStatus();
   showDone();
@@ -359,9 +362,24 @@ async function reset() {
   }
 }
 
+/** The speed that this tab had before a reload. @returns {Speed} */
+function keptSpeed() {
+  try {
+    const kept = Number(sessionStorage.getItem(SPEED) ?? 1);
+    return kept === 10 || kept === Infinity ? kept : 1;
+  } catch {
+    return 1;
+  }
+}
+
 /** @param {Speed} next */
 function setSpeed(next) {
   speed = next;
+  try {
+    sessionStorage.setItem(SPEED, String(next));
+  } catch {
+    // There is no storage: it lasts as long as the page.
+  }
   duration.placeholder = next === Infinity ? "auto" : "–";
   for (const [factor, button] of speeds) attribute(button, "aria-pressed", String(factor === next));
   if (running) startClock();
@@ -452,53 +470,6 @@ function followSettings(names) {
     if (setting) fields.get(name)?.(setting.sent);
   }
   scheduleDone();
-}
-
-/**
- * A field for a number that is set at once.
- *
- * @param {string} label
- * @param {string} id
- * @param {{ name: string, kind: string, unit: string | null }} of
- * @param {Value} value
- * @param {(value: number) => void} set
- */
-function numberField(label, id, of, value, set) {
-  const input = element("input", {
-    ...{ id, class: "number", size: 7, value: shown(value, of.kind), inputmode: "decimal", autocomplete: "off" },
-  });
-  const check = () => {
-    const got = read(input.value, of);
-    const why = "why" in got ? got.why : undefined;
-    attribute(input, "aria-invalid", why ? "true" : undefined);
-    input.setCustomValidity(why ?? "");
-    attribute(input, "title", why);
-    return "value" in got ? number(got.value) : undefined;
-  };
-  const enter = () => {
-    const got = check();
-    if (got === undefined) input.reportValidity();
-    else set(got);
-  };
-  input.addEventListener("input", check);
-  let before = value;
-  input.addEventListener("keydown", (event) => {
-    if (event.key === "Enter") enter();
-    if (event.key === "Escape") {
-      input.value = shown(before, of.kind);
-      check();
-    }
-  });
-  /** @param {Value} next */
-  const follow = (next) => {
-    before = next;
-    if (document.activeElement === input) return;
-    input.value = shown(next, of.kind);
-    check();
-  };
-  const unit = unitText(of.unit);
-  const row = element("label", { for: id }, label, " ", input, unit && element("span", { class: "faint" }, ` ${unit}`));
-  return { row, input, check, enter, follow };
 }
 
 /**
@@ -717,7 +688,7 @@ async function showDone() {
           : `${lines.length} ${lines.length === 1 ? "thing" : "things"} in this run.`,
       ),
       againButtons(),
-      element("button", { type: "button", onclick: () => download({ what: "description" }) }, "Save as loops.toml"),
+      element("button", { type: "button", onclick: () => download({ what: "description" }) }, "Save as TOML"),
     ),
     lines.length > 0 &&
       element(

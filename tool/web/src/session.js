@@ -81,6 +81,8 @@ function save() {
     step: loop.step,
     exchange: loop.exchange,
     notes: loop.notes,
+    undo: loop.undo,
+    redo: loop.redo,
     settings: Object.entries(loop.settings).map(([name, one]) => {
       const { file, origin, sent, value, wrong, why } = one;
       return { name, file, origin, sent, value, wrong, why };
@@ -155,6 +157,7 @@ async function resumeLoop(one) {
   for (const { name, ...values } of one.settings) {
     if (loop.settings[name]) Object.assign(loop.settings[name], values);
   }
+  Object.assign(loop, { undo: one.undo ?? [], redo: one.redo ?? [] });
   store.emit("loop");
   store.emit("plant");
   await store.check();

@@ -173,7 +173,7 @@ function show() {
       "div",
       { class: "row" },
       element("span", { class: "what" }, "This run"),
-      button("Save as loops.toml", noRun, () => download({ what: "description" })),
+      button("Save as TOML", noRun, () => download({ what: "description" })),
       button("CSV of the curves", noRun, () => csvOf(shownNames())()),
       button("CSV of everything", noRun, everything),
     ),

@@ -124,12 +124,14 @@ function show() {
   tuned = undefined;
   asked += 1;
   isFromCsv = undefined;
+  const isTunable = (loop?.description.roles.controller.length ?? 0) > 0;
+  document.body.classList.toggle("has-no-tuning", loop !== undefined && !isTunable);
+  if (loop && !isTunable && document.body.dataset.tab === "tune") store.emit("show", "plant");
   if (!loop) {
     fill(body);
     return;
   }
-  const { controller } = loop.description.roles;
-  if (controller.length === 0) {
+  if (!isTunable) {
     fill(body, element("p", { class: "faint" }, `${loop.description.block} has no gain and no integral time to tune.`));
     return;
   }

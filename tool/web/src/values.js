@@ -81,6 +81,24 @@ export function rounded(value, kind, digits = 5) {
   return String(Number(x.toPrecision(digits)));
 }
 
+/** Bit strings of a PLC, with their digits. @type {Record<string, number>} */
+const BITS = { BYTE: 2, WORD: 4, DWORD: 8 };
+
+/**
+ * A bit string of a program as the PLC shows it, `16#0002`; a value of another type has no such form.
+ *
+ * @param {Value | undefined | null} value
+ * @param {string} kind
+ * @returns {string | undefined}
+ */
+export function hexadecimal(value, kind) {
+  const digits = BITS[kind.toUpperCase()];
+  const x = number(value);
+  if (digits === undefined || !Number.isInteger(x)) return undefined;
+  const bits = x < 0 ? x + 16 ** digits : x;
+  return `16#${bits.toString(16).toUpperCase().padStart(digits, "0")}`;
+}
+
 /**
  * A TIME as the PLC shows it: `T#1M20S500MS`.
  *

@@ -1,0 +1,204 @@
+"""Tuning in the page: step and relay test, rules, the predicted step, the open loop."""
+
+import re
+
+import pytest
+
+import test_tool_run
+from test_tool_run import automatic, browser, open_tool, run_calls, set_now, tool  # noqa: F401
+from tool import new_loop, show_tab, take_generic_plant
+from test_tool_screen import bottom
+
+pytestmark = test_tool_run.pytestmark
+
+
+def make_step_test(page):
+    show_tab(page, "Tune")
+    page.locator("#step-test").click()
+    page.locator("#tune .fit").get_by_text("fit").wait_for()
+
+
+def test_the_step_test_finds_the_plant_and_all_rules_are_told(tool):
+    make_step_test(tool)
+    values = [float(tool.locator(f"#model-{name}").input_value()) for name in ("gain", "time_constant", "dead_time")]
+    assert values == pytest.approx([2, 20, 2], rel=0.02)
+    tool.wait_for_function("() => document.querySelectorAll('#tune .rules tbody tr').length === 9")
+    rows = tool.locator("#tune .rules tbody tr").evaluate_all("rows => rows.map(row => row.innerText.split('\\t'))")
+    simc = next(row for row in rows if row[0].strip() == "SIMC")
+    # GAIN = T/(K (lambda + L)), TI = min(T, 4 (lambda + L)), with the dead time longer by half of CYCLE: L = 2.5 s, lambda = 1.5 L.
+    assert [float(cell) for cell in simc[1:3]] == pytest.approx([1.6, 20], rel=0.03)
+    assert re.fullmatch(r"1\.\d+", simc[4].strip())
+    # A longer lambda is calmer.
+    tool.locator("#tune-speed").fill("0.5")
+    gain = "Number(document.querySelector('#tune .rules .is-now td:nth-child(2)')?.innerText)"
+    tool.wait_for_function(f"() => {gain} > 0 && {gain} < 1.3")
+
+
+def test_the_open_loop_is_drawn_for_the_settings_in_force_and_for_the_rule(tool):
+    make_step_test(tool)
+    tool.wait_for_function("() => document.querySelectorAll('.bode canvas').length === 2")
+
+    def margins():
+        cells = "rows => rows.map(row => [...row.children].map(cell => cell.innerText))"
+        return {name: row for name, *row in tool.locator(".bode tbody tr").evaluate_all(cells)}
+
+    before = margins()
+    # Amplitude at -180 degrees and phase at 0 dB of SIMC with lambda = 1.5 L: 2.5 (1 + 1.5) / T = GAIN K L' / T is 0.4, so that the
+    # gain margin is pi/2 / 0.4 and the phase margin 90 degrees - 0.4 rad.
+    ms, gain, phase, *_ = before["SIMC"]
+    assert float(phase.removesuffix("°")) == pytest.approx(90 - 0.4 * 57.2958, abs=0.8)
+    assert float(gain.split()[0]) == pytest.approx(3.927, rel=0.02) and 1.2 < float(ms) < 1.6
+    assert before["in force"][0] == "unstable" or float(before["in force"][0]) > 1
+    assert before["in force"] != before["SIMC"]
+    tool.locator("#tune").get_by_role("button", name="Apply").first.click()
+    tool.wait_for_function(
+        "wanted => document.querySelectorAll('.bode tbody tr')[0].innerText.includes(wanted)", arg=gain.split()[0]
+    )
+    assert margins()["in force"] == before["SIMC"]
+    # Each half has the curves of both, and the margin that is read in it.
+    ink = """canvas => { const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+        return data.reduce((count, value, at) => count + (at % 4 === 3 && value > 0 ? 1 : 0), 0); }"""
+    assert all(count > 2000 for count in (tool.locator(".bode canvas").nth(at).evaluate(ink) for at in range(2)))
+
+
+def test_a_step_test_leaves_mode_manual_value_and_setpoint_as_they_were(tool):
+    values = "async () => (await moduleOf('tool/store.js')).store.state.values"
+    run_calls(tool, 1)
+    before = tool.evaluate(values)
+    make_step_test(tool)
+    after = tool.evaluate(values)
+    own = [name for name in after if name.endswith((".MAN_ON", ".MAN", ".SP_INT"))]
+    assert len(own) == 3 and {name: after[name] for name in own} == {name: before[name] for name in own}
+
+
+def test_a_step_test_does_not_run_into_a_limit(tool):
+    set_now(tool, "MAN", 95)
+    make_step_test(tool)
+    assert tool.locator("#field-MAN").input_value() == "95"
+    # The deviation in manual mode judges no controller.
+    tool.wait_for_function("() => !document.querySelector('#glance').textContent.includes('IAE')")
+    # What was done is in the run: in manual mode, and the step.
+    show_tab(tool, "Log")
+    assert "MAN 85" in tool.locator("#done").inner_text()
+
+
+def test_a_relay_gives_the_ultimate_gain_and_period_and_settings(tool):
+    show_tab(tool, "Tune")
+    tool.locator("#relay-test").click()
+    tool.locator("#tune .error").get_by_text("10 more or less are beyond its limits").wait_for()
+    set_now(tool, "MAN", 40)
+    tool.locator("#relay-test").click()
+    tool.locator("#tune li").get_by_text("Ultimate gain").wait_for()
+    told = re.search(r"Ultimate gain ([\d.]+), ultimate period ([\d.]+) s", tool.locator("#tune").inner_text())
+    gain, period = map(float, told.groups())
+    # GAIN = 0.45 Ku and TI = 0.83 Pu of Ziegler and Nichols.
+    settings = test_tool_run.settings_of_rule(tool)
+    assert float(settings["GAIN"]) == pytest.approx(0.45 * gain, rel=0.02)
+    assert float(settings["TI"]) == pytest.approx(period / 1.2, rel=0.02)
+    # 2 / (20 s + 1) with L = 2 s, held for a second: atan(20 w) + 2.5 w = pi at w = 0.657, so Pu = 9.56 s and Ku = 6.59.
+    assert period == pytest.approx(9.56, rel=0.1) and gain == pytest.approx(6.59, rel=0.1)
+
+
+def test_the_prediction_is_of_the_step_that_was_made_and_lies_on_it(tool):
+    for name, value in (("GAIN", "2"), ("TI", "20")):
+        tool.locator(f"#field-{name}").fill(value)
+        tool.locator(f"#field-{name}").press("Enter")
+    set_now(tool, "MAN", 25)
+    run_calls(tool, 200)
+    set_now(tool, "setpoint", 50)
+    automatic(tool)
+    run_calls(tool, 100)
+    set_now(tool, "setpoint", 60)
+    run_calls(tool, 100)
+    show_tab(tool, "Tune")
+    for name, value in (("gain", "2"), ("time_constant", "20"), ("dead_time", "2")):
+        tool.locator(f"#model-{name}").fill(value)
+    tool.locator("#tune").get_by_role("button", name="Apply").first.wait_for()
+    # The same settings as those that ran: nothing is predicted but what was measured.
+    prediction, run = tool.evaluate("""async () => {
+        const { store } = await moduleOf("tool/store.js");
+        const { ask } = await moduleOf("tool/engine.js");
+        const { state } = store;
+        const loop = store.loop;
+        const { curves, origin } = store.prediction;
+        const view = { do: "view", variables: ["TIC101.LMN"], from: origin.time, points: 4000 };
+        return [{ ...curves, ...origin }, await ask(view)];
+    }""")
+    assert (prediction["setpoint"][0], prediction["setpoint"][-1]) == pytest.approx((50, 60), abs=0.01)
+    # Sending the setpoint may have made a call.
+    assert prediction["time"] == run["times"][0] in (300, 301)
+    # From rest the P action moves it from 25 % by GAIN * 10, the I action by half a call's GAIN * 10 / 20: GAIN is SIMC's 1.6 in what is
+    # predicted, and 2 in the run.
+    step = prediction["setpoint"].index(60)
+    assert prediction["manipulated_value"][step - 1 : step + 1] == pytest.approx([25, 41.4], abs=0.01)
+    assert run["values"][0][0] == pytest.approx(45.5, abs=0.01)
+    # Another step is what one types.
+    tool.locator("#tune-to").fill("40")
+    tool.wait_for_function("async () => (await moduleOf('tool/store.js')).store.prediction?.curves.setpoint.at(-1) === 40")
+
+
+def test_a_refused_identification_leaves_no_model(tool):
+    show_tab(tool, "Tune")
+    for name, value in (("gain", "2"), ("time_constant", "20"), ("dead_time", "2")):
+        tool.locator(f"#model-{name}").fill(value)
+    tool.locator("#tune").get_by_role("button", name="Apply").first.wait_for()
+    tool.get_by_role("button", name="Identify from this step").click()
+    tool.locator("#tune .error").wait_for()
+    tool.locator("#tune").get_by_role("button", name="Apply").first.wait_for(state="detached")
+    assert tool.locator("#model-gain").input_value() == ""
+
+
+def test_a_new_loop_says_what_comes_next(open_tool):
+    page = open_tool((1366, 768))
+    new_loop(page, "TIC101")
+    assert "No plant is connected yet" in page.locator(".no-run").inner_text()
+    take_generic_plant(page, "2", "20", "2")
+    page.get_by_role("button", name="Make a step test").click()
+    page.locator("#tune .fit").get_by_text("fit").wait_for()
+    assert float(page.locator("#model-gain").input_value()) == pytest.approx(2, rel=0.02)
+
+
+def test_a_new_loop_offers_the_plants_that_its_controller_drives(open_tool):
+    page = open_tool((1366, 768))
+    new_loop(page, "TIC101")
+    offered = page.locator(".no-run").get_by_role("button")
+    assert set(offered.all_inner_texts()) == {"PROCESS", "HEATER", "VALVE", "THERMO", "TANK"}
+    page.locator(".no-run").get_by_role("button", name="HEATER").click()
+    page.get_by_role("button", name="Make a step test").wait_for()
+    # Nothing is there that nobody has asked for.
+    members = "async () => (await moduleOf('tool/store.js')).store.loop.members.map(({ fmu }) => fmu)"
+    assert page.evaluate(members) == ["HEATER"]
+
+
+def test_after_a_step_test_what_comes_next_stands_in_one_place_in_sight(tool):
+    show_tab(tool, "Tune")
+    tool.locator("#step-test").click()
+    apply = tool.locator("#tune").get_by_role("button", name="Apply")
+    apply.wait_for()
+    assert bottom(apply.bounding_box()) <= tool.viewport_size["height"]
+    # K = 2, T = 20 s, L = 2 s and half of CYCLE, lambda = 1.5 L.
+    settings = re.search(r"SIMC: GAIN ([\d.]+), TI ([\d.]+)", tool.locator("#tune").inner_text()).groups()
+    assert [float(one) for one in settings] == pytest.approx([1.6, 20], rel=0.03)
+    tune = tool.locator("#tune")
+    run = tune.get_by_role("button", name="Run the step to")
+    assert run.is_disabled()
+    apply.click()
+    tune.locator("p.row").get_by_text("in force", exact=True).wait_for()
+    run.click()
+    tool.locator("#run .status").get_by_text("settled").wait_for()
+    values = tool.evaluate("async () => (await moduleOf('tool/store.js')).store.state.values")
+    assert values["TIC101.PV"] == pytest.approx(values["TIC101.SP_INT"], abs=0.05) and not values["TIC101.MAN_ON"]
+
+
+def test_another_method_or_kind_of_plant_identifies_the_same_step_again(tool):
+    make_step_test(tool)
+    model = "() => ['gain', 'time_constant', 'dead_time'].map(name => document.querySelector(`#model-${name}`).value)"
+    first = tool.evaluate(model)
+    tool.locator("#tune-method").select_option("tangent")
+    tool.wait_for_function(f"first => String(({model})()) !== String(first)", arg=first)
+    tool.locator("#tune-method").select_option("least_squares")
+    tool.wait_for_function(f"first => String(({model})()) === String(first)", arg=first)
+    # The process value rests after the step: it does not integrate, and no model stays.
+    tool.locator("#tune-integrating").check()
+    tool.locator("#tune p.error").first.wait_for()
+    assert tool.evaluate(model)[0] == ""

@@ -1,0 +1,224 @@
+/**
+ * The inputs of a program that nothing is connected to, as the operator of the machine has them: switches, push buttons and numbers,
+ * each of which acts at once. What is set is in the log, with its time.
+ *
+ * @typedef {import("./messages").Variable} Variable
+ * @typedef {import("tool/store.js").Work} Work
+ */
+
+import { attribute, element, fill, text } from "tool/dom.js";
+import { numberField } from "tool/number_field.js";
+import { openInputs, programOf } from "tool/program.js";
+import { isSwitch } from "tool/signals.js";
+import { store } from "tool/store.js";
+import { number, shown } from "tool/values.js";
+
+/** Words of a comment, and names, of what springs back when it is let go. */
+const PUSH_COMMENT = /push.?button|\bbutton\b|momentary|\btaster\b|\bpulse\b/i;
+const PUSH_NAME = /(^|_)(start|stop|reset|ack|acknowledge|quit|confirm|jog)\w*$/i;
+
+/** How each input is shown with a new value, by its name. @type {Map<string, (value: import("./messages").Value) => void>} */
+const fields = new Map();
+/** The loop and the inputs that are shown. */
+let drawn = "";
+
+/** @param {HTMLElement} within */
+export function mount(within) {
+  const group = element("section", { class: "group inputs", "aria-labelledby": "inputs-title", hidden: true });
+  within.append(group);
+  const update = () => show(group);
+  for (const what of ["loop", "plant", "program"]) store.on(what, update);
+  store.on("settings", (/** @type {string[]} */ names) => {
+    for (const name of names) {
+      const setting = store.loop?.settings[name];
+      if (setting) fields.get(name)?.(setting.sent);
+    }
+  });
+  update();
+}
+
+/**
+ * The inputs that act at once, and are no settings to be edited and applied.
+ *
+ * @param {Work} loop
+ */
+export function actingInputs(loop) {
+  return programOf(loop) ? openInputs(loop) : [];
+}
+
+/** @param {HTMLElement} group */
+function show(group) {
+  const loop = store.loop;
+  const inputs = loop ? actingInputs(loop) : [];
+  const key = JSON.stringify([loop?.id, inputs.map((one) => [one.name, loop && isPush(loop, one)])]);
+  if (key === drawn) return;
+  drawn = key;
+  fields.clear();
+  group.hidden = inputs.length === 0;
+  fill(
+    group,
+    element("h3", { id: "inputs-title" }, "Inputs"),
+    loop && inputs.map((one) => (isSwitch(one) ? boolean(loop, one, group) : numeric(loop, one))),
+  );
+}
+
+/**
+ * Sets an input before the next call.
+ *
+ * @param {string} name
+ * @param {import("./messages").Value} value
+ */
+async function act(name, value) {
+  try {
+    await store.now({ [name]: value });
+  } catch (error) {
+    store.say(error);
+  }
+}
+
+/**
+ * Whether an input is a push button: as the user has chosen, or as its comment and its name say.
+ *
+ * @param {Work} loop
+ * @param {Variable} of
+ */
+function isPush(loop, { name, description }) {
+  return /** @type {boolean} */ (loop.notes.inputs?.[name] ?? (PUSH_COMMENT.test(description) || PUSH_NAME.test(name)));
+}
+
+/**
+ * @param {Work} loop
+ * @param {Variable} of
+ * @param {HTMLElement} group
+ */
+function boolean(loop, of, group) {
+  const isButton = isPush(loop, of);
+  const other = () => {
+    loop.notes.inputs = { ...loop.notes.inputs, [of.name]: !isButton };
+    show(group);
+  };
+  const control = isButton ? push(loop, of) : toggle(loop, of);
+  const turn = isButton ? `Make ${of.name} a switch that stays` : `Make ${of.name} a push button`;
+  return row(
+    of,
+    control,
+    element("button", { type: "button", class: "plain ask", "aria-label": turn, title: turn, onclick: other }, "⇄"),
+  );
+}
+
+/**
+ * @param {Variable} of
+ * @param {HTMLElement} control
+ * @param {HTMLElement | null} [more]
+ */
+function row(of, control, more = null) {
+  const { name, description } = of;
+  return element("div", { class: "input", "data-input": name, title: description }, control, more);
+}
+
+/**
+ * A switch: it stays as it is set.
+ *
+ * @param {Work} loop
+ * @param {Variable} of
+ */
+function toggle(loop, { name }) {
+  const box = element("input", { type: "checkbox", role: "switch", checked: loop.settings[name].sent === true });
+  box.addEventListener("change", () => act(name, box.checked));
+  const state = element("span", { class: "state" });
+  fields.set(name, (value) => {
+    box.checked = value === true;
+    text(state, shown(value, "BOOL"));
+  });
+  fields.get(name)?.(loop.settings[name].sent);
+  return element("label", {}, box, " ", element("span", { class: "name" }, name), " ", state);
+}
+
+/**
+ * A push button: TRUE while it is pressed, in one call at least.
+ *
+ * @param {Work} loop
+ * @param {Variable} of
+ */
+function push(loop, { name }) {
+  const button = element("button", { type: "button", class: "push" }, element("span", { class: "name" }, name));
+  /** The call before which it was pressed. @type {{ run: number | undefined, calls: number } | undefined} */
+  let pressed;
+  const made = () => (store.live === loop ? { run: store.state?.run, calls: store.state?.calls ?? 0 } : undefined);
+  const press = () => {
+    if (pressed) return;
+    pressed = { run: made()?.run, calls: made()?.calls ?? 0 };
+    act(name, true);
+  };
+  /** @type {(() => void) | undefined} */
+  let endWaiting;
+  const release = () => {
+    if (!pressed || endWaiting) return;
+    const end = () => {
+      const now = made();
+      const isSeen = now && (now.run === pressed?.run ? now.calls > (pressed?.calls ?? 0) : now.calls > 0);
+      if (!isSeen && button.isConnected) return;
+      endWaiting?.();
+      endWaiting = undefined;
+      pressed = undefined;
+      if (store.loop === loop) act(name, false);
+    };
+    // A press between two calls would not be seen.
+    endWaiting = store.on("state", end);
+    end();
+  };
+  button.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    button.setPointerCapture(event.pointerId);
+    press();
+  });
+  for (const what of ["pointerup", "pointercancel", "blur"]) button.addEventListener(what, release);
+  button.addEventListener("keydown", (event) => {
+    if (event.key !== " " && event.key !== "Enter") return;
+    event.preventDefault();
+    if (!event.repeat) press();
+  });
+  button.addEventListener("keyup", (event) => {
+    if (event.key === " " || event.key === "Enter") release();
+  });
+  fields.set(name, (value) => attribute(button, "aria-pressed", String(value === true)));
+  fields.get(name)?.(loop.settings[name].sent);
+  return button;
+}
+
+/**
+ * A number: Enter sets it; between two limits a slider does, too.
+ *
+ * @param {Work} loop
+ * @param {Variable} of
+ */
+function numeric(loop, of) {
+  const { name, kind, min, max } = of;
+  const value = loop.settings[name].sent;
+  const label = element("span", { class: "name" }, name);
+  const field = numberField("", `input-${name}`, of, value, (next) => act(name, next));
+  field.row.prepend(label);
+  if (min === null || max === null) {
+    fields.set(name, field.follow);
+    return row(of, field.row);
+  }
+  const step = kind === "REAL" || kind === "LREAL" ? "any" : "1";
+  const about = { "aria-label": `${name}, ${min} to ${max}`, min, max, step, value: number(value) };
+  const slider = element("input", { type: "range", ...about });
+  let isActing = false;
+  slider.addEventListener("input", async () => {
+    if (isActing) return;
+    isActing = true;
+    // What the slider has moved to meanwhile is set, too.
+    for (let last = Number.NaN; last !== Number(slider.value); ) {
+      last = Number(slider.value);
+      await act(name, last);
+    }
+    isActing = false;
+  });
+  fields.set(name, (next) => {
+    field.follow(next);
+    if (document.activeElement !== slider) slider.value = String(number(next));
+  });
+  return row(of, field.row, slider);
+}

@@ -1,0 +1,72 @@
+/**
+ * A machine and its plant that are both programs: sources that are opened together, of which one block is the machine and another one
+ * what it controls.
+ *
+ * @typedef {import("./messages").Program} Program
+ * @typedef {import("tool/store.js").Work} Work
+ */
+
+import { choose } from "tool/plant.js";
+import { admit, openProgram, programNamed, programOf, refused, translate } from "tool/program.js";
+import { store } from "tool/store.js";
+
+/** How the block of a plant is called. */
+const PLANT = /plant|simul|process|strecke/i;
+
+/**
+ * Opens sources that were given together. Where two blocks are called by no other and the name of one says that it is the plant, it
+ * is connected to the other.
+ *
+ * @param {File[]} files
+ */
+export async function openSources(files) {
+  const loop = await openProgram(files);
+  if (loop) return renewPlant(loop);
+  const { program, compiled } = refused() ?? {};
+  const plants = compiled?.candidates.filter((name) => PLANT.test(name)) ?? [];
+  if (!program || compiled?.candidates.length !== 2 || plants.length !== 1) return undefined;
+  const machine = compiled.candidates.find((name) => name !== plants[0]);
+  return machine && openWith(program, machine, plants[0]);
+}
+
+/**
+ * Opens a block of the sources as the machine, and another one as its plant.
+ *
+ * @param {Program} program
+ * @param {string} machine
+ * @param {string} plant
+ */
+export async function openWith(program, machine, plant) {
+  const answer = await admit({ ...program, run: plant });
+  // What is wrong with the plant is shown at its lines.
+  if (!answer.fmu) return translate({ ...program, run: plant });
+  const loop = await translate({ ...program, run: machine });
+  if (!loop) return undefined;
+  await choose(answer.fmu);
+  const wires = loop.connections.length;
+  store.say(
+    `${machine} runs with ${plant} as its plant: ${wires} connections by equal names. Plant shows them, and changes them.`,
+  );
+  return loop;
+}
+
+/**
+ * The plant has its program from the sources that were opened again, too.
+ *
+ * @param {Work} loop
+ */
+async function renewPlant(loop) {
+  const { program } = programOf(loop) ?? {};
+  if (!program) return;
+  const files = new Map(program.files.map((one) => [one.file, one]));
+  const members = [];
+  for (const member of loop.members) {
+    const of = programNamed(member.fmu)?.program;
+    const isOld = of?.files.every(({ file }) => files.has(file));
+    const fresh = of && isOld ? await admit({ ...of, files: program.files }) : undefined;
+    members.push(fresh?.fmu ? { ...member, fmu: fresh.fmu } : member);
+  }
+  const { connections, step, exchange } = loop;
+  if (members.some(({ fmu }, at) => fmu !== loop.members[at].fmu))
+    await store.connect({ members, connections, step, exchange });
+}

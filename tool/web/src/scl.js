@@ -1,0 +1,50 @@
+/** SCL as one reads it: its words, comments and literals in looks of their own. */
+
+import { element } from "tool/dom.js";
+
+const WORDS =
+  /^(AND|ARRAY|AT|BEGIN|BY|CASE|CONSTANT|CONTINUE|DATA_BLOCK|DIV|DO|ELSE|ELSIF|END_[A-Z_]+|EXIT|FALSE|FOR|FUNCTION|FUNCTION_BLOCK|GOTO|IF|MOD|NOT|OF|OR|ORGANIZATION_BLOCK|REGION|REPEAT|RETAIN|RETURN|STRUCT|THEN|TITLE|TO|TRUE|TYPE|UNTIL|VAR|VAR_[A-Z_]+|VERSION|WHILE|XOR)$/i;
+/** A comment to the end of the line, one that begins, a text, a literal, a word, anything else. */
+const PARTS =
+  /(\/\/.*)|(\(\*|\/\*)|('(?:\$.|[^'$])*'|"[^"]*")|(#[A-Za-z_]\w*|[A-Za-z_]\w*#[\w.+-]*|\d[\w.#]*)|([A-Za-z_]\w*)|([^A-Za-z_0-9#'"(/]+|.)/g;
+
+/**
+ * The lines of a source, each as the elements of its parts. A comment may go over several lines.
+ *
+ * @param {string[]} lines
+ * @returns {(string | HTMLElement)[][]}
+ */
+export function coloured(lines) {
+  /** What ends the comment that is open. @type {string | undefined} */
+  let end;
+  return lines.map((line) => {
+    /** @type {(string | HTMLElement)[]} */
+    const parts = [];
+    const put = (/** @type {string} */ text, /** @type {string} */ look = "") => {
+      if (text) parts.push(look ? element("span", { class: look }, text) : text);
+    };
+    for (let at = 0; at < line.length; ) {
+      if (end !== undefined) {
+        const found = line.indexOf(end, at);
+        const stop = found < 0 ? line.length : found + end.length;
+        put(line.slice(at, stop), "is-comment");
+        if (found >= 0) end = undefined;
+        at = stop;
+        continue;
+      }
+      PARTS.lastIndex = at;
+      const found = PARTS.exec(line);
+      if (!found) break;
+      const [text, comment, opening, quoted, literal, word] = found;
+      if (opening) {
+        end = opening === "(*" ? "*)" : "*/";
+        continue;
+      }
+      at += text.length;
+      if (comment) put(text, "is-comment");
+      else if (quoted?.startsWith("'") || (literal && !literal.startsWith("#"))) put(text, "is-literal");
+      else put(text, word && WORDS.test(word) ? "is-word" : "");
+    }
+    return parts;
+  });
+}
