@@ -56,7 +56,9 @@ pub fn instead(file: &Path) -> Option<String> {
         "csv" => "export the tag table as .xlsx, .xml or .sdf, or give tags with --tag, a line NAME : TYPE for each",
         _ => return None,
     };
-    Some(format!("{name} is neither an FMU nor a source of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a tag table: {remedy}"))
+    Some(format!(
+        "{name} is neither an FMU nor a source of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a tag table: {remedy}"
+    ))
 }
 
 /// Whether a file is a source with a block that is executed; else it holds types and data alone, as a parameter file does. The

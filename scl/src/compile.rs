@@ -215,7 +215,7 @@ impl<'a> Compiler<'a> {
     fn is_same(&self, one: BlockId, other: BlockId) -> bool {
         let words = |(file, index): BlockId| {
             let text = self.text(*self.trees[file].extents.get(index)?);
-            let found = tokens(text, 0);
+            let found = tokens(text, 0, 0);
             let word = |token: &Token| text[token.span.range()].to_string();
             Some((found.tokens.iter().map(word).collect::<Vec<_>>(), found.attributes.len()))
         };

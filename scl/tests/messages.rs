@@ -249,7 +249,12 @@ fn addresses_of_step_7_are_told_as_such_and_a_call_names_its_block() {
 #[test]
 fn blocks_that_cannot_be_are_refused() {
     let (errors, _) = told("FUNCTION_BLOCK \"A\"\nKNOW_HOW_PROTECT\nBEGIN\nEND_FUNCTION_BLOCK\n", None);
-    assert_eq!(errors, ["a.scl:2:1: A: protected block without source; ask its author for the source, or take its interface alone with --stub A"]);
+    assert_eq!(
+        errors,
+        [
+            "a.scl:2:1: A: protected block without source; ask its author for the source, or take its interface alone with --stub A"
+        ]
+    );
     let (errors, _) =
         told("TYPE \"A\"\nSTRUCT x : Int; END_STRUCT;\nEND_TYPE\nDATA_BLOCK \"a\"\nBEGIN\nEND_DATA_BLOCK", None);
     assert_eq!(

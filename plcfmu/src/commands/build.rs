@@ -31,7 +31,8 @@ pub fn run(options: &Options) -> Result<()> {
     if names.iter().any(|name| program::is_part(Path::new(name))) {
         let files: Vec<PathBuf> = names.iter().map(PathBuf::from).collect();
         for file in &files {
-            let told = || format!("{}: a program is made of sources, .scl, .udt, .db, .s7dcl, .xml or .awl", file.display());
+            let told =
+                || format!("{}: a program is made of sources, .scl, .udt, .db, .s7dcl, .xml or .awl", file.display());
             ensure!(program::is_part(file), program::instead(file).unwrap_or_else(told));
         }
         for (option, is_given) in [
