@@ -3,6 +3,7 @@ closed loop in ten lines. And the archive with the command alone."""
 
 import importlib.util
 import io
+import json
 import os
 import pathlib
 import re
@@ -34,15 +35,15 @@ pytestmark = [
 
 
 def build(out, **variables):
-    """The wheel and the archive; not optimized, which takes less time and changes nothing that is tested here."""
+    """The wheel, the archive and its bill of materials; not optimized, which takes less time and changes nothing that is tested here."""
     command = [sys.executable, str(BUILD), "--fmus", str(host.FOLDER), "--out", str(out), "--archive"]
     quick = {"CARGO_PROFILE_COMMAND_OPT_LEVEL": "0", "CARGO_PROFILE_COMMAND_LTO": "off"}
     variables = {**os.environ, **quick, **variables}
     built = subprocess.run(command, env=variables, capture_output=True, text=True)
     assert built.returncode == 0, built.stderr
-    wheel, archive = map(pathlib.Path, built.stdout.splitlines()[-2:])
-    assert {wheel, archive} == set(out.iterdir())
-    return wheel, archive
+    wheel, archive, bill = map(pathlib.Path, built.stdout.splitlines()[-3:])
+    assert {wheel, archive, bill} == set(out.iterdir())
+    return wheel, archive, bill
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +139,7 @@ def test_the_same_command_and_fmus_give_the_same_wheel_and_archive(files, tmp_pa
 
 
 def test_the_archive_has_the_command_of_the_wheel_and_the_licences(files, tmp_path):
-    wheel, packed = files
+    wheel, packed, _ = files
     version = wheel.name.split("-")[1]
     with tarfile.open(packed) as archive:
         archive.extractall(tmp_path)
@@ -151,6 +152,17 @@ def test_the_archive_has_the_command_of_the_wheel_and_the_licences(files, tmp_pa
     with zipfile.ZipFile(wheel) as archive:
         (command,) = (name for name in archive.namelist() if name.endswith("/scripts/plcfmu"))
         assert archive.read(command) == (folder / "plcfmu").read_bytes()
+
+
+def test_the_bill_of_materials_names_the_crates_of_the_notice_with_their_licences(files):
+    wheel, _, bill = files
+    with zipfile.ZipFile(wheel) as archive:
+        notice = archive.read(next(name for name in archive.namelist() if name.endswith("/licenses/NOTICE.txt"))).decode()
+    content = json.loads(bill.read_text())
+    assert (content["bomFormat"], content["specVersion"], bill.name.endswith("-linux64.cdx.json")) == ("CycloneDX", "1.6", True)
+    listed = [f"- {c['name']} {c['version']}: {c['licenses'][0]['expression']}" for c in content["components"]]
+    assert listed == re.findall(r"^- \S+ [0-9]\S*: .*$", notice, re.M)
+    assert all(c["purl"] == f"pkg:cargo/{c['name']}@{c['version']}" for c in content["components"])
 
 
 def test_plcfmu_info_shows_an_fmu_of_the_wheel(installed):
@@ -184,11 +196,11 @@ def tried(folder):
 def test_wheel_and_archive_build_a_program_and_run_it_with_nothing_around(files):
     done = tried(files[0].parent)
     assert done.returncode == 0, done.stderr
-    assert done.stdout == "".join(f"{path.name}: builds a program and runs it\n" for path in files)
+    assert done.stdout == "".join(f"{path.name}: builds a program and runs it\n" for path in files[:2])
 
 
 def test_an_archive_without_the_library_of_programs_does_not_pass(files, tmp_path):
-    wheel, packed = files
+    wheel, packed, _ = files
     shutil.copy(wheel, tmp_path)
     with tarfile.open(packed) as archive, tarfile.open(tmp_path / packed.name, "w:gz") as lacking:
         for member in archive:

@@ -176,7 +176,7 @@ def main() -> None:
         choices=PLATFORMS,
         help="Rust target to build the command for; may be repeated (default: this machine)",
     )
-    parser.add_argument("--archive", action="store_true", help="also write an archive with the command alone")
+    parser.add_argument("--archive", action="store_true", help="also write an archive with the command alone, and its bill of materials")
     options = parser.parse_args()
     fmus = sorted(options.fmus.glob("*.fmu"))
     if not fmus:
@@ -200,7 +200,11 @@ def main() -> None:
         wheel = build(fmus, programs, options.out.resolve(), target)
         print(wheel)
         if options.archive:
-            print(archive(wheel, target))
+            packed = archive(wheel, target)
+            print(packed)
+            version = wheel.name.split("-")[1]
+            bill = packed.with_name(f"plcfmu-{version}-{PLATFORMS[target]}.cdx.json")
+            print(place(notices.bill_of_materials(target, version).encode(), bill))
 
 
 if __name__ == "__main__":

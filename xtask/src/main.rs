@@ -4,6 +4,7 @@ mod deep;
 mod demo;
 mod docs;
 mod python;
+mod release;
 mod test;
 
 use anyhow::Result;
@@ -48,6 +49,8 @@ enum Command {
     Demo(demo::Options),
     /// Write the site, with the pages of all FMUs and the parameter tool: target/docs/index.html
     Docs(docs::Options),
+    /// Check that a version can be released, then make its commit and its tag; nothing is pushed
+    Release(release::Options),
 }
 
 fn main() -> ExitCode {
@@ -81,5 +84,6 @@ fn dispatch(command: Command) -> Result<()> {
         Command::Test(options) => test::test(&workspace, &options),
         Command::Demo(options) => demo::demo(&workspace, &options),
         Command::Docs(options) => docs::docs(&workspace, &options),
+        Command::Release(options) => release::release(&workspace, &options),
     }
 }

@@ -29,7 +29,8 @@ const ALONE: &str = "aarch64-linux";
 const COMMAND: &str = "win64";
 
 /// What is added to the FMUs: how the files end, and what they are.
-const ADDED: [(&str, &str); 4] = [
+const ADDED: [(&str, &str); 5] = [
+    (".cdx.json", "The crates in the command: a bill of materials (CycloneDX)"),
     (".tar.gz", "The command plcfmu"),
     (".zip", "The command plcfmu"),
     (".html", "The parameter tool: a page that runs by itself, from a disk or a web server"),

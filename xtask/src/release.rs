@@ -1,0 +1,306 @@
+//! `cargo xtask release`: checks that a version can be released, then makes its commit and its tag. It pushes nothing.
+
+use anyhow::{Context, Result, bail};
+use plcfmu::build::workspace::{self, Workspace};
+use plcfmu::command::{output, run};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use toml::Table;
+
+/// What is released.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct Options {
+    /// The version to release, such as 0.2.0; that of Cargo.toml by default
+    pub version: Option<String>,
+    /// Only check; change nothing
+    #[arg(long)]
+    pub check: bool,
+}
+
+const MANIFEST: &str = "Cargo.toml";
+const CITATION: &str = "CITATION.cff";
+const CHANGELOG: &str = "CHANGELOG.md";
+const WHEEL: &str = "plcfmu/python/pyproject.toml";
+const WORKFLOW: &str = ".github/workflows/release.yml";
+
+/// What a reader of the repository expects at its top.
+const EXPECTED: &[&str] =
+    &["README.md", "LICENSE-APACHE", "LICENSE-MIT", "CONTRIBUTING.md", "CODE_OF_CONDUCT.md", "SECURITY.md"];
+
+const UNRELEASED: &str = "## [Unreleased]";
+
+/// One thing that a release needs: its name, and what is missing with a remedy.
+struct Check {
+    name: String,
+    fault: Option<String>,
+}
+
+/// The files that a release reads and changes.
+struct Sources {
+    manifest: Table,
+    citation: String,
+    changelog: String,
+    wheel: Table,
+    workflow: String,
+}
+
+/// Checks the release, makes its commit and its tag unless only checks are wanted, and lists what is left to do by hand.
+pub fn release(workspace: &Workspace, options: &Options) -> Result<()> {
+    let root = &workspace.root;
+    let sources = Sources::read(root)?;
+    let current = sources.version()?;
+    let version = options.version.as_deref().unwrap_or(current);
+    let mut checks = repository(root, version)?;
+    checks.extend(sources.checks(version));
+    checks.push(lock(root));
+    let missing = EXPECTED.iter().filter(|name| !root.join(name).is_file()).copied().collect::<Vec<_>>();
+    checks.push(Check::new("the files at the top are there", missing.is_empty(), || format!("add {}", missing.join(", "))));
+    println!("Release {version}:");
+    for check in &checks {
+        match &check.fault {
+            None => println!("  ok    {}", check.name),
+            Some(fault) => println!("  FAIL  {}: {fault}", check.name),
+        }
+    }
+    let failed = checks.iter().filter(|check| check.fault.is_some()).count();
+    if failed > 0 {
+        bail!("{failed} of {} checks failed; nothing was changed", checks.len());
+    }
+    if !options.check {
+        commit(root, &sources, version)?;
+    }
+    println!("\n{}", by_hand(&sources, version, options.check));
+    Ok(())
+}
+
+impl Check {
+    fn new(name: impl Into<String>, holds: bool, fault: impl FnOnce() -> String) -> Check {
+        Check { name: name.into(), fault: (!holds).then(fault) }
+    }
+}
+
+/// What git says of the repository.
+fn repository(root: &Path, version: &str) -> Result<Vec<Check>> {
+    let changed = git(root, &["status", "--porcelain"])?;
+    let tag = format!("v{version}");
+    let tags = git(root, &["tag", "--list", &tag])?;
+    Ok(vec![
+        Check::new("every change is committed", changed.is_empty(), || {
+            format!("commit or remove {}", changed.lines().map(|line| line[3..].trim()).collect::<Vec<_>>().join(", "))
+        }),
+        Check::new(format!("the tag {tag} is new"), tags.is_empty(), || format!("choose another version than {version}")),
+    ])
+}
+
+/// Whether the lock file fits the manifests: the archives of a release are built with `--locked`.
+fn lock(root: &Path) -> Check {
+    let metadata =
+        output(workspace::cargo().args(["metadata", "--locked", "--offline", "--format-version=1"]).current_dir(root));
+    Check::new("Cargo.lock fits the manifests", metadata.is_ok(), || "run 'cargo check' and commit Cargo.lock".into())
+}
+
+fn git(root: &Path, arguments: &[&str]) -> Result<String> {
+    output(Command::new("git").args(arguments).current_dir(root)).map(|text| text.trim_end().to_string())
+}
+
+impl Sources {
+    fn read(root: &Path) -> Result<Sources> {
+        let text = |name: &str| fs::read_to_string(root.join(name)).context(name.to_string());
+        let table = |name: &str| text(name)?.parse::<Table>().context(name.to_string());
+        Ok(Sources {
+            manifest: table(MANIFEST)?,
+            citation: text(CITATION)?,
+            changelog: text(CHANGELOG)?,
+            wheel: table(WHEEL)?,
+            workflow: text(WORKFLOW)?,
+        })
+    }
+
+    /// An entry of `[workspace.package]`, which all packages inherit.
+    fn shared(&self, key: &str) -> Option<&str> {
+        self.manifest["workspace"]["package"].get(key)?.as_str()
+    }
+
+    fn version(&self) -> Result<&str> {
+        self.shared("version").context("Cargo.toml: no version under [workspace.package]")
+    }
+
+    /// What the files say about themselves and each other.
+    fn checks(&self, version: &str) -> Vec<Check> {
+        let numbers: Vec<_> = version.split('.').collect();
+        let is_version = numbers.len() == 3 && numbers.iter().all(|number| number.parse::<u32>().is_ok());
+        let current = self.shared("version").unwrap_or_default();
+        let rust = self.shared("rust-version").unwrap_or_default();
+        let project = self.wheel.get("project").and_then(toml::Value::as_table);
+        let wanted = ["description", "readme", "license", "keywords", "classifiers", "requires-python"];
+        let without: Vec<_> =
+            wanted.into_iter().filter(|key| project.is_none_or(|project| !project.contains_key(*key))).collect();
+        vec![
+            Check::new("the version has three numbers", is_version, || format!("{version} is not like 0.2.0")),
+            Check::new("CITATION.cff has the version of Cargo.toml", cited(&self.citation) == Some(current), || {
+                format!("write 'version: {current}' there")
+            }),
+            Check::new("CHANGELOG.md says what is new", !unreleased(&self.changelog).is_empty(), || {
+                format!("write it under '{UNRELEASED}'")
+            }),
+            Check::new(
+                format!("CHANGELOG.md has no section of {version} yet"),
+                !self.changelog.contains(&format!("\n## [{version}]")),
+                || format!("{version} was released: choose another version"),
+            ),
+            Check::new(
+                "the workflow builds with the Rust of Cargo.toml",
+                !rust.is_empty() && self.workflow.contains(&format!("rustup toolchain install {rust}.")),
+                || format!("install {rust}.x in {WORKFLOW}"),
+            ),
+            Check::new("the wheel says what it is", without.is_empty(), || {
+                format!("add {} to [project] in {WHEEL}", without.join(", "))
+            }),
+        ]
+    }
+}
+
+/// The version in CITATION.cff.
+fn cited(citation: &str) -> Option<&str> {
+    citation.lines().find_map(|line| line.strip_prefix("version:")).map(str::trim)
+}
+
+/// The section of the changelog on what has not been released yet, without its heading.
+fn unreleased(changelog: &str) -> &str {
+    let (_, rest) = changelog.split_once(UNRELEASED).unwrap_or_default();
+    rest.split("\n## ").next().unwrap_or_default().trim()
+}
+
+/// Writes version and date into the files, commits them and sets the tag. The date is that of the last commit, so that the same
+/// state gives the same release.
+fn commit(root: &Path, sources: &Sources, version: &str) -> Result<()> {
+    let date = git(root, &["log", "-1", "--format=%cs"])?;
+    let current = sources.version()?;
+    let manifest = fs::read_to_string(root.join(MANIFEST)).context(MANIFEST)?;
+    // The first version in the file is that of [workspace.package]; the packages' own come after it.
+    let line = |version: &str| format!("\nversion = \"{version}\"\n");
+    let files = [
+        (MANIFEST, manifest.replacen(&line(current), &line(version), 1)),
+        (CITATION, cite(&sources.citation, version, &date)),
+        (CHANGELOG, sources.changelog.replacen(UNRELEASED, &format!("{UNRELEASED}\n\n## [{version}] - {date}"), 1)),
+    ];
+    for (name, text) in files {
+        fs::write(root.join(name), text).context(name)?;
+    }
+    run(workspace::cargo().args(["update", "--workspace", "--offline", "--quiet"]).current_dir(root))?;
+    run(Command::new("git").args(["commit", "--quiet", "--all", "--message"]).arg(format!("Release {version}")).current_dir(root))?;
+    let tag = format!("v{version}");
+    run(Command::new("git").args(["tag", "--annotate", "--message"]).args([&format!("plcfmu {version}"), &tag]).current_dir(root))
+}
+
+/// CITATION.cff with another version and date.
+fn cite(citation: &str, version: &str, date: &str) -> String {
+    let lines = citation.lines().filter(|line| !line.starts_with("date-released:"));
+    let cited = lines.map(|line| match line.starts_with("version:") {
+        true => format!("version: {version}\ndate-released: {date}\n"),
+        false => format!("{line}\n"),
+    });
+    cited.collect()
+}
+
+/// What only a person can do.
+fn by_hand(sources: &Sources, version: &str, is_check: bool) -> String {
+    let mut steps = Vec::new();
+    if is_check {
+        steps.push(format!("Make the commit and the tag: cargo xtask release {version}"));
+    }
+    if sources.shared("repository").is_none() {
+        steps.push(format!(
+            "Choose where the repository lives, and write its address into Cargo.toml (repository) and {WHEEL} ([project.urls])"
+        ));
+    }
+    steps.push(".ci/run on a clean checkout (30 minutes on 2 cores)".into());
+    steps.push(format!(
+        "Push: git push origin HEAD v{version}. {WORKFLOW} tests, builds on each system, and attaches files, checksums and \
+         provenance; it needs GitHub Pages switched on (source: GitHub Actions)"
+    ));
+    steps.push("Upload the wheels to PyPI with an account of the project: python -m twine upload *.whl".into());
+    steps.push("Sign the command for Windows and macOS, where a certificate is at hand: nothing is signed here".into());
+    steps.push("Send compatibility/ to the list of FMI tools: cargo xtask dist --address URL writes the entry".into());
+    let steps = steps.iter().enumerate().map(|(number, step)| format!("  {}. {step}", number + 1));
+    format!("Left for a person:\n{}", steps.collect::<Vec<_>>().join("\n"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CHANGES: &str = "# Changelog\n\n## [Unreleased]\n\n- a new block\n\n## [0.1.0] - 2026-01-02\n\n- all\n";
+
+    #[test]
+    fn what_is_new_ends_at_the_last_release() {
+        assert_eq!(unreleased(CHANGES), "- a new block");
+        assert_eq!(unreleased("# Changelog\n\n## [Unreleased]\n\n## [0.1.0] - 2026-01-02\n\n- all\n"), "");
+    }
+
+    fn sources(changelog: &str) -> Sources {
+        Sources {
+            manifest: "[workspace.package]\nversion = \"0.1.0\"\nrust-version = \"1.95\"\n".parse().unwrap(),
+            citation: "title: x\nversion: 0.1.0\ntype: software\n".into(),
+            changelog: changelog.into(),
+            wheel: "[project]\ndescription = \"x\"\nreadme = \"x\"\nlicense = \"x\"\nkeywords = []\n\
+                classifiers = []\nrequires-python = \"x\"\n"
+                .parse()
+                .unwrap(),
+            workflow: "      - run: rustup toolchain install 1.95.0 --profile minimal\n".into(),
+        }
+    }
+
+    fn faults(sources: &Sources, version: &str) -> Vec<String> {
+        sources.checks(version).into_iter().filter_map(|check| check.fault.map(|_| check.name)).collect()
+    }
+
+    #[test]
+    fn each_check_fails_where_its_file_is_wrong() {
+        assert!(faults(&sources(CHANGES), "0.2.0").is_empty());
+        assert_eq!(faults(&sources(CHANGES), "0.1.0"), ["CHANGELOG.md has no section of 0.1.0 yet"]);
+        assert_eq!(faults(&sources(CHANGES), "0.2"), ["the version has three numbers"]);
+        assert_eq!(faults(&sources("## [Unreleased]\n\n## [0.1.0]\n"), "0.2.0"), ["CHANGELOG.md says what is new"]);
+        let mut other = sources(CHANGES);
+        other.citation = "version: 0.0.9\n".into();
+        other.workflow = "rustup toolchain install 1.94.0".into();
+        other.wheel = "[project]\ndescription = \"x\"\n".parse().unwrap();
+        let expected = [
+            "CITATION.cff has the version of Cargo.toml",
+            "the workflow builds with the Rust of Cargo.toml",
+            "the wheel says what it is",
+        ];
+        assert_eq!(faults(&other, "0.2.0"), expected);
+    }
+
+    /// A repository with the files of a release and one commit of 2026-02-03.
+    #[test]
+    fn a_release_is_one_commit_and_one_tag() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path();
+        let sources = sources(CHANGES);
+        let package = "[package]\nname = \"x\"\nversion.workspace = true\n\n";
+        let manifest = "[workspace]\n\n[workspace.package]\nversion = \"0.1.0\"\n";
+        fs::create_dir(root.join("src")).unwrap();
+        fs::write(root.join("src/lib.rs"), "").unwrap();
+        fs::write(root.join(MANIFEST), format!("{package}{manifest}")).unwrap();
+        fs::write(root.join(CITATION), &sources.citation).unwrap();
+        fs::write(root.join(CHANGELOG), CHANGES).unwrap();
+        git(root, &["init", "--quiet"]).unwrap();
+        git(root, &["config", "user.name", "x"]).unwrap();
+        git(root, &["config", "user.email", "x@example.org"]).unwrap();
+        git(root, &["add", "."]).unwrap();
+        let mut first = Command::new("git");
+        first.env("GIT_COMMITTER_DATE", "2026-02-03T12:00:00+00:00");
+        run(first.args(["commit", "--quiet", "--message", "x"]).current_dir(root)).unwrap();
+        commit(root, &sources, "0.2.0").unwrap();
+        assert_eq!(git(root, &["status", "--porcelain", "--untracked-files=no"]).unwrap(), "");
+        assert_eq!(git(root, &["log", "--format=%s"]).unwrap(), "Release 0.2.0\nx");
+        assert_eq!(git(root, &["describe"]).unwrap(), "v0.2.0");
+        let read = |name: &str| fs::read_to_string(root.join(name)).unwrap();
+        assert_eq!(read(CITATION), "title: x\nversion: 0.2.0\ndate-released: 2026-02-03\ntype: software\n");
+        assert!(read(MANIFEST).contains("[workspace.package]\nversion = \"0.2.0\"\n"));
+        assert!(read(CHANGELOG).contains("## [Unreleased]\n\n## [0.2.0] - 2026-02-03\n\n- a new block\n"));
+    }
+}
