@@ -41,7 +41,7 @@ pub struct Instance {
 /// What is called.
 #[derive(Debug)]
 enum Called {
-    V2(v2::Instance),
+    V2(Box<v2::Instance>),
     V3(Box<v3::Instance>),
 }
 
@@ -151,7 +151,7 @@ impl Instance {
         let called = match library {
             Opened::V2(_) if start.has_events => bail!("it is of FMI 2.0, which has no Event Mode"),
             Opened::V2(library) => v2::Instance::new(library, &name, &guid, resources.as_deref(), &messages)
-                .map(Called::V2)
+                .map(|of| Called::V2(Box::new(of)))
                 .with_context(|| format!("fmi2Instantiate returned no instance: {}", messages.explanation()))?,
             Opened::V3(library) => v3::Instance::new(library, &name, &guid, resources.as_deref(), &messages, start)
                 .map(|of| Called::V3(Box::new(of)))

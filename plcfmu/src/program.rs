@@ -101,7 +101,7 @@ pub struct Parts {
 pub fn parts(manifest: &Manifest) -> Result<Parts> {
     let Files { sources: files, tables } = Files::of(&manifest.sources)?;
     let read = |file: &PathBuf| Source::read(file, None).map_err(Error::msg);
-    let sources = with_texts(files).iter().map(read).collect::<Result<Vec<Source>>>()?;
+    let sources = with_texts(&files).iter().map(read).collect::<Result<Vec<Source>>>()?;
     if sources.is_empty() {
         return Err(anyhow!("there is no source: name files that end in .scl, .udt, .db, .s7dcl, .xml or .awl"));
     }

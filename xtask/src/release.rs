@@ -55,7 +55,9 @@ pub fn release(workspace: &Workspace, options: &Options) -> Result<()> {
     checks.extend(sources.checks(version));
     checks.push(lock(root));
     let missing = EXPECTED.iter().filter(|name| !root.join(name).is_file()).copied().collect::<Vec<_>>();
-    checks.push(Check::new("the files at the top are there", missing.is_empty(), || format!("add {}", missing.join(", "))));
+    checks.push(Check::new("the files at the top are there", missing.is_empty(), || {
+        format!("add {}", missing.join(", "))
+    }));
     println!("Release {version}:");
     for check in &checks {
         match &check.fault {
@@ -89,7 +91,9 @@ fn repository(root: &Path, version: &str) -> Result<Vec<Check>> {
         Check::new("every change is committed", changed.is_empty(), || {
             format!("commit or remove {}", changed.lines().map(|line| line[3..].trim()).collect::<Vec<_>>().join(", "))
         }),
-        Check::new(format!("the tag {tag} is new"), tags.is_empty(), || format!("choose another version than {version}")),
+        Check::new(format!("the tag {tag} is new"), tags.is_empty(), || {
+            format!("choose another version than {version}")
+        }),
     ])
 }
 
@@ -189,9 +193,15 @@ fn commit(root: &Path, sources: &Sources, version: &str) -> Result<()> {
         fs::write(root.join(name), text).context(name)?;
     }
     run(workspace::cargo().args(["update", "--workspace", "--offline", "--quiet"]).current_dir(root))?;
-    run(Command::new("git").args(["commit", "--quiet", "--all", "--message"]).arg(format!("Release {version}")).current_dir(root))?;
+    run(Command::new("git")
+        .args(["commit", "--quiet", "--all", "--message"])
+        .arg(format!("Release {version}"))
+        .current_dir(root))?;
     let tag = format!("v{version}");
-    run(Command::new("git").args(["tag", "--annotate", "--message"]).args([&format!("plcfmu {version}"), &tag]).current_dir(root))
+    run(Command::new("git")
+        .args(["tag", "--annotate", "--message"])
+        .args([&format!("plcfmu {version}"), &tag])
+        .current_dir(root))
 }
 
 /// CITATION.cff with another version and date.

@@ -2,7 +2,7 @@
 
 use super::print;
 use crate::package::program::Options as Packing;
-use crate::program;
+use crate::program::{self, Parts};
 use anyhow::{Error, Result, bail};
 use parameters::problem::drawn;
 use scl::scl::Dialect;
@@ -39,7 +39,8 @@ enum Language {
 /// A file cannot be read, or the program has errors, which have been printed.
 pub fn run(options: &Options) -> Result<()> {
     let manifest = options.program.manifest(&options.files)?;
-    let compiled = match program::compile(&options.files, &manifest)? {
+    let Parts { sources, manifest, .. } = program::parts(&manifest)?;
+    let compiled = match scl::compile(&sources, &manifest) {
         Ok(compiled) => compiled,
         Err(errors) => {
             errors.iter().try_for_each(|problems| print(&drawn(problems)))?;

@@ -21,7 +21,6 @@ use toml::Spanned;
 #[derive(Debug)]
 pub struct File {
     source: Source,
-    content: Content,
     /// How the program is made of its sources.
     pub manifest: Manifest,
     /// The cases.
@@ -109,7 +108,7 @@ impl File {
             bail!("{}: the cycle is longer than 0", at(&content.cycle));
         }
         let cases = content.case.clone();
-        Ok(File { source, content, manifest, cases, cycle })
+        Ok(File { source, manifest, cases, cycle })
     }
 
     /// `FILE:LINE` of a step.

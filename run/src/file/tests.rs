@@ -238,10 +238,12 @@ fn a_program_has_its_sources_and_the_options_of_its_fmu_and_is_written_so() {
     let program = &system.programs["MACHINE"];
     assert_eq!(program.sources, ["a.scl", "b.db"].map(|file| folder.path().join(file)));
     assert_eq!(program.cycle, Some(10));
-    assert_eq!(program.declared, [("A", "Bool"), ("B", "Int")].map(|(name, of)| (name.into(), of.into())));
+    let tags: Vec<_> = program.declared.iter().map(|tag| (tag.name.as_str(), tag.of.as_str())).collect();
+    assert_eq!(tags, [("A", "Bool"), ("B", "Int")]);
     assert_eq!(system.members[1].path, program.sources[0]);
     let written = write(&system.as_in(folder.path())).unwrap();
-    let lines = "MACHINE.sources = [\"a.scl\", \"b.db\"]\nMACHINE.cycle = \"10ms\"\nMACHINE.tags = [\"A : Bool\", \"B : Int\"]\n";
+    let lines = "MACHINE.sources = [\"a.scl\", \"b.db\"]\nMACHINE.cycle = \"10ms\"\n\
+        MACHINE.tags = ['\"A\" : Bool', '\"B\" : Int']\n";
     assert!(written.contains(lines), "{written}");
     fs::write(&path, written).unwrap();
     assert_eq!(read(&path, None, parameters).unwrap().programs, system.programs);

@@ -353,7 +353,7 @@ fn positions(law: Law) -> &'static [&'static str] {
 }
 
 /// The pin of the graph for one of SD.
-fn renamed<'a>(law: Option<Law>, pin: &'a str) -> &'a str {
+fn renamed(law: Option<Law>, pin: &str) -> &str {
     match (law, pin) {
         (Some(Law::Box(Formula::Call("LIMIT", ..), _)), "MIN") => "MN",
         (Some(Law::Box(Formula::Call("LIMIT", ..), _)), "MAX") => "MX",

@@ -66,7 +66,7 @@ fn instances_have_their_start_values() {
     );
     let sources: Vec<parameters::Source> =
         sources.into_iter().map(|(name, text)| parameters::Source::new(name, text.into_bytes())).collect();
-    let declared = vec![("Flag".to_string(), "Bool".to_string())];
+    let declared = vec![parameters::tags::Tag::new("Flag", "Bool")];
     let options = scl::Options { declared, ..scl::Options::default() };
     let mut ran = Ran::from_compiled(scl::compile(&sources, &options).unwrap());
     assert_eq!([ran.call().get("y"), ran.call().get("y")], [0, 1]);

@@ -590,7 +590,7 @@ parameters: Array<string>,
 inputs: Array<string>,
 /** Locals that are outputs. */
 outputs: Array<string>,
-/** Names that no source declares, and their types: PLC tags and instances. */
+/** Names that no source declares, and their types: PLC tags and instances. The first of a name counts. */
 tags: Array<[string, string]>,
 /** Constants that no source declares, and their values as literals. */
 constants: Array<[string, string]>, };

@@ -4,6 +4,7 @@ use super::*;
 use blocks::Kind;
 use blocks::table::number::to_value;
 use modeldescription::Causality::{self, Input, Local, Output, Parameter};
+use parameters::tags::Tag;
 use scl::random::Random;
 use std::collections::BTreeSet;
 
@@ -359,7 +360,7 @@ fn thousands_of_variables_of_each_kind_are_all_there() {
         each(|number| format!("l{number} : Real;\n")),
         each(|number| format!("#o{number} := #i.v{number};\n")),
     );
-    let tag = (0..COUNT).map(|number| (format!("t{number}"), "Real".to_string())).collect();
+    let tag = (0..COUNT).map(|number| Tag::new(format!("t{number}"), "Real")).collect();
     let of = ok(&text, &Manifest { declared: tag, ..Manifest::default() });
     let description = of.description.description();
     for (causality, count) in [(Input, COUNT), (Output, 2 * COUNT), (Local, 2 * COUNT), (Parameter, 1)] {
