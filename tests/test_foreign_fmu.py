@@ -69,6 +69,7 @@ CALLS = {
     "manual": [("manual pages", False, False)],
     "new": [("new PLANTED.fmu", False, False)],
     "build": [("build PLANTED.fmu", False, False)],
+    "show": [("show PLANTED.fmu", False, False)],
     "merge": [("merge PLANTED.fmu PLANTED.fmu --out=m.fmu", False, False)],
     "preset": [
         ("preset PLANTED.fmu --set=AT=1 --out=p.fmu", False, True),

@@ -47,7 +47,7 @@ pub fn is_part(path: &Path) -> bool {
 pub fn instead(file: &Path) -> Option<String> {
     let name = file.display();
     if file.is_dir() {
-        return Some(format!("{name} is a folder without sources of a program (.scl, .udt, .db, .awl)"));
+        return Some(format!("{name} is a folder without sources of a program (.scl, .udt, .db, .s7dcl, .xml, .awl)"));
     }
     let ending = file.extension()?.to_str()?.to_ascii_lowercase();
     let remedy = match ending.as_str() {
