@@ -284,7 +284,7 @@ MISTAKEN = {
     "tune-study CONT_C.fmu": "CONT_C.fmu is an FMU: a study is a .toml that names a loop; 'plcfmu run CONT_C.fmu' runs an FMU",
     "study tank.scl": "tank.scl is a program: a study is a .toml that names a loop, which may have a program",
     "test tank.scl": "tank.scl is a program: name its test, a .toml; 'plcfmu new --scl NAME' writes a program with one",
-    "build notes.md": "notes.md is neither a source of a program (.scl, .udt, .db, .awl) nor a package of a workspace",
+    "build notes.md": "notes.md is neither a source of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a package of a workspace",
     "run notes.md": "notes.md is neither an FMU (.fmu), a loop (.toml), a parameter file (.awl, .db, .xml, ...) nor a program (.scl)",
     "preset CONT_C.fmu --out p.zip": "p.zip: a preset ends with .fmu; for a folder write p.zip/",
     "run loop.toml": "loop.toml:2:5: there is no file NOTHING_LIKE_IT.fmu; FMUs are looked for beside this file, or in --fmus FOLDER",

@@ -331,7 +331,7 @@ def test_nothing_jumps_when_a_tab_is_chosen_a_value_edited_or_a_curve_added(open
     for name in ("Diagram", "Plant", *(["Tune"] if is_tunable else []), "Runs", "Replay", "Log"):
         show_tab(page, name)
         assert page.evaluate(PLACES) == before, name
-    field = page.locator("#fields .field input[type=text]:visible").first
+    field = page.locator("#fields .field input[type=text]:not([readonly]):visible").first
     field.fill("55")
     page.locator("#edited-count").get_by_text("not applied").wait_for()
     assert page.evaluate(PLACES) == before
