@@ -181,7 +181,7 @@ pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: boo
     Ok(())
 }
 
-/// Checks an FMU that was just packed, with libraries that [`library`] has accepted. If it has one for this
+/// Checks an FMU that was just packed, with libraries that [`library()`] has accepted. If it has one for this
 /// machine, that is run.
 ///
 /// # Errors
