@@ -1,6 +1,6 @@
 //! An instance of an FMU: safe to use, with the messages of the FMU in the errors.
 //!
-//! [`v2`] and [`v3`] know how a version is called; what they return is judged here, the same for both.
+//! `v2` and `v3` know how a version is called; what they return is judged here, the same for both.
 
 #![allow(unsafe_code)]
 
