@@ -57,7 +57,7 @@ def plants():
         yield gain, (lag, second), dead, integrates, noise, number
 
 
-def tested(server, gain, lags, dead, integrates, noise, seed):
+def relayed(server, gain, lags, dead, integrates, noise, seed):
     def ask(**request):
         answer = json.loads(server.ask(request, "relay"))
         assert "ok" in answer, (answer, gain, lags, dead, integrates, noise)
@@ -77,7 +77,7 @@ def tested(server, gain, lags, dead, integrates, noise, seed):
 def test_ultimate_gain_and_period_of_100_plants_are_found_within_10_percent_behind_noise(command, tmp_path):
     with tool.Server(command, tmp_path, "--fmus", host.FOLDER) as server:
         for of in plants():
-            found = tested(server, *of)
+            found = relayed(server, *of)
             gain, period = exact(*of[:4])
             assert found["ultimate"] == pytest.approx([gain, period], rel=0.1), of
             # Four times the noise, as far as some dozen values show it.
