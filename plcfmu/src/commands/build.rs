@@ -68,7 +68,9 @@ pub fn run(options: &Options) -> Result<()> {
     }
     // No package has a dot in its name.
     if let Some(file) = names.iter().find(|name| name.contains('.')) {
-        bail!("{file} is neither a source of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a package of a workspace");
+        bail!(
+            "{file} is neither a source of a program (.scl, .udt, .db, .s7dcl, .xml, .awl) nor a package of a workspace"
+        );
     }
     let is_told = || names.iter().find_map(|name| program::instead(Path::new(name)));
     let workspace = Workspace::find().map_err(|error| is_told().map_or(error, Error::msg))?;
