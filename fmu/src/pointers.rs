@@ -6,12 +6,59 @@
 // The contract above is the safety section of every function here.
 #![allow(clippy::missing_safety_doc)]
 
-use crate::component::Component;
+use crate::component::{Component, Library};
 use crate::cyclic::Cyclic;
+use crate::door::{Door, Host};
 use crate::host_type::{HostType, Version};
-use crate::refusal::Refusal;
-use std::ffi::{CStr, CString, c_char};
+use crate::refusal::{Answer, Refusal};
+use crate::state::Function;
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::slice;
+
+/// The status that a function returns, an enum of C.
+pub type Status = c_int;
+pub(crate) const OK: Status = 0;
+pub(crate) const DISCARD: Status = 2;
+pub(crate) const ERROR: Status = 3;
+pub(crate) const FATAL: Status = 4;
+
+/// The status of an answer.
+pub(crate) fn status(answer: Result<(), Answer>) -> Status {
+    match answer {
+        Ok(()) => OK,
+        Err(Answer::Error) => ERROR,
+        Err(Answer::Discard) => DISCARD,
+        Err(Answer::Fatal) => FATAL,
+    }
+}
+
+/// What an instance of the host points to; `None` if it is NULL.
+#[inline(always)]
+unsafe fn door<'a, L: Library, H: Host>(instance: *mut c_void) -> Option<&'a mut Door<L::Block, H>> {
+    // SAFETY: if it is not NULL, the host's contract says that the library made it.
+    unsafe { instance.cast::<Door<L::Block, H>>().as_mut() }
+}
+
+/// Every function on an instance goes through here.
+pub(crate) unsafe fn enter<L: Library, H: Host>(
+    instance: *mut c_void,
+    function: &'static Function,
+    body: impl FnOnce(&mut Component<L::Block>) -> Result<(), Refusal>,
+) -> Status {
+    // SAFETY: the host's contract.
+    unsafe { door::<L, H>(instance) }.map_or(ERROR, |door| status(door.enter(function, body)))
+}
+
+/// The functions of a control cycle come here first, see [`ordinary`](crate::ordinary).
+#[inline(always)]
+pub(crate) unsafe fn try_ordinary<L: Library, H: Host>(
+    instance: *mut c_void,
+    function: &'static Function,
+    body: impl FnOnce(&mut Component<L::Block>) -> bool,
+) -> Option<Status> {
+    // SAFETY: the host's contract.
+    unsafe { door::<L, H>(instance) }?.try_ordinary(function, body).map(status)
+}
 
 /// The array of `length` elements at `pointer`; NULL is an array of length 0.
 pub(crate) unsafe fn array<'a, T>(pointer: *const T, length: usize, name: &str) -> Result<&'a [T], Refusal> {
@@ -213,7 +260,7 @@ macro_rules! functions {
         pub unsafe fn $name<L: Library>($component: $Pointer $(, $argument: $type)*) -> $result {
             // SAFETY: the host's contract.
             #[allow(unused_unsafe)]
-            unsafe { enter::<L>($component, &Function::$name, |$c| $body) }
+            unsafe { enter::<L, Caller>($component, &Function::$name, |$c| $body) }
         }
     };
     (@function $name:ident ($component:ident: $Pointer:ty $(, $argument:ident: $type:ty)*) ($result:ty),
@@ -223,11 +270,11 @@ macro_rules! functions {
             #[inline(never)]
             unsafe fn any<L: Library>($component: $Pointer $(, $argument: $type)*) -> $result {
                 // SAFETY: the host's contract.
-                unsafe { enter::<L>($component, &Function::$name, |$c| $body) }
+                unsafe { enter::<L, Caller>($component, &Function::$name, |$c| $body) }
             }
             // SAFETY: the host's contract.
             unsafe {
-                try_ordinary::<L>($component, &Function::$name, |$o| $ordinary)
+                try_ordinary::<L, Caller>($component, &Function::$name, |$o| $ordinary)
                     .unwrap_or_else(|| any::<L>($component $(, $argument)*))
             }
         }

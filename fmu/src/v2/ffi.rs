@@ -16,7 +16,11 @@ use crate::component::{Component, Library};
 use crate::door::{Door, Host};
 use crate::interface;
 use crate::log::{self, Category};
-use crate::pointers::{array, array_mut, get, get_ordinary, get_strings, set, set_ordinary, set_strings, target, text};
+pub use crate::pointers::Status;
+use crate::pointers::{
+    ERROR, array, array_mut, enter, get, get_ordinary, get_strings, set, set_ordinary, set_strings, status, target,
+    text, try_ordinary,
+};
 use crate::preset::{Argument, Identity};
 use crate::refusal::{Answer, Refusal};
 use crate::state::{Function, State};
@@ -26,13 +30,6 @@ use std::ffi::c_void;
 use std::ffi::{CStr, CString};
 pub use std::ffi::{c_char, c_int};
 use std::ptr;
-
-/// `fmi2Status`, an enum of C.
-pub type Status = c_int;
-const OK: Status = 0;
-const DISCARD: Status = 2;
-const ERROR: Status = 3;
-const FATAL: Status = 4;
 
 /// `fmi2Type`: co-simulation.
 const CO_SIMULATION: c_int = 1;
@@ -86,43 +83,6 @@ impl Host for Caller {
             );
         }
     }
-}
-
-fn status(answer: Result<(), Answer>) -> Status {
-    match answer {
-        Ok(()) => OK,
-        Err(Answer::Error) => ERROR,
-        Err(Answer::Discard) => DISCARD,
-        Err(Answer::Fatal) => FATAL,
-    }
-}
-
-/// What a `fmi2Component` points to; `None` if it is NULL.
-#[inline(always)]
-unsafe fn door<'a, L: Library>(component: Pointer) -> Option<&'a mut Door<L::Block, Caller>> {
-    // SAFETY: if it is not NULL, the host's contract says that `fmi2Instantiate` made it.
-    unsafe { component.cast::<Door<L::Block, Caller>>().as_mut() }
-}
-
-/// Every function on a component goes through here.
-unsafe fn enter<L: Library>(
-    component: Pointer,
-    function: &'static Function,
-    body: impl FnOnce(&mut Component<L::Block>) -> Result<(), Refusal>,
-) -> Status {
-    // SAFETY: the host's contract.
-    unsafe { door::<L>(component) }.map_or(ERROR, |door| status(door.enter(function, body)))
-}
-
-/// The functions of a control cycle come here first, see [`ordinary`](crate::ordinary).
-#[inline(always)]
-unsafe fn try_ordinary<L: Library>(
-    component: Pointer,
-    function: &'static Function,
-    body: impl FnOnce(&mut Component<L::Block>) -> bool,
-) -> Option<Status> {
-    // SAFETY: the host's contract.
-    unsafe { door::<L>(component) }?.try_ordinary(function, body).map(status)
 }
 
 /// Gives the host's variable the value of an inquiry.
@@ -333,6 +293,7 @@ pub unsafe fn interface<B: Block>(buffer: *mut u8, size: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pointers::{FATAL, OK};
     use crate::test_block::Fragile;
 
     #[test]

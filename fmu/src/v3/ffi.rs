@@ -19,20 +19,14 @@ use crate::door::{Door, Host};
 use crate::host_type::HostType;
 use crate::instance::Events;
 use crate::log::{self, Category};
-use crate::pointers::{self, array, array_mut, target, text};
+pub use crate::pointers::Status;
+use crate::pointers::{self, ERROR, array, array_mut, enter, status, target, text, try_ordinary};
 use crate::preset::{Argument, Identity};
 use crate::refusal::{Answer, Refusal};
 use crate::state::{Function, State};
 use std::ffi::CStr;
 pub use std::ffi::{c_char, c_int, c_void};
 use std::ptr;
-
-/// `fmi3Status`, an enum of C.
-pub type Status = c_int;
-const OK: Status = 0;
-const DISCARD: Status = 2;
-const ERROR: Status = 3;
-const FATAL: Status = 4;
 
 /// `fmi3DependencyKind`: in any way.
 const DEPENDENT: c_int = 5;
@@ -62,47 +56,17 @@ impl Host for Caller {
     }
 }
 
-fn status(answer: Result<(), Answer>) -> Status {
-    match answer {
-        Ok(()) => OK,
-        Err(Answer::Error) => ERROR,
-        Err(Answer::Discard) => DISCARD,
-        Err(Answer::Fatal) => FATAL,
-    }
-}
-
-/// What a `fmi3Instance` points to; `None` if it is NULL.
-#[inline(always)]
-unsafe fn door<'a, L: Library>(instance: Pointer) -> Option<&'a mut Door<L::Block, Caller>> {
-    // SAFETY: if it is not NULL, the host's contract says that `fmi3InstantiateCoSimulation` made it.
-    unsafe { instance.cast::<Door<L::Block, Caller>>().as_mut() }
-}
-
-/// Every function on an instance goes through here.
-unsafe fn enter<L: Library>(
-    instance: Pointer,
-    function: &'static Function,
-    body: impl FnOnce(&mut Component<L::Block>) -> Result<(), Refusal>,
-) -> Status {
-    // SAFETY: the host's contract.
-    unsafe { door::<L>(instance) }.map_or(ERROR, |door| status(door.enter(function, body)))
-}
-
-/// The functions of a control cycle come here first, see [`ordinary`](crate::ordinary).
-#[inline(always)]
-unsafe fn try_ordinary<L: Library>(
-    instance: Pointer,
-    function: &'static Function,
-    body: impl FnOnce(&mut Component<L::Block>) -> bool,
-) -> Option<Status> {
-    // SAFETY: the host's contract.
-    unsafe { door::<L>(instance) }?.try_ordinary(function, body).map(status)
-}
-
-/// Whether a component has the types of the PLC.
-#[inline(always)]
-fn is_native<B: Cyclic>(component: &Component<B>) -> bool {
-    component.form() == 0
+/// Evaluates an expression of `$V`, the types of a component: those of the PLC, or the wide ones.
+macro_rules! with_types {
+    ($component:expr, $V:ident => $of:expr) => {
+        if $component.form() == 0 {
+            type $V = Native;
+            $of
+        } else {
+            type $V = Wide;
+            $of
+        }
+    };
 }
 
 /// Whether each of the variables has a value of its own, as far as that can be seen at once.
@@ -122,10 +86,7 @@ unsafe fn get_ordinary<B: Cyclic, T: HostType<Native> + HostType<Wide>>(
     // SAFETY: the host's contract.
     unsafe {
         has_single_values(c, count, value_count)
-            && match is_native(c) {
-                true => pointers::get_ordinary::<Native, _, _>(c, vr, count, values),
-                false => pointers::get_ordinary::<Wide, _, _>(c, vr, count, values),
-            }
+            && with_types!(c, V => pointers::get_ordinary::<V, _, _>(c, vr, count, values))
     }
 }
 
@@ -140,10 +101,7 @@ unsafe fn set_ordinary<B: Cyclic, T: HostType<Native> + HostType<Wide>>(
     // SAFETY: the host's contract.
     unsafe {
         has_single_values(c, count, value_count)
-            && match is_native(c) {
-                true => pointers::set_ordinary::<Native, _, _>(c, vr, count, values),
-                false => pointers::set_ordinary::<Wide, _, _>(c, vr, count, values),
-            }
+            && with_types!(c, V => pointers::set_ordinary::<V, _, _>(c, vr, count, values))
     }
 }
 
@@ -156,7 +114,7 @@ unsafe fn get<B: Cyclic, T: HostType<Native> + HostType<Wide>>(
 ) -> Result<(), Refusal> {
     // SAFETY: the host's contract.
     let (vr, values) = unsafe { (array(vr, count, VR)?, array_mut(values, value_count, VALUES)?) };
-    if is_native(c) { access::get::<Native, _, _>(c, vr, values) } else { access::get::<Wide, _, _>(c, vr, values) }
+    with_types!(c, V => access::get::<V, _, _>(c, vr, values))
 }
 
 unsafe fn set<B: Cyclic, T: HostType<Native> + HostType<Wide>>(
@@ -168,7 +126,7 @@ unsafe fn set<B: Cyclic, T: HostType<Native> + HostType<Wide>>(
 ) -> Result<(), Refusal> {
     // SAFETY: the host's contract.
     let (vr, values) = unsafe { (array(vr, count, VR)?, array(values, value_count, VALUES)?) };
-    if is_native(c) { access::set::<Native, _, _>(c, vr, values) } else { access::set::<Wide, _, _>(c, vr, values) }
+    with_types!(c, V => access::set::<V, _, _>(c, vr, values))
 }
 
 /// The references of the elements of texts.
@@ -181,11 +139,7 @@ unsafe fn texts<B: Cyclic>(
 ) -> Result<Vec<u32>, Refusal> {
     // SAFETY: the host's contract.
     let vr = unsafe { array(vr, count, VR) }?;
-    let elements = match is_native(c) {
-        true => access::texts::<Native, _>(c, vr, value_count, access)?,
-        false => access::texts::<Wide, _>(c, vr, value_count, access)?,
-    };
-    Ok(elements.into_owned())
+    Ok(with_types!(c, V => access::texts::<V, _>(c, vr, value_count, access))?.into_owned())
 }
 
 const VR: &str = "valueReferences";
@@ -296,10 +250,7 @@ functions! {
         instance: Pointer, vr: *const u32, count: usize, values: *mut *const c_char, value_count: usize,
     ) -> Status => |c| {
         let all = texts(c, vr, count, value_count, "Get")?;
-        match is_native(c) {
-            true => pointers::get_strings::<Native, _>(c, all.as_ptr(), all.len(), values),
-            false => pointers::get_strings::<Wide, _>(c, all.as_ptr(), all.len(), values),
-        }
+        with_types!(c, V => pointers::get_strings::<V, _>(c, all.as_ptr(), all.len(), values))
     };
     fmi3GetBinary[Instantiated InitializationMode EventMode StepComplete Terminated](
         instance: Pointer, _vr: *const u32, count: usize, _sizes: *mut usize, _values: *mut *const u8, _value_count: usize,
@@ -343,10 +294,7 @@ functions! {
         instance: Pointer, vr: *const u32, count: usize, values: *const *const c_char, value_count: usize,
     ) -> Status => |c| {
         let all = texts(c, vr, count, value_count, "Set")?;
-        match is_native(c) {
-            true => pointers::set_strings::<Native, _>(c, all.as_ptr(), all.len(), values),
-            false => pointers::set_strings::<Wide, _>(c, all.as_ptr(), all.len(), values),
-        }
+        with_types!(c, V => pointers::set_strings::<V, _>(c, all.as_ptr(), all.len(), values))
     };
     fmi3SetBinary[Instantiated InitializationMode EventMode StepComplete](
         instance: Pointer, _vr: *const u32, count: usize, _sizes: *const usize, _values: *const *const u8, _value_count: usize,
@@ -512,7 +460,7 @@ functions! {
 }
 
 fn dependencies_of<B: Cyclic>(c: &Component<B>, reference: u32) -> Result<Vec<u32>, Refusal> {
-    if is_native(c) { dependencies::<Native, _>(c, reference) } else { dependencies::<Wide, _>(c, reference) }
+    with_types!(c, V => dependencies::<V, _>(c, reference))
 }
 
 unsafe fn get_float64<B: Cyclic>(
@@ -524,10 +472,7 @@ unsafe fn get_float64<B: Cyclic>(
 ) -> Result<(), Refusal> {
     // SAFETY: the host's contract.
     let (vr, values) = unsafe { (array(vr, count, VR)?, array_mut(values, value_count, VALUES)?) };
-    match is_native(c) {
-        true => access::get_with_time::<Native, _>(c, vr, values),
-        false => access::get_with_time::<Wide, _>(c, vr, values),
-    }
+    with_types!(c, V => access::get_with_time::<V, _>(c, vr, values))
 }
 
 /// There are no instances of another kind of simulation: says so, and gives NULL.
