@@ -1,6 +1,6 @@
 //! LAD and FBD: a network as a graph of elements and wires, whatever format it was read from, and its translation to statements.
 //!
-//! A reader fills [`Network`]s and asks [`lower()`] for the statements of the block. Elements stand in the order in which they
+//! A reader fills [`Network`]s and asks [`lower()`] for the statements of each. Elements stand in the order in which they
 //! take effect; which element a name stands for, and its law, is a row of [`elements`].
 
 pub mod elements;

@@ -102,16 +102,6 @@ impl Reader<'_> {
             return;
         };
         let name = Name { text: name.to_string(), span };
-        let what = match kind {
-            BlockKind::FunctionBlock => "FB",
-            BlockKind::Function => "FC",
-            BlockKind::OrganizationBlock => "OB",
-            BlockKind::DataBlock => "DB",
-            BlockKind::Type => "type",
-        };
-        let title = format!("{what} {}", name.text);
-        let extent = self.extent(element);
-        self.report.locate(extent, title.clone());
         let mut block = Block {
             kind,
             name,
@@ -121,6 +111,8 @@ impl Reader<'_> {
             sections: Vec::new(),
             body: Vec::new(),
         };
+        let extent = self.extent(element);
+        self.report.locate(extent, block.title());
         if self.attribute(element, "MemoryLayout").is_some_and(|(layout, _)| layout == "Standard") {
             block.attributes.push(Attribute { key: "S7_OPTIMIZED_ACCESS".to_string(), value: "FALSE".to_string() });
         }
@@ -131,7 +123,7 @@ impl Reader<'_> {
             block.of = Some(Type { kind: TypeKind::Name(of.to_string(), is_own && !is_system), span });
         }
         self.interface(element, &mut block);
-        let owner = Owner::of(&block, title);
+        let owner = Owner::of(&block);
         let statements = self.networks(element, &owner);
         block.body.extend(statements);
         self.tree.blocks.push(block);

@@ -243,6 +243,20 @@ pub struct Block {
     pub body: Vec<Statement>,
 }
 
+impl Block {
+    /// How messages name it: `FB Motor`.
+    pub fn title(&self) -> String {
+        let kind = match self.kind {
+            BlockKind::FunctionBlock => "FB",
+            BlockKind::Function => "FC",
+            BlockKind::OrganizationBlock => "OB",
+            BlockKind::DataBlock => "DB",
+            BlockKind::Type => "type",
+        };
+        format!("{kind} {}", self.name.text)
+    }
+}
+
 /// What the members of a section are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]

@@ -20,8 +20,8 @@ pub struct Owner {
 
 impl Owner {
     /// What the networks of a block must know of it, and how messages name it.
-    pub fn of(block: &Block, title: String) -> Owner {
-        let mut owner = Owner { title, ..Owner::default() };
+    pub fn of(block: &Block) -> Owner {
+        let mut owner = Owner { title: block.title(), ..Owner::default() };
         for section in &block.sections {
             for name in section.members.iter().flat_map(|member| &member.names) {
                 owner.names.insert(name.key());
@@ -63,23 +63,21 @@ pub struct Lowerer<'a> {
     pub spans: Vec<Span>,
 }
 
-/// The statements of a block in networks.
-pub fn lower(networks: &[Network], owner: &Owner, tree: &mut Tree, report: &mut Report) -> Vec<Statement> {
+/// The statements of a network.
+pub fn lower(network: &Network, owner: &Owner, tree: &mut Tree, report: &mut Report) -> Vec<Statement> {
     let mut lowerer = Lowerer {
         owner,
         tree,
         report,
         code: Vec::new(),
-        number: 0,
+        number: network.number,
         count: 0,
         temporaries: BTreeSet::new(),
         values: BTreeMap::new(),
-        uses: HashMap::new(),
-        spans: Vec::new(),
+        uses: uses(network),
+        spans: network.elements.iter().map(|element| element.span).collect(),
     };
-    for network in networks {
-        lowerer.network(network);
-    }
+    lowerer.network(network);
     lowerer.code
 }
 
@@ -99,10 +97,6 @@ pub fn network_title(owner: &Owner, network: &Network) -> String {
 
 impl Lowerer<'_> {
     fn network(&mut self, network: &Network) {
-        self.number = network.number;
-        self.count = 0;
-        self.values.clear();
-        self.spans = network.elements.iter().map(|element| element.span).collect();
         let place = network_title(self.owner, network);
         self.report.locate(network.span, place.clone());
         self.code.extend(comments(network));
@@ -113,7 +107,6 @@ impl Lowerer<'_> {
             let title = self.element_title(element);
             self.locate(element, &format!("{place}: {title}"));
         }
-        self.uses = uses(network);
         for number in self.order(network) {
             self.element(&network.elements, number);
         }

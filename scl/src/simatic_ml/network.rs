@@ -37,12 +37,7 @@ impl Reader<'_> {
             match content.name.as_str() {
                 "FlgNet" => {
                     self.graph(content, &mut network);
-                    statements.extend(ladder::lower(
-                        std::slice::from_ref(&network),
-                        owner,
-                        &mut self.tree,
-                        self.report,
-                    ));
+                    statements.extend(ladder::lower(&network, owner, &mut self.tree, self.report));
                     graphs.push(network);
                 }
                 "StructuredText" => {
@@ -75,7 +70,7 @@ impl Reader<'_> {
             }
         }
         let mut nodes: HashMap<&str, Node> = HashMap::new();
-        let mut parts: Vec<(u64, &Element)> = Vec::new();
+        let mut parts: Vec<(u64, &str, &Element)> = Vec::new();
         for (number, part) in content.children("Parts").flat_map(|parts| &parts.children).enumerate() {
             let Some(uid) = part.attribute("UId") else { continue };
             match part.name.as_str() {
@@ -88,27 +83,24 @@ impl Reader<'_> {
                     let operand = self.fragments().expression(range);
                     nodes.insert(uid, Node::Operand(operand));
                 }
-                "Part" | "Call" => parts.push((uid.parse().unwrap_or(number as u64), part)),
+                "Part" | "Call" => parts.push((uid.parse().unwrap_or(number as u64), uid, part)),
                 other => {
                     let message = format!("{} is no part of a network that is read", quoted(other));
                     self.report.error(self.span(part), message, Some("draw the network again"));
                 }
             }
         }
-        // Where no wire says another order, elements take effect in that of their numbers.
-        let mut order: Vec<usize> = (0..parts.len()).collect();
-        order.sort_by_key(|at| parts[*at].0);
         // Fragments are written in the order of the document.
-        let mut elements: Vec<Option<ladder::Element>> = Vec::new();
-        for (_, part) in &parts {
+        let mut elements: Vec<(u64, &str, ladder::Element)> = Vec::new();
+        for (order, uid, part) in parts {
             let element = if part.name == "Call" { self.call(part) } else { self.part(part) };
-            elements.push(Some(element));
+            elements.push((order, uid, element));
         }
-        for at in order {
-            if let (Some(uid), Some(element)) = (parts[at].1.attribute("UId"), elements[at].take()) {
-                nodes.insert(uid, Node::Element(network.elements.len()));
-                network.elements.push(element);
-            }
+        // Where no wire says another order, elements take effect in that of their numbers.
+        elements.sort_by_key(|(order, ..)| *order);
+        for (_, uid, element) in elements {
+            nodes.insert(uid, Node::Element(network.elements.len()));
+            network.elements.push(element);
         }
         for wire in content.children("Wires").flat_map(|wires| wires.children("Wire")) {
             self.wire(wire, &nodes, network);

@@ -5,7 +5,7 @@ use super::graph::Variables;
 use crate::ladder::{Network, Owner, comments, lint, lower, network_title};
 use crate::lexer::Span;
 use crate::parser::{Failed, Parsed, Parser};
-use crate::syntax::{Attribute, Block, BlockKind, Statement, TypeKind, attribute, key};
+use crate::syntax::{Attribute, Block, Statement, TypeKind, attribute, key};
 
 /// The language of a network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +18,7 @@ enum Language {
 impl Parser<'_> {
     /// All networks of a block.
     pub fn networks(&mut self, block: &Block) -> Vec<Statement> {
-        let (owner, variables) = (Owner::of(block, title(block)), variables(block));
+        let (owner, variables) = (Owner::of(block), variables(block));
         let mut statements = Vec::new();
         let mut graphs = Vec::new();
         let mut number = 0;
@@ -48,8 +48,7 @@ impl Parser<'_> {
                     // Where a part of a network could not be read, the rest says little.
                     if self.report.errors() == before {
                         let network = self.graph(written, network, &variables);
-                        let one = std::slice::from_ref(&network);
-                        statements.extend(lower(one, &owner, &mut self.tree, self.report));
+                        statements.extend(lower(&network, &owner, &mut self.tree, self.report));
                         graphs.push(network);
                     }
                 }
@@ -87,16 +86,6 @@ impl Parser<'_> {
             }
         }
     }
-}
-
-/// How messages name a block: `FB Motor`.
-fn title(block: &Block) -> String {
-    let kind = match block.kind {
-        BlockKind::FunctionBlock => "FB",
-        BlockKind::OrganizationBlock => "OB",
-        _ => "FC",
-    };
-    format!("{kind} {}", block.name.text)
 }
 
 /// The variables of a block and the names of their types.
