@@ -108,7 +108,7 @@ impl Unpacked {
         let unpacked = Unpacked::of(&self.folder);
         let place = temporary::folder(self.folder.path()).to_path_buf();
         let (file, resources) = (unpacked.join(&self.library.path), unpacked.join("resources"));
-        let (library, resources) = if is_v3(&self.description) {
+        let (library, resources) = if self.description.is_fmi_3() {
             (v3::Library::open_in(self.folder, &file).map(Opened::V3), path(&resources))
         } else {
             (Library::open_in(self.folder, &file).map(Opened::V2), uri(&resources))
@@ -133,7 +133,7 @@ pub fn library<R: Read + Seek>(package: &Package<R>) -> Result<&LibraryFile> {
     if package.libraries.is_empty() {
         bail!("the FMU has sources only: a tool that compiles them can run it, this one cannot");
     }
-    let platforms = if is_v3(&package.description) { platforms_v3(OS, ARCH) } else { platforms(OS, ARCH) };
+    let platforms = if package.description.is_fmi_3() { platforms_v3(OS, ARCH) } else { platforms(OS, ARCH) };
     let file = platforms.iter().find_map(|name| package.libraries.iter().find(|file| file.platform == *name));
     file.with_context(|| {
         format!(
@@ -173,11 +173,6 @@ const CLOCK: &str = "Clock";
 
 /// So many Clocks are named.
 const MOST_CLOCKS: usize = 3;
-
-/// Whether an FMU is of FMI 3.0.
-fn is_v3(description: &Description) -> bool {
-    description.fmi_version.starts_with('3')
-}
 
 /// Whether the library for this platform has a block's table, as those made with `fmu::export!` have. None of its code runs.
 ///

@@ -27,7 +27,7 @@ impl Description {
     /// The same with the elements of each array, `a[1]`, `a[2]` or `m[1,2]`, in place of the array, and with the types of the
     /// C functions.
     pub fn expanded(mut self) -> Description {
-        if self.fmi_version.starts_with('3') {
+        if self.is_fmi_3() {
             for variable in &mut self.variables {
                 variable.kind = variable.kind.map(|kind| exact(variable.type_name).unwrap_or(kind));
             }

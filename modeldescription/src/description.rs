@@ -298,6 +298,11 @@ impl Type {
 }
 
 impl Description {
+    /// Whether it is of FMI 3.0; else of FMI 2.0.
+    pub fn is_fmi_3(&self) -> bool {
+        self.fmi_version.starts_with('3')
+    }
+
     /// The name of the library; that of co-simulation if the FMU supports both.
     pub fn model_identifier(&self) -> Option<&str> {
         let support = self.co_simulation.as_ref().or(self.model_exchange.as_ref());

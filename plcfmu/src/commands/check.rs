@@ -188,7 +188,7 @@ fn examine(file: &Path, starter: Option<&Starter>) -> Verdict {
     for (file, binary) in &report.libraries {
         let needs = |glibc: &String| format!(", needs glibc {}", shown(glibc, LONGEST_NAME));
         let glibc = binary.glibc.as_ref().map_or(String::new(), needs);
-        verdict.libraries.push(format!("{}: {}{glibc}", file.path, functions(binary, package.description.fmi_version)));
+        verdict.libraries.push(format!("{}: {}{glibc}", file.path, functions(binary, &package.description)));
     }
     // The code of an FMU that is wrong is not run. One that this machine or this host cannot run may be right.
     match (starter.filter(|_| verdict.errors.is_empty()), host::fmu::library(&package)) {

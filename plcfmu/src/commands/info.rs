@@ -248,17 +248,14 @@ impl Fmu {
             ("Model", vec![shown(&description.model_name, LONGEST_NAME)]),
             ("Description", optional(&description.description)),
             ("Kind", vec![format!("FMI {} for {}", description.fmi_version, kinds(description).join(" and "))]),
-            (
-                if description.fmi_version.starts_with('3') { "Token" } else { "GUID" },
-                vec![shown(&description.guid, LONGEST_NAME)],
-            ),
+            (if description.is_fmi_3() { "Token" } else { "GUID" }, vec![shown(&description.guid, LONGEST_NAME)]),
             ("Preset", self.preset.iter().map(preset_text).collect()),
             ("Made by", if made.is_empty() { Vec::new() } else { vec![made.join(", ")] }),
             ("Author", optional(&description.author)),
             ("Version", optional(&description.version)),
             ("Copyright", optional(&description.copyright)),
             ("License", optional(&description.license)),
-            ("Libraries", self.libraries.iter().map(|library| library.text(description.fmi_version)).collect()),
+            ("Libraries", self.libraries.iter().map(|library| library.text(description)).collect()),
             ("Capabilities", capabilities(description)),
             ("Experiment", description.default_experiment.iter().filter_map(experiment).collect()),
             ("Log categories", categories(description)),
@@ -294,7 +291,7 @@ impl Library {
         object
     }
 
-    fn text(&self, version: &str) -> String {
+    fn text(&self, description: &Description) -> String {
         let size = self.size.div_ceil(1000);
         let start = format!("{}: {size} kB", shown(&self.platform, LONGEST_NAME));
         let binary = match &self.binary {
@@ -302,7 +299,7 @@ impl Library {
             Err(error) => return format!("{start}; {error:#}"),
         };
         let mut parts = vec![start, binary.architectures.join(" and ")];
-        parts.push(functions(binary, version));
+        parts.push(functions(binary, description));
         if let Some(glibc) = &binary.glibc {
             parts.push(format!("needs glibc {} or newer", shown(glibc, LONGEST_NAME)));
         }

@@ -30,6 +30,7 @@ use anyhow::{Context, Error, Result, anyhow, ensure};
 use host::library;
 use host::package::binary::Binary;
 use host::standard_output::is_closed;
+use modeldescription::Description;
 use std::io::{ErrorKind, Write, stdout};
 use std::path::{Path, PathBuf};
 
@@ -124,10 +125,10 @@ fn refuse_folders(files: &[PathBuf]) -> Result<()> {
 }
 
 /// How much of its FMU's version of FMI a library exports. It may export functions of other versions too.
-fn functions(binary: &Binary, version: &str) -> String {
-    let prefix = if version.starts_with('3') { library::v3::PREFIX } else { library::PREFIX };
+fn functions(binary: &Binary, description: &Description) -> String {
+    let prefix = if description.is_fmi_3() { library::v3::PREFIX } else { library::PREFIX };
     let count = binary.functions.iter().filter(|name| name.starts_with(prefix)).count();
-    format!("{count} functions of FMI {version}")
+    format!("{count} functions of FMI {}", description.fmi_version)
 }
 
 /// A text from a foreign FMU as it is printed: at most `longest` characters, on one line, without control characters.

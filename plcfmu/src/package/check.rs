@@ -69,7 +69,7 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
 
 /// The functions that a library has to export.
 fn functions(description: &Description) -> &'static [&'static str] {
-    if description.fmi_version.starts_with('3') { library::v3::FUNCTIONS } else { FUNCTIONS }
+    if description.is_fmi_3() { library::v3::FUNCTIONS } else { FUNCTIONS }
 }
 
 /// The libraries that no host finds, if it finds none.
@@ -248,7 +248,7 @@ fn is_further_element(description: &Description, of: &Variable) -> bool {
 
 /// What the version calls the text by which a library knows its model description.
 fn token(description: &Description) -> &'static str {
-    if description.fmi_version.starts_with('3') { "instantiation token" } else { "GUID" }
+    if description.is_fmi_3() { "instantiation token" } else { "GUID" }
 }
 
 /// Runs it once more in Event Mode, if it has that: each step ends with an event.
