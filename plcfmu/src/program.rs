@@ -8,7 +8,7 @@ mod workbook;
 use ::program::LARGEST;
 use anyhow::{Context, Error, Result, anyhow, bail};
 use folder::Files;
-pub use folder::test_files;
+pub use folder::{is_source, test_files};
 use manifest::Manifest;
 use parameters::Source;
 use parameters::problem::drawn;
@@ -16,23 +16,26 @@ use parameters::tags::{self, Declared, Tags};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// Whether a file is a source of a program, by its ending.
-pub fn is_source(file: &Path) -> bool {
-    let ending = file.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
-    ending.is_some_and(|ending| folder::SOURCES.contains(&ending.as_str())) && !folder::is_table(file)
-}
-
 /// The sources, and beside each document in SIMATIC SD (`.s7dcl`) the file with its texts (`.s7res`), where there is one.
-pub fn with_texts(files: &[PathBuf]) -> Vec<PathBuf> {
-    let is_document = |file: &Path| file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("s7dcl"));
+fn with_texts(files: &[PathBuf]) -> Vec<PathBuf> {
     let mut all: Vec<PathBuf> = Vec::new();
     for file in files {
         let texts = file.with_extension("s7res");
-        let is_beside = is_document(file) && texts.is_file() && !files.contains(&texts);
+        let is_beside = folder::ending(file) == "s7dcl" && texts.is_file() && !files.contains(&texts);
         all.push(file.clone());
         all.extend(is_beside.then_some(texts));
     }
     all
+}
+
+/// Whether a file is among the sources of a program: named, or below one of its folders.
+///
+/// # Errors
+/// A folder cannot be read, or has no source.
+pub fn has_source(manifest: &Manifest, file: &Path) -> Result<bool> {
+    let is_same =
+        |of: &PathBuf| matches!((of.canonicalize(), file.canonicalize()), (Ok(one), Ok(other)) if one == other);
+    Ok(Files::of(&manifest.sources)?.sources.iter().any(is_same))
 }
 
 /// Whether a path belongs to a program: a source, a tag table, or a folder with sources that is no crate.
@@ -67,8 +70,7 @@ pub fn has_code(file: &Path) -> bool {
     if file.is_dir() {
         return is_part(file);
     }
-    let is_stl = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("awl"));
-    let text = if is_source(file) && !is_stl {
+    let text = if is_source(file) && folder::ending(file) != "awl" {
         Source::read(file, None).map(|source| source.text).unwrap_or_default()
     } else {
         String::new()
@@ -153,7 +155,7 @@ fn is_same(one: &Declared, other: &Declared) -> bool {
 /// It cannot be read, or what is wrong with it.
 pub fn table(file: &Path) -> Result<Tags> {
     let (name, bytes) = Source::load(file, LARGEST).map_err(Error::msg)?;
-    if file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xlsx")) {
+    if folder::ending(file) == "xlsx" {
         return workbook::read(bytes).with_context(|| name);
     }
     tags::read(&Source::new(name, bytes)).map_err(|wrong| anyhow!("{}", drawn(&wrong).trim_end()))

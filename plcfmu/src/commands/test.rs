@@ -78,7 +78,7 @@ pub fn run(options: &Options) -> Result<()> {
 fn run_file(path: &Path, options: &Options) -> Result<Vec<junit::Case>> {
     let file = trial::File::read(path)?;
     let parts = program::parts(&file.manifest)?;
-    if let Some(table) = program::survey::table(&file.manifest.sources, &file.manifest)? {
+    if let Some(table) = program::survey::of(&file.manifest.sources, &parts) {
         print(&table)?;
     }
     let compiled = match scl::compile(&parts.sources, &parts.manifest) {
@@ -99,8 +99,8 @@ fn run_file(path: &Path, options: &Options) -> Result<Vec<junit::Case>> {
     let coverage = trial.coverage();
     print(&format!("{} of {} lines of statements were run\n", coverage.run(), coverage.all()))?;
     if let Some(path) = &options.coverage {
-        let page = coverage.page(&parts.manifest.sources)?;
-        fs::write(path, page).with_context(|| format!("{} cannot be written", path.display()))?;
+        fs::write(path, coverage.page(&parts.sources))
+            .with_context(|| format!("{} cannot be written", path.display()))?;
     }
     Ok(cases)
 }

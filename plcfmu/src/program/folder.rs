@@ -3,7 +3,7 @@
 use super::workbook;
 use ::program::LARGEST;
 use anyhow::{Context, Result, bail, ensure};
-use parameters::tags;
+use parameters::{Source, tags};
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -30,31 +30,47 @@ pub struct Files {
 }
 
 /// The ending of a file in small letters.
-fn ending(file: &Path) -> String {
+pub fn ending(file: &Path) -> String {
     file.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase()
 }
 
-/// Whether a file is a tag table, by its ending and its content.
-pub fn is_table(file: &Path) -> bool {
+/// What a file is in a program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Source,
+    Table,
+    Other,
+}
+
+/// What a file is, by its ending and its content.
+fn kind(file: &Path) -> Kind {
     let content = || {
         let mut bytes = Vec::new();
         File::open(file).and_then(|file| file.take(LARGEST).read_to_end(&mut bytes)).ok()?;
         Some(bytes)
     };
     match ending(file).as_str() {
-        "sdf" => true,
-        "xml" => content().is_some_and(|bytes| tags::is_table(&String::from_utf8_lossy(&bytes))),
-        "xlsx" => content().is_some_and(|bytes| workbook::is_table(&bytes)),
-        _ => false,
+        "sdf" => Kind::Table,
+        "xlsx" if content().is_some_and(|bytes| workbook::is_table(&bytes)) => Kind::Table,
+        // A project has XML of other kinds, too.
+        "xml" => match content().map(|bytes| Source::new("", bytes).text) {
+            Some(text) if tags::is_table(&text) => Kind::Table,
+            Some(text) if text.contains("<SW.") => Kind::Source,
+            _ => Kind::Other,
+        },
+        ending if SOURCES.contains(&ending) => Kind::Source,
+        _ => Kind::Other,
     }
 }
 
-/// Whether a file that is no tag table is a source. A project has XML of other kinds, too.
-fn is_block(file: &Path) -> bool {
-    match ending(file).as_str() {
-        "xml" => fs::read_to_string(file).is_ok_and(|text| text.contains("<SW.")),
-        ending => SOURCES.contains(&ending),
-    }
+/// Whether a file is a tag table.
+pub fn is_table(file: &Path) -> bool {
+    kind(file) == Kind::Table
+}
+
+/// Whether a file is a source of a program, by its ending; XML is one unless it is a tag table.
+pub fn is_source(file: &Path) -> bool {
+    SOURCES.contains(&ending(file).as_str()) && !is_table(file)
 }
 
 impl Files {
@@ -66,23 +82,23 @@ impl Files {
         let mut files = Files::default();
         for path in named {
             if !path.is_dir() {
-                let is_source = SOURCES.contains(&ending(path).as_str()) && !is_table(path);
-                let list = if is_source { &mut files.sources } else { &mut files.tables };
+                let list = if is_source(path) { &mut files.sources } else { &mut files.tables };
                 list.push(path.clone());
                 continue;
             }
             let mut found = Vec::new();
             collect(path, 0, &[&SOURCES[..], &TABLES].concat(), &mut found)?;
             found.sort();
-            let (tables, others): (Vec<PathBuf>, Vec<PathBuf>) = found.into_iter().partition(|file| is_table(file));
-            let sources: Vec<PathBuf> = others.into_iter().filter(|file| is_block(file)).collect();
+            let found: Vec<(Kind, PathBuf)> = found.into_iter().map(|file| (kind(&file), file)).collect();
+            let of = |wanted: Kind| found.iter().filter(move |(kind, _)| *kind == wanted).map(|(_, file)| file.clone());
+            let sources: Vec<PathBuf> = of(Kind::Source).collect();
             ensure!(
                 !sources.is_empty(),
                 "{} has no source of a program: export it there, as .scl, .udt, .db, .s7dcl, .xml or .awl",
                 path.display()
             );
             files.sources.extend(sources);
-            files.tables.extend(tables);
+            files.tables.extend(of(Kind::Table));
         }
         Ok(files)
     }

@@ -1,6 +1,6 @@
 //! What a folder holds of a program, and what it lacks, as a table.
 
-use super::{Parts, parts};
+use super::{Parts, folder, parts};
 use anyhow::Result;
 use manifest::Manifest;
 use scl::{BlockKind, Survey};
@@ -27,8 +27,16 @@ pub fn table(named: &[PathBuf], manifest: &Manifest) -> Result<Option<String>> {
     if !named.iter().any(|path| path.is_dir()) {
         return Ok(None);
     }
-    let Parts { sources, manifest, tables } = parts(manifest)?;
-    let survey = scl::survey(&sources, &manifest);
+    Ok(of(named, &parts(manifest)?))
+}
+
+/// The same of a program that was read.
+pub fn of(named: &[PathBuf], parts: &Parts) -> Option<String> {
+    if !named.iter().any(|path| path.is_dir()) {
+        return None;
+    }
+    let Parts { sources, manifest, tables } = parts;
+    let survey = scl::survey(sources, manifest);
     let folder: Vec<String> = named.iter().map(|path| path.display().to_string()).collect();
     let files: Vec<&str> = sources.iter().map(|source| source.file.as_str()).collect();
     let mut lines = vec![format!("{}: {}", folder.join(", "), counted(files.len(), "source", "sources"))];
@@ -47,7 +55,7 @@ pub fn table(named: &[PathBuf], manifest: &Manifest) -> Result<Option<String>> {
         lines.push(format!("  {:<12}{}{used}{constants}, of {of}", "tags", counted(tags, "tag", "tags")));
     }
     lines.extend(missing(&survey).into_iter().map(|text| format!("  {:<12}{text}", "missing")));
-    Ok(Some(lines.join("\n") + "\n"))
+    Some(lines.join("\n") + "\n")
 }
 
 fn counted(count: usize, one: &str, several: &str) -> String {
@@ -78,8 +86,7 @@ fn rows(survey: &Survey, files: &[&str]) -> Vec<(&'static str, String)> {
 
 /// The form of a source, by its ending.
 fn form(file: &str) -> &'static str {
-    let ending = Path::new(file).extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-    match ending.to_ascii_lowercase().as_str() {
+    match folder::ending(Path::new(file)).as_str() {
         "xml" => "SimaticML",
         "s7dcl" => "SIMATIC SD",
         "awl" => "AWL",

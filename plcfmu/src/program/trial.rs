@@ -374,19 +374,15 @@ impl Coverage {
         self.lines.values().filter(|is_run| **is_run).count()
     }
 
-    /// The sources as a page: lines that were run, and lines that were not.
-    ///
-    /// # Errors
-    /// A source cannot be read.
-    pub fn page(&self, sources: &[PathBuf]) -> Result<String> {
+    /// The sources of the program as a page: lines that were run, and lines that were not.
+    pub fn page(&self, sources: &[Source]) -> String {
         let mut page = String::from(
             "<!doctype html>\n<meta charset=\"utf-8\">\n<title>Coverage</title>\n\
              <style>pre { counter-reset: line } i { font-style: normal; display: block; white-space: pre; min-height: 1.2em } \
              i::before { counter-increment: line; content: counter(line); display: inline-block; width: 4em; color: #777 } \
              .run { background: #dff2df } .not { background: #f9dede }</style>\n",
         );
-        for (file, path) in sources.iter().enumerate() {
-            let source = parameters::Source::read(path, None).map_err(|error| anyhow!(error))?;
+        for (file, source) in sources.iter().enumerate() {
             page += &format!("<h1>{}</h1>\n<pre>", Text(&source.file));
             for (number, line) in source.text.lines().enumerate() {
                 let class = match self.lines.get(&(file as u16, number as u32 + 1)) {
@@ -398,7 +394,7 @@ impl Coverage {
             }
             page += "</pre>\n";
         }
-        Ok(page)
+        page
     }
 }
 
@@ -484,7 +480,7 @@ steps = [{ at = "0s", expect = { valve = false } }]
         assert!(problem.ends_with("main.toml:16: at 0.9 s: valve is false, expected true"), "{problem}");
         // The branch above 100 % is never taken.
         assert_eq!((coverage.run(), coverage.all()), (5, 6));
-        let page = coverage.page(&[source]).unwrap();
+        let page = coverage.page(&[Source::read(&source, None).unwrap()]);
         assert!(
             page.contains("<i class=\"not\">#valve := FALSE;</i>")
                 && page.contains("<i class=\"run\">#valve := TRUE;</i>")

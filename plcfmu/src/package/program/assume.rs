@@ -19,11 +19,7 @@ const HEAD: &str = "// What plcfmu has assumed, because no source declares it. C
 /// # Errors
 /// A file of the program cannot be read, or that of the assumptions cannot be written.
 pub fn complete(manifest: &mut Manifest, file: &Path) -> Result<()> {
-    let is_there = |manifest: &Manifest| -> Result<bool> {
-        let same = |of: &Source| is_same(Path::new(&of.file), file);
-        Ok(program::parts(manifest)?.sources.iter().any(same))
-    };
-    if file.is_file() && !is_there(manifest)? {
+    if file.is_file() && !program::has_source(manifest, file)? {
         manifest.sources.push(file.to_path_buf());
     }
     let Parts { sources, manifest: of, .. } = program::parts(manifest)?;
@@ -40,7 +36,7 @@ pub fn complete(manifest: &mut Manifest, file: &Path) -> Result<()> {
         .with_context(|| format!("{} cannot be written", file.display()))?;
     let (count, shown) = (assumptions.len(), file.display());
     tell::note(&format!("{count} assumptions are in {shown}: correct them there, and pass --assume {shown} again"));
-    if !is_there(manifest)? {
+    if !program::has_source(manifest, file)? {
         manifest.sources.push(file.to_path_buf());
     }
     Ok(())
@@ -54,9 +50,4 @@ fn line(assumption: &Assumption, sources: &[Source]) -> String {
         format!("{}:{}: ", source.file, source.place(at..at).line)
     });
     format!("{place}assumed: \"{}\" is {}", assumption.name, assumption.what)
-}
-
-/// Whether two paths lead to one file.
-fn is_same(one: &Path, other: &Path) -> bool {
-    matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
