@@ -70,9 +70,10 @@ function show(group) {
  */
 async function act(name, value) {
   try {
-    await store.now({ [name]: value });
+    return await store.now({ [name]: value });
   } catch (error) {
     store.say(error);
+    return undefined;
   }
 }
 
@@ -123,7 +124,7 @@ function row(of, control, more = null) {
  * @param {Variable} of
  */
 function toggle(loop, { name }) {
-  const box = element("input", { type: "checkbox", role: "switch", checked: loop.settings[name].sent === true });
+  const box = element("input", { type: "checkbox", role: "switch" });
   box.addEventListener("change", () => act(name, box.checked));
   const state = element("span", { class: "state" });
   fields.set(name, (value) => {
@@ -142,27 +143,30 @@ function toggle(loop, { name }) {
  */
 function push(loop, { name }) {
   const button = element("button", { type: "button", class: "push" }, element("span", { class: "name" }, name));
-  /** The call before which it was pressed. @type {{ run: number | undefined, calls: number } | undefined} */
-  let pressed;
-  const made = () => (store.live === loop ? { run: store.state?.run, calls: store.state?.calls ?? 0 } : undefined);
-  const press = () => {
-    if (pressed) return;
-    pressed = { run: made()?.run, calls: made()?.calls ?? 0 };
-    act(name, true);
-  };
+  let isDown = false;
+  /** The run and its calls when it had taken the press. @type {{ run: number | undefined, calls: number } | undefined} */
+  let taken;
   /** @type {(() => void) | undefined} */
   let endWaiting;
+  const end = () => {
+    const now = store.live === loop ? store.state : undefined;
+    const isSeen = taken && now && now.calls > (now.run === taken.run ? taken.calls : 0);
+    if (!isSeen && button.isConnected) return;
+    endWaiting?.();
+    endWaiting = taken = undefined;
+    isDown = false;
+    if (store.loop === loop) act(name, false);
+  };
+  const press = async () => {
+    if (isDown) return;
+    isDown = true;
+    // A call that is under way does not see it.
+    const state = await act(name, true);
+    taken = { run: state?.run, calls: state?.calls ?? 0 };
+    if (endWaiting) end();
+  };
   const release = () => {
-    if (!pressed || endWaiting) return;
-    const end = () => {
-      const now = made();
-      const isSeen = now && (now.run === pressed?.run ? now.calls > (pressed?.calls ?? 0) : now.calls > 0);
-      if (!isSeen && button.isConnected) return;
-      endWaiting?.();
-      endWaiting = undefined;
-      pressed = undefined;
-      if (store.loop === loop) act(name, false);
-    };
+    if (!isDown || endWaiting) return;
     // A press between two calls would not be seen.
     endWaiting = store.on("state", end);
     end();

@@ -150,7 +150,7 @@ function draw() {
     lines.flatMap(({ row }, at) => [row, ...notesOf(source.file, at + 1)]),
   );
   sheet.style.setProperty("--digits", String(String(lines.length).length));
-  sheet.addEventListener("scroll", due);
+  sheet.addEventListener("scroll", update);
   // Which block runs is a question, and no error.
   fill(body, head(), compiled.candidates.length > 1 ? null : problems(compiled.problems), sheet);
   sheet.scrollTop = scroll;
@@ -465,7 +465,10 @@ function openAtCode() {
 function bringRunLines(run, top) {
   if (isBrought || run.size === 0) return;
   isBrought = true;
-  const row = lines[Math.min(...run) - 1]?.row;
+  const block = runBlock();
+  // A function that stands above the block is run, too, and is not what one looks for.
+  const begin = block?.file === file ? block.line : 1;
+  const row = lines[Math.min(...[...run].filter((at) => at >= begin)) - 1]?.row;
   if (!row || sheet.scrollTop !== openedAt) return;
   const box = row.getBoundingClientRect();
   if (box.bottom > top.bottom) sheet.scrollTop += box.top - top.top;

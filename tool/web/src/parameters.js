@@ -97,6 +97,7 @@ export function mount(content) {
   });
   for (const what of ["plant", "run"]) {
     store.on(what, () => {
+      findActing();
       for (const name of rows.keys()) showField(name);
       showGroups();
     });
@@ -139,6 +140,7 @@ export function goTo(name) {
 
 /** @param {HTMLElement} list */
 function build(list) {
+  findActing();
   rows = new Map();
   groups = [];
   const loop = store.loop;
@@ -178,12 +180,15 @@ function build(list) {
 
 /** A group whose inputs all act at once has nothing to be edited. */
 function showGroups() {
-  for (const { box, names } of groups) box.hidden = names.every((name) => isActing(name));
+  for (const { box, names } of groups) box.hidden = names.every((name) => actingNames.has(name));
 }
 
-/** Whether a setting is an input that acts at once, and so has no field to be edited in. @param {string} name */
-function isActing(name) {
-  return store.loop !== undefined && actingInputs(store.loop).some((one) => one.name === name);
+/** The inputs that act at once, and so have no field to be edited in. @type {Set<string>} */
+let actingNames = new Set();
+
+/** Finds them: connections make them others. */
+function findActing() {
+  actingNames = new Set(store.loop ? actingInputs(store.loop).map(({ name }) => name) : []);
 }
 
 /**
@@ -373,7 +378,7 @@ function showField(name, isForced = false) {
   if (!loop || !row || !setting) return;
   const { kind } = setting.variable;
   const wire = wiredTo(loop, name);
-  row.row.hidden = isOfStructure(loop, name) || isActing(name);
+  row.row.hidden = isOfStructure(loop, name) || actingNames.has(name);
   const value = wire ? (runValue(loop, name) ?? setting.value) : setting.value;
   if (isBoolean(kind)) row.input.checked = Boolean(value);
   else if (isForced || document.activeElement !== row.input || setting.wrong === undefined) {

@@ -208,6 +208,8 @@ async function replaced(before, fmu) {
   store.show(loop);
   store.emit("loop");
   store.emit("plant");
+  // Fields that were drawn with the start values follow.
+  store.emit("settings", Object.keys(loop.settings));
   store.say(`${loop.name} has the changed program. The next run begins with it; the earlier runs are kept to compare.`);
   return loop;
 }

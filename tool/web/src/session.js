@@ -160,6 +160,8 @@ async function resumeLoop(one) {
   Object.assign(loop, { undo: one.undo ?? [], redo: one.redo ?? [] });
   store.emit("loop");
   store.emit("plant");
+  // Fields that were drawn with the start values follow.
+  store.emit("settings", Object.keys(loop.settings));
   await store.check();
 }
 

@@ -441,7 +441,9 @@ export const store = {
     const { members, connections } = loop;
     try {
       if (isGoingOn && store.isLive()) {
+        const hadEnded = store.state?.failure;
         await store.take(ask({ do: "exchange", members, connections }));
+        if (hadEnded) await store.sendLate(loop);
         if (step !== loop.step || exchange !== loop.exchange)
           store.say(
             "The run keeps its communication step and exchange; those of the new plant hold from the next run on.",
@@ -451,6 +453,21 @@ export const store = {
       store.say(error);
     }
     store.emit("plant");
+  },
+
+  /**
+   * Sends what was set while the run had ended: it goes on with another plant.
+   *
+   * @param {Work} loop
+   */
+  async sendLate(loop) {
+    const late = Object.entries(loop.settings).filter(([name, one]) => {
+      const now = runValue(loop, name);
+      return now !== undefined && !wiredTo(loop, name) && !same(one.variable.kind, one.sent, now);
+    });
+    if (late.length === 0) return;
+    const values = Object.fromEntries(late.map(([name, one]) => [name, one.sent]));
+    await store.take(ask({ do: "send", values: named(loop, values) }));
   },
 
   /** Whether the engine's present run is that of the shown loop. */
@@ -559,7 +576,9 @@ export const store = {
     if (!loop) return undefined;
     const full = named(loop, values);
     await prepareTakeover(loop, values);
-    const state = store.isLive() ? await store.take(ask({ do: "send", values: full })) : undefined;
+    // A run that has ended takes nothing more: what is set then holds from the next one on.
+    const isGoing = store.isLive() && !store.state?.failure;
+    const state = isGoing ? await store.take(ask({ do: "send", values: full })) : undefined;
     /** @type {Values} */
     const own = {};
     for (const [name, value] of Object.entries(full)) {
