@@ -18,8 +18,8 @@ use crate::interface;
 use crate::log::{self, Category};
 pub use crate::pointers::Status;
 use crate::pointers::{
-    ERROR, array, array_mut, enter, get, get_ordinary, get_strings, set, set_ordinary, set_strings, status, target,
-    text, try_ordinary,
+    array, array_mut, enter, get, get_ordinary, get_strings, set, set_ordinary, set_strings, status, target, text,
+    try_ordinary,
 };
 use crate::preset::{Argument, Identity};
 use crate::refusal::{Answer, Refusal};
