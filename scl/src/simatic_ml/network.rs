@@ -6,7 +6,7 @@ use crate::parser::may_set_eno;
 use crate::syntax::{ExpressionId, Name, Statement};
 use parameters::problem::quoted;
 use parameters::xml::Element;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// What a part, an access or a call is, by its UId.
 enum Node {
@@ -70,9 +70,18 @@ impl Reader<'_> {
             }
         }
         let mut nodes: HashMap<&str, Node> = HashMap::new();
+        let mut uids: HashSet<&str> = HashSet::new();
         let mut parts: Vec<(u64, &str, &Element)> = Vec::new();
         for (number, part) in content.children("Parts").flat_map(|parts| &parts.children).enumerate() {
-            let Some(uid) = part.attribute("UId") else { continue };
+            let Some(uid) = part.attribute("UId") else {
+                self.report.error(self.span(part), "a part without UId", Some("export the block again"));
+                continue;
+            };
+            if !uids.insert(uid) {
+                let message = format!("two parts of the network have the UId {}", quoted(uid));
+                self.report.error(self.span(part), message, Some("export the block again"));
+                continue;
+            }
             match part.name.as_str() {
                 "Access" if part.attribute("Scope") == Some("Label") => {
                     let name = part.child("Label").and_then(|label| label.attribute("Name")).unwrap_or_default();
@@ -161,7 +170,6 @@ impl Reader<'_> {
                 "Return" => Way::Value,
                 _ => Way::Input,
             },
-            of: parameter.attribute("Type").map(str::to_string),
         });
         let is_function = instance.is_none();
         element.call = Some(Call { is_function, parameters: parameters.collect() });
@@ -205,6 +213,12 @@ impl Reader<'_> {
                     _ => self.unknown(end),
                 },
                 "IdentCon" => match (end.attribute("UId").and_then(|uid| nodes.get(uid)), &source) {
+                    // The variable of a coil may be drawn as what it writes.
+                    (Some(Node::Operand(target)), Source::Pin(number, pin))
+                        if matches!(pin.as_str(), "OPERAND" | "BIT") =>
+                    {
+                        network.elements[*number].connect(pin, Source::Operand(*target));
+                    }
                     (Some(Node::Operand(target)), Source::Pin(number, pin)) => {
                         network.elements[*number].write(pin, *target);
                     }
@@ -214,7 +228,11 @@ impl Reader<'_> {
                     }
                     _ => self.unknown(end),
                 },
-                _ => {}
+                _ => {
+                    if let Source::Pin(number, pin) = &source {
+                        network.elements[*number].open.push(pin.clone());
+                    }
+                }
             }
         }
     }
