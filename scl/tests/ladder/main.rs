@@ -7,6 +7,7 @@ mod example;
 mod formats;
 mod order;
 mod random;
+mod twice;
 mod xml;
 
 use parameters::{Problems, Source};
