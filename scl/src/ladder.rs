@@ -17,6 +17,9 @@ use crate::syntax::{ExpressionId, Name};
 pub use lint::lint;
 pub use lower::{Owner, comments, lower, network_title};
 
+/// An element has no more pins.
+pub const MOST_PINS: usize = 1000;
+
 /// A network of a block.
 #[derive(Debug)]
 pub struct Network {

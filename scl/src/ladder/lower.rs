@@ -1,7 +1,7 @@
 //! The order of the elements of a network, and its statements.
 
 use super::elements::Law;
-use super::flow::{Value, shown};
+use super::flow::{Value, Values, shown};
 use super::{Element, Network, Source, elements};
 use crate::lexer::Span;
 use crate::report::Report;
@@ -58,7 +58,7 @@ pub struct Lowerer<'a> {
     /// The temporaries, in capitals.
     pub temporaries: BTreeSet<String>,
     /// What the pins of the network carry.
-    pub values: BTreeMap<Pin, Value>,
+    pub values: Values,
     /// How often they are still asked for.
     pub uses: BTreeMap<Pin, usize>,
     /// Where the elements stand.
@@ -78,7 +78,7 @@ pub fn lower(network: &Network, owner: &Owner, tree: &mut Tree, report: &mut Rep
         number: network.number,
         count: 0,
         temporaries: BTreeSet::new(),
-        values: BTreeMap::new(),
+        values: Values::default(),
         uses: uses(network),
         spans: network.elements.iter().map(|element| element.span).collect(),
         asked: BTreeSet::new(),

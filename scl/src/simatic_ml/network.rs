@@ -200,10 +200,17 @@ impl Reader<'_> {
                 None => return self.unknown(from),
             },
             // An open pin gets nothing.
-            _ => None,
+            "OpenCon" | "Openbranch" => None,
+            other => {
+                let message = format!("a wire begins at {}, which is no end of a wire", quoted(other));
+                return self.report.error(self.span(from), message, Some("export the block again"));
+            }
         };
         let Some(source) = source else { return };
         for end in to {
+            if self.is_full(end, &source, nodes, network) {
+                return;
+            }
             match end.name.as_str() {
                 "NameCon" => match end.attribute("UId").and_then(|uid| nodes.get(uid)) {
                     Some(Node::Element(number)) => {
@@ -228,13 +235,39 @@ impl Reader<'_> {
                     }
                     _ => self.unknown(end),
                 },
-                _ => {
+                "OpenCon" | "Openbranch" => {
                     if let Source::Pin(number, pin) = &source {
                         network.elements[*number].open.push(pin.clone());
                     }
                 }
+                other => {
+                    let message = format!("a wire leads to {}, which is no end of a wire", quoted(other));
+                    self.report.error(self.span(end), message, Some("export the block again"));
+                }
             }
         }
+    }
+
+    /// Whether an element at one of the ends has as many pins as it may have, which is told.
+    fn is_full(&mut self, end: &Element, source: &Source, nodes: &HashMap<&str, Node>, network: &Network) -> bool {
+        let target = match end.attribute("UId").and_then(|uid| nodes.get(uid)) {
+            Some(Node::Element(number)) => Some(*number),
+            _ => None,
+        };
+        let from = match source {
+            Source::Pin(number, _) => Some(*number),
+            _ => None,
+        };
+        let is_full = |number: &usize| {
+            let element = &network.elements[*number];
+            element.inputs.len().max(element.outputs.len()).max(element.open.len()) >= ladder::MOST_PINS
+        };
+        let full = target.into_iter().chain(from).find(is_full);
+        if let Some(number) = full {
+            let message = format!("{} has more than {} pins", network.elements[number].name, ladder::MOST_PINS);
+            self.report.error(self.span(end), message, Some("divide it"));
+        }
+        full.is_some()
     }
 
     fn unknown(&mut self, end: &Element) {
