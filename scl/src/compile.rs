@@ -2,7 +2,7 @@
 
 use crate::assume::{Assumption, declare};
 use crate::compiler::{BlockId, Compiler};
-use crate::lexer::{Span, Token, tokens};
+use crate::lexer::Span;
 use crate::parser;
 use crate::program::{Body, Program, Statement};
 use crate::report::Report;
@@ -78,8 +78,9 @@ impl Trees {
 pub fn compile(sources: &[Source], options: &Manifest) -> Result<Compiled, Vec<Problems>> {
     let mut report = Report::default();
     let Trees { sources: all, trees, cpu } = Trees::read(sources, options, &mut report);
-    let mut compiler = Compiler::new(&all, &trees, cpu, options, report);
+    let mut compiler = Compiler::new(&all, &trees, cpu, options, report, 0);
     compiler.run();
+    compiler.tell_different();
     let (root, candidates) = (compiler.root(), compiler.candidates());
     let instance = root.as_ref().map_or("", |root| root.instance.as_str());
     let globals = crate::interface::globals(&compiler, instance);
@@ -107,7 +108,7 @@ pub struct Survey {
 pub fn survey(sources: &[Source], options: &Manifest) -> Survey {
     let mut report = Report::default();
     let Trees { sources: all, trees, cpu } = Trees::read(sources, options, &mut report);
-    let mut compiler = Compiler::new(&all, &trees, cpu, options, report);
+    let mut compiler = Compiler::new(&all, &trees, cpu, options, report, 0);
     compiler.assumes = true;
     compiler.run();
     let is_used = |tag: &&parameters::tags::Tag| compiler.globals.contains_key(&key(&tag.name));
@@ -132,7 +133,7 @@ pub fn assume(sources: &[Source], options: &Manifest, only: Option<&[String]>) -
         all.push(Source::new("assumed", assumed(&assumptions).into_bytes()));
         let mut report = Report::default();
         let Trees { sources: all, trees, cpu } = Trees::read(&all, options, &mut report);
-        let mut compiler = Compiler::new(&all, &trees, cpu, options, report);
+        let mut compiler = Compiler::new(&all, &trees, cpu, options, report, 0);
         compiler.assumes = true;
         compiler.run();
         let mut missing = std::mem::take(&mut compiler.undeclared);
@@ -154,7 +155,15 @@ pub fn assumed(assumptions: &[Assumption]) -> String {
 }
 
 impl<'a> Compiler<'a> {
-    fn new(sources: &'a [Source], trees: &'a [Tree], cpu: Cpu, options: &'a Manifest, report: Report) -> Compiler<'a> {
+    /// A translation that takes the first of several copies of a block, or the one after so many of them.
+    pub fn new(
+        sources: &'a [Source],
+        trees: &'a [Tree],
+        cpu: Cpu,
+        options: &'a Manifest,
+        report: Report,
+        copy: usize,
+    ) -> Compiler<'a> {
         let mut program = Program::default();
         program.memory = program.add_record("memory", []);
         program.constants = program.add_record("constants", []);
@@ -166,6 +175,7 @@ impl<'a> Compiler<'a> {
             report,
             program,
             names: HashMap::new(),
+            copies: Vec::new(),
             library: HashMap::new(),
             types: HashMap::new(),
             blocks: Vec::new(),
@@ -182,11 +192,11 @@ impl<'a> Compiler<'a> {
             calls: Vec::new(),
             bytes: 0,
         };
-        compiler.collect();
+        compiler.collect(copy);
         compiler
     }
 
-    fn collect(&mut self) {
+    fn collect(&mut self, copy: usize) {
         for (file, tree) in self.trees.iter().enumerate() {
             for (index, block) in tree.blocks.iter().enumerate() {
                 let is_library = file == self.library_file();
@@ -196,30 +206,14 @@ impl<'a> Compiler<'a> {
                     names.insert(block.name.key(), (file, index));
                     continue;
                 };
-                if !is_library && self.is_same(earlier, (file, index)) {
-                    continue;
+                if !is_library {
+                    self.add_copy(earlier, (file, index), copy);
                 }
-                let place = self.at(self.block(earlier).name.span);
-                let name = &block.name.text;
-                let message =
-                    format!("{name} is declared twice: first in {}:{}", self.sources[earlier.0].file, place.line);
-                self.error(block.name.span, message, Some("rename one of them, or leave one file out"));
             }
         }
         self.refuse_protected();
         self.collect_globals();
         self.collect_kinds();
-    }
-
-    /// Whether two blocks have the same words: of several blocks TIA Portal generates sources that each have what they depend on.
-    fn is_same(&self, one: BlockId, other: BlockId) -> bool {
-        let words = |(file, index): BlockId| {
-            let text = self.text(*self.trees[file].extents.get(index)?);
-            let found = tokens(text, 0, 0);
-            let word = |token: &Token| text[token.span.range()].to_string();
-            Some((found.tokens.iter().map(word).collect::<Vec<_>>(), found.attributes.len()))
-        };
-        words(one).is_some_and(|found| words(other) == Some(found))
     }
 
     /// A block of which there is an interface alone is a stub, if it is to be one.
@@ -256,10 +250,11 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    fn run(&mut self) {
-        let own: Vec<BlockId> = (0..self.library_file())
-            .flat_map(|file| (0..self.trees[file].blocks.len()).map(move |index| (file, index)))
-            .collect();
+    pub fn run(&mut self) {
+        let all = (0..self.library_file())
+            .flat_map(|file| (0..self.trees[file].blocks.len()).map(move |index| (file, index)));
+        let is_chosen = |id: &BlockId| self.names.get(&self.block(*id).name.key()) == Some(id);
+        let own: Vec<BlockId> = all.filter(is_chosen).collect();
         for id in &own {
             match self.block(*id).kind {
                 BlockKind::Type => drop(self.structure(*id)),

@@ -44,6 +44,8 @@ pub struct Compiler<'a> {
     pub program: Program,
     /// The blocks of the sources, by name.
     pub names: HashMap<String, BlockId>,
+    /// Blocks that an earlier source has, too, in other words: the first one, and the other.
+    pub copies: Vec<(BlockId, BlockId)>,
     /// The blocks of the library, by name.
     pub library: HashMap<String, BlockId>,
     pub types: HashMap<BlockId, State<Type>>,

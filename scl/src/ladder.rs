@@ -3,6 +3,8 @@
 //! A reader fills [`Network`]s and asks [`lower()`] for the statements of each. Elements stand in the order in which they
 //! take effect; which element a name stands for, and its law, is a row of [`elements`].
 
+mod boxes;
+mod calls;
 pub mod elements;
 mod flow;
 mod laws;
@@ -14,6 +16,9 @@ use crate::syntax::{ExpressionId, Name};
 
 pub use lint::lint;
 pub use lower::{Owner, comments, lower, network_title};
+
+/// An element has no more pins.
+pub const MOST_PINS: usize = 1000;
 
 /// A network of a block.
 #[derive(Debug)]
@@ -50,6 +55,8 @@ pub struct Element {
     pub inputs: Vec<Input>,
     /// The variables that its output pins are written to: pins in capitals, and variables.
     pub outputs: Vec<(String, ExpressionId)>,
+    /// Output pins that are drawn and lead nowhere, in capitals.
+    pub open: Vec<String>,
     /// Pins that are negated, in capitals.
     pub negated: Vec<String>,
     /// Its types and other settings, by their names in capitals: `SRCTYPE`, `DESTTYPE`, `TIME_TYPE`, `VALUE_TYPE`.
@@ -74,6 +81,7 @@ impl Element {
             span,
             inputs: Vec::new(),
             outputs: Vec::new(),
+            open: Vec::new(),
             negated: Vec::new(),
             settings: Vec::new(),
             has_eno: false,
@@ -140,8 +148,6 @@ pub struct Parameter {
     pub name: String,
     /// What it is.
     pub way: Way,
-    /// Its type, where the call says it.
-    pub of: Option<String>,
 }
 
 /// Which way a parameter goes.

@@ -4,6 +4,7 @@ mod assume;
 mod compile;
 mod compiler;
 mod constant;
+mod copies;
 mod declare;
 mod format;
 mod ladder;

@@ -15,7 +15,7 @@ use crate::program::{self, At, Base, Body, Expr, Local, Place, Statement, Value,
 use crate::syntax::{ExpressionId, Expressions, key};
 use crate::types::{Elementary, Type};
 use crate::undeclared::Missing;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 pub use convert::zero;
@@ -43,6 +43,8 @@ pub struct Lowerer<'c, 'a> {
     file: usize,
     block: Option<usize>,
     symbols: Rc<HashMap<String, Symbol>>,
+    /// Temporaries of networks that have no type yet.
+    untyped: HashSet<String>,
     locals: Vec<Local>,
     code: Vec<Statement>,
     loops: Vec<(usize, Loop)>,
@@ -121,6 +123,7 @@ impl<'c, 'a> Lowerer<'c, 'a> {
             file,
             block: None,
             symbols,
+            untyped: HashSet::new(),
             locals: Vec::new(),
             code: Vec::new(),
             loops: Vec::new(),

@@ -58,6 +58,8 @@ pub enum Law {
     Box(Formula, Failure),
     /// A box that is executed if EN: a function with outputs, called as a statement.
     Statement(&'static str),
+    /// Not read; what to draw instead.
+    Refused(&'static str),
 }
 
 /// ENO of the block after a Return.
@@ -211,7 +213,7 @@ pub const ROWS: &[Row] = &[
     function(&["Rol"], Call("ROL", &["N"], &["IN"]), Never),
     function(&["Ror"], Call("ROR", &["N"], &["IN"]), Never),
     function(&["Swap"], Call("SWAP", &[], &["IN"]), Never),
-    function(&["Deco"], Call("DECO", &["IN"], &[]), Never),
+    function(&["Deco"], Typed("DECO", &["IN"], &[]), Never),
     function(&["Enco"], Call("ENCO", &["IN"], &[]), Never),
     real(&["Sqr"]),
     real(&["Sqrt"]),
@@ -224,26 +226,41 @@ pub const ROWS: &[Row] = &[
     real(&["Acos"]),
     real(&["Atan"]),
     real(&["Frac"]),
-    function(&["T_Add"], Call("T_ADD", &["IN1", "IN2"], &[]), Never),
-    function(&["T_Sub"], Call("T_SUB", &["IN1", "IN2"], &[]), Never),
+    function(&["T_Add"], Call("T_ADD", &["IN1", "IN2"], &[]), Calculation("ADD")),
+    function(&["T_Sub"], Call("T_SUB", &["IN1", "IN2"], &[]), Calculation("SUB")),
     function(&["T_Diff"], Call("T_DIFF", &["IN1", "IN2"], &[]), Never),
+    function(&["T_Combine"], Call("T_COMBINE", &["IN1", "IN2"], &[]), Never),
+    function(&["Max_Len"], Call("MAX_LEN", &["IN"], &[]), Never),
     function(&["Time_Tck"], Call("TIME_TCK", &[], &[]), Never),
     function(&["Runtime"], Call("RUNTIME", &["MEM"], &[]), Never),
     function(&["Lower_Bound"], Call("LOWER_BOUND", &["ARR", "DIM"], &[]), Never),
     function(&["Upper_Bound"], Call("UPPER_BOUND", &["ARR", "DIM"], &[]), Never),
     function(&["Len"], Call("LEN", &["IN"], &[]), Never),
-    function(&["Left"], Call("LEFT", &["IN", "L"], &[]), Never),
-    function(&["Right"], Call("RIGHT", &["IN", "L"], &[]), Never),
-    function(&["Mid"], Call("MID", &["IN", "L", "P"], &[]), Never),
-    function(&["Concat"], Call("CONCAT", &["IN1", "IN2"], &[]), Never),
+    function(&["Left"], Call("LEFT", &["IN", "L"], &[]), Condition("TEXT")),
+    function(&["Right"], Call("RIGHT", &["IN", "L"], &[]), Condition("TEXT")),
+    function(&["Mid"], Call("MID", &["IN", "L", "P"], &[]), Condition("TEXT")),
+    function(&["Concat"], Call("CONCAT", &["IN*"], &[]), Condition("TEXT")),
     function(&["Find"], Call("FIND", &["IN1", "IN2"], &[]), Never),
-    function(&["Delete"], Call("DELETE", &["IN", "L", "P"], &[]), Never),
-    function(&["Insert"], Call("INSERT", &["IN1", "IN2", "P"], &[]), Never),
-    function(&["Replace"], Call("REPLACE", &["IN1", "IN2", "L", "P"], &[]), Never),
+    function(&["Delete"], Call("DELETE", &["IN", "L", "P"], &[]), Condition("TEXT")),
+    function(&["Insert"], Call("INSERT", &["IN1", "IN2", "P"], &[]), Condition("TEXT")),
+    function(&["Replace"], Call("REPLACE", &["IN1", "IN2", "L", "P"], &[]), Condition("TEXT")),
     row(&["MoveBlockI", "Move_Blk"], Law::Statement("MOVE_BLK")),
     row(&["MoveBlockU", "UMove_Blk"], Law::Statement("UMOVE_BLK")),
     row(&["FillBlockI", "Fill_Blk"], Law::Statement("FILL_BLK")),
     row(&["FillBlockU", "UFill_Blk"], Law::Statement("UFILL_BLK")),
+    row(&["JumpList", "Jmp_List", "Switch"], Law::Refused("compare with contacts, and jump with jump coils")),
+    row(
+        &[
+            "SpCoil", "SP_Coil", "SeCoil", "SE_Coil", "SdCoil", "SD_Coil", "SsCoil", "SS_Coil", "SfCoil", "SF_Coil",
+            "S_Pulse", "S_Pext", "S_ODT", "S_ODTS", "S_OffDT",
+        ],
+        Law::Refused("use an IEC timer: TP, TON, TONR or TOF"),
+    ),
+    row(
+        &["ScCoil", "SC_Coil", "CuCoil", "CU_Coil", "CdCoil", "CD_Coil", "S_CU", "S_CD", "S_CUD"],
+        Law::Refused("use an IEC counter: CTU, CTD or CTUD"),
+    ),
+    row(&["McrA", "McrD", "Mcr", "McrClose", "Opn", "Opni", "Save"], Law::Refused("draw it with contacts and coils")),
 ];
 
 /// The instruction of this name.

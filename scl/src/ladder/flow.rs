@@ -1,11 +1,11 @@
 //! Values on wires: expressions that wait to be used, and are kept in a temporary before what they read is written.
 
-use super::lower::Lowerer;
+use super::lower::{Lowerer, Pin};
 use crate::lexer::Span;
 use crate::syntax::{
     Argument, Binary, ExpressionId, ExpressionKind, Expressions, Name, Scope, Statement, StatementKind, Unary, key,
 };
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// A value becomes a temporary when its expression has this many levels.
 const DEEPEST: u32 = 30;
@@ -22,6 +22,45 @@ pub struct Value {
 impl Value {
     /// TRUE.
     pub const TRUE: Value = Value { of: None, reads: BTreeSet::new() };
+}
+
+/// What the pins of a network carry, as long as it is asked for.
+#[derive(Debug, Default)]
+pub struct Values {
+    of: HashMap<Pin, Value>,
+    /// Who reads a variable, so that a large network is not searched at each of its coils.
+    readers: BTreeMap<String, BTreeSet<Pin>>,
+}
+
+impl Values {
+    /// Sets what a pin carries.
+    pub fn insert(&mut self, pin: Pin, value: Value) {
+        for name in &value.reads {
+            self.readers.entry(name.clone()).or_default().insert(pin.clone());
+        }
+        self.of.insert(pin, value);
+    }
+
+    /// What a pin carries.
+    pub fn get(&self, pin: &Pin) -> Option<&Value> {
+        self.of.get(pin)
+    }
+
+    /// What a pin carried.
+    pub fn remove(&mut self, pin: &Pin) -> Option<Value> {
+        let value = self.of.remove(pin)?;
+        for name in &value.reads {
+            if let Some(readers) = self.readers.get_mut(name) {
+                readers.remove(pin);
+            }
+        }
+        Some(value)
+    }
+
+    /// The pins whose values read one of these variables.
+    fn readers(&self, roots: &BTreeSet<String>) -> BTreeSet<Pin> {
+        roots.iter().filter_map(|root| self.readers.get(root)).flatten().cloned().collect()
+    }
 }
 
 /// What an expression reads: variables of the block by their names, and all others together.
@@ -207,9 +246,7 @@ impl Lowerer<'_> {
 
     /// Before variables are written, the values that read them are kept.
     pub fn before_writing(&mut self, roots: &BTreeSet<String>, span: Span) {
-        let waiting = self.values.iter().filter(|(_, value)| !value.reads.is_disjoint(roots));
-        let waiting: Vec<_> = waiting.map(|(pin, _)| pin.clone()).collect();
-        for pin in waiting {
+        for pin in self.values.readers(roots) {
             let Some(value) = self.values.remove(&pin) else { continue };
             let span = self.spans.get(pin.0).copied().unwrap_or(span);
             let value = self.kept(value, span);

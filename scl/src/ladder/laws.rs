@@ -1,11 +1,12 @@
 //! What each element does, as statements.
 
-use super::elements::{Failure, Formula, Law, Returned};
+use super::Element;
+use super::elements::{Law, Returned};
 use super::flow::{Value, root};
 use super::lower::Lowerer;
-use super::{Element, Way};
+use crate::constant::{self, Literal};
 use crate::lexer::Span;
-use crate::syntax::{Binary, ExpressionId, ExpressionKind, Scope, Statement, StatementKind, Unary};
+use crate::syntax::{Binary, ExpressionId, ExpressionKind, Name, Statement, StatementKind, Unary};
 use crate::types::Elementary;
 use std::collections::BTreeSet;
 
@@ -13,8 +14,9 @@ use std::collections::BTreeSet;
 const FLOW: &[&str] = &["PRE", "IN"];
 /// The pins of the preset time of a timer's coil.
 const PRESET: [&str; 4] = ["PT", "VALUE", "TV", "PRESET"];
-/// So many bits a field may have.
-const MOST_BITS: u32 = 65_535;
+/// So many bits a field may have, and one within a variable.
+const MOST_BITS: i128 = 65_535;
+const MOST_BITS_OF_A_WORD: i128 = 64;
 
 impl Lowerer<'_> {
     /// An element by its law.
@@ -49,6 +51,7 @@ impl Lowerer<'_> {
             }
             Law::Compare(_) | Law::Range(_) | Law::Valid(_) => self.comparison(law, elements, number),
             Law::Gate(operator) => {
+                self.check_cardinality(element);
                 let pins: Vec<String> = element.inputs.iter().map(|input| input.pin.clone()).collect();
                 let values: Vec<Value> = pins.iter().filter_map(|pin| self.input(element, pin)).collect();
                 let joined = values.into_iter().reduce(|left, right| self.joined(operator, left, right, span));
@@ -88,6 +91,9 @@ impl Lowerer<'_> {
             Law::Return(returned) => {
                 let flow = self.flow(element, &["IN"]);
                 let value = match returned {
+                    Returned::Unchanged if element.inputs.iter().any(|input| input.pin == "OPERAND") => {
+                        self.operand(element, "OPERAND")
+                    }
                     Returned::Unchanged => None,
                     Returned::True => Some(self.literal("BOOL#TRUE", span)),
                     Returned::False => Some(self.literal("BOOL#FALSE", span)),
@@ -101,6 +107,9 @@ impl Lowerer<'_> {
             Law::Statement(name) => {
                 let callee = self.function(name, span);
                 self.statement(callee, elements, number);
+            }
+            Law::Refused(help) => {
+                self.report.error(span, format!("{} is not supported", element.name), Some(help));
             }
         }
     }
@@ -123,9 +132,9 @@ impl Lowerer<'_> {
     }
 
     /// A value in the type that the element has for its inputs.
-    fn typed(&mut self, element: &Element, value: ExpressionId) -> ExpressionId {
-        // INC and DEC have one type, that of their result.
-        let of = element.setting("SRCTYPE").or(element.setting("DESTTYPE"));
+    pub fn typed(&mut self, element: &Element, value: ExpressionId) -> ExpressionId {
+        // MIN, MAX, LIMIT and SEL name the type of their inputs as counters do.
+        let of = element.setting("SRCTYPE").or(element.setting("VALUE_TYPE"));
         let of = of.and_then(|name| Elementary::named(&name.to_uppercase()));
         let span = self.tree.expressions[value].span;
         match of {
@@ -179,6 +188,10 @@ impl Lowerer<'_> {
         let Some(mut target) = self.operand(element, "OPERAND") else { return };
         if negated && let ExpressionKind::Unary(Unary::Not, inner) = self.tree.expressions[target].kind {
             target = inner;
+            if !matches!(law, Law::Coil(_)) {
+                let message = format!("{} has a negated operand", element.name);
+                self.report.error(span, message, Some("negate the flow in front of it"));
+            }
         }
         let is_passed = ["OUT", "ENO"].iter().any(|pin| self.is_awaited(&(number, pin.to_string())));
         let bit = element.inputs.iter().any(|input| input.pin == "BIT").then(|| self.operand(element, "BIT")).flatten();
@@ -223,41 +236,108 @@ impl Lowerer<'_> {
     fn field(&mut self, is_set: bool, element: &Element, flow: Value, first: ExpressionId) {
         let span = element.span;
         let Some(count) = self.operand(element, "N") else { return };
-        let literal = |lowerer: &Self, id: ExpressionId| match &lowerer.tree.expressions[id].kind {
-            ExpressionKind::Literal(text) => text.rsplit('#').next()?.parse::<i64>().ok(),
+        if let Some(number) = self.whole(count).filter(|number| !(1..=MOST_BITS).contains(number)) {
+            let message = format!("{}: the number of bits is {number}", element.name);
+            self.report.error(span, message, Some(&format!("enter a number from 1 to {MOST_BITS}")));
+            return;
+        }
+        let roots = self.roots([first]);
+        self.before_writing(&roots, span);
+        let value = self.literal(if is_set { "BOOL#TRUE" } else { "BOOL#FALSE" }, span);
+        let body = match &self.tree.expressions[first].kind {
+            ExpressionKind::Index(array, indices) if indices.len() == 1 => {
+                let (array, index) = (*array, indices[0]);
+                self.elements_of_field(array, index, count, value, span)
+            }
+            ExpressionKind::Member(word, bit) => {
+                let (word, bit) = (*word, bit.key());
+                let Some(bit) = bit.trim_start_matches('%').strip_prefix('X').and_then(|bit| bit.parse().ok()) else {
+                    return self.no_field(element);
+                };
+                let Some(body) = self.bits_of_field(element, word, bit, count, value) else { return };
+                body
+            }
+            _ => return self.no_field(element),
+        };
+        self.only_if(flow, body, span);
+    }
+
+    fn no_field(&mut self, element: &Element) {
+        let message = format!("{}: the operand is no element of an array of Bool and no bit of a word", element.name);
+        self.report.error(
+            element.span,
+            message,
+            Some("use the first one to be changed, such as #bits[0] or #word.%X0"),
+        );
+    }
+
+    /// A constant whole number.
+    fn whole(&self, id: ExpressionId) -> Option<i128> {
+        match &self.tree.expressions[id].kind {
+            ExpressionKind::Literal(text) => match constant::read(text) {
+                Ok(Literal::Whole(whole, _)) => Some(whole),
+                _ => None,
+            },
             _ => None,
-        };
-        let Some(count) = literal(self, count).filter(|count| (1..=i64::from(MOST_BITS)).contains(count)) else {
-            let message = format!("{}: the number of bits is no constant from 1 to {MOST_BITS}", element.name);
-            self.report.error(span, message, Some("enter a number"));
-            return;
-        };
-        let ExpressionKind::Index(array, indices) = &self.tree.expressions[first].kind else {
-            let message = format!("{}: the operand is no element of an array of Bool", element.name);
-            self.report.error(span, message, Some("use the first element to be changed, such as #bits[0]"));
-            return;
-        };
-        let (array, index) = (*array, indices.clone());
-        let ([index], Some(low)) = (index.as_slice(), index.first().and_then(|index| literal(self, *index))) else {
-            let message = format!("{}: the first element has an index that is no constant", element.name);
-            self.report.error(span, message, Some("use a constant index and one dimension"));
-            return;
-        };
-        let at = self.tree.expressions[*index].span;
-        let root = root(&self.tree.expressions, array, &self.owner.shared);
-        self.before_writing(&BTreeSet::from([root]), span);
-        let body = self.aside(|lowerer| {
+        }
+    }
+
+    fn elements_of_field(
+        &mut self,
+        array: ExpressionId,
+        index: ExpressionId,
+        count: ExpressionId,
+        value: ExpressionId,
+        span: Span,
+    ) -> Vec<Statement> {
+        self.aside(|lowerer| {
             let counter = lowerer.temporary(span);
             lowerer.push(StatementKind::Let(counter.clone(), Some(Elementary::DInt), None), span);
-            let range = [lowerer.literal(&low.to_string(), at), lowerer.literal(&(low + count - 1).to_string(), at)];
+            let range = match (lowerer.whole(index), lowerer.whole(count)) {
+                (Some(low), Some(count)) => [low, low + count - 1].map(|at| lowerer.literal(&at.to_string(), span)),
+                _ => {
+                    let wide = |lowerer: &mut Self, id| {
+                        lowerer.tree.expressions.add(ExpressionKind::As(Elementary::DInt, id), span)
+                    };
+                    let (low, count) = (wide(lowerer, index), wide(lowerer, count));
+                    let end = lowerer.binary(Binary::Add, low, count, span);
+                    let one = lowerer.literal("1", span);
+                    [low, lowerer.binary(Binary::Subtract, end, one, span)]
+                }
+            };
             let variable = lowerer.named(&counter, span);
-            let index = lowerer.named(&counter, span);
-            let target = lowerer.tree.expressions.add(ExpressionKind::Index(array, vec![index]), span);
-            let value = lowerer.literal(if is_set { "BOOL#TRUE" } else { "BOOL#FALSE" }, span);
+            let at = lowerer.named(&counter, span);
+            let target = lowerer.tree.expressions.add(ExpressionKind::Index(array, vec![at]), span);
             let write = Statement { kind: StatementKind::Assign(vec![(target, None)], value), span };
             lowerer.push(StatementKind::For(variable, range, None, vec![write]), span);
-        });
-        self.only_if(flow, body, span);
+        })
+    }
+
+    fn bits_of_field(
+        &mut self,
+        element: &Element,
+        word: ExpressionId,
+        first: u32,
+        count: ExpressionId,
+        value: ExpressionId,
+    ) -> Option<Vec<Statement>> {
+        let span = element.span;
+        let Some(count) = self.whole(count).filter(|count| *count <= MOST_BITS_OF_A_WORD) else {
+            let message = format!(
+                "{}: the number of bits of a word is no constant from 1 to {MOST_BITS_OF_A_WORD}",
+                element.name
+            );
+            self.report.error(span, message, Some("enter a number"));
+            return None;
+        };
+        let at = self.tree.expressions[word].span;
+        let bits = (0..count).map(|offset| format!("%X{}", i128::from(first) + offset));
+        let write = |text: String| {
+            let kind = ExpressionKind::Member(word, Name { text, span: at });
+            let target = self.tree.expressions.add(kind, span);
+            Statement { kind: StatementKind::Assign(vec![(target, None)], value), span }
+        };
+        Some(bits.map(write).collect())
     }
 
     fn flip_flop(&mut self, is_set_dominant: bool, elements: &[Element], number: usize) {
@@ -303,7 +383,7 @@ impl Lowerer<'_> {
             preset.into_iter().map(|preset| ("PT".to_string(), false, preset)).collect();
         match law {
             Law::TimerCoil(kind) => {
-                let callee = self.member(timer, kind, span);
+                let callee = self.as_kind(element, timer, kind);
                 let flow = self.expression(&flow, span);
                 arguments.insert(0, ("IN".to_string(), false, flow));
                 let call = self.call(callee, arguments, span);
@@ -322,469 +402,4 @@ impl Lowerer<'_> {
             self.set(elements, number, pin, flow.clone());
         }
     }
-
-    /// A box that is executed if EN: what it writes, and what its pins carry.
-    fn boxed(&mut self, formula: Formula, failure: Failure, elements: &[Element], number: usize) {
-        let element = &elements[number];
-        let span = element.span;
-        let flow = self.flow(element, &["EN"]);
-        let Some((result, failed)) = self.formula(formula, failure, element) else { return };
-        let pins: BTreeSet<String> = self.result_pins(element, number);
-        let targets: Vec<ExpressionId> = match formula {
-            Formula::Step(_) => self.operand(element, "OPERAND").into_iter().collect(),
-            _ => element.outputs.iter().filter(|(pin, _)| pin != "ENO").map(|(_, target)| *target).collect(),
-        };
-        let is_wired = pins.iter().any(|pin| self.is_awaited(&(number, pin.clone())));
-        let has_eno = self.has_eno(element, number);
-        let roots = self.roots(targets.iter().copied());
-        let flow = if has_eno { self.shared(flow, span) } else { flow };
-        let flow = if has_eno { self.apart(flow, &roots, span) } else { flow };
-        let fails = has_eno && element.has_eno && failed.is_some();
-        let eno = fails.then(|| self.temporary(span));
-        if let Some(eno) = &eno {
-            let no = self.literal("BOOL#FALSE", span);
-            self.push(StatementKind::Let(eno.clone(), Some(Elementary::Bool), Some(no)), span);
-        }
-        self.before_writing(&roots, span);
-        let mut carried = None;
-        let body = self.aside(|lowerer| {
-            if let (Some(eno), Some(failed)) = (&eno, failed) {
-                let succeeds = lowerer.unary(Unary::Not, failed, span);
-                lowerer.push(StatementKind::Let(eno.clone(), Some(Elementary::Bool), Some(succeeds)), span);
-            }
-            let is_once = !is_wired && targets.len() <= 1;
-            let result = if is_once {
-                result
-            } else {
-                let name = lowerer.temporary(span);
-                lowerer.push(StatementKind::Let(name.clone(), None, Some(result)), span);
-                lowerer.named(&name, span)
-            };
-            for target in &targets {
-                lowerer.push(StatementKind::Assign(vec![(*target, None)], result), span);
-            }
-            carried = Some(result);
-        });
-        self.only_if(flow.clone(), body, span);
-        for pin in pins {
-            if let (true, Some(carried)) = (self.is_awaited(&(number, pin.clone())), carried) {
-                let value = Value { of: Some(carried), ..Value::TRUE };
-                self.values.insert((number, pin), value);
-            }
-        }
-        let eno = match eno {
-            Some(eno) => Value { of: Some(self.named(&eno, span)), ..Value::TRUE },
-            None => flow,
-        };
-        self.set(elements, number, "ENO", eno);
-    }
-
-    fn has_eno(&self, element: &Element, number: usize) -> bool {
-        self.is_awaited(&(number, "ENO".to_string())) || element.outputs.iter().any(|(pin, _)| pin == "ENO")
-    }
-
-    /// The output pins of an element that are used, without ENO.
-    fn result_pins(&self, element: &Element, number: usize) -> BTreeSet<String> {
-        let wired = self.uses.iter().filter(|((of, _), uses)| *of == number && **uses > 0).map(|((_, pin), _)| pin);
-        let written = element.outputs.iter().map(|(pin, _)| pin);
-        wired.chain(written).filter(|pin| *pin != "ENO").cloned().collect()
-    }
-
-    /// A call of an instance: a timer or a counter as its kind, any other block of the system as it is declared.
-    fn instance(&mut self, kind: Option<&'static str>, elements: &[Element], number: usize) {
-        let element = &elements[number];
-        let span = element.span;
-        let Some(called) = element.called else {
-            let message = format!("{} has no instance", element.name);
-            self.report.error(span, message, Some("enter its instance: a variable of its type, or a data block"));
-            return;
-        };
-        let callee = match kind {
-            None => called,
-            Some(kind) => {
-                let of = element.setting("TIME_TYPE").or(element.setting("VALUE_TYPE")).unwrap_or_default();
-                let is_usual = ["", "TIME", "INT"].contains(&of.to_uppercase().as_str());
-                let is_global = matches!(self.tree.expressions[called].kind, ExpressionKind::Name(Scope::Global, _));
-                let name =
-                    if is_usual || !is_global { kind.to_string() } else { format!("{kind}_{}", of.to_uppercase()) };
-                self.member(called, &name, span)
-            }
-        };
-        self.call_instance(callee, called, elements, number);
-    }
-
-    /// The arguments of a call from the pins of an element, and what they write.
-    fn arguments(&mut self, element: &Element) -> (Vec<(String, bool, ExpressionId)>, BTreeSet<String>) {
-        let span = element.span;
-        let mut arguments = Vec::new();
-        // A block that is called may write what all blocks see.
-        let mut roots = BTreeSet::from([String::new()]);
-        let pins: Vec<String> =
-            element.inputs.iter().map(|input| input.pin.clone()).filter(|pin| pin != "EN").collect();
-        for pin in pins {
-            let Some(value) = self.input(element, &pin) else { continue };
-            let value = self.expression(&value, span);
-            if matches!(
-                self.tree.expressions[value].kind,
-                ExpressionKind::Name(..) | ExpressionKind::Member(..) | ExpressionKind::Index(..)
-            ) && self.is_in_out(element, &pin)
-            {
-                roots.insert(root(&self.tree.expressions, value, &self.owner.shared));
-            }
-            arguments.push((pin, false, value));
-        }
-        for (pin, target) in element.outputs.iter().filter(|(pin, _)| pin != "ENO") {
-            let is_first = !arguments.iter().any(|(name, is_output, _)| *is_output && name == pin);
-            if is_first && !self.is_value(element, pin) {
-                arguments.push((pin.clone(), true, *target));
-            }
-            roots.insert(root(&self.tree.expressions, *target, &self.owner.shared));
-        }
-        (arguments, roots)
-    }
-
-    fn is_in_out(&self, element: &Element, pin: &str) -> bool {
-        let Some(call) = &element.call else { return false };
-        let found = call.parameters.iter().find(|parameter| parameter.name.eq_ignore_ascii_case(pin));
-        found.is_none_or(|parameter| parameter.way == Way::InOut)
-    }
-
-    fn is_value(&self, element: &Element, pin: &str) -> bool {
-        let Some(call) = element.call.as_ref().filter(|call| call.is_function) else { return false };
-        let found = call.parameters.iter().find(|parameter| parameter.name.eq_ignore_ascii_case(pin));
-        found.map_or(pin == "RET_VAL", |parameter| parameter.way == Way::Value)
-    }
-
-    fn call_instance(&mut self, callee: ExpressionId, instance: ExpressionId, elements: &[Element], number: usize) {
-        let element = &elements[number];
-        let span = element.span;
-        let flow = self.flow(element, &["EN"]);
-        let (mut arguments, mut roots) = self.arguments(element);
-        roots.insert(root(&self.tree.expressions, instance, &self.owner.shared));
-        let eno = self.eno_of_call(element, number, &mut arguments);
-        let flow = if eno.is_some() { self.shared(flow, span) } else { flow };
-        self.before_writing(&roots, span);
-        let mut body = self.aside(|lowerer| {
-            let call = lowerer.call(callee, arguments, span);
-            lowerer.push(StatementKind::Call(call), span);
-        });
-        // A pin that is written to several variables.
-        for (at, (pin, target)) in element.outputs.iter().enumerate() {
-            if pin != "ENO" && element.outputs[..at].iter().any(|(before, _)| before == pin) {
-                let value = self.member(instance, pin, span);
-                body.push(Statement { kind: StatementKind::Assign(vec![(*target, None)], value), span });
-            }
-        }
-        self.only_if(flow, body, span);
-        for pin in self.result_pins(element, number) {
-            if self.is_awaited(&(number, pin.clone())) {
-                let value = self.member(instance, &pin, span);
-                let mut value = self.value(value);
-                if element.negated.contains(&pin) {
-                    value = self.negated(value, span);
-                }
-                self.values.insert((number, pin), value);
-            }
-        }
-        if let Some(eno) = eno {
-            self.set(elements, number, "ENO", eno);
-        }
-    }
-
-    /// ENO of a call, if it is wired: FALSE before the call.
-    fn eno_of_call(
-        &mut self,
-        element: &Element,
-        number: usize,
-        arguments: &mut Vec<(String, bool, ExpressionId)>,
-    ) -> Option<Value> {
-        let span = element.span;
-        self.has_eno(element, number).then(|| {
-            let eno = self.temporary(span);
-            let no = self.literal("BOOL#FALSE", span);
-            self.push(StatementKind::Let(eno.clone(), Some(Elementary::Bool), Some(no)), span);
-            arguments.push(("ENO".to_string(), true, self.named(&eno, span)));
-            Value { of: Some(self.named(&eno, span)), ..Value::TRUE }
-        })
-    }
-
-    /// A call of a block.
-    pub fn call_of(&mut self, elements: &[Element], number: usize) {
-        let element = &elements[number];
-        let Some(called) = element.called else {
-            let message = format!("the call of {} has no instance", element.name);
-            self.report.error(element.span, message, Some("enter its instance"));
-            return;
-        };
-        if element.call.as_ref().is_some_and(|call| call.is_function) {
-            self.statement(called, elements, number);
-        } else {
-            self.call_instance(called, called, elements, number);
-        }
-    }
-
-    /// A function that is called as a statement.
-    fn statement(&mut self, callee: ExpressionId, elements: &[Element], number: usize) {
-        let element = &elements[number];
-        let span = element.span;
-        let flow = self.flow(element, &["EN"]);
-        let (mut arguments, roots) = self.arguments(element);
-        let mut carried: Vec<(String, ExpressionId)> = Vec::new();
-        let mut value = None;
-        for pin in self.result_pins(element, number) {
-            let is_wired = self.is_awaited(&(number, pin.clone()));
-            let targets = element.outputs.iter().filter(|(own, _)| *own == pin).count();
-            let is_value = self.is_value(element, &pin);
-            if !is_wired && targets == 1 && !is_value {
-                continue;
-            }
-            let name = self.temporary(span);
-            let parameter = element.call.iter().flat_map(|call| &call.parameters);
-            let of = parameter.into_iter().find(|parameter| parameter.name.eq_ignore_ascii_case(&pin));
-            let of = of.and_then(|parameter| Elementary::named(&parameter.of.as_ref()?.to_uppercase()));
-            let temporary = self.named(&name, span);
-            carried.push((pin.clone(), temporary));
-            if is_value && !is_wired && targets == 1 {
-                value = element.outputs.iter().find(|(own, _)| *own == pin).map(|(_, target)| (*target, None));
-                carried.pop();
-                continue;
-            }
-            if is_value {
-                value = Some((temporary, Some(name)));
-                continue;
-            }
-            self.push(StatementKind::Let(name, Some(of.unwrap_or(Elementary::Bool)), None), span);
-            arguments.retain(|(own, is_output, _)| !is_output || *own != pin);
-            arguments.push((pin, true, temporary));
-        }
-        let eno = match element.call {
-            Some(_) => self.eno_of_call(element, number, &mut arguments),
-            None => None,
-        };
-        let flow = if self.has_eno(element, number) {
-            let flow = self.shared(flow, span);
-            self.apart(flow, &roots, span)
-        } else {
-            flow
-        };
-        self.before_writing(&roots, span);
-        let body = self.aside(|lowerer| {
-            let call = lowerer.call(callee, arguments, span);
-            match value {
-                None => lowerer.push(StatementKind::Call(call), span),
-                Some((_, Some(name))) => lowerer.push(StatementKind::Let(name, None, Some(call)), span),
-                Some((target, None)) => lowerer.push(StatementKind::Assign(vec![(target, None)], call), span),
-            }
-            for (pin, temporary) in &carried {
-                for (_, target) in element.outputs.iter().filter(|(own, _)| own == pin) {
-                    lowerer.push(StatementKind::Assign(vec![(*target, None)], *temporary), span);
-                }
-            }
-        });
-        self.only_if(flow.clone(), body, span);
-        for (pin, temporary) in carried {
-            if self.is_awaited(&(number, pin.clone())) {
-                self.values.insert((number, pin), Value { of: Some(temporary), ..Value::TRUE });
-            }
-        }
-        self.set(elements, number, "ENO", eno.unwrap_or(flow));
-    }
-
-    /// An instruction that has no row: called by its name, so that what is known of the name is said.
-    pub fn other(&mut self, elements: &[Element], number: usize) {
-        let element = &elements[number];
-        match element.called {
-            Some(_) => self.instance(None, elements, number),
-            None => {
-                let callee = self.function(&element.name.to_uppercase(), element.span);
-                self.statement(callee, elements, number);
-            }
-        }
-    }
-
-    /// The value of a box, and what is TRUE if it fails; `None` if a pin is missing, which is told.
-    fn formula(
-        &mut self,
-        formula: Formula,
-        failure: Failure,
-        element: &Element,
-    ) -> Option<(ExpressionId, Option<ExpressionId>)> {
-        let span = element.span;
-        let own = element.setting("DESTTYPE").map(str::to_uppercase);
-        let source = element.setting("SRCTYPE").map(str::to_uppercase);
-        let mut given: Vec<(String, ExpressionId)> = Vec::new();
-        let result = match formula {
-            Formula::Same => self.operand(element, "IN")?,
-            Formula::Fold(operator) => {
-                for pin in numbered(element) {
-                    let value = self.operand(element, &pin)?;
-                    given.push((pin, self.typed(element, value)));
-                }
-                if given.len() < 2 {
-                    let message = format!("{} has fewer than two inputs", element.name);
-                    self.report.error(span, message, Some("wire IN1 and IN2"));
-                    return None;
-                }
-                let values: Vec<ExpressionId> = given.iter().map(|(_, value)| *value).collect();
-                values.into_iter().reduce(|left, right| self.binary(operator, left, right, span))?
-            }
-            Formula::Unary(operator) => {
-                let value = self.operand(element, "IN")?;
-                let value = self.typed(element, value);
-                given.push(("IN".to_string(), value));
-                self.unary(operator, value, span)
-            }
-            Formula::Step(operator) => {
-                let value = self.operand(element, "OPERAND")?;
-                let value = self.typed(element, value);
-                let one = self.literal("1", span);
-                given.extend([("IN1".to_string(), value), ("IN2".to_string(), one)]);
-                self.binary(operator, value, one, span)
-            }
-            Formula::Call(name, plain, typed) | Formula::Typed(name, plain, typed) => {
-                let is_typed = matches!(formula, Formula::Typed(..));
-                for (pins, is_typed) in [(plain, false), (typed, true)] {
-                    for pin in pins {
-                        for pin in self.pins(element, pin) {
-                            let value = self.operand(element, &pin)?;
-                            let value = if is_typed { self.typed(element, value) } else { value };
-                            given.push((pin, value));
-                        }
-                    }
-                }
-                let name = match &own {
-                    Some(own) if is_typed => format!("{name}_{own}"),
-                    _ => name.to_string(),
-                };
-                let callee = self.function(&name, span);
-                let arguments = given.iter().map(|(pin, value)| (formal(pin), false, *value)).collect();
-                self.call(callee, arguments, span)
-            }
-            Formula::Convert => {
-                let value = self.operand(element, "IN")?;
-                given.push(("IN".to_string(), value));
-                match (source, &own) {
-                    (_, None) => value,
-                    (source, Some(own)) => {
-                        let name = source.map_or(format!("TO_{own}"), |source| format!("{source}_TO_{own}"));
-                        let callee = self.function(&name, span);
-                        self.call(callee, vec![("IN".to_string(), false, value)], span)
-                    }
-                }
-            }
-            Formula::Equation => {
-                let Some(equation) = element.equation else {
-                    self.report.error(span, format!("{} has no expression", element.name), Some("enter it in the box"));
-                    return None;
-                };
-                for pin in numbered(element) {
-                    let value = self.operand(element, &pin)?;
-                    given.push((pin, self.typed(element, value)));
-                }
-                self.substituted(equation, &given)?
-            }
-        };
-        let failed = match failure {
-            Failure::Never => None,
-            Failure::Calculation("CALL") => Some(self.fails("CALL?", vec![("IN".to_string(), result)], span)),
-            Failure::Calculation(kind) => {
-                let name = own.map_or(format!("{kind}?"), |own| format!("{kind}?_{own}"));
-                Some(self.fails(&name, given, span))
-            }
-            Failure::Condition(kind) => self.condition(kind, &given, result, span),
-        };
-        Some((result, failed))
-    }
-
-    /// TRUE if a calculation fails.
-    fn fails(&mut self, name: &str, pins: Vec<(String, ExpressionId)>, span: Span) -> ExpressionId {
-        let callee = self.function(name, span);
-        let arguments = pins.into_iter().map(|(pin, value)| (pin, false, value)).collect();
-        self.call(callee, arguments, span)
-    }
-
-    /// TRUE if the inputs of a function are none that it has a value for.
-    fn condition(
-        &mut self,
-        kind: &str,
-        given: &[(String, ExpressionId)],
-        result: ExpressionId,
-        span: Span,
-    ) -> Option<ExpressionId> {
-        let pin = |name: &str| given.iter().find(|(pin, _)| pin == name).map(|(_, value)| *value);
-        match kind {
-            "LIMIT" => Some(self.binary(Binary::Greater, pin("MN")?, pin("MX")?, span)),
-            "MUX" => {
-                let inputs = given.iter().filter(|(pin, _)| pin.starts_with("IN") && pin != "INELSE").count();
-                let (none, last) = (self.literal("0", span), self.literal(&(inputs.max(1) - 1).to_string(), span));
-                let below = self.binary(Binary::Less, pin("K")?, none, span);
-                let above = self.binary(Binary::Greater, pin("K")?, last, span);
-                Some(self.binary(Binary::Or, below, above, span))
-            }
-            _ => {
-                let limits = self.binary(Binary::GreaterOrEqual, pin("MIN")?, pin("MAX")?, span);
-                let invalid = self.fails("CALL?", vec![("IN".to_string(), result)], span);
-                Some(self.binary(Binary::Or, limits, invalid, span))
-            }
-        }
-    }
-
-    /// The pins of an element that a pattern such as `IN*` names.
-    fn pins(&self, element: &Element, pattern: &str) -> Vec<String> {
-        match pattern {
-            "IN*" => numbered(element),
-            "INELSE" => {
-                let is_else = |pin: &&String| matches!(pin.as_str(), "INELSE" | "ELSE");
-                element.inputs.iter().map(|input| &input.pin).filter(is_else).cloned().collect()
-            }
-            pin => vec![pin.to_string()],
-        }
-    }
-
-    /// The expression of a Calculate box with what its pins get.
-    fn substituted(&mut self, id: ExpressionId, given: &[(String, ExpressionId)]) -> Option<ExpressionId> {
-        let span = self.tree.expressions[id].span;
-        let kind = match &self.tree.expressions[id].kind {
-            ExpressionKind::Name(_, name) => {
-                let name = name.key();
-                let found = given.iter().find(|(pin, _)| *pin == name).map(|(_, value)| *value);
-                if found.is_none() && name.starts_with("IN") {
-                    self.report.error(span, format!("the expression uses {name}, which is not wired"), Some("wire it"));
-                    return None;
-                }
-                return Some(found.unwrap_or(id));
-            }
-            ExpressionKind::Unary(operator, inner) => {
-                let (operator, inner) = (*operator, *inner);
-                ExpressionKind::Unary(operator, self.substituted(inner, given)?)
-            }
-            ExpressionKind::Binary(operator, left, right) => {
-                let (operator, left, right) = (*operator, *left, *right);
-                ExpressionKind::Binary(operator, self.substituted(left, given)?, self.substituted(right, given)?)
-            }
-            ExpressionKind::Call(callee, arguments) => {
-                let (callee, mut arguments) = (*callee, arguments.clone());
-                for argument in &mut arguments {
-                    argument.value = self.substituted(argument.value, given)?;
-                }
-                ExpressionKind::Call(callee, arguments)
-            }
-            _ => return Some(id),
-        };
-        Some(self.tree.expressions.add(kind, span))
-    }
-}
-
-/// The pins IN0, IN1, IN2 ... of an element, in the order of their numbers.
-fn numbered(element: &Element) -> Vec<String> {
-    let number = |pin: &str| pin.strip_prefix("IN").and_then(|number| number.parse::<u32>().ok());
-    let mut pins: Vec<(u32, String)> =
-        element.inputs.iter().filter_map(|input| Some((number(&input.pin)?, input.pin.clone()))).collect();
-    pins.sort();
-    pins.into_iter().map(|(_, pin)| pin).collect()
-}
-
-/// The name of a function's parameter for a pin.
-fn formal(pin: &str) -> String {
-    if pin == "ELSE" { "INELSE".to_string() } else { pin.to_string() }
 }

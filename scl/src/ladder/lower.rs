@@ -1,11 +1,13 @@
 //! The order of the elements of a network, and its statements.
 
-use super::flow::{Value, shown};
+use super::elements::Law;
+use super::flow::{Value, Values, shown};
 use super::{Element, Network, Source, elements};
 use crate::lexer::Span;
 use crate::report::Report;
 use crate::syntax::{Binary, Block, ExpressionId, ExpressionKind, Name, SectionKind, Statement, StatementKind, Tree};
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use parameters::problem::quoted;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The block to which networks belong.
 #[derive(Clone, Debug, Default)]
@@ -56,11 +58,14 @@ pub struct Lowerer<'a> {
     /// The temporaries, in capitals.
     pub temporaries: BTreeSet<String>,
     /// What the pins of the network carry.
-    pub values: BTreeMap<Pin, Value>,
+    pub values: Values,
     /// How often they are still asked for.
-    pub uses: HashMap<Pin, usize>,
+    pub uses: BTreeMap<Pin, usize>,
     /// Where the elements stand.
     pub spans: Vec<Span>,
+    /// The pins of the element that its law asked for, and those that it gave a value to.
+    asked: BTreeSet<String>,
+    given: BTreeSet<String>,
 }
 
 /// The statements of a network.
@@ -73,9 +78,11 @@ pub fn lower(network: &Network, owner: &Owner, tree: &mut Tree, report: &mut Rep
         number: network.number,
         count: 0,
         temporaries: BTreeSet::new(),
-        values: BTreeMap::new(),
+        values: Values::default(),
         uses: uses(network),
         spans: network.elements.iter().map(|element| element.span).collect(),
+        asked: BTreeSet::new(),
+        given: BTreeSet::new(),
     };
     lowerer.network(network);
     lowerer.code
@@ -183,6 +190,7 @@ impl Lowerer<'_> {
     /// What an input pin of an element gets; `None` if it is open.
     pub fn input(&mut self, element: &Element, pin: &str) -> Option<Value> {
         let input = element.inputs.iter().find(|input| input.pin == pin)?;
+        self.asked.insert(pin.to_string());
         let mut all: Option<Value> = None;
         for source in &input.sources {
             let value = match source {
@@ -247,6 +255,7 @@ impl Lowerer<'_> {
     /// Sets what an output pin carries, and writes it to its variables.
     pub fn set(&mut self, elements: &[Element], number: usize, pin: &str, value: Value) {
         let element = &elements[number];
+        self.given.insert(pin.to_string());
         let is_negated = element.negated.iter().any(|negated| negated == pin);
         let mut value = if is_negated { self.negated(value, element.span) } else { value };
         let targets: Vec<ExpressionId> =
@@ -287,14 +296,59 @@ impl Lowerer<'_> {
 
     fn element(&mut self, elements: &[Element], number: usize) {
         let element = &elements[number];
-        if element.call.is_some() {
-            return self.call_of(elements, number);
-        }
-        match elements::named(&element.name) {
+        let errors = self.report.errors();
+        self.asked.clear();
+        self.given.clear();
+        let row = if element.call.is_some() { None } else { elements::named(&element.name) };
+        match row {
+            _ if element.call.is_some() => self.call_of(elements, number),
             Some(row) => self.law(row.law, elements, number),
             None => self.other(elements, number),
         }
+        if self.report.errors() == errors {
+            self.check_pins(element, row.map(|row| row.law));
+        }
     }
+
+    /// A pin that the element does not have would be left out without a word.
+    fn check_pins(&mut self, element: &Element, law: Option<Law>) {
+        let is_asked = |pin: &&str| !matches!(law, Some(Law::Label)) && !self.asked.contains(*pin);
+        let input = element.inputs.iter().map(|input| input.pin.as_str()).find(is_asked);
+        // The outputs of calls are arguments, and boxes write what they are drawn to.
+        let is_passed = matches!(law, None | Some(Law::Box(..) | Law::Statement(_) | Law::Instance(_) | Law::System));
+        let mut outputs = element.outputs.iter().map(|(pin, _)| pin.as_str());
+        let output = outputs.find(|pin| !is_passed && !self.given.contains(*pin));
+        if let Some(pin) = input.or(output) {
+            let message = format!("{} has no pin {}", element.name, pin.to_lowercase());
+            self.report.error(element.span, message, Some("draw it again"));
+        }
+    }
+
+    /// A gate or a box that is drawn with more inputs than are wired has no meaning.
+    pub fn check_cardinality(&mut self, element: &Element) {
+        let Some(card) = element.setting("CARD") else { return };
+        let wired = numbered(element).len();
+        match card.trim().parse::<usize>() {
+            Ok(card) if card <= wired => {}
+            Ok(card) => {
+                let message = format!("{} has {card} inputs, of which {wired} are wired", element.name);
+                self.report.error(element.span, message, Some("wire all of them, or remove the open ones"));
+            }
+            Err(_) => {
+                let message = format!("{} has {} inputs, which is no number", element.name, quoted(card));
+                self.report.error(element.span, message, Some("export the block again"));
+            }
+        }
+    }
+}
+
+/// The pins IN0, IN1, IN2 ... of an element, in the order of their numbers.
+pub fn numbered(element: &Element) -> Vec<String> {
+    let number = |pin: &str| pin.strip_prefix("IN").and_then(|number| number.parse::<u32>().ok());
+    let mut pins: Vec<(u32, String)> =
+        element.inputs.iter().filter_map(|input| Some((number(&input.pin)?, input.pin.clone()))).collect();
+    pins.sort();
+    pins.into_iter().map(|(_, pin)| pin).collect()
 }
 
 /// The elements whose pins an element needs.
@@ -308,8 +362,8 @@ fn needed(element: &Element) -> Vec<usize> {
 }
 
 /// How often each pin is asked for.
-fn uses(network: &Network) -> HashMap<Pin, usize> {
-    let mut uses = HashMap::new();
+fn uses(network: &Network) -> BTreeMap<Pin, usize> {
+    let mut uses = BTreeMap::new();
     let sources = network.elements.iter().flat_map(|element| &element.inputs).flat_map(|input| &input.sources);
     for source in sources {
         if let Source::Pin(number, pin) = source {

@@ -592,6 +592,7 @@ impl Lowerer<'_, '_> {
 
     fn store_output(&mut self, formal: Variable, argument: &Argument) {
         let span = argument.span;
+        self.declare_for(argument.value, &formal.of);
         let value = self.value_of(&formal, span);
         match self.target(argument.value) {
             Some(target) => {

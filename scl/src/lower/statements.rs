@@ -114,8 +114,12 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A temporary of this type, or of the type of its value.
+    /// A temporary of this type, or of the type of its value; without both it gets that of the output which is stored in it.
     fn declare(&mut self, name: &Name, of: Option<Elementary>, value: Option<ExpressionId>, span: Span) {
+        if of.is_none() && value.is_none() {
+            self.untyped.insert(name.key());
+            return;
+        }
         let value = value.map(|value| self.operand(value, of));
         let (of, value) = match (of, value) {
             (Some(of), Some(operand)) => (of, Some(self.converted(operand, of, span))),
@@ -138,7 +142,7 @@ impl Lowerer<'_, '_> {
                 self.error(span, format!("a wire carries a number or a BOOL, not {found}"), Some("use a variable"));
                 (Elementary::Bool, None)
             }
-            (None, None) => (Elementary::Bool, None),
+            (None, None) => return,
         };
         let known = match self.symbol(&name.text) {
             Some(Symbol::Variable(SectionKind::Temp, Type::Elementary(known), Slot::Local(number))) => {
@@ -146,16 +150,28 @@ impl Lowerer<'_, '_> {
             }
             _ => None,
         };
-        let number = known.unwrap_or_else(|| {
-            let ty = program::Type::Scalar(of.scalar());
-            self.locals.push(program::Local { name: name.text.clone(), ty, by_reference: false });
-            let number = self.locals.len() - 1;
-            let symbol = Symbol::Variable(SectionKind::Temp, Type::Elementary(of), Slot::Local(number));
-            Rc::make_mut(&mut self.symbols).insert(name.key(), symbol);
-            number
-        });
+        let number = known.unwrap_or_else(|| self.temporary(name, Type::Elementary(of)));
         if let Some(value) = value {
             self.push(span, What::Assign(Place::of(program::Base::Local(number)), value));
+        }
+    }
+
+    /// A temporary with a name; its number.
+    fn temporary(&mut self, name: &Name, of: Type) -> usize {
+        let ty = self.compiler.lowered(&of);
+        self.locals.push(program::Local { name: name.text.clone(), ty, by_reference: false });
+        let number = self.locals.len() - 1;
+        let symbol = Symbol::Variable(SectionKind::Temp, of, Slot::Local(number));
+        Rc::make_mut(&mut self.symbols).insert(name.key(), symbol);
+        number
+    }
+
+    /// Gives a temporary without a type that of the output which is stored in it.
+    pub fn declare_for(&mut self, target: ExpressionId, of: &Type) {
+        if let ExpressionKind::Name(_, name) = &self.expressions()[target].kind
+            && self.untyped.remove(&name.key())
+        {
+            self.temporary(name, of.clone());
         }
     }
 

@@ -6,7 +6,7 @@ use crate::parser::may_set_eno;
 use crate::syntax::{ExpressionId, Name, Statement};
 use parameters::problem::quoted;
 use parameters::xml::Element;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// What a part, an access or a call is, by its UId.
 enum Node {
@@ -70,9 +70,18 @@ impl Reader<'_> {
             }
         }
         let mut nodes: HashMap<&str, Node> = HashMap::new();
+        let mut uids: HashSet<&str> = HashSet::new();
         let mut parts: Vec<(u64, &str, &Element)> = Vec::new();
         for (number, part) in content.children("Parts").flat_map(|parts| &parts.children).enumerate() {
-            let Some(uid) = part.attribute("UId") else { continue };
+            let Some(uid) = part.attribute("UId") else {
+                self.report.error(self.span(part), "a part without UId", Some("export the block again"));
+                continue;
+            };
+            if !uids.insert(uid) {
+                let message = format!("two parts of the network have the UId {}", quoted(uid));
+                self.report.error(self.span(part), message, Some("export the block again"));
+                continue;
+            }
             match part.name.as_str() {
                 "Access" if part.attribute("Scope") == Some("Label") => {
                     let name = part.child("Label").and_then(|label| label.attribute("Name")).unwrap_or_default();
@@ -161,7 +170,6 @@ impl Reader<'_> {
                 "Return" => Way::Value,
                 _ => Way::Input,
             },
-            of: parameter.attribute("Type").map(str::to_string),
         });
         let is_function = instance.is_none();
         element.call = Some(Call { is_function, parameters: parameters.collect() });
@@ -192,10 +200,17 @@ impl Reader<'_> {
                 None => return self.unknown(from),
             },
             // An open pin gets nothing.
-            _ => None,
+            "OpenCon" | "Openbranch" => None,
+            other => {
+                let message = format!("a wire begins at {}, which is no end of a wire", quoted(other));
+                return self.report.error(self.span(from), message, Some("export the block again"));
+            }
         };
         let Some(source) = source else { return };
         for end in to {
+            if self.is_full(end, &source, nodes, network) {
+                return;
+            }
             match end.name.as_str() {
                 "NameCon" => match end.attribute("UId").and_then(|uid| nodes.get(uid)) {
                     Some(Node::Element(number)) => {
@@ -205,6 +220,12 @@ impl Reader<'_> {
                     _ => self.unknown(end),
                 },
                 "IdentCon" => match (end.attribute("UId").and_then(|uid| nodes.get(uid)), &source) {
+                    // The variable of a coil may be drawn as what it writes.
+                    (Some(Node::Operand(target)), Source::Pin(number, pin))
+                        if matches!(pin.as_str(), "OPERAND" | "BIT") =>
+                    {
+                        network.elements[*number].connect(pin, Source::Operand(*target));
+                    }
                     (Some(Node::Operand(target)), Source::Pin(number, pin)) => {
                         network.elements[*number].write(pin, *target);
                     }
@@ -214,9 +235,39 @@ impl Reader<'_> {
                     }
                     _ => self.unknown(end),
                 },
-                _ => {}
+                "OpenCon" | "Openbranch" => {
+                    if let Source::Pin(number, pin) = &source {
+                        network.elements[*number].open.push(pin.clone());
+                    }
+                }
+                other => {
+                    let message = format!("a wire leads to {}, which is no end of a wire", quoted(other));
+                    self.report.error(self.span(end), message, Some("export the block again"));
+                }
             }
         }
+    }
+
+    /// Whether an element at one of the ends has as many pins as it may have, which is told.
+    fn is_full(&mut self, end: &Element, source: &Source, nodes: &HashMap<&str, Node>, network: &Network) -> bool {
+        let target = match end.attribute("UId").and_then(|uid| nodes.get(uid)) {
+            Some(Node::Element(number)) => Some(*number),
+            _ => None,
+        };
+        let from = match source {
+            Source::Pin(number, _) => Some(*number),
+            _ => None,
+        };
+        let is_full = |number: &usize| {
+            let element = &network.elements[*number];
+            element.inputs.len().max(element.outputs.len()).max(element.open.len()) >= ladder::MOST_PINS
+        };
+        let full = target.into_iter().chain(from).find(is_full);
+        if let Some(number) = full {
+            let message = format!("{} has more than {} pins", network.elements[number].name, ladder::MOST_PINS);
+            self.report.error(self.span(end), message, Some("divide it"));
+        }
+        full.is_some()
     }
 
     fn unknown(&mut self, end: &Element) {

@@ -2,9 +2,22 @@
 
 use super::Reader;
 use crate::lexer::{Span, is_word};
+use crate::types::Elementary;
 use parameters::problem::quoted;
 use parameters::xml::Element;
 use std::ops::Range;
+
+/// What an operand may be, but for what has its own form.
+const SCOPES: [&str; 8] = [
+    "",
+    "Undef",
+    "LocalVariable",
+    "GlobalVariable",
+    "LocalConstant",
+    "GlobalConstant",
+    "LiteralConstant",
+    "TypedConstant",
+];
 
 /// A text as long as the document, blank but for the fragments in SCL that were written to the places of their elements: so a
 /// span in it is one in the document.
@@ -86,23 +99,16 @@ impl Reader<'_> {
         let at = access.span.start;
         let scope = access.attribute("Scope").unwrap_or_default();
         match scope {
-            "Call" => return self.write_children(access),
+            "Call" | "Expression" => return self.write_children(access),
             "PredefinedVariable" => {
                 let name = access.child("PredefinedVariable").and_then(|own| own.attribute("Name"));
                 return self.written.put(at, name.unwrap_or_default());
             }
-            "Address" | "AbsoluteAddress" => {
-                let address = access.child("Address");
-                let area = address.and_then(|address| address.attribute("Area")).unwrap_or_default();
-                let of = address.and_then(|address| address.attribute("Type")).unwrap_or_default();
-                let bit = address.and_then(|address| address.attribute("BitOffset")?.parse::<u32>().ok()).unwrap_or(0);
-                let area = area.chars().next().unwrap_or('M');
-                let text = if of.eq_ignore_ascii_case("Bool") {
-                    format!("%{area}{}.{}", bit / 8, bit % 8)
-                } else {
-                    format!("%{area}W{}", bit / 8)
-                };
-                return self.written.put(at, &text);
+            "Address" | "AbsoluteAddress" => return self.write_address(access),
+            _ if !SCOPES.contains(&scope) => {
+                let message = format!("an operand {scope} is not read");
+                self.report.error(self.span(access), message, Some("use a variable or a constant"));
+                return self.written.put(at, "0");
             }
             _ => {}
         }
@@ -121,6 +127,29 @@ impl Reader<'_> {
         }
     }
 
+    /// An absolute address, as SCL has it.
+    fn write_address(&mut self, access: &Element) {
+        let of = |name: &str| access.child("Address").and_then(|address| address.attribute(name)).unwrap_or_default();
+        let area = match of("Area") {
+            "Input" | "PeripheryInput" => "I",
+            "Output" | "PeripheryOutput" => "Q",
+            "Memory" => "M",
+            other => {
+                let message = format!("an operand in the area {} is not read", quoted(other));
+                self.report.error(self.span(access), message, Some("use a variable"));
+                return self.written.put(access.span.start, "0");
+            }
+        };
+        let offset = of("BitOffset").parse::<u32>().unwrap_or(0);
+        let width = match Elementary::named(&of("Type").to_uppercase()).map(Elementary::bits) {
+            Some(1) => return self.written.put(access.span.start, &format!("%{area}{}.{}", offset / 8, offset % 8)),
+            Some(8) => "B",
+            Some(16) => "W",
+            _ => "D",
+        };
+        self.written.put(access.span.start, &format!("%{area}{width}{}", offset / 8));
+    }
+
     fn write_constant(&mut self, scope: &str, constant: &Element) {
         let at = constant.span.start;
         if let Some(name) = constant.attribute("Name") {
@@ -135,7 +164,14 @@ impl Reader<'_> {
         };
         let (text, range) = value.text();
         let is_text = matches!(of.to_ascii_uppercase().as_str(), "STRING" | "WSTRING" | "CHAR" | "WCHAR");
-        let text = if is_text && !text.contains('\'') { format!("'{text}'") } else { text.to_string() };
+        let text = match of.to_ascii_uppercase().as_str() {
+            _ if is_text && !text.contains('\'') => format!("'{text}'"),
+            "BOOL" if matches!(text, "0" | "1") => format!("BOOL#{text}"),
+            "REAL" | "LREAL" if text.trim_start_matches('-').bytes().all(|digit| digit.is_ascii_digit()) => {
+                format!("{text}.0")
+            }
+            _ => text.to_string(),
+        };
         self.written.put(range.start.min(value.span.start), &text);
     }
 
@@ -157,7 +193,10 @@ impl Reader<'_> {
                 let message = format!("{} is used through a reference ({how})", quoted(name));
                 self.report.error(self.span(component), message, Some("use the variable itself"));
             }
-            if is_array {
+            if is_array && component.children("Token").any(|token| token.attribute("Text") == Some("[")) {
+                // Statements have the brackets, and what stands between, as tokens.
+                component.children.iter().for_each(|child| self.write_token(child));
+            } else if is_array {
                 self.written.put(at, "[");
                 for (number, index) in component.children("Access").enumerate() {
                     if number > 0 {
@@ -165,10 +204,11 @@ impl Reader<'_> {
                     }
                     self.write_access(index);
                 }
-                // An index may be an expression in SCL.
                 self.written.put(at, "]");
             }
-            if let Some(slice) = component.attribute("SliceAccessModifier").filter(|slice| *slice != "None") {
+            if let Some(slice) =
+                component.attribute("SliceAccessModifier").filter(|slice| !matches!(*slice, "None" | "undef"))
+            {
                 self.written.put(at, &format!(".%{}", slice.to_ascii_uppercase()));
             }
         }

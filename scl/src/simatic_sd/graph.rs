@@ -106,7 +106,7 @@ impl Graph<'_, '_, '_> {
         let row = elements::named(&name.text).filter(|_| scope == Scope::Bare);
         let law = row.map(|row| row.law);
         let mut element = Element::new(&name.text, span);
-        self.settings(&mut element, &written, law);
+        self.settings(&mut element, &written);
         match (law, instance) {
             (Some(Law::FlipFlop(_)), Some(_)) => {}
             (Some(Law::Return(_)), _) if written.pins.iter().any(|pin| !matches!(pin.value, Connection::Open)) => {
@@ -149,7 +149,7 @@ impl Graph<'_, '_, '_> {
         is_known || of.is_some_and(|of| of.starts_with(&name.key()))
     }
 
-    fn settings(&mut self, element: &mut Element, written: &rungs::Element, law: Option<Law>) {
+    fn settings(&mut self, element: &mut Element, written: &rungs::Element) {
         let attributes = &written.attributes;
         element.has_eno = attribute(attributes, "S7_GENERATEENO")
             .is_some_and(|value| value.eq_ignore_ascii_case("true"))
@@ -162,11 +162,6 @@ impl Graph<'_, '_, '_> {
         }
         let others = attributes.iter().filter(|own| !own.key.starts_with("S7_"));
         element.settings.extend(others.map(|own| (own.key.clone(), own.value.clone())));
-        // MIN, MAX, LIMIT and SEL name the type of their inputs as counters do.
-        if let (Some(Law::Box(..)), None, Some(of)) = (law, element.setting("SRCTYPE"), element.setting("VALUE_TYPE")) {
-            let of = of.to_string();
-            element.settings.push(("SRCTYPE".to_string(), of));
-        }
         element.equation = written.equation;
     }
 
@@ -188,7 +183,8 @@ impl Graph<'_, '_, '_> {
             }
             let is_output = pin.is_output && !matches!(name, "OPERAND" | "TIMER");
             match (pin.value, is_output) {
-                (Connection::Open, _) => {}
+                (Connection::Open, false) => {}
+                (Connection::Open, true) => self.network.elements[number].open.push(name.to_string()),
                 (Connection::Operand(target), true) => self.network.elements[number].write(name, target),
                 (Connection::Operand(operand), false) => self.operand(number, name, operand),
                 (Connection::Wire(wire, is_negated), true) => {
@@ -199,6 +195,8 @@ impl Graph<'_, '_, '_> {
                             "put it where the wire ends",
                         );
                     }
+                    // The wire may lead nowhere.
+                    self.network.elements[number].open.push(name.to_string());
                     self.place(Flow::Of(Source::Pin(number, name.to_string())), wire);
                 }
                 (Connection::Wire(wire, is_negated), false) => {

@@ -1,14 +1,12 @@
 //! Rungs of LAD and FBD as they are written: elements in the order of the flow, and wires between them.
 
+use crate::ladder::MOST_PINS;
 use crate::lexer::{Kind, Span};
 use crate::parser::{Failed, Parsed, Parser};
 use crate::syntax::{Attribute, ExpressionId, Name};
 
 /// Instructions that are not read. Their pins are written in another way than those of the others.
 const REFUSED: [&str; 2] = ["JUMPLIST", "SWITCH"];
-
-/// An element has no more pins.
-const MOST_PINS: usize = 1000;
 
 /// A network as it is written.
 #[derive(Debug, Default)]

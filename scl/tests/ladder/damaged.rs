@@ -32,8 +32,12 @@ fn sample() -> String {
 }
 
 fn read(bytes: Vec<u8>) -> Result<(), ()> {
+    read_as("b.xml", bytes)
+}
+
+fn read_as(name: &str, bytes: Vec<u8>) -> Result<(), ()> {
     let length = bytes.len();
-    match compile(&[Source::new("b.xml", bytes)], &Options::default()) {
+    match compile(&[Source::new(name, bytes)], &Options::default()) {
         Ok(_) => Ok(()),
         Err(errors) => {
             let problems = errors.iter().flat_map(|problems| &problems.problems);
@@ -75,6 +79,51 @@ fn a_document_with_other_bytes_does_no_harm() {
             }
         }
         let _ = read(damaged);
+    }
+}
+
+/// Pieces of a text, each of which begins with one of these characters.
+fn pieces<'t>(text: &'t str, begins: &[char]) -> Vec<&'t str> {
+    let mut starts: Vec<usize> = text.char_indices().filter(|(_, at)| begins.contains(at)).map(|(at, _)| at).collect();
+    starts.insert(0, 0);
+    let ends = starts.iter().skip(1).copied().chain([text.len()]);
+    starts.iter().zip(ends).map(|(start, end)| &text[*start..end]).collect()
+}
+
+/// Whole tags and words that are lost, doubled, exchanged, or of another document: `DAMAGES=100000` makes more.
+#[test]
+fn examples_with_other_pieces_are_read_or_told() {
+    let count = std::env::var("DAMAGES").ok().and_then(|count| count.parse().ok()).unwrap_or(100u64);
+    let file = |name: &str| {
+        let path = format!("{}/../examples/programs/{name}", env!("CARGO_MANIFEST_DIR"));
+        std::fs::read_to_string(path).unwrap().trim_start_matches('\u{feff}').to_string()
+    };
+    let (drawn, own) = (file("interlock.xml"), sample());
+    let written = file("interlock.s7dcl");
+    let tags = [pieces(&drawn, &['<', '"']), pieces(&own, &['<', '"'])];
+    let words = [pieces(&written, &[' ', '#', '(', '"', ';', '\n']), pieces(&own, &[' '])];
+    let mut random = Random::new(11);
+    for number in 0..count {
+        let (name, [one, other]) = if number % 2 == 0 { ("b.xml", &tags) } else { ("b.s7dcl", &words) };
+        let mut damaged = one.clone();
+        for _ in 0..=random.below(5) {
+            let mut at = || random.below(damaged.len() as u64) as usize;
+            let (to, from) = (at(), at());
+            match random.below(5) {
+                0 => drop(damaged.remove(to)),
+                1 => damaged.insert(to, damaged[from]),
+                2 => damaged.swap(to, from),
+                3 => damaged[to] = other[random.below(other.len() as u64) as usize],
+                _ => {
+                    damaged[to] =
+                        ["\"99999999999999999999", "\"-1", "\"", "<", "&#0;", "\u{0}"][random.below(6) as usize]
+                }
+            }
+            if damaged.is_empty() {
+                break;
+            }
+        }
+        let _ = read_as(name, damaged.concat().into_bytes());
     }
 }
 

@@ -4,8 +4,10 @@ mod damaged;
 mod data;
 mod elements;
 mod example;
+mod formats;
 mod order;
 mod random;
+mod twice;
 mod xml;
 
 use parameters::{Problems, Source};
@@ -25,7 +27,11 @@ struct Ran {
 fn compiled(sources: &[(&str, String)]) -> Result<Compiled, Vec<Problems>> {
     let sources: Vec<Source> =
         sources.iter().map(|(name, text)| Source::new(*name, text.clone().into_bytes())).collect();
-    compile(&sources, &Options::default())
+    // What no random network happens to call must not be run in its place.
+    let has_it = sources
+        .iter()
+        .any(|source| source.text.contains("FUNCTION_BLOCK \"B\"") || source.text.contains("<Name>B</Name>"));
+    compile(&sources, &Options { block: has_it.then(|| "B".to_string()), ..Options::default() })
 }
 
 impl Ran {

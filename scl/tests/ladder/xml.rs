@@ -190,12 +190,12 @@ fn access(of: &From, uid: &str) -> String {
     }
 }
 
-/// A component: `a`, `a[3]`, `a[i]`, `a%X3`.
+/// A component: `a`, `a[3]`, `a[i]`, `a[b[i]]`, `a%X3`.
 fn component(name: &str) -> String {
     if let Some((name, slice)) = name.split_once('%') {
         return format!("<Component Name=\"{name}\" SliceAccessModifier=\"{}\" />", slice.to_lowercase());
     }
-    match name.trim_end_matches(']').split_once('[') {
+    match name.strip_suffix(']').and_then(|name| name.split_once('[')) {
         Some((name, index)) => {
             let index = match index.parse::<i64>() {
                 Ok(_) => access(&From::Constant("DInt", index.to_string()), ""),

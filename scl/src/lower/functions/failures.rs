@@ -6,16 +6,34 @@ use crate::lexer::Span;
 use crate::lower::Lowerer;
 use crate::lower::convert::{binary, convert, unary};
 use crate::program::{Binary, Convert, Expr, Scalar, Unary, Value};
+use crate::syntax::Argument;
 use crate::types::{Class, Elementary};
 
 impl Lowerer<'_, '_> {
     /// TRUE if a calculation with these operands fails: `ADD?`, `CONVERT?_INT`.
     pub(super) fn failure(&mut self, kind: &str, to: &str, given: &Given) -> Operand {
         let span = given.span;
-        let to = Elementary::named(to.trim_start_matches('_'));
+        let is_target = |argument: &Argument| argument.name.as_ref().is_some_and(|name| name.key() == "OUT");
+        let target = given.all().iter().find(|argument| is_target(argument));
+        let to = match target {
+            None => Elementary::named(to.trim_start_matches('_')),
+            // Only its type counts: what it calculates is thrown away.
+            Some(target) => match self.aside(|lowerer| lowerer.operand(target.value, None)).1 {
+                Operand::Value(of, _) => Some(of),
+                _ => None,
+            },
+        };
+        if kind == "SCALE_X" {
+            return self.scaling_fails(to, given);
+        }
+        let others = given.all().iter().filter(|argument| !is_target(argument));
+        let operands: Vec<Operand> = others.map(|argument| self.operand(argument.value, None)).collect();
+        let typed = operands.iter().find_map(|operand| match operand {
+            Operand::Value(of, _) => Some(*of),
+            _ => None,
+        });
         let mut values: Vec<(Elementary, Expr)> = Vec::new();
-        for argument in given.all() {
-            let operand = self.operand(argument.value, None);
+        for operand in operands {
             let is_number = match &operand {
                 Operand::Value(of, _) => of.is_number() || of.class() == Class::Time,
                 operand => matches!(operand, Operand::Whole(_) | Operand::Fraction(..)),
@@ -23,8 +41,7 @@ impl Lowerer<'_, '_> {
             if !is_number {
                 return truth(false);
             }
-            let before = values.first().map(|(of, _)| *of);
-            let Some((of, value)) = self.typed(operand, before, span) else { return truth(false) };
+            let Some((of, value)) = self.typed(operand, typed, span) else { return truth(false) };
             let (_, value) = self.kept(of, value, span);
             values.push((of, value));
         }
@@ -38,6 +55,21 @@ impl Lowerer<'_, '_> {
             "NEG" | "ABS" => self.invalid(of, first, span),
             "CONVERT" | "ROUND" | "TRUNC" | "CEIL" | "FLOOR" => self.unfitting(kind, of, first, to, span),
             _ => self.overflow(kind, values, span),
+        }
+    }
+
+    /// Whether the sum of SCALE_X does not fit the type of its result.
+    fn scaling_fails(&mut self, to: Option<Elementary>, given: &Given) -> Operand {
+        let span = given.span;
+        let names = ["MIN", "VALUE", "MAX"];
+        let operands: Vec<Operand> = (0..).zip(names).map(|(at, name)| self.argument(given, name, at)).collect();
+        let of = self.real_of(&operands, to);
+        match self.scaled(given, Some(of)) {
+            Operand::Value(of, value) => {
+                let (_, value) = self.kept(of, value, span);
+                self.unfitting("CONVERT", of, value, to.or(Some(of)), span)
+            }
+            _ => truth(false),
         }
     }
 

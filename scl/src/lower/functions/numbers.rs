@@ -115,7 +115,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The floating-point type of an operation on these.
-    fn real_of(&self, operands: &[Operand], expected: Option<Elementary>) -> Elementary {
+    pub(super) fn real_of(&self, operands: &[Operand], expected: Option<Elementary>) -> Elementary {
         let is_wide = operands.iter().any(|operand| matches!(operand, Operand::Value(Elementary::LReal, _)));
         if is_wide || expected == Some(Elementary::LReal) { Elementary::LReal } else { Elementary::Real }
     }

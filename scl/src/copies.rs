@@ -1,0 +1,146 @@
+//! Blocks that several sources have, as those do that were exported in two formats: one block if all are the same program.
+
+use crate::compiler::{BlockId, Compiler};
+use crate::lexer::{Token, tokens};
+use crate::program::{Body, Program, Type};
+use crate::report::Report;
+use crate::scl::{self, Dialect};
+use crate::syntax::BlockKind;
+
+/// More sources than these do not have the same block in other words.
+const MOST_COPIES: usize = 8;
+
+impl Compiler<'_> {
+    /// Takes a block that an earlier source has, too; of this translation it is the one that counts if it is the copy of this number.
+    pub fn add_copy(&mut self, earlier: BlockId, id: BlockId, copy: usize) {
+        let first = self.copies.iter().find(|(_, other)| *other == earlier).map_or(earlier, |(first, _)| *first);
+        if self.has_same_words(first, id) {
+            return;
+        }
+        let number = 1 + self.copies.iter().filter(|(of, _)| *of == first).count();
+        let is_other_kind = self.block(first).kind != self.block(id).kind;
+        if first.0 == id.0 || is_other_kind || number > MOST_COPIES {
+            return self.tell_twice(first, id);
+        }
+        self.copies.push((first, id));
+        if number <= copy {
+            self.names.insert(self.block(id).name.key(), id);
+        }
+    }
+
+    /// Whether two blocks have the same words: of several blocks TIA Portal generates sources that each have what they depend on.
+    fn has_same_words(&self, one: BlockId, other: BlockId) -> bool {
+        let words = |(file, index): BlockId| {
+            let text = self.text(*self.trees[file].extents.get(index)?);
+            let found = tokens(text, 0, 0);
+            let word = |token: &Token| text[token.span.range()].to_string();
+            Some((found.tokens.iter().map(word).collect::<Vec<_>>(), found.attributes.len()))
+        };
+        words(one).is_some_and(|found| words(other) == Some(found))
+    }
+
+    fn tell_twice(&mut self, first: BlockId, id: BlockId) {
+        let place = self.at(self.block(first).name.span);
+        let name = &self.block(id).name;
+        let message =
+            format!("{} is declared twice: first in {}:{}", name.text, self.sources[first.0].file, place.line);
+        self.error(name.span, message, Some("rename one of them, or leave one file out"));
+    }
+
+    /// Tells which copies are other programs. A program with errors is none that could be compared.
+    pub fn tell_different(&mut self) {
+        if self.report.has_errors() {
+            return;
+        }
+        let copies = std::mem::take(&mut self.copies);
+        let number = |at: usize| copies[..=at].iter().filter(|(first, _)| *first == copies[at].0).count();
+        let numbers: Vec<usize> = (0..copies.len()).map(number).collect();
+        for copy in 1..=numbers.iter().copied().max().unwrap_or(0) {
+            let mut other = Compiler::new(self.sources, self.trees, self.cpu, self.options, Report::default(), copy);
+            other.run();
+            for ((first, id), _) in copies.iter().zip(&numbers).filter(|(_, number)| **number == copy) {
+                let block = self.block(*id);
+                if other.report.has_errors() || !is_same(&self.program, &other.program, block.kind, &block.name.text) {
+                    self.tell_twice(*first, *id);
+                }
+            }
+        }
+    }
+}
+
+/// Whether a block is the same in two programs, its comments aside.
+fn is_same(one: &Program, other: &Program, kind: BlockKind, name: &str) -> bool {
+    let programs = [one, other];
+    let records = programs.map(|program| program.records.iter().position(|record| is_name(&record.name, name)));
+    let globals = programs.map(|program| {
+        let members = &program.records[program.memory].members;
+        members.iter().find(|member| is_name(&member.name, name))
+    });
+    let is_same_global = match globals {
+        [Some(a), Some(b)] => {
+            let bytes = |program: &Program, offset: usize, of: &Type| {
+                let size = program.size(of);
+                program.records[program.memory].start.get(offset..offset + size).map(<[u8]>::to_vec)
+            };
+            is_same_type(one, &a.ty, other, &b.ty) && bytes(one, a.offset, &a.ty) == bytes(other, b.offset, &b.ty)
+        }
+        [None, None] => true,
+        _ => false,
+    };
+    let is_same_record = match records {
+        [Some(a), Some(b)] => is_same_record(one, a, other, b),
+        [None, None] => true,
+        _ => false,
+    };
+    let has_code = !matches!(kind, BlockKind::Type | BlockKind::DataBlock);
+    is_same_global
+        && is_same_record
+        && (!has_code || code(one, name).is_some_and(|text| code(other, name) == Some(text)))
+}
+
+fn is_name(one: &str, other: &str) -> bool {
+    one.eq_ignore_ascii_case(other)
+}
+
+fn is_same_record(one: &Program, a: usize, other: &Program, b: usize) -> bool {
+    let (a, b) = (&one.records[a], &other.records[b]);
+    let is_same_member = |(a, b): (&crate::program::Member, &crate::program::Member)| {
+        is_name(&a.name, &b.name) && a.offset == b.offset && is_same_type(one, &a.ty, other, &b.ty)
+    };
+    a.start == b.start && a.members.len() == b.members.len() && a.members.iter().zip(&b.members).all(is_same_member)
+}
+
+fn is_same_type(one: &Program, a: &Type, other: &Program, b: &Type) -> bool {
+    match (a, b) {
+        (Type::Record(a), Type::Record(b)) => is_same_record(one, *a, other, *b),
+        (Type::Array { of: a, bounds }, Type::Array { of: b, bounds: others }) => {
+            bounds == others && is_same_type(one, a, other, b)
+        }
+        (Type::Open { of: a, dimensions }, Type::Open { of: b, dimensions: others }) => {
+            dimensions == others && is_same_type(one, a, other, b)
+        }
+        (a, b) => a == b,
+    }
+}
+
+/// The lines of a block as SCL, without comments.
+fn code(program: &Program, name: &str) -> Option<Vec<String>> {
+    let is_it =
+        |function: &crate::program::Function| is_name(&function.name, name) && matches!(function.body, Body::Code(_));
+    let number = program.functions.iter().position(is_it)?;
+    let text = scl::print(program, &[number], Dialect::Tia).ok()?;
+    let head = format!("\"{}\"", program.functions[number].name);
+    let kinds = ["FUNCTION", "FUNCTION_BLOCK", "ORGANIZATION_BLOCK"];
+    let is_head = |line: &&str| {
+        kinds.iter().any(|kind| line.strip_prefix(kind).is_some_and(|rest| rest.trim_start().starts_with(&head)))
+    };
+    let lines = text
+        .lines()
+        .skip_while(|line| !is_head(line))
+        .take_while(|line| !line.starts_with("END_FUNCTION") && !line.starts_with("END_ORGANIZATION"));
+    let lines: Vec<String> = lines
+        .map(|line| line.split("//").next().unwrap_or_default().trim().to_string())
+        .filter(|line| !line.is_empty())
+        .collect();
+    (!lines.is_empty()).then_some(lines)
+}

@@ -1,0 +1,377 @@
+//! Boxes that calculate a value, and ENO, which says whether they could.
+
+use super::Element;
+use super::elements::{Failure, Formula};
+use super::flow::Value;
+use super::lower::{Lowerer, numbered};
+use crate::lexer::Span;
+use crate::syntax::{Binary, ExpressionId, ExpressionKind, StatementKind, Unary};
+use crate::types::Elementary;
+use std::collections::BTreeSet;
+
+impl Lowerer<'_> {
+    /// A box that is executed if EN: what it writes, and what its pins carry.
+    pub fn boxed(&mut self, formula: Formula, failure: Failure, elements: &[Element], number: usize) {
+        let element = &elements[number];
+        let span = element.span;
+        let flow = self.flow(element, &["EN"]);
+        let Some((result, failed)) = self.formula(formula, failure, element) else { return };
+        let pins: BTreeSet<String> = self.result_pins(element, number);
+        if let Some(pin) = pins.iter().find(|pin| !pin.starts_with("OUT") && *pin != "RET_VAL") {
+            let message = format!("{} has no pin {}", element.name, pin.to_lowercase());
+            self.report.error(span, message, Some("draw it again"));
+            return;
+        }
+        let targets: Vec<(&str, ExpressionId)> = match formula {
+            Formula::Step(_) => {
+                self.operand(element, "OPERAND").map(|operand| ("OPERAND", operand)).into_iter().collect()
+            }
+            _ => results(element).collect(),
+        };
+        let is_wired = pins.iter().any(|pin| self.is_awaited(&(number, pin.clone())));
+        let has_eno = self.has_eno(element, number);
+        let roots = self.roots(targets.iter().map(|(_, target)| *target));
+        // What is moved to several variables is read again for each, so that it may be a text or a structure.
+        let is_read_again = matches!(formula, Formula::Same) && self.value(result).reads.is_disjoint(&roots);
+        let is_direct = !is_wired && (targets.len() <= 1 || is_read_again);
+        let flow = if has_eno { self.shared(flow, span) } else { flow };
+        let flow = if has_eno { self.apart(flow, &roots, span) } else { flow };
+        let fails = has_eno && element.has_eno && failed.is_some();
+        let eno = fails.then(|| self.temporary(span));
+        if let Some(eno) = &eno {
+            let no = self.literal("BOOL#FALSE", span);
+            self.push(StatementKind::Let(eno.clone(), Some(Elementary::Bool), Some(no)), span);
+        }
+        self.before_writing(&roots, span);
+        let mut carried = None;
+        let body = self.aside(|lowerer| {
+            if let (Some(eno), Some(failed)) = (&eno, failed) {
+                let succeeds = lowerer.unary(Unary::Not, failed, span);
+                lowerer.push(StatementKind::Let(eno.clone(), Some(Elementary::Bool), Some(succeeds)), span);
+            }
+            let result = if is_direct {
+                result
+            } else {
+                let name = lowerer.temporary(span);
+                lowerer.push(StatementKind::Let(name.clone(), None, Some(result)), span);
+                lowerer.named(&name, span)
+            };
+            for (pin, target) in &targets {
+                let result = if *pin == "OPERAND" { result } else { lowerer.of_pin(element, pin, result) };
+                lowerer.push(StatementKind::Assign(vec![(*target, None)], result), span);
+            }
+            carried = Some(result);
+        });
+        self.only_if(flow.clone(), body, span);
+        for pin in pins {
+            if let (true, Some(carried)) = (self.is_awaited(&(number, pin.clone())), carried) {
+                let carried = self.of_pin(element, &pin, carried);
+                let value = Value { of: Some(carried), ..Value::TRUE };
+                self.values.insert((number, pin), value);
+            }
+        }
+        let eno = match eno {
+            Some(eno) => Value { of: Some(self.named(&eno, span)), ..Value::TRUE },
+            None => flow,
+        };
+        self.set(elements, number, "ENO", eno);
+    }
+
+    pub fn has_eno(&self, element: &Element, number: usize) -> bool {
+        self.is_awaited(&(number, "ENO".to_string())) || element.outputs.iter().any(|(pin, _)| pin == "ENO")
+    }
+
+    /// The output pins of an element that are used, without ENO.
+    pub fn result_pins(&self, element: &Element, number: usize) -> BTreeSet<String> {
+        let of_element = self.uses.range((number, String::new())..(number + 1, String::new()));
+        let wired = of_element.filter(|(_, uses)| **uses > 0).map(|((_, pin), _)| pin);
+        let written = element.outputs.iter().map(|(pin, _)| pin);
+        wired.chain(written).filter(|pin| *pin != "ENO").cloned().collect()
+    }
+
+    /// The value of a box, and what is TRUE if it fails; `None` if a pin is missing, which is told.
+    fn formula(
+        &mut self,
+        formula: Formula,
+        failure: Failure,
+        element: &Element,
+    ) -> Option<(ExpressionId, Option<ExpressionId>)> {
+        let span = element.span;
+        let own = element.setting("DESTTYPE").map(str::to_uppercase);
+        let source = element.setting("SRCTYPE").map(str::to_uppercase);
+        let mut given: Vec<(String, ExpressionId)> = Vec::new();
+        let result = match formula {
+            Formula::Same => self.operand(element, "IN")?,
+            Formula::Fold(operator) => {
+                self.check_cardinality(element);
+                for pin in numbered(element) {
+                    let value = self.operand(element, &pin)?;
+                    given.push((pin, self.typed(element, value)));
+                }
+                if given.len() < 2 {
+                    let message = format!("{} has fewer than two inputs", element.name);
+                    self.report.error(span, message, Some("wire IN1 and IN2"));
+                    return None;
+                }
+                let values: Vec<ExpressionId> = given.iter().map(|(_, value)| *value).collect();
+                values.into_iter().reduce(|left, right| self.binary(operator, left, right, span))?
+            }
+            Formula::Unary(operator) => {
+                let value = self.operand(element, "IN")?;
+                let value = self.typed(element, value);
+                given.push(("IN".to_string(), value));
+                self.unary(operator, value, span)
+            }
+            Formula::Step(operator) => {
+                let mut value = self.operand(element, "OPERAND")?;
+                // INC and DEC have one type, that of their result.
+                if let Some(of) = own.as_ref().and_then(|own| Elementary::named(own)) {
+                    value = self.tree.expressions.add(ExpressionKind::As(of, value), span);
+                }
+                let value = self.typed(element, value);
+                let one = self.literal("1", span);
+                given.extend([("IN1".to_string(), value), ("IN2".to_string(), one)]);
+                self.binary(operator, value, one, span)
+            }
+            Formula::Call(name, plain, typed) | Formula::Typed(name, plain, typed) => {
+                let is_typed = matches!(formula, Formula::Typed(..));
+                for (pins, is_typed) in [(plain, false), (typed, true)] {
+                    for pin in pins {
+                        for pin in self.pins(element, pin) {
+                            let value = self.operand(element, &pin)?;
+                            let value = if is_typed { self.typed(element, value) } else { value };
+                            given.push((pin, value));
+                        }
+                    }
+                }
+                let name = match &own {
+                    Some(own) if is_typed => format!("{name}_{own}"),
+                    _ => name.to_string(),
+                };
+                let callee = self.function(&name, span);
+                let arguments = given.iter().map(|(pin, value)| (formal(pin), false, *value)).collect();
+                self.call(callee, arguments, span)
+            }
+            Formula::Convert => {
+                let value = self.operand(element, "IN")?;
+                given.push(("IN".to_string(), value));
+                match (source, &own) {
+                    (_, None) => value,
+                    (source, Some(own)) => {
+                        let name = source.map_or(format!("TO_{own}"), |source| format!("{source}_TO_{own}"));
+                        let callee = self.function(&name, span);
+                        self.call(callee, vec![("IN".to_string(), false, value)], span)
+                    }
+                }
+            }
+            Formula::Equation => {
+                let Some(equation) = element.equation else {
+                    self.report.error(span, format!("{} has no expression", element.name), Some("enter it in the box"));
+                    return None;
+                };
+                for pin in numbered(element) {
+                    let value = self.operand(element, &pin)?;
+                    given.push((pin, self.typed(element, value)));
+                }
+                self.substituted(equation, &given)?
+            }
+        };
+        let failed = match failure {
+            Failure::Never => None,
+            Failure::Calculation("CALL") if matches!(formula, Formula::Equation) => {
+                Some(self.equation_fails(result, span))
+            }
+            Failure::Calculation("CALL") => Some(self.fails("CALL?", vec![("IN".to_string(), result)], span)),
+            Failure::Calculation(kind) => {
+                let name = own.as_ref().map_or(format!("{kind}?"), |own| format!("{kind}?_{own}"));
+                // A box whose type follows from its operands has that of the variable that it writes.
+                if let (true, None, Some((_, target))) = (kind == "CONVERT", &own, results(element).next()) {
+                    given.push(("OUT".to_string(), target));
+                }
+                Some(self.fails(&name, given, span))
+            }
+            Failure::Condition("TEXT") => self.text_fails(formula, &given, results(element).next(), span),
+            Failure::Condition("SCALE_X") => {
+                let limits = self.limits_fail(&given, span)?;
+                let name = own.as_ref().map_or("SCALE_X?".to_string(), |own| format!("SCALE_X?_{own}"));
+                let fails = self.fails(&name, given, span);
+                Some(self.binary(Binary::Or, limits, fails, span))
+            }
+            Failure::Condition(kind) => self.condition(kind, &given, result, span),
+        };
+        Some((result, failed))
+    }
+
+    /// TRUE if a calculation fails.
+    pub fn fails(&mut self, name: &str, pins: Vec<(String, ExpressionId)>, span: Span) -> ExpressionId {
+        let callee = self.function(name, span);
+        let arguments = pins.into_iter().map(|(pin, value)| (pin, false, value)).collect();
+        self.call(callee, arguments, span)
+    }
+
+    /// TRUE if the value of an expression, or of a part of it, does not fit its type or is no valid number.
+    fn equation_fails(&mut self, result: ExpressionId, span: Span) -> ExpressionId {
+        let mut open = vec![result];
+        let mut fails = self.fails("CALL?", vec![("IN".to_string(), result)], span);
+        while let Some(id) = open.pop() {
+            let part = match &self.tree.expressions[id].kind {
+                ExpressionKind::Unary(operator, inner) => {
+                    let (operator, inner) = (*operator, *inner);
+                    open.push(inner);
+                    (operator == Unary::Minus).then_some(("NEG?", vec![inner]))
+                }
+                ExpressionKind::Binary(operator, left, right) => {
+                    let (operator, left, right) = (*operator, *left, *right);
+                    open.extend([left, right]);
+                    let kind = match operator {
+                        Binary::Add => Some("ADD?"),
+                        Binary::Subtract => Some("SUB?"),
+                        Binary::Multiply => Some("MUL?"),
+                        Binary::Divide => Some("DIV?"),
+                        Binary::Modulo => Some("MOD?"),
+                        _ => None,
+                    };
+                    kind.map(|kind| (kind, vec![left, right]))
+                }
+                ExpressionKind::Call(_, arguments) => {
+                    open.extend(arguments.iter().map(|argument| argument.value));
+                    Some(("CALL?", vec![id]))
+                }
+                _ => None,
+            };
+            if let Some((name, values)) = part {
+                let pins = (1..).zip(values).map(|(at, value): (u32, _)| (format!("IN{at}"), value)).collect();
+                let fails_here = self.fails(name, pins, span);
+                fails = self.binary(Binary::Or, fails, fails_here, span);
+            }
+        }
+        fails
+    }
+
+    /// TRUE if the inputs of a function are none that it has a value for.
+    fn condition(
+        &mut self,
+        kind: &str,
+        given: &[(String, ExpressionId)],
+        result: ExpressionId,
+        span: Span,
+    ) -> Option<ExpressionId> {
+        let pin = |name: &str| given.iter().find(|(pin, _)| pin == name).map(|(_, value)| *value);
+        match kind {
+            "LIMIT" => Some(self.binary(Binary::Greater, pin("MN")?, pin("MX")?, span)),
+            "MUX" => {
+                let inputs = given.iter().filter(|(pin, _)| pin.starts_with("IN") && pin != "INELSE").count();
+                let (none, last) = (self.literal("0", span), self.literal(&(inputs.max(1) - 1).to_string(), span));
+                let below = self.binary(Binary::Less, pin("K")?, none, span);
+                let above = self.binary(Binary::Greater, pin("K")?, last, span);
+                Some(self.binary(Binary::Or, below, above, span))
+            }
+            _ => {
+                let limits = self.limits_fail(given, span)?;
+                let invalid = self.fails("CALL?", vec![("IN".to_string(), result)], span);
+                Some(self.binary(Binary::Or, limits, invalid, span))
+            }
+        }
+    }
+
+    /// TRUE if the lower limit is none.
+    fn limits_fail(&mut self, given: &[(String, ExpressionId)], span: Span) -> Option<ExpressionId> {
+        let pin = |name: &str| given.iter().find(|(pin, _)| pin == name).map(|(_, value)| *value);
+        Some(self.binary(Binary::GreaterOrEqual, pin("MIN")?, pin("MAX")?, span))
+    }
+
+    /// TRUE if the place or the number of characters is none of the text, or if the result is too long for its variable.
+    fn text_fails(
+        &mut self,
+        formula: Formula,
+        given: &[(String, ExpressionId)],
+        target: Option<(&str, ExpressionId)>,
+        span: Span,
+    ) -> Option<ExpressionId> {
+        let pin = |name: &str| given.iter().find(|(pin, _)| pin == name).map(|(_, value)| *value);
+        let length = |lowerer: &mut Self, name: &str, of: ExpressionId| {
+            let callee = lowerer.function(name, span);
+            lowerer.call(callee, vec![("IN".to_string(), false, of)], span)
+        };
+        let Formula::Call(name, ..) = formula else { return None };
+        let mut all: Vec<ExpressionId> = Vec::new();
+        let zero = self.literal("0", span);
+        if let Some(count) = pin("L") {
+            all.push(self.binary(Binary::Less, count, zero, span));
+        }
+        if let Some(place) = pin("P") {
+            // INSERT puts a text behind a character, or behind none.
+            let operator = if name == "INSERT" { Binary::Less } else { Binary::LessOrEqual };
+            all.push(self.binary(operator, place, zero, span));
+            let text = length(self, "LEN", pin("IN").or(pin("IN1"))?);
+            all.push(self.binary(Binary::Greater, place, text, span));
+        }
+        let texts: Vec<ExpressionId> = given
+            .iter()
+            .filter(|(pin, _)| pin.strip_prefix("IN").is_some_and(|at| !at.is_empty()))
+            .map(|of| of.1)
+            .collect();
+        if let (Some((_, target)), "CONCAT" | "INSERT") = (target, name) {
+            let lengths: Vec<ExpressionId> = texts.into_iter().map(|text| length(self, "LEN", text)).collect();
+            let sum = lengths.into_iter().reduce(|one, other| self.binary(Binary::Add, one, other, span))?;
+            let most = length(self, "MAX_LEN", target);
+            all.push(self.binary(Binary::Greater, sum, most, span));
+        }
+        all.into_iter().reduce(|one, other| self.binary(Binary::Or, one, other, span))
+    }
+
+    /// The pins of an element that a pattern such as `IN*` names.
+    fn pins(&self, element: &Element, pattern: &str) -> Vec<String> {
+        match pattern {
+            "IN*" => numbered(element),
+            "INELSE" => {
+                let is_else = |pin: &&String| matches!(pin.as_str(), "INELSE" | "ELSE");
+                element.inputs.iter().map(|input| &input.pin).filter(is_else).cloned().collect()
+            }
+            pin => vec![pin.to_string()],
+        }
+    }
+
+    /// The expression of a Calculate box with what its pins get.
+    fn substituted(&mut self, id: ExpressionId, given: &[(String, ExpressionId)]) -> Option<ExpressionId> {
+        let span = self.tree.expressions[id].span;
+        let kind = match &self.tree.expressions[id].kind {
+            ExpressionKind::Name(_, name) => {
+                let name = name.key();
+                let found = given.iter().find(|(pin, _)| *pin == name).map(|(_, value)| *value);
+                if found.is_none() && name.starts_with("IN") {
+                    self.report.error(span, format!("the expression uses {name}, which is not wired"), Some("wire it"));
+                    return None;
+                }
+                return Some(found.unwrap_or(id));
+            }
+            ExpressionKind::Unary(operator, inner) => {
+                let (operator, inner) = (*operator, *inner);
+                ExpressionKind::Unary(operator, self.substituted(inner, given)?)
+            }
+            ExpressionKind::Binary(operator, left, right) => {
+                let (operator, left, right) = (*operator, *left, *right);
+                ExpressionKind::Binary(operator, self.substituted(left, given)?, self.substituted(right, given)?)
+            }
+            ExpressionKind::Call(callee, arguments) => {
+                let (callee, mut arguments) = (*callee, arguments.clone());
+                for argument in &mut arguments {
+                    argument.value = self.substituted(argument.value, given)?;
+                }
+                ExpressionKind::Call(callee, arguments)
+            }
+            _ => return Some(id),
+        };
+        Some(self.tree.expressions.add(kind, span))
+    }
+}
+
+/// The variables that the results of a box are written to, by their pins.
+fn results(element: &Element) -> impl Iterator<Item = (&str, ExpressionId)> {
+    element.outputs.iter().filter(|(pin, _)| pin != "ENO").map(|(pin, target)| (pin.as_str(), *target))
+}
+
+/// The name of a function's parameter for a pin.
+fn formal(pin: &str) -> String {
+    if pin == "ELSE" { "INELSE".to_string() } else { pin.to_string() }
+}

@@ -1,0 +1,243 @@
+//! Calls of instances and functions, by their pins.
+
+use super::flow::{Value, root};
+use super::lower::Lowerer;
+use super::{Element, Parameter, Way};
+use crate::syntax::{ExpressionId, ExpressionKind, Scope, Statement, StatementKind, Unary};
+use crate::types::Elementary;
+use std::collections::BTreeSet;
+
+impl Lowerer<'_> {
+    /// A call of an instance: a timer or a counter as its kind, any other block of the system as it is declared.
+    pub fn instance(&mut self, kind: Option<&'static str>, elements: &[Element], number: usize) {
+        let element = &elements[number];
+        let span = element.span;
+        let Some(called) = element.called else {
+            let message = format!("{} has no instance", element.name);
+            self.report.error(span, message, Some("enter its instance: a variable of its type, or a data block"));
+            return;
+        };
+        let callee = kind.map_or(called, |kind| self.as_kind(element, called, kind));
+        self.call_instance(callee, called, elements, number);
+    }
+
+    /// A timer or a counter as the kind that its element says: a data block that no source declares has its type from there.
+    pub fn as_kind(&mut self, element: &Element, called: ExpressionId, kind: &str) -> ExpressionId {
+        let of = element.setting("TIME_TYPE").or(element.setting("VALUE_TYPE")).unwrap_or_default().to_uppercase();
+        let is_usual = ["", "TIME", "INT"].contains(&of.as_str());
+        let is_global = matches!(self.tree.expressions[called].kind, ExpressionKind::Name(Scope::Global, _));
+        let name = if is_usual || !is_global { kind.to_string() } else { format!("{kind}_{of}") };
+        self.member(called, &name, element.span)
+    }
+
+    /// The arguments of a call from the pins of an element, and what they write. A negated output is written after the call.
+    fn arguments(&mut self, element: &Element) -> (Vec<(String, bool, ExpressionId)>, BTreeSet<String>) {
+        let span = element.span;
+        let mut arguments = Vec::new();
+        // A block that is called may write what all blocks see.
+        let mut roots = BTreeSet::from([String::new()]);
+        let pins: Vec<String> =
+            element.inputs.iter().map(|input| input.pin.clone()).filter(|pin| pin != "EN").collect();
+        for pin in pins {
+            let Some(value) = self.input(element, &pin) else { continue };
+            let value = self.expression(&value, span);
+            if matches!(
+                self.tree.expressions[value].kind,
+                ExpressionKind::Name(..) | ExpressionKind::Member(..) | ExpressionKind::Index(..)
+            ) && self.is_in_out(element, &pin)
+            {
+                roots.insert(root(&self.tree.expressions, value, &self.owner.shared));
+            }
+            arguments.push((pin, false, value));
+        }
+        for (pin, target) in element.outputs.iter().filter(|(pin, _)| pin != "ENO") {
+            let is_first = !arguments.iter().any(|(name, _, _)| name == pin);
+            if is_first && !self.is_value(element, pin) && !element.negated.contains(pin) {
+                // A document may draw the variable of an in-out at the right side of its box.
+                let is_in_out = parameter(element, pin).is_some_and(|parameter| parameter.way == Way::InOut);
+                arguments.push((pin.clone(), !is_in_out, *target));
+            }
+            roots.insert(root(&self.tree.expressions, *target, &self.owner.shared));
+        }
+        (arguments, roots)
+    }
+
+    /// Whether a pin may be written by the block: one of which nothing is known may.
+    fn is_in_out(&self, element: &Element, pin: &str) -> bool {
+        element.call.is_some() && parameter(element, pin).is_none_or(|parameter| parameter.way == Way::InOut)
+    }
+
+    /// Whether a pin is the value of a function.
+    fn is_value(&self, element: &Element, pin: &str) -> bool {
+        match &element.call {
+            Some(call) if call.is_function => {
+                parameter(element, pin).map_or(pin == "RET_VAL", |parameter| parameter.way == Way::Value)
+            }
+            Some(_) => false,
+            None => element.called.is_none() && pin == "RET_VAL",
+        }
+    }
+
+    fn call_instance(&mut self, callee: ExpressionId, instance: ExpressionId, elements: &[Element], number: usize) {
+        let element = &elements[number];
+        let span = element.span;
+        let flow = self.flow(element, &["EN"]);
+        let (mut arguments, mut roots) = self.arguments(element);
+        roots.insert(root(&self.tree.expressions, instance, &self.owner.shared));
+        let eno = self.eno_of_call(element, number, &mut arguments);
+        let flow = if eno.is_some() { self.shared(flow, span) } else { flow };
+        self.before_writing(&roots, span);
+        let mut body = self.aside(|lowerer| {
+            let call = lowerer.call(callee, arguments, span);
+            lowerer.push(StatementKind::Call(call), span);
+        });
+        // A pin that is written to several variables, or negated.
+        for (at, (pin, target)) in element.outputs.iter().enumerate() {
+            let is_again = element.outputs[..at].iter().any(|(before, _)| before == pin);
+            if pin != "ENO" && (is_again || element.negated.contains(pin)) {
+                let value = self.member(instance, pin, span);
+                let value = self.of_pin(element, pin, value);
+                body.push(Statement { kind: StatementKind::Assign(vec![(*target, None)], value), span });
+            }
+        }
+        self.only_if(flow, body, span);
+        for pin in self.result_pins(element, number) {
+            if self.is_awaited(&(number, pin.clone())) {
+                let value = self.member(instance, &pin, span);
+                let value = self.of_pin(element, &pin, value);
+                let value = self.value(value);
+                self.values.insert((number, pin), value);
+            }
+        }
+        if let Some(eno) = eno {
+            self.set(elements, number, "ENO", eno);
+        }
+    }
+
+    /// A value as a pin gives it: negated, if the pin is.
+    pub fn of_pin(&mut self, element: &Element, pin: &str, value: ExpressionId) -> ExpressionId {
+        let is_negated = element.negated.iter().any(|negated| negated == pin);
+        if is_negated { self.unary(Unary::Not, value, element.span) } else { value }
+    }
+
+    /// ENO of a call, if it is wired: FALSE before the call.
+    fn eno_of_call(
+        &mut self,
+        element: &Element,
+        number: usize,
+        arguments: &mut Vec<(String, bool, ExpressionId)>,
+    ) -> Option<Value> {
+        let span = element.span;
+        self.has_eno(element, number).then(|| {
+            let eno = self.temporary(span);
+            let no = self.literal("BOOL#FALSE", span);
+            self.push(StatementKind::Let(eno.clone(), Some(Elementary::Bool), Some(no)), span);
+            arguments.push(("ENO".to_string(), true, self.named(&eno, span)));
+            Value { of: Some(self.named(&eno, span)), ..Value::TRUE }
+        })
+    }
+
+    /// A call of a block.
+    pub fn call_of(&mut self, elements: &[Element], number: usize) {
+        let element = &elements[number];
+        let Some(called) = element.called else {
+            let message = format!("the call of {} has no instance", element.name);
+            self.report.error(element.span, message, Some("enter its instance"));
+            return;
+        };
+        if element.call.as_ref().is_some_and(|call| call.is_function) {
+            self.statement(called, elements, number);
+        } else {
+            self.call_instance(called, called, elements, number);
+        }
+    }
+
+    /// A function that is called as a statement.
+    pub fn statement(&mut self, callee: ExpressionId, elements: &[Element], number: usize) {
+        let element = &elements[number];
+        let span = element.span;
+        let flow = self.flow(element, &["EN"]);
+        let (mut arguments, roots) = self.arguments(element);
+        let mut carried: Vec<(String, ExpressionId)> = Vec::new();
+        let mut value = None;
+        let mut pins = self.result_pins(element, number);
+        // A function has all its outputs, those that lead nowhere, too.
+        let open = element.open.iter().filter(|pin| *pin != "ENO" && !self.is_value(element, pin));
+        pins.extend(open.filter(|_| element.call.is_some()).cloned());
+        for pin in pins {
+            let mut targets = element.outputs.iter().filter(|(own, _)| *own == pin).map(|(_, target)| *target);
+            let only = targets.next().filter(|_| targets.next().is_none());
+            let is_direct = !self.is_awaited(&(number, pin.clone())) && !element.negated.contains(&pin);
+            let is_value = self.is_value(element, &pin);
+            match only.filter(|_| is_direct) {
+                Some(target) if is_value => value = Some((target, None)),
+                Some(_) => {}
+                None => {
+                    let name = self.temporary(span);
+                    let temporary = self.named(&name, span);
+                    carried.push((pin.clone(), temporary));
+                    if is_value {
+                        value = Some((temporary, Some(name)));
+                        continue;
+                    }
+                    // The type of an output is known where the block is.
+                    let of = if element.call.is_some() { None } else { Some(Elementary::Bool) };
+                    self.push(StatementKind::Let(name, of, None), span);
+                    arguments.retain(|(own, is_output, _)| !is_output || *own != pin);
+                    arguments.push((pin, true, temporary));
+                }
+            }
+        }
+        let eno = match element.call {
+            Some(_) => self.eno_of_call(element, number, &mut arguments),
+            None => None,
+        };
+        let flow = if self.has_eno(element, number) {
+            let flow = self.shared(flow, span);
+            self.apart(flow, &roots, span)
+        } else {
+            flow
+        };
+        self.before_writing(&roots, span);
+        let body = self.aside(|lowerer| {
+            let call = lowerer.call(callee, arguments, span);
+            match value {
+                None => lowerer.push(StatementKind::Call(call), span),
+                Some((_, Some(name))) => lowerer.push(StatementKind::Let(name, None, Some(call)), span),
+                Some((target, None)) => lowerer.push(StatementKind::Assign(vec![(target, None)], call), span),
+            }
+            for (pin, temporary) in &carried {
+                for (_, target) in element.outputs.iter().filter(|(own, _)| own == pin) {
+                    let value = lowerer.of_pin(element, pin, *temporary);
+                    lowerer.push(StatementKind::Assign(vec![(*target, None)], value), span);
+                }
+            }
+        });
+        self.only_if(flow.clone(), body, span);
+        for (pin, temporary) in carried {
+            if self.is_awaited(&(number, pin.clone())) {
+                let value = self.of_pin(element, &pin, temporary);
+                self.values.insert((number, pin), Value { of: Some(value), ..Value::TRUE });
+            }
+        }
+        self.set(elements, number, "ENO", eno.unwrap_or(flow));
+    }
+
+    /// An instruction that has no row: called by its name, so that what is known of the name is said.
+    pub fn other(&mut self, elements: &[Element], number: usize) {
+        let element = &elements[number];
+        match element.called {
+            Some(_) => self.instance(None, elements, number),
+            None => {
+                let callee = self.function(&element.name.to_uppercase(), element.span);
+                self.statement(callee, elements, number);
+            }
+        }
+    }
+}
+
+/// What a call says of the parameter of a pin.
+fn parameter<'e>(element: &'e Element, pin: &str) -> Option<&'e Parameter> {
+    let mut parameters = element.call.iter().flat_map(|call| &call.parameters);
+    parameters.find(|parameter| parameter.name.eq_ignore_ascii_case(pin))
+}

@@ -1,0 +1,100 @@
+//! Boxes of texts, of blocks of memory, and of times.
+
+use super::{Sections, both, coil, of_type, tape};
+use crate::xml::{From, Net, int, local, typed};
+
+/// "LEN", "LEFT", "RIGHT", "MID", "CONCAT", "FIND", "DELETE", "INSERT", "REPLACE": ENO is FALSE if a text is cut, or if a place or a number
+/// of characters is none of the text.
+#[test]
+fn functions_of_texts() {
+    let sections: Sections = &[
+        ("Input", "n : Int"),
+        ("Output", "len : Int; at : Int; same : Bool; ok : Bool; left : Bool; mid : Bool"),
+        ("Static", "s : String[10] := 'abcdef'; t : String[8]; u : String[8]; v : String[20]"),
+    ];
+    let string = of_type("SrcType", "String");
+    let text = |text: &str| From::Constant("String", format!("'{text}'"));
+    let mut net = Net::new("");
+    let mut boxed = |part: &str, pins: &[(&str, From)], output: &str, flow: Option<&str>| {
+        let pins: Vec<(&str, From)> = [("en", From::Rail)].into_iter().chain(pins.iter().cloned()).collect();
+        let uid = net.part(part, &string, &pins);
+        net.write(uid, "OUT", local(output));
+        if let Some(name) = flow {
+            coil(&mut net, name, From::Pin(uid, "eno"));
+        }
+    };
+    boxed("LEFT", &[("IN", local("s")), ("L", local("n"))], "t", Some("left"));
+    boxed("MID", &[("IN", local("s")), ("L", int(2)), ("P", local("n"))], "u", Some("mid"));
+    boxed("CONCAT", &[("IN1", local("t")), ("IN2", text("xyz")), ("IN3", local("u"))], "t", Some("ok"));
+    boxed("LEN", &[("IN", local("t"))], "len", None);
+    boxed("FIND", &[("IN1", local("t")), ("IN2", text("y"))], "at", None);
+    boxed("REPLACE", &[("IN1", local("s")), ("IN2", text("-")), ("L", int(3)), ("P", int(2))], "v", None);
+    boxed("DELETE", &[("IN", local("v")), ("L", int(1)), ("P", int(1))], "v", None);
+    boxed("INSERT", &[("IN1", local("v")), ("IN2", text("Z")), ("P", int(3))], "v", None);
+    let equal = net.part("Eq", &string, &[("pre", From::Rail), ("in1", local("v")), ("in2", text("-efZ"))]);
+    coil(&mut net, "same", From::Pin(equal, "out"));
+    let with_eno = "{ S7_GenerateENO := \"TRUE\" }";
+    let rungs = format!(
+        "RUNG wire#powerrail {with_eno} LEFT( in := #s, l := #n, out => #t ) Coil( #left ) END_RUNG
+         RUNG wire#powerrail {with_eno} MID( in := #s, l := 2, p := #n, out => #u ) Coil( #mid ) END_RUNG
+         RUNG wire#powerrail {with_eno} CONCAT( in1 := #t, in2 := 'xyz', in3 := #u, out => #t ) Coil( #ok ) END_RUNG
+         RUNG wire#powerrail LEN( in := #t, out => #len ) FIND( in1 := #t, in2 := 'y', out => #at ) END_RUNG
+         RUNG wire#powerrail REPLACE( in1 := #s, in2 := '-', l := 3, p := 2, out => #v ) DELETE( in := #v, l := 1, p := 1, out => #v )
+         INSERT( in1 := #v, in2 := 'Z', p := 3, out => #v ) END_RUNG
+         RUNG wire#powerrail {{ S7_Templates := \"SrcType := String\" }} Eq_Contact( in1 := #v, in2 := '-efZ' ) Coil( #same ) END_RUNG"
+    );
+    // `abc` + `xyz` + `cd` are 8 characters, `abcd` + `xyz` + `de` are 9.
+    tape(
+        both(sections, vec![net], &[&rungs], ""),
+        ["n"],
+        ["left", "mid", "ok", "len", "at", "same"],
+        &[([3], [1, 1, 1, 8, 5, 1]), ([4], [1, 1, 0, 8, 6, 1]), ([-1], [0, 0, 1, 3, 2, 1])],
+    );
+}
+
+/// "MOVE_BLK: Move block", "FILL_BLK: Fill block".
+#[test]
+fn blocks_of_memory() {
+    let sections: Sections = &[
+        ("Input", "f : Bool"),
+        ("Output", "y : Int; z : Int; done : Bool"),
+        ("Static", "from : Array[0..4] of Int; to : Array[0..4] of Int"),
+    ];
+    let mut net = Net::new("");
+    let flow = super::contact(&mut net, "f");
+    let fill = net.part("FillBlockI", "", &[("en", flow), ("in", int(7)), ("count", int(2))]);
+    net.write(fill, "out", local("from[1]"));
+    let copy =
+        net.part("MoveBlockI", "", &[("en", From::Pin(fill, "eno")), ("in", local("from[0]")), ("count", int(3))]);
+    net.write(copy, "out", local("to[2]"));
+    coil(&mut net, "done", From::Pin(copy, "eno"));
+    for (from, to) in [("to[2]", "y"), ("to[3]", "z")] {
+        let copy = net.part("Move", "", &[("en", From::Rail), ("in", local(from))]);
+        net.write(copy, "out1", local(to));
+    }
+    let rungs = "RUNG wire#powerrail Contact( #f ) Fill_Blk( in := 7, count := 2, out => #from[1] )
+        Move_Blk( in := #from[0], count := 3, out => #to[2] ) Coil( #done ) END_RUNG
+        RUNG wire#powerrail Move( in := #to[2], out1 => #y ) Move( in := #to[3], out1 => #z ) END_RUNG";
+    tape(both(sections, vec![net], &[rungs], ""), ["f"], ["y", "z", "done"], &[([0], [0, 0, 0]), ([1], [0, 7, 1])]);
+}
+
+/// "T_ADD: Add times", "T_SUB: Subtract times": ENO is FALSE if the sum is no TIME.
+#[test]
+fn times() {
+    let sections: Sections = &[("Input", "t : Time"), ("Output", "y : Time; ok : Bool; z : Time")];
+    let types = of_type("SrcType", "Time");
+    let mut net = Net::new("");
+    let add = net.part("T_ADD", &types, &[("en", From::Rail), ("IN1", local("t")), ("IN2", typed("T#1s"))]);
+    net.write(add, "OUT", local("y"));
+    coil(&mut net, "ok", From::Pin(add, "eno"));
+    let sub = net.part("T_SUB", &types, &[("en", From::Rail), ("IN1", local("t")), ("IN2", typed("T#1s"))]);
+    net.write(sub, "OUT", local("z"));
+    let rungs = "RUNG wire#powerrail { S7_GenerateENO := \"TRUE\" } T_ADD( in1 := #t, in2 := T#1s, out => #y ) Coil( #ok ) END_RUNG
+        RUNG wire#powerrail T_SUB( in1 := #t, in2 := T#1s, out => #z ) END_RUNG";
+    tape(
+        both(sections, vec![net], &[rungs], ""),
+        ["t"],
+        ["y", "ok", "z"],
+        &[([500], [1500, 1, -500]), ([2147483647], [-2147482649, 0, 2147482647])],
+    );
+}
