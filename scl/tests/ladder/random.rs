@@ -147,7 +147,11 @@ fn network(random: &mut Random, number: usize) -> Vec<Element> {
             _ => Kind::Call(random.below(2) as usize, read(random), value(random), truth(random)),
         };
         let is_last = random.once_in(8);
-        let place = if is_last { 1000 + random.below(1000) } else { at as u64 };
+        let mut place = if is_last { 1000 + random.below(1000) } else { at as u64 };
+        // A document has no element where wires meet: nothing is done earlier for it.
+        if let Kind::Or(flows) = &kind {
+            place = flows.iter().flatten().map(|of| elements[*of].place).fold(place, u64::max);
+        }
         elements.push(Element { kind, flow: from, place });
     }
     if number + 1 < NETWORKS && random.once_in(3) {
