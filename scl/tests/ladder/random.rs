@@ -1,5 +1,5 @@
-//! Random networks, written as LAD and as FBD in SimaticML, as a document of SIMATIC SD, and as SCL by a writer that shares nothing
-//! with the product: equal bits of all variables in each call. What `plcfmu show` prints of them gives the same bits, too.
+//! Random networks, written as LAD and as FBD in SimaticML and in SIMATIC SD, and as SCL by a writer that shares nothing with the
+//! product: equal bits of all variables in each call. What `plcfmu show` prints of them gives the same bits, too.
 //!
 //! `LADDER_NETWORKS=100000 cargo test --release -p scl --test ladder random` makes more.
 
@@ -198,7 +198,8 @@ fn random_networks_give_the_same_bits_in_every_language() {
             ("LAD", Ran::from_compiled(lad)),
             ("FBD", Ran::from_compiled(of("b.xml", drawing::document(&networks, "FBD")))),
             ("SCL", Ran::from_compiled(of("b.scl", scl.clone()))),
-            ("SD", Ran::from_compiled(of("b.s7dcl", document::document(&networks)))),
+            ("LAD in SD", Ran::from_compiled(of("b.s7dcl", document::document(&networks, "LAD")))),
+            ("FBD in SD", Ran::from_compiled(of("b.s7dcl", document::document(&networks, "FBD")))),
             ("shown", Ran::new(&[("shown.scl", shown.clone())])),
         ];
         for call in 0..CALLS {
