@@ -326,6 +326,23 @@ fn jumps() {
     );
 }
 
+/// "JMP: Jump if RLO = 1" in FBD: without an input it jumps in each call.
+#[test]
+fn a_jump_without_an_input() {
+    let mut one = Net::new("");
+    let jump = one.part("Jump", "", &[]);
+    one.jump_to(jump, "far");
+    let mut two = Net::new("");
+    two.part("Coil", "", &[("in", xml::typed("TRUE")), ("operand", local("y"))]);
+    let mut three = Net::new("");
+    three.label("far");
+    three.part("Coil", "", &[("in", xml::typed("TRUE")), ("operand", local("z"))]);
+    let sections: Sections = &[("Output", "y : Bool; z : Bool")];
+    let mut ran = Ran::new(&[("b.xml", xml::block("FB", "B", sections, vec![one, two, three], "FBD"))]);
+    ran.call();
+    assert_eq!([ran.get("y"), ran.get("z")], [0, 1]);
+}
+
 /// "RET: Return": ENO of the block has the value of the operand; without a return it is TRUE.
 #[test]
 fn a_return_with_a_value_sets_eno_of_the_block() {
