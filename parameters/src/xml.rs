@@ -153,11 +153,12 @@ fn element(tag: &BytesStart, span: Range<usize>) -> Result<Element, (usize, Stri
 fn add(open: &mut [Element], text: &str, span: Range<usize>) -> Result<(), (usize, String)> {
     match open.last_mut() {
         Some(element) => {
-            if element.text.trim().is_empty() {
-                let before = text.len() - text.trim_start().len();
-                element.text_span = span.start + before..span.end;
+            // White space before the text is none of it: in a large file there is some before each element.
+            let own = if element.text.is_empty() { text.trim_start() } else { text };
+            if element.text.is_empty() {
+                element.text_span = span.start + (text.len() - own.len())..span.end;
             }
-            element.text.push_str(text);
+            element.text.push_str(own);
             Ok(())
         }
         None if text.trim().is_empty() => Ok(()),

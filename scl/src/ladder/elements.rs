@@ -267,3 +267,16 @@ pub const ROWS: &[Row] = &[
 pub fn named(name: &str) -> Option<&'static Row> {
     ROWS.iter().find(|row| row.names.iter().any(|own| own.eq_ignore_ascii_case(name)))
 }
+
+/// The pin by which the law of an element knows one of a document.
+pub fn pin_of(law: Option<Law>, pin: &str) -> &str {
+    match (law, pin) {
+        (Some(Law::Box(Formula::Call("LIMIT", ..), _)), "MIN") => "MN",
+        (Some(Law::Box(Formula::Call("LIMIT", ..), _)), "MAX") => "MX",
+        (Some(Law::FlipFlop(true)), "R1") => "R",
+        (Some(Law::FlipFlop(false)), "S1") => "S",
+        (Some(Law::Contact(_) | Law::Coil(_) | Law::Set(_)), "IN_OUT") => "OPERAND",
+        (Some(Law::Box(Formula::Step(_), _)), "IN_OUT" | "IN") => "OPERAND",
+        _ => pin,
+    }
+}

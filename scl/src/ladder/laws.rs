@@ -74,7 +74,7 @@ impl Lowerer<'_> {
             Law::System => self.instance(None, elements, number),
             Law::TimerCoil(_) | Law::TimerFunction(_) => self.timer_coil(law, elements, number),
             Law::Jump(is_if_true) => {
-                let flow = self.flow(element, &["IN"]);
+                let flow = self.flow(element, &["IN", "EN"]);
                 let flow = if is_if_true { flow } else { self.negated(flow, span) };
                 let Some(label) = &element.label else {
                     self.report.error(span, format!("{} has no label", element.name), Some("enter the label"));
@@ -89,7 +89,7 @@ impl Lowerer<'_> {
                 }
             }
             Law::Return(returned) => {
-                let flow = self.flow(element, &["IN"]);
+                let flow = self.flow(element, &["IN", "EN"]);
                 let value = match returned {
                     Returned::Unchanged if element.inputs.iter().any(|input| input.pin == "OPERAND") => {
                         self.operand(element, "OPERAND")

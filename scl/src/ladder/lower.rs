@@ -231,8 +231,8 @@ impl Lowerer<'_> {
         match pins.iter().find_map(|pin| self.input(element, pin)) {
             Some(value) => value,
             None => {
-                // A box without a wire at EN is executed; so are the comparisons of FBD.
-                if pins == ["IN"] {
+                // A box without a wire at EN is executed; so are the comparisons of FBD. What led to a coil may be told already.
+                if pins == ["IN"] || pins.first() == Some(&"IN") && !self.report.has_errors() {
                     let message = format!("{} has no flow: nothing is wired to its input", element.name);
                     self.report.error(element.span, message, Some("wire it, or delete it"));
                 }

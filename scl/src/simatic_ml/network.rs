@@ -1,7 +1,8 @@
 //! The networks of a block: graphs of LAD and FBD, statements of SCL.
 
 use super::{Reader, multilingual};
-use crate::ladder::{self, Call, Network, Owner, Parameter, Source, Way};
+use crate::ladder::elements::Law;
+use crate::ladder::{self, Call, Network, Owner, Parameter, Source, Way, elements};
 use crate::parser::may_set_eno;
 use crate::syntax::{ExpressionId, Name, Statement};
 use parameters::problem::quoted;
@@ -37,6 +38,9 @@ impl Reader<'_> {
             match content.name.as_str() {
                 "FlgNet" => {
                     self.graph(content, &mut network);
+                    if matches!(language, "FBD" | "F_FBD") {
+                        jump_always(&mut network);
+                    }
                     statements.extend(ladder::lower(&network, owner, &mut self.tree, self.report));
                     graphs.push(network);
                 }
@@ -214,8 +218,10 @@ impl Reader<'_> {
             match end.name.as_str() {
                 "NameCon" => match end.attribute("UId").and_then(|uid| nodes.get(uid)) {
                     Some(Node::Element(number)) => {
-                        let pin = end.attribute("Name").unwrap_or_default();
-                        network.elements[*number].connect(pin, source.clone());
+                        let element = &mut network.elements[*number];
+                        let law = elements::named(&element.name).map(|row| row.law).filter(|_| element.call.is_none());
+                        let pin = end.attribute("Name").unwrap_or_default().to_uppercase();
+                        element.connect(elements::pin_of(law, &pin), source.clone());
                     }
                     _ => self.unknown(end),
                 },
@@ -274,5 +280,14 @@ impl Reader<'_> {
         let uid = end.attribute("UId").unwrap_or_default();
         let message = format!("a wire goes to UId {}, which the network does not have", quoted(uid));
         self.report.error(self.span(end), message, Some("export the block again"));
+    }
+}
+
+/// A jump of FBD without an input is made in each call.
+fn jump_always(network: &mut Network) {
+    for element in network.elements.iter_mut().filter(|element| element.call.is_none() && element.inputs.is_empty()) {
+        if matches!(elements::named(&element.name).map(|row| row.law), Some(Law::Jump(_) | Law::Return(_))) {
+            element.connect("IN", Source::Rail);
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Rungs to the graph of a network.
 
 use super::rungs::{self, Connection, From, Rung, Step};
-use crate::ladder::elements::{self, Formula, Law};
+use crate::ladder::elements::{self, Law};
 use crate::ladder::{Call, Element, Network, Source};
 use crate::lexer::Span;
 use crate::parser::Parser;
@@ -176,7 +176,7 @@ impl Graph<'_, '_, '_> {
                     continue;
                 }
             };
-            let name = renamed(law, &name);
+            let name = elements::pin_of(law, &name);
             if matches!(law, Some(Law::Jump(_) | Law::Label)) {
                 self.label(number, &pin);
                 continue;
@@ -347,18 +347,5 @@ fn positions(law: Law) -> &'static [&'static str] {
         Law::FlipFlop(true) => &["S1"],
         Law::TimerCoil(_) | Law::TimerFunction(_) => &["TIMER", "PT"],
         _ => &["OPERAND"],
-    }
-}
-
-/// The pin of the graph for one of SD.
-fn renamed(law: Option<Law>, pin: &str) -> &str {
-    match (law, pin) {
-        (Some(Law::Box(Formula::Call("LIMIT", ..), _)), "MIN") => "MN",
-        (Some(Law::Box(Formula::Call("LIMIT", ..), _)), "MAX") => "MX",
-        (Some(Law::FlipFlop(true)), "R1") => "R",
-        (Some(Law::FlipFlop(false)), "S1") => "S",
-        (Some(Law::Contact(_) | Law::Coil(_) | Law::Set(_)), "IN_OUT") => "OPERAND",
-        (Some(Law::Box(Formula::Step(_), _)), "IN_OUT" | "IN") => "OPERAND",
-        _ => pin,
     }
 }

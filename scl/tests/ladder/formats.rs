@@ -203,6 +203,42 @@ fn instances_of_the_system() {
     );
 }
 
+/// "TON: Generate on-delay", "CTU: Count up": of LTIME and DINT, in the block and in data blocks that no file declares.
+#[test]
+fn timers_and_counters_of_other_types() {
+    let sections: Sections = &[
+        ("Input", "a : Bool"),
+        ("Output", "x : Bool; y : Bool; n : DInt; m : DInt; et : LTime"),
+        ("Static", "t : TON_LTIME; c : CTU_DINT"),
+    ];
+    let mut net = Net::new("");
+    let global = |name: &str, net: &mut Net| instance(name, net).replace("LocalVariable", "GlobalVariable");
+    for (is_own, timer, counter, output, count) in [(true, "t", "c", "x", "n"), (false, "T_DB", "C_DB", "y", "m")] {
+        let flow = contact(&mut net, "a");
+        let name = |name, net: &mut Net| if is_own { instance(name, net) } else { global(name, net) };
+        let inner = name(timer, &mut net) + &of_type("time_type", "LTime");
+        let uid = net.part("TON", &inner, &[("IN", flow.clone()), ("PT", xml::typed("LT#100ms"))]);
+        coil(&mut net, output, From::Pin(uid, "Q"));
+        if is_own {
+            net.write(uid, "ET", local("et"));
+        }
+        let inner = name(counter, &mut net) + &of_type("value_type", "DInt");
+        let uid = net.part("CTU", &inner, &[("CU", flow), ("R", xml::typed("BOOL#0")), ("PV", xml::int(70000))]);
+        net.write(uid, "CV", local(count));
+    }
+    let rungs = "RUNG wire#powerrail Contact( #a ) wire#w1 { S7_Templates := \"time_type := LTime\" } #t.TON( pt := LT#100ms, et => #et )
+        Coil( #x ) END_RUNG
+        RUNG wire#w1 { S7_Templates := \"value_type := DInt\" } #c.CTU( r := FALSE, pv := 70000, cv => #n ) END_RUNG
+        RUNG wire#w1 { S7_Templates := \"time_type := LTime\" } \"T_DB\".TON( pt := LT#100ms ) Coil( #y ) END_RUNG
+        RUNG wire#w1 { S7_Templates := \"value_type := DInt\" } \"C_DB\".CTU( r := FALSE, pv := 70000, cv => #m ) END_RUNG";
+    tape(
+        both(sections, vec![net], &[rungs], ""),
+        ["a"],
+        ["x", "y", "n", "m", "et"],
+        &[([1], [0, 0, 1, 1, 0]), ([1], [1, 1, 1, 1, 100_000_000]), ([0], [0, 0, 1, 1, 0])],
+    );
+}
+
 /// "SR: Set/reset flip-flop", "RS: Reset/set flip-flop": the input with the 1 wins.
 #[test]
 fn flip_flops() {
@@ -288,6 +324,23 @@ fn jumps() {
         ["n", "k"],
         &[([0], [0, 1]), ([1], [3, 2]), ([1], [4, 3]), ([0], [4, 4])],
     );
+}
+
+/// "JMP: Jump if RLO = 1" in FBD: without an input it jumps in each call.
+#[test]
+fn a_jump_without_an_input() {
+    let mut one = Net::new("");
+    let jump = one.part("Jump", "", &[]);
+    one.jump_to(jump, "far");
+    let mut two = Net::new("");
+    two.part("Coil", "", &[("in", xml::typed("TRUE")), ("operand", local("y"))]);
+    let mut three = Net::new("");
+    three.label("far");
+    three.part("Coil", "", &[("in", xml::typed("TRUE")), ("operand", local("z"))]);
+    let sections: Sections = &[("Output", "y : Bool; z : Bool")];
+    let mut ran = Ran::new(&[("b.xml", xml::block("FB", "B", sections, vec![one, two, three], "FBD"))]);
+    ran.call();
+    assert_eq!([ran.get("y"), ran.get("z")], [0, 1]);
 }
 
 /// "RET: Return": ENO of the block has the value of the operand; without a return it is TRUE.

@@ -211,6 +211,8 @@ fn choices() {
         "Int",
         &[([1, 5], [2, 1]), ([9, 5], [5, 1]), ([3, 5], [3, 1]), ([3, 1], [3, 0])],
     );
+    let named = system("Limit", &[("min", "Int 2"), ("in", "a"), ("max", "b")]);
+    gives(&named, int, "Int", &[([1, 5], [2, 1]), ([9, 5], [5, 1])]);
     gives(
         &system("SEL", &[("G", "a"), ("IN0", "b"), ("IN1", "Int 8")]),
         ["Bool", "Int"],

@@ -63,6 +63,13 @@ fn pins_that_an_element_does_not_have_and_inputs_that_are_open_are_told() {
         ("Gt", String::new(), vec![("in1", int(1))], "out", "Gt: Gt has no in2"),
         ("TON", String::new(), vec![("IN", local("a"))], "Q", "TON: TON has no instance"),
         (
+            "Coil",
+            String::new(),
+            vec![("operand", local("y"))],
+            "out",
+            "Coil #y: Coil has no flow: nothing is wired to its input",
+        ),
+        (
             "SBitfield",
             String::new(),
             vec![("en", local("a")), ("operand", local("y")), ("n", int(2))],
@@ -87,7 +94,11 @@ fn pins_that_an_element_does_not_have_and_inputs_that_are_open_are_told() {
     for (part, inner, pins, output, expected) in cases {
         let mut net = Net::new("");
         let uid = net.part(part, &inner, &pins);
-        net.write(uid, output, local(if matches!(part, "A" | "O" | "SBitfield" | "SCoil") { "y" } else { "k" }));
+        net.write(
+            uid,
+            output,
+            local(if matches!(part, "A" | "O" | "SBitfield" | "SCoil" | "Coil") { "y" } else { "k" }),
+        );
         let (message, line) = error("b.xml", xml::block("FB", "B", SECTIONS, vec![net], "FBD"));
         assert_eq!(message, format!("FB B, network 1: {expected}"));
         assert!(line.contains(&format!("<Part Name=\"{part}\"")), "{line}");

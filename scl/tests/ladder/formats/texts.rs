@@ -98,3 +98,26 @@ fn times() {
         &[([500], [1500, 1, -500]), ([2147483647], [-2147482649, 0, 2147482647])],
     );
 }
+
+/// "RD_LOC_T: Read local time", "BITSUM": a function that is no box of a formula gives its value at RET_VAL.
+#[test]
+fn functions_with_a_value() {
+    let sections: Sections =
+        &[("Input", "w : Word"), ("Output", "error : Int := 5; year : UInt; bits : Int"), ("Static", "now : DTL")];
+    let mut net = Net::new("");
+    let read = net.part("RD_LOC_T", &of_type("date_type", "DTL"), &[("en", From::Rail)]);
+    net.write(read, "RET_VAL", local("error"));
+    net.write(read, "OUT", local("now"));
+    let year = net.part("Move", "", &[("en", From::Pin(read, "eno")), ("in", local("now.YEAR"))]);
+    net.write(year, "out1", local("year"));
+    let sum = net.part("BITSUM", "", &[("en", From::Rail), ("IN", local("w"))]);
+    net.write(sum, "RET_VAL", local("bits"));
+    let rungs = "RUNG wire#powerrail RD_LOC_T( Ret_Val => #error, OUT => #now ) Move( in := #now.YEAR, out1 => #year )
+        BITSUM( in := #w, ret_val => #bits ) END_RUNG";
+    tape(
+        both(sections, vec![net], &[rungs], ""),
+        ["w"],
+        ["error", "year", "bits"],
+        &[([7], [0, 2000, 3]), ([0x8100], [0, 2000, 2])],
+    );
+}

@@ -14,13 +14,17 @@ fn value(of: &Number) -> String {
     }
 }
 
-fn wire(from: Flow) -> String {
-    from.map_or("wire#powerrail".to_string(), |at| format!("wire#f{at}"))
+fn wire(from: Flow, is_fbd: bool) -> String {
+    let rail = if is_fbd { "TRUE" } else { "wire#powerrail" };
+    from.map_or(rail.to_string(), |at| format!("wire#f{at}"))
 }
 
 /// An element as it stands in its rung, which ends with its wire unless one of its pins leads there.
-fn element(kind: &Kind, own: &str) -> (String, bool) {
+fn element(kind: &Kind, own: &str, is_fbd: bool) -> (String, bool) {
     let text = match kind {
+        Kind::Contact(name, is_negated) if is_fbd => {
+            format!("A( in2 := {}#{name} )", if *is_negated { "NOT " } else { "" })
+        }
         Kind::Contact(name, is_negated) => format!("{}Contact( #{name} )", if *is_negated { "I_" } else { "" }),
         Kind::Not => "Not()".to_string(),
         Kind::Edge(is_rising, name, bit) => {
@@ -36,7 +40,7 @@ fn element(kind: &Kind, own: &str) -> (String, bool) {
             format!("{}_Coil( operand => #{name}, bit := #m{bit} )", if *is_rising { "P" } else { "N" })
         }
         Kind::FlipFlop(is_set_dominant, name, other) => {
-            let other = other.map_or("TRUE".to_string(), |at| wire(Some(at)));
+            let other = wire(*other, true);
             if *is_set_dominant { format!("#{name}.S_RS( s1 := {other} )") } else { format!("#{name}.S_SR( {other} )") }
         }
         Kind::Timer(which, ms) => {
@@ -88,15 +92,16 @@ fn element(kind: &Kind, own: &str) -> (String, bool) {
     (text, true)
 }
 
-/// All networks as a document.
-pub fn document(networks: &[Vec<Element>]) -> String {
+/// All networks as a document in a language.
+pub fn document(networks: &[Vec<Element>], language: &str) -> String {
+    let is_fbd = language == "FBD";
     let mut all = format!(
-        "{{ S7_PreferredLanguage := \"LAD\" }}\nFUNCTION_BLOCK \"B\"\n{}VAR_TEMP truth : Bool; END_VAR\n",
+        "{{ S7_PreferredLanguage := \"{language}\" }}\nFUNCTION_BLOCK \"B\"\n{}VAR_TEMP truth : Bool; END_VAR\n",
         declarations()
     );
     let is_label = labels(networks);
     for (number, elements) in networks.iter().enumerate() {
-        all += "    { S7_Language := \"LAD\" }\n    NETWORK\n";
+        writeln!(all, "    {{ S7_Language := \"{language}\" }}\n    NETWORK").unwrap();
         if is_label[number] {
             writeln!(all, "Label( L{number} )").unwrap();
         }
@@ -104,14 +109,14 @@ pub fn document(networks: &[Vec<Element>]) -> String {
         places.sort_by_key(|at| elements[*at].place);
         for at in places {
             let Element { kind, flow, .. } = &elements[at];
-            let own = wire(Some(at));
+            let own = wire(Some(at), is_fbd);
             if let Kind::Or(flows) = kind {
-                flows.iter().for_each(|from| writeln!(all, "RUNG {} END_RUNG {own}", wire(*from)).unwrap());
+                flows.iter().for_each(|from| writeln!(all, "RUNG {} END_RUNG {own}", wire(*from, is_fbd)).unwrap());
                 continue;
             }
-            let (text, ends_there) = element(kind, &own);
+            let (text, ends_there) = element(kind, &own, is_fbd);
             let end = if ends_there { format!(" {own}") } else { String::new() };
-            writeln!(all, "RUNG {} {text}{end} END_RUNG", wire(*flow)).unwrap();
+            writeln!(all, "RUNG {} {text}{end} END_RUNG", wire(*flow, is_fbd)).unwrap();
         }
         all += "    END_NETWORK\n";
     }
