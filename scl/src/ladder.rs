@@ -148,6 +148,8 @@ pub struct Parameter {
     pub name: String,
     /// What it is.
     pub way: Way,
+    /// Its type, where the call says it.
+    pub of: Option<String>,
 }
 
 /// Which way a parameter goes.

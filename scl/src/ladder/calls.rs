@@ -180,8 +180,10 @@ impl Lowerer<'_> {
                         value = Some((temporary, Some(name)));
                         continue;
                     }
-                    // The type of an output is known where the block is.
-                    let of = if element.call.is_some() { None } else { Some(Elementary::Bool) };
+                    // What the call does not say of an output's type, the block does.
+                    let of = parameter(element, &pin).and_then(|parameter| parameter.of.as_ref());
+                    let of = of.and_then(|of| Elementary::named(&of.to_uppercase()));
+                    let of = if element.call.is_some() { of } else { Some(Elementary::Bool) };
                     self.push(StatementKind::Let(name, of, None), span);
                     arguments.retain(|(own, is_output, _)| !is_output || *own != pin);
                     arguments.push((pin, true, temporary));

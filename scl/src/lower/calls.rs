@@ -105,6 +105,7 @@ impl Lowerer<'_, '_> {
     fn arguments_of_wrong(&mut self, arguments: &[Argument]) {
         for argument in arguments {
             if argument.is_output {
+                self.declare_for(argument.value, &Type::Elementary(Elementary::Bool));
                 self.target(argument.value);
             } else {
                 self.operand(argument.value, None);
@@ -129,6 +130,7 @@ impl Lowerer<'_, '_> {
     /// What an argument tells of its parameter.
     fn actual(&mut self, argument: &Argument, is_enabling: bool) -> Option<String> {
         if argument.is_output {
+            self.declare_for(argument.value, &Type::Elementary(Elementary::Bool));
             return match self.path(argument.value) {
                 Path::Variable(variable) => {
                     self.use_view(&variable, true);

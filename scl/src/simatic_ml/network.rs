@@ -174,6 +174,7 @@ impl Reader<'_> {
                 "Return" => Way::Value,
                 _ => Way::Input,
             },
+            of: parameter.attribute("Type").map(str::to_string),
         });
         let is_function = instance.is_none();
         element.call = Some(Call { is_function, parameters: parameters.collect() });

@@ -100,3 +100,24 @@ fn an_open_input_of_a_function_is_an_error() {
         assert!(message.starts_with("FB B, network 1") && message.ends_with("Split is called without x"), "{message}");
     }
 }
+
+/// The message is about the block alone, not about the wires at its outputs.
+#[test]
+fn a_function_that_no_source_declares() {
+    let mut net = Net::new("");
+    let parameters = "<Parameter Name=\"x\" Section=\"Input\" Type=\"Int\" /><Parameter Name=\"odd\" Section=\"Output\" Type=\"Bool\" />";
+    let call = net.call("FC", "Nowhere", parameters, &[("en", From::Rail), ("x", xml::int(1))]);
+    coil(&mut net, "y", From::Pin(call, "odd"));
+    let sections: Sections = &[("Output", "y : Bool")];
+    let rungs = "RUNG wire#powerrail \"Nowhere\"( x := 1, odd => wire#w1 ) END_RUNG RUNG wire#w1 Coil( #y ) END_RUNG";
+    for (name, text) in
+        [("b.xml", xml::block("FB", "B", sections, vec![net], "LAD")), ("b.s7dcl", document(sections, &[rungs]))]
+    {
+        let errors = compiled(&[(name, text)]).unwrap_err();
+        let messages: Vec<&str> = errors[0].problems.iter().map(|problem| problem.message.as_str()).collect();
+        assert!(
+            messages.len() == 1 && messages[0].contains("no source declares the function \"Nowhere\""),
+            "{messages:?}"
+        );
+    }
+}
