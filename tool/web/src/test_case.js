@@ -111,7 +111,7 @@ async function observed(loop) {
   const own = cycle ? number(loop.settings[cycle]?.sent) : state.step;
   if (Math.abs(own - state.step) > 1e-9)
     throw new EngineError(
-      `The run's step is ${state.step} s, and ${loop.name} is called every ${own} s: a test has one call in each step.`,
+      `The run's step is ${state.step} s, and ${loop.name} is called every ${own} s: in a test, each step is a cycle of the program.`,
     );
   const all = variables.filter((one) => isTestable(one) && one.name !== cycle);
   const isForced = (/** @type {Variable} */ { name }) => forcedSpans(fullName(loop, name)).length > 0;

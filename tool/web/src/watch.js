@@ -194,7 +194,7 @@ function row(loop, { name, member, variable }) {
     ),
     value,
     element("td", { class: "faint" }, unitText(variable.unit)),
-    element("td", { class: "row" }, field, setting, holding, releasing),
+    element("td", {}, element("div", { class: "row" }, field, setting, holding, releasing)),
     element(
       "td",
       {},

@@ -12,6 +12,7 @@
  * @property {Write} write
  * @property {string} file
  * @property {number} source the number of its source
+ * @property {string} text of its source
  * @property {string} prefix of the instance in which it stands
  *
  * @typedef {object} Call what is known of a call
@@ -181,7 +182,7 @@ function writesOf(compiled, own) {
           write,
           prefix,
           source: block.file,
-          file: compiled.sources[block.file].file,
+          ...compiled.sources[block.file],
           path: plain(prefix + write.path),
         };
       }),
@@ -204,7 +205,8 @@ function writesOf(compiled, own) {
  * @param {Call} at
  * @param {string} title
  */
-function statement(loop, member, { write, file, prefix }, at, title) {
+function statement(loop, member, of, at, title) {
+  const { write, file, prefix } = of;
   const reads = (/** @type {Named[]} */ names) => operands(loop, member, prefix, names, at);
   const line = (/** @type {number} */ line, /** @type {string} */ text) =>
     element(
@@ -221,10 +223,21 @@ function statement(loop, member, { write, file, prefix }, at, title) {
       "ul",
       {},
       write.guards.map((guard) =>
-        element("li", {}, guard.is_negated ? "if not " : "if ", line(guard.line, guard.text), " ", reads(guard.reads)),
+        element("li", {}, wordOf(guard, of), line(guard.line, guard.text), " ", reads(guard.reads)),
       ),
     ),
   );
+}
+
+/**
+ * What a condition is: of a CASE it is a value with a label, and no truth.
+ *
+ * @param {import("./messages").Guard} guard
+ * @param {Found} of
+ */
+function wordOf({ line, is_negated: isNegated }, { text }) {
+  if (/\bCASE\b/i.test(text.split(/\r\n|\n|\r/)[line - 1] ?? "")) return "in the CASE of ";
+  return isNegated ? "if not " : "if ";
 }
 
 /**
