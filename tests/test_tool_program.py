@@ -87,7 +87,7 @@ def test_one_drop_and_one_click_lead_from_a_source_to_a_curve_with_the_bits_of_p
     page.get_by_role("button", name="Run", exact=True).click()
     wait_for_calls(page, 3)
     page.get_by_role("button", name="Pause").click()
-    page.locator("#curves canvas").first.wait_for()
+    page.locator(".timing-plot").first.wait_for()
     calls = made(page)
     _, table = saved(page, "CSV of everything")
     shown = recorded(table.decode())
@@ -197,7 +197,7 @@ def test_several_sources_are_one_program_and_the_block_that_runs_is_chosen(open_
     types = "TYPE \"Limits\" STRUCT low : Real := 1.0; END_STRUCT; END_TYPE"
     user = COUNTER.replace("VAR a :", "VAR limits : \"Limits\"; a :")
     drop(page, ("limits.udt", types), ("counter.scl", user + COUNTER.replace('"Counter"', '"Other"')))
-    page.get_by_role("button", name="Run Other").click()
+    page.get_by_role("button", name="Run Other", exact=True).click()
     page.locator("#what").get_by_text("Other", exact=True).first.wait_for()
     page.get_by_role("button", name="One cycle").click()
     wait_for_calls(page, 1)
@@ -326,7 +326,7 @@ def test_a_word_is_shown_in_hexadecimal_and_a_function_has_no_values_of_another_
     fault = line(page, row("#fault := #faultCode <> 16#0"))
     fault.scroll_into_view_if_needed()
     fault.locator(".values").get_by_text("16#0001").wait_for()
-    page.locator("#curves .readout").get_by_text("16#0001").wait_for()
+    page.locator('.timing [data-signal="TankFilling.faultCode"]').get_by_text("16#0001").wait_for()
     # Its inputs are those of a call that is over; TankFilling has variables of the same names.
     function = line(page, row("#Interlock := #eStopOk"))
     function.scroll_into_view_if_needed()

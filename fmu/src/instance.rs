@@ -9,7 +9,7 @@ use crate::session::{Reached, Session};
 use crate::state::{Function, State};
 use crate::texts;
 use blocks::table::fingerprint::checksum;
-use blocks::{Role, Row, Stored, Table};
+use blocks::{Role, Row, Stored, Table, Value};
 
 /// One instance. A clone is a saved state.
 #[derive(Clone, Debug)]
@@ -218,6 +218,11 @@ impl<B: Cyclic> Instance<B> {
             }
         }
         Ok(())
+    }
+
+    /// Writes a variable by its row, whatever its role and whatever state this is in.
+    pub fn overwrite(&mut self, row: usize, value: Value) {
+        self.session.block.set(row, value);
     }
 
     pub(crate) fn may_set(&self, role: Role) -> bool {

@@ -71,6 +71,17 @@ pub struct Written {
     pub seen: Vec<f64>,
 }
 
+/// How a variable is written that the FMU computes itself, or that is connected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Force {
+    /// Now.
+    Once(f64),
+    /// Before and after each step from now on.
+    Always(f64),
+    /// No longer.
+    Release,
+}
+
 /// What a run needs of an instance of an FMU.
 pub trait Component {
     /// Start of the simulation in seconds, and its end if that is known.
@@ -98,6 +109,13 @@ pub trait Component {
     /// # Errors
     /// The FMU refuses.
     fn write(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()>;
+    /// Writes a variable whatever it is, which no FMU allows through its interface.
+    ///
+    /// # Errors
+    /// There is nothing but the interface.
+    fn force(&mut self, _reference: u32, _how: Force) -> Result<()> {
+        bail!("only variables of blocks and programs that run without an FMU can be forced")
+    }
     /// Steps from `time` to `time + size`, in seconds.
     ///
     /// # Errors
@@ -171,6 +189,7 @@ macro_rules! forward_component {
             exit_initialization()
             read(kind: $crate::component::Type, references: &[u32], values: &mut [f64])
             write(kind: $crate::component::Type, references: &[u32], values: &[f64])
+            force(reference: u32, how: $crate::component::Force)
             step(time: f64, size: f64)
             enter_events()
             leave_events()

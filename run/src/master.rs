@@ -27,7 +27,7 @@
 mod abreast;
 mod events;
 
-use crate::component::{Component, Read, Reset, Terminated, Type, Wiring, Written};
+use crate::component::{Component, Force, Read, Reset, Terminated, Type, Wiring, Written};
 use crate::plan::{Assignment, Column, MemberPlan, Plan, ROUNDING};
 use crate::system::Exchange;
 use anyhow::{Context, Result, bail};
@@ -522,6 +522,14 @@ impl<C: Component> Run<C> {
         let of = &mut self.members[member];
         of.pending.push(assignment);
         of.next = f64::NEG_INFINITY;
+    }
+
+    /// Writes a variable of a member whatever it is.
+    ///
+    /// # Errors
+    /// The member does not allow it.
+    pub fn force(&mut self, member: usize, reference: u32, how: Force) -> Result<()> {
+        self.members[member].component.force(reference, how)
     }
 
     /// How many steps have been made.

@@ -29,6 +29,8 @@ pub struct Watched {
     pub names: Vec<Named>,
     /// Its calls of instances.
     pub calls: Vec<Called>,
+    /// What gives variables their values, in the order of the text.
+    pub writes: Vec<Write>,
     /// Its temporaries: the name, and the type as it is written.
     pub temps: Vec<(String, String)>,
     /// Its constants: the name, and the value as it is written.
@@ -44,6 +46,36 @@ pub struct Named {
     pub path: String,
     /// Whether it is a variable that all blocks see, `"DB".x`. One without quotation marks and `#` may be either.
     pub is_global: bool,
+}
+
+/// A statement that gives a variable its value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Write {
+    /// The variable; of a call the instance, whose members it writes.
+    pub path: String,
+    /// Whether it is a variable that all blocks see.
+    pub is_global: bool,
+    /// Its first line, from 1.
+    pub line: usize,
+    /// Its text.
+    pub text: String,
+    /// The variables that the value is made of.
+    pub reads: Vec<Named>,
+    /// The conditions under which it runs, the outermost first.
+    pub guards: Vec<Guard>,
+}
+
+/// A condition.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Guard {
+    /// Its line, from 1.
+    pub line: usize,
+    /// Its text.
+    pub text: String,
+    /// Whether what it guards runs if it is FALSE.
+    pub is_negated: bool,
+    /// The variables that it names.
+    pub reads: Vec<Named>,
 }
 
 /// A call of an instance.
@@ -75,7 +107,8 @@ pub fn watched(sources: &[Source]) -> Vec<Watched> {
             if matches!(block.kind, BlockKind::Type | BlockKind::DataBlock) {
                 continue;
             }
-            let mut reader = Reader { source, expressions: &tree.expressions, found: start(file, source, block) };
+            let (begun, guards) = (start(file, source, block), Vec::new());
+            let mut reader = Reader { source, expressions: &tree.expressions, found: begun, guards };
             reader.statements(&block.body);
             found.push(reader.found);
         }
@@ -123,6 +156,8 @@ struct Reader<'a> {
     source: &'a Source,
     expressions: &'a Expressions,
     found: Watched,
+    /// The conditions of the statement that is read.
+    guards: Vec<Guard>,
 }
 
 impl Reader<'_> {
@@ -136,22 +171,34 @@ impl Reader<'_> {
                 StatementKind::Assign(targets, value) => {
                     targets.iter().for_each(|(target, _)| self.expression(*target));
                     self.expression(*value);
+                    self.assignment(targets.iter().map(|(target, operator)| (*target, operator.is_some())), *value);
                 }
                 StatementKind::Call(call) => match &self.expressions[*call].kind {
-                    ExpressionKind::Call(callee, arguments) => self.call(self.path(*callee), arguments),
+                    ExpressionKind::Call(callee, arguments) => {
+                        let instance = self.path(*callee);
+                        self.call(instance.clone(), arguments);
+                        self.writes_of_call(*call, instance, arguments);
+                    }
                     _ => self.expression(*call),
                 },
                 StatementKind::If(arms, rest) => {
+                    let outer = self.guards.len();
                     for (condition, body) in arms {
                         self.expression(*condition);
+                        self.guard(*condition);
                         self.statements(body);
+                        // What follows runs if it is FALSE.
+                        self.guards.last_mut().into_iter().for_each(|guard| guard.is_negated = true);
                     }
                     self.statements(rest);
+                    self.guards.truncate(outer);
                 }
                 StatementKind::Case(selector, arms, rest) => {
                     self.expression(*selector);
+                    self.guard(*selector);
                     arms.iter().for_each(|(_, body)| self.statements(body));
                     self.statements(rest);
+                    self.guards.pop();
                 }
                 StatementKind::For(variable, [first, last], step, body) => {
                     [variable, first, last].into_iter().chain(step).for_each(|of| self.expression(*of));
@@ -159,7 +206,9 @@ impl Reader<'_> {
                 }
                 StatementKind::While(condition, body) => {
                     self.expression(*condition);
+                    self.guard(*condition);
                     self.statements(body);
+                    self.guards.pop();
                 }
                 StatementKind::Repeat(body, condition) => {
                     self.statements(body);
@@ -174,6 +223,64 @@ impl Reader<'_> {
                 | StatementKind::Comment(_) => {}
             }
         }
+    }
+
+    fn text(&self, from: Span, to: Span) -> String {
+        self.source.text.get(from.start as usize..to.end as usize).unwrap_or_default().to_string()
+    }
+
+    /// The variables of expressions, which are noted elsewhere.
+    fn reads(&mut self, of: impl IntoIterator<Item = ExpressionId>) -> Vec<Named> {
+        let noted = std::mem::take(&mut self.found.names);
+        of.into_iter().for_each(|id| self.expression(id));
+        std::mem::replace(&mut self.found.names, noted)
+    }
+
+    /// What follows runs under a condition.
+    fn guard(&mut self, condition: ExpressionId) {
+        let span = self.expressions[condition].span;
+        let reads = self.reads([condition]);
+        self.guards.push(Guard { line: self.line(span), text: self.text(span, span), is_negated: false, reads });
+    }
+
+    /// `a := b += c`; behind the operator `+=` the target is read, too.
+    fn assignment(&mut self, targets: impl Iterator<Item = (ExpressionId, bool)> + Clone, value: ExpressionId) {
+        let of_targets = targets.clone().filter(|(_, is_read)| *is_read).map(|(target, _)| target);
+        let reads = self.reads(of_targets.chain([value]));
+        for (target, _) in targets {
+            if let Some((path, is_global)) = self.path(target) {
+                let span = self.expressions[target].span;
+                let text = self.text(span, self.expressions[value].span);
+                self.write(path, is_global, span, text, reads.clone());
+            }
+        }
+    }
+
+    /// A call writes the members of its instance, and what its outputs go to.
+    fn writes_of_call(&mut self, call: ExpressionId, instance: Option<(String, bool)>, arguments: &[Argument]) {
+        let reads = self.reads(arguments.iter().filter(|of| !of.is_output).map(|of| of.value));
+        let span = self.expressions[call].span;
+        let text = self.text(span, span);
+        for argument in arguments.iter().filter(|of| of.is_output) {
+            let formal = argument.name.as_ref().map(|name| name.text.as_str()).unwrap_or_default();
+            let of_instance = instance.as_ref().map(|(instance, is_global)| Named {
+                line: self.line(argument.span),
+                path: format!("{instance}.{formal}"),
+                is_global: *is_global,
+            });
+            if let Some((path, is_global)) = self.path(argument.value) {
+                let reads = of_instance.map_or_else(|| reads.clone(), |member| vec![member]);
+                self.write(path, is_global, argument.span, text.clone(), reads);
+            }
+        }
+        if let Some((path, is_global)) = instance {
+            self.write(path, is_global, span, text, reads);
+        }
+    }
+
+    fn write(&mut self, path: String, is_global: bool, span: Span, text: String, reads: Vec<Named>) {
+        let line = self.line(span);
+        self.found.writes.push(Write { path, is_global, line, text, reads, guards: self.guards.clone() });
     }
 
     /// Notes the variables of an expression. Expressions are at most as deep as the parser allows.
@@ -298,6 +405,44 @@ END_FUNCTION_BLOCK";
         assert_eq!(pump.calls[0], Called { instance: "t".into(), arguments });
         assert_eq!(pump.temps, [("i".to_string(), "INT".to_string())]);
         assert_eq!(pump.constants, [("CYCLE".to_string(), "T#1s".to_string())]);
+    }
+
+    #[test]
+    fn each_write_has_what_it_reads_and_the_conditions_under_which_it_runs() {
+        let source = "FUNCTION_BLOCK \"Valve\"
+VAR_INPUT a : Bool; b : Int; END_VAR VAR_OUTPUT open : Bool; n : Int; END_VAR VAR t : TON_TIME; END_VAR
+BEGIN
+  IF #a AND NOT #t.Q THEN
+    #open := TRUE;
+  ELSIF #b > 3 THEN
+    CASE #b OF
+      4: #n += #b;
+    END_CASE;
+  ELSE
+    #t(IN := #a, PT := T#1s, Q => #open);
+  END_IF;
+END_FUNCTION_BLOCK";
+        let found = watched(&[Source::new("valve.scl", source.into())]);
+        let names = |of: &[Named]| of.iter().map(|named| named.path.clone()).collect::<Vec<_>>().join(" ");
+        let guard = |of: &Guard| format!("{}{}", if of.is_negated { "NOT " } else { "" }, of.text);
+        let written: Vec<_> = found[0]
+            .writes
+            .iter()
+            .map(|of| {
+                let guards: Vec<_> = of.guards.iter().map(guard).collect();
+                format!("{} {}: {} | {} | {}", of.line, of.path, of.text, names(&of.reads), guards.join(", "))
+            })
+            .collect();
+        assert_eq!(
+            written,
+            [
+                "5 open: #open := TRUE | TRUE | #a AND NOT #t.Q",
+                "8 n: #n += #b | n b | NOT #a AND NOT #t.Q, #b > 3, #b",
+                "11 open: #t(IN := #a, PT := T#1s, Q => #open) | t.Q | NOT #a AND NOT #t.Q, NOT #b > 3",
+                "11 t: #t(IN := #a, PT := T#1s, Q => #open) | a | NOT #a AND NOT #t.Q, NOT #b > 3",
+            ]
+        );
+        assert_eq!(names(&found[0].writes[0].guards[0].reads), "a t.Q");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use crate::chain::begin_at_the_plant;
 use crate::describe::{as_loop, opened, stimuli_of_block};
 use crate::home::Home;
-use crate::message::{FiguresRequest, Loop, Member, ReadFile};
+use crate::message::{Act, FiguresRequest, Loop, Member, ReadFile};
 use crate::report::{self, Report, ReportedRun, Tuning};
 use crate::session::{Record, Session};
 use crate::signals;
@@ -267,6 +267,16 @@ fn description(home: &dyn Home, record: &Record) -> Result<(String, Vec<String>)
     }
     if calls == 0 {
         bail!("the run has made no call: make one at least, and take it away then");
+    }
+    if let Some(forced) = record.done().iter().find(|done| done.act != Act::Set && done.call < calls) {
+        calls = forced.call;
+        let (name, time) = (&record.columns()[forced.column].name, record.time(calls));
+        if calls == 0 {
+            bail!("{name} is forced from the beginning, which a description cannot do: release it, and run again");
+        }
+        remarks.push(format!(
+            "It ends at call {calls} ({time:?} s), when {name} was written: a description sets inputs and parameters only."
+        ));
     }
     let system = system(home, record, calls);
     for program in system.programs.values() {

@@ -2,7 +2,8 @@
 //! instance behind one, and what it says has the same words.
 
 use anyhow::{Context, Result, anyhow, ensure};
-use blocks::{Block, Role};
+use blocks::table::number::to_value;
+use blocks::{Block, Role, Value};
 use fmu::abreast;
 use fmu::component::{self, Fresh, Origin};
 use fmu::cyclic::{Cyclic, Reader, Writer};
@@ -12,7 +13,7 @@ use fmu::state::Function;
 use fmu::table::Fingerprint;
 use fmu::v2::value::Boolean;
 use fmu::v2::{Fmi2, status_name};
-use run::component::{Abreast, Component, Reset, Type, Wiring};
+use run::component::{Abreast, Component, Force, Reset, Type, Wiring};
 use std::any::Any;
 use std::ffi::c_int;
 use std::iter;
@@ -26,6 +27,8 @@ pub struct Instance<B> {
     /// Integers and Booleans on their way; kept, so that a step allocates nothing.
     integers: Vec<c_int>,
     booleans: Vec<Boolean>,
+    /// The rows that are forced, with their values.
+    forced: Vec<(usize, Value)>,
 }
 
 impl<B: Block> Instance<B> {
@@ -49,7 +52,7 @@ impl<B: Cyclic> Instance<B> {
             "{name:?} is empty or contains a NUL: give the instance a name"
         );
         let component = component::Component::new(origin, true);
-        Ok(Instance { component, integers: Vec::new(), booleans: Vec::new() })
+        Ok(Instance { component, integers: Vec::new(), booleans: Vec::new(), forced: Vec::new() })
     }
 
     /// What it calls, with its present values.
@@ -80,6 +83,14 @@ impl<B: Cyclic> Instance<B> {
     fn make_ordinary_step(&mut self, time: f64, size: f64) -> bool {
         let instance = &mut self.component.instance;
         instance.allows_ordinary(&Function::fmi2DoStep) && instance.make_ordinary_step(time, size)
+    }
+
+    /// Writes what is forced.
+    #[inline]
+    fn hold(&mut self) {
+        for (row, value) in &self.forced {
+            self.component.instance.overwrite(*row, *value);
+        }
     }
 
     /// Reads variables, in the ordinary case and in any.
@@ -183,12 +194,32 @@ impl<B: Cyclic> Component for Instance<B> {
         done
     }
 
-    fn step(&mut self, time: f64, size: f64) -> Result<()> {
-        if self.make_ordinary_step(time, size) {
-            return Ok(());
+    fn force(&mut self, reference: u32, how: Force) -> Result<()> {
+        let row = reference as usize;
+        let kind = self.block().table().rows.get(row).context("there is no such variable")?.kind;
+        let value = |number| to_value(number, kind).map_err(|range| anyhow!("{number:?}: {range}"));
+        match how {
+            Force::Once(number) => self.component.instance.overwrite(row, value(number)?),
+            Force::Always(number) => {
+                let value = value(number)?;
+                self.forced.retain(|(other, _)| *other != row);
+                self.forced.push((row, value));
+            }
+            Force::Release => self.forced.retain(|(other, _)| *other != row),
         }
-        self.call(&Function::fmi2DoStep, |component| component.do_step(time, size).map(drop))
-            .with_context(|| format!("at {time:?} s, step {size:?} s"))
+        Ok(())
+    }
+
+    fn step(&mut self, time: f64, size: f64) -> Result<()> {
+        self.hold();
+        let done = match self.make_ordinary_step(time, size) {
+            true => Ok(()),
+            false => self
+                .call(&Function::fmi2DoStep, |component| component.do_step(time, size).map(drop))
+                .with_context(|| format!("at {time:?} s, step {size:?} s")),
+        };
+        self.hold();
+        done
     }
 
     fn any(&mut self) -> Option<&mut dyn Any> {

@@ -282,6 +282,8 @@ pub struct State {
     pub step: f64,
     /// The values of all variables after the last call, by `MEMBER.VARIABLE`.
     pub values: Values,
+    /// What is forced, by `MEMBER.VARIABLE`.
+    pub forced: Values,
     /// What has ended the run: which FMU failed, and its messages.
     pub failure: Option<String>,
     /// What the FMUs and the plan say since the last answer, a sentence each.
@@ -345,8 +347,34 @@ pub struct Event {
     pub time: f64,
     /// `MEMBER.VARIABLE`
     pub variable: String,
-    /// The value.
+    /// The value; of what was released, the one that it had.
     pub value: Value,
+    /// How it was set.
+    #[serde(default, skip_serializing_if = "Act::is_set")]
+    #[cfg_attr(test, ts(as = "Option<Act>", optional))]
+    pub act: Act,
+}
+
+/// How a variable is set.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub enum Act {
+    /// As an FMU allows it: an input or a parameter.
+    #[default]
+    Set,
+    /// Once, whatever it is.
+    Write,
+    /// For every call from then on, whatever it is.
+    Force,
+    /// It is forced no longer.
+    Release,
+}
+
+impl Act {
+    fn is_set(&self) -> bool {
+        *self == Act::Set
+    }
 }
 
 /// Of which part of which run.

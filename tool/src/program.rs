@@ -8,6 +8,7 @@ pub use kept::Programs;
 use crate::describe::remedy;
 use crate::home::Home;
 use crate::message::{Part, Value, Values};
+use crate::session::Session;
 use anyhow::{Context, Result, ensure};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -121,6 +122,8 @@ pub struct Block {
     pub names: Vec<Named>,
     /// Its calls of instances.
     pub calls: Vec<Called>,
+    /// What gives variables their values, in the order of the text.
+    pub writes: Vec<Write>,
     /// The types of its temporaries by name.
     pub temps: Vec<(String, String)>,
     /// The values of its constants by name, as they are written.
@@ -137,6 +140,38 @@ pub struct Named {
     pub path: String,
     /// Whether it is a variable that all blocks see.
     pub is_global: bool,
+}
+
+/// A statement that gives a variable its value.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Write {
+    /// The variable, as the FMU names it; of a call the instance, whose members it writes.
+    pub path: String,
+    /// Whether it is a variable that all blocks see.
+    pub is_global: bool,
+    /// Its first line, from 1.
+    pub line: usize,
+    /// Its text.
+    pub text: String,
+    /// The variables that the value is made of.
+    pub reads: Vec<Named>,
+    /// The conditions under which it runs, the outermost first.
+    pub guards: Vec<Guard>,
+}
+
+/// A condition.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Guard {
+    /// Its line, from 1.
+    pub line: usize,
+    /// Its text.
+    pub text: String,
+    /// Whether what it guards runs if it is FALSE.
+    pub is_negated: bool,
+    /// The variables that it names.
+    pub reads: Vec<Named>,
 }
 
 /// A call of an instance.
@@ -249,11 +284,21 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Request) -> Result<Compile
     Ok(compiled)
 }
 
-/// What a program that runs in the loop did in its last call.
+/// What a program that runs in the loop did in its last call, or in an earlier one.
 ///
 /// # Errors
-/// No program runs under this name.
-pub fn monitor<H: Home>(home: &Programs<H>, member: &str) -> Result<Monitored> {
+/// No program runs under this name; the run has no such call, or too many before it.
+pub fn monitor<H: Home>(home: &Programs<H>, session: &Session, member: &str, call: Option<usize>) -> Result<Monitored> {
+    match call {
+        None => last_call(home, member),
+        Some(call) => home.beside(|| {
+            session.again_up_to(home, call)?;
+            last_call(home, member)
+        }),
+    }
+}
+
+fn last_call<H: Home>(home: &Programs<H>, member: &str) -> Result<Monitored> {
     home.with_running(member, |program, texts, warnings| Monitored {
         texts: texts
             .iter()
@@ -382,12 +427,27 @@ fn as_message(of: &Watched) -> Block {
         arguments: of.arguments.iter().map(passed).collect(),
     };
     let named = |of: &watch::Named| Named { line: of.line, path: of.path.clone(), is_global: of.is_global };
+    let guard = |of: &watch::Guard| Guard {
+        line: of.line,
+        text: of.text.clone(),
+        is_negated: of.is_negated,
+        reads: of.reads.iter().map(named).collect(),
+    };
+    let write = |of: &watch::Write| Write {
+        path: of.path.clone(),
+        is_global: of.is_global,
+        line: of.line,
+        text: of.text.clone(),
+        reads: of.reads.iter().map(named).collect(),
+        guards: of.guards.iter().map(guard).collect(),
+    };
     Block {
         file: of.file,
         name: of.name.clone(),
         line: of.line,
         names: of.names.iter().map(named).collect(),
         calls: of.calls.iter().map(called).collect(),
+        writes: of.writes.iter().map(write).collect(),
         temps: of.temps.clone(),
         constants: of.constants.clone(),
     }

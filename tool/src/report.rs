@@ -2,7 +2,7 @@
 
 use crate::describe::{check, describe};
 use crate::home::Home;
-use crate::message::{Description, Figures, Loop, Setting, Values, Variable, View};
+use crate::message::{Act, Description, Figures, Loop, Setting, Values, Variable, View};
 use crate::session::Record;
 use anyhow::{Context, Result, bail};
 use control::identify::Model;
@@ -488,6 +488,16 @@ fn shown_alone(value: Value) -> String {
     }
 }
 
+/// What is said of how a value was set.
+fn told(act: Act) -> &'static str {
+    match act {
+        Act::Set => "",
+        Act::Write => ", written once",
+        Act::Force => ", forced",
+        Act::Release => ", released",
+    }
+}
+
 /// What was done while it ran.
 fn events(page: &mut String, record: &Record, runs: &[(&ReportedRun, Figures)]) -> Result<()> {
     let events = record.events();
@@ -513,7 +523,7 @@ fn events(page: &mut String, record: &Record, runs: &[(&ReportedRun, Figures)]) 
                 "<tr><td class=\"number\">{} s</td><td>{}</td><td class=\"number\">{}</td></tr>",
                 short(event.time),
                 Text(&event.variable),
-                Text(&shown_alone(event.value))
+                Text(&(shown_alone(event.value) + told(event.act)))
             )?;
         }
         writeln!(page, "</tbody>\n</table>")?;

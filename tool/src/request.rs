@@ -4,7 +4,7 @@ use crate::experiment::{self, RelayTested, Settled, StepTested};
 use crate::export::{self, Exported};
 use crate::home::Home;
 use crate::message::{
-    Catalogue, Checked, Curves, Description, Events, Figures, FiguresRequest, KnownLoop, Loops, Member, Proposal,
+    Act, Catalogue, Checked, Curves, Description, Events, Figures, FiguresRequest, KnownLoop, Loops, Member, Proposal,
     ReadFile, Setup, State, Values, View,
 };
 use crate::preset::{self, Preset};
@@ -75,11 +75,14 @@ requests! { |home, session|
     } -> KnownLoop = known::described(&file, &text)?;
     /// Translates a PLC program in SCL, and takes it into the catalogue.
     Compile(of: program::Request) -> Compiled = program::compile(home, &of)?;
-    /// What a program of the present run did in its last call, line by line.
+    /// What a program of the present run did in a call, line by line.
     Monitor {
         /// Its name in the loop.
         member: String,
-    } -> Monitored = program::monitor(home, &member)?;
+        /// The call, from 0; the last one without it. For an earlier one the run is made again up to it.
+        #[serde(default)]
+        call: Option<usize>,
+    } -> Monitored = program::monitor(home, session, &member, call)?;
     /// What a block does with settings, before they are sent.
     Check {
         /// The FMU's name in the catalogue.
@@ -103,6 +106,14 @@ requests! { |home, session|
         /// The values, by `MEMBER.VARIABLE`.
         values: Values,
     } -> State = session.send(&values)?;
+    /// Writes variables of blocks and programs whatever they are: once before the next call, or for every call until they are
+    /// released.
+    Force {
+        /// `write`, `force` or `release`; `set` is what [`Request::Send`] does.
+        act: Act,
+        /// The values, by `MEMBER.VARIABLE`. Those of a release do not count.
+        values: Values,
+    } -> State = session.force(act, &values)?;
     /// Moves a variable evenly to a value, call by call.
     Ramp {
         /// `MEMBER.VARIABLE`
@@ -158,7 +169,7 @@ requests! { |home, session|
         values: Values,
         /// What is drawn; its `run` is ignored.
         view: View,
-    } -> Curves = session.tried(home, &values, &View { run: None, ..view })?;
+    } -> Curves = home.beside(|| session.tried(home, &values, &View { run: None, ..view }))?;
     /// The figures of a run.
     Figures(of: FiguresRequest) -> Figures = signals::figures(home, session, &of)?;
     /// A plant's model from a step in a run or in a CSV file.

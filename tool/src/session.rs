@@ -3,12 +3,15 @@
 //! A run has the same bits as `plcfmu run` of its [`Setup`] with its [`Done`] events: what is sent is set before the next
 //! call, when the plan of a description would set it.
 
+mod force;
+mod script;
+
 use crate::chain::begin_at_the_plant;
-use crate::describe::describe;
 use crate::home::Home;
-use crate::message::{self, Curves, Event, Events, Setup, State, Values, View};
+use crate::message::{self, Act, Curves, Event, Events, Setup, State, Values, View};
 use anyhow::{Context, Result, bail};
 use blocks::table::number::to_value;
+use force::Forced;
 use modeldescription::Table;
 use modeldescription::{Causality, Description};
 use run::component::{Component, Type};
@@ -16,7 +19,8 @@ use run::master::Run;
 use run::plan::{self, Assignment, Column, Names, Plan, Reference};
 use run::system::{self, Connection, Recorded, Setting, System, Value};
 use run::trace::Trace;
-use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
+use script::Script;
+use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::sync::Arc;
 
 /// The most calls of a request.
@@ -88,6 +92,8 @@ pub struct Done {
     pub kind: Type,
     /// Its value; true is 1.
     pub value: f64,
+    /// How it was set.
+    pub act: Act,
 }
 
 /// Members that took the place of others.
@@ -112,6 +118,8 @@ struct Present {
     /// A row of the record.
     row: Vec<f64>,
     ramps: BTreeMap<usize, Ramp>,
+    /// What is forced, by its column.
+    forced: BTreeMap<usize, Forced>,
     /// What to say with the next answer.
     remarks: Vec<String>,
 }
@@ -208,6 +216,7 @@ impl Record {
             time: self.time(done.call),
             variable: self.columns[done.column].name.clone(),
             value: shown(done.kind, done.value),
+            act: done.act,
         };
         Events { setup: self.setup.clone(), events: self.done.iter().map(event).collect(), calls: self.calls() }
     }
@@ -395,6 +404,22 @@ impl Session {
         beside.view(view)
     }
 
+    /// Makes the calls of the present run again up to one of them, as no run of the list.
+    ///
+    /// # Errors
+    /// The run has no such call, or too many before it.
+    pub fn again_up_to(&self, home: &dyn Home, call: usize) -> Result<()> {
+        let record = self.record(None)?;
+        if call >= record.calls() {
+            bail!("the run has made {} calls: there is no call {call}", record.calls());
+        }
+        if call >= MOST_TRIED {
+            bail!("call {call} cannot be looked at: the run is made again up to it, {MOST_TRIED} calls at most");
+        }
+        Session::default().play(home, Script { calls: call + 1, ..Script::of(record) })?;
+        Ok(())
+    }
+
     fn play(&mut self, home: &dyn Home, script: Script) -> Result<State> {
         let Script { setup, calls, events, exchanges } = script;
         self.start(home, setup)?;
@@ -406,8 +431,7 @@ impl Session {
                 present.exchange(home, of.members, of.connections)?;
             }
             while let Some(event) = events.next_if(|event| event.call <= call) {
-                let (member, assignment, _) = present.wired.assignment(&event.variable, event.value)?;
-                present.put(member, assignment, &event.variable)?;
+                present.act(&event)?;
             }
             if call >= calls || present.record.failure.is_some() {
                 break;
@@ -424,75 +448,6 @@ impl Session {
     pub fn view(&self, view: &View) -> Result<Curves> {
         self.record(view.run)?.view(view)
     }
-}
-
-/// What was done in a run, to be done again.
-struct Script {
-    setup: Setup,
-    calls: usize,
-    events: Vec<Event>,
-    exchanges: Vec<Exchanged>,
-}
-
-impl Script {
-    fn of(record: &Record) -> Script {
-        let Events { setup, events, calls } = record.events();
-        Script { setup, calls, events, exchanges: record.exchanges.clone() }
-    }
-
-    /// Keeps of the events the stimuli alone. What was set besides counts from the beginning on, unless `values` has another value; so
-    /// does a plant that took the place of another.
-    fn put_settings(&mut self, home: &dyn Home, values: &Values) -> Result<()> {
-        if let Some(last) = self.exchanges.pop() {
-            self.exchanges.clear();
-            let before = self.setup.members.split_off(1);
-            self.setup.members.extend(last.members);
-            self.setup.connections = last.connections;
-            for member in &mut self.setup.members[1..] {
-                let stimuli = stimuli(home, member)?;
-                let Some(same) = before.iter().find(|of| of.name == member.name && of.fmu == member.fmu) else {
-                    continue;
-                };
-                member.values.retain(|name, _| !stimuli.contains(name));
-                let begin = same.values.iter().filter(|(name, _)| stimuli.contains(*name));
-                member.values.extend(begin.map(|(name, value)| (name.clone(), *value)));
-            }
-        }
-        let members = &mut self.setup.members;
-        let names = |name: &str, members: &[message::Member]| {
-            // One name of a member may be the beginning of a variable's name, but not with the point of another member.
-            members.iter().position(|of| name.strip_prefix(&of.name).is_some_and(|rest| rest.starts_with('.')))
-        };
-        let all = members.clone();
-        let stimuli = all.iter().map(|of| stimuli(home, of)).collect::<Result<Vec<_>>>()?;
-        let is_stimulus = |name: &str| {
-            names(name, &all).is_some_and(|place| stimuli[place].contains(&name[all[place].name.len() + 1..]))
-        };
-        let mut in_force = Values::new();
-        self.events.retain(|event| {
-            let keeps = is_stimulus(&event.variable);
-            // What a plant was told that is gone is not told the next one.
-            if !keeps && names(&event.variable, &all).is_some() {
-                in_force.insert(event.variable.clone(), event.value);
-            }
-            keeps
-        });
-        in_force
-            .extend(values.iter().filter(|(name, _)| !is_stimulus(name)).map(|(name, value)| (name.clone(), *value)));
-        for (name, value) in in_force {
-            let place = names(&name, members);
-            let place = place.with_context(|| format!("the run has no member with the variable {name:?}"))?;
-            let own = name[members[place].name.len() + 1..].to_string();
-            members[place].values.insert(own, value);
-        }
-        Ok(())
-    }
-}
-
-/// What a member is tried with.
-fn stimuli(home: &dyn Home, member: &message::Member) -> Result<HashSet<String>> {
-    let variables = describe(home, &member.fmu)?.variables;
-    Ok(variables.into_iter().filter(|of| of.is_stimulus).map(|of| of.name).collect())
 }
 
 /// What all variables of a member are before its first call, by their full names, if it is alone.
@@ -529,7 +484,7 @@ impl Present {
         let of_plan = record.admit(&wired.plan);
         let row = run.values(&wired.plan);
         let remarks = wired.plan.warnings.clone();
-        Ok(Present { record, wired, run, of_plan, row, ramps: BTreeMap::new(), remarks })
+        Ok(Present { record, wired, run, of_plan, row, ramps: BTreeMap::new(), forced: BTreeMap::new(), remarks })
     }
 
     fn state(&mut self) -> State {
@@ -541,6 +496,7 @@ impl Present {
             time: record.time(record.calls().saturating_sub(1)),
             step: record.step,
             values: columns.map(|(place, of)| (of.name.clone(), shown(of.kind, self.row[*place]))).collect(),
+            forced: self.forced.values().map(|of| (record.columns[of.column].name.clone(), of.shown())).collect(),
             failure: record.failure.clone(),
             remarks: std::mem::take(&mut self.remarks),
         }
@@ -577,18 +533,18 @@ impl Present {
     fn put(&mut self, member: usize, assignment: Assignment, name: &str) -> Result<()> {
         let (call, column) = (self.run.steps(), self.record.column(name)?);
         self.ramps.remove(&column);
-        self.note(call, column, assignment);
+        self.note(call, column, assignment, Act::Set);
         self.run.set(member, assignment);
         Ok(())
     }
 
     /// Notes an event; of two events of a variable before one call, the later counts.
-    fn note(&mut self, call: usize, column: usize, assignment: Assignment) {
+    fn note(&mut self, call: usize, column: usize, assignment: Assignment, act: Act) {
         let Assignment { kind, value, .. } = assignment;
         let mut last = self.record.done.iter_mut().rev().take_while(|done| done.call == call);
         match last.find(|done| done.column == column) {
-            Some(done) => done.value = value,
-            None => self.record.done.push(Done { call, column, kind, value }),
+            Some(done) => (done.value, done.act) = (value, act),
+            None => self.record.done.push(Done { call, column, kind, value, act }),
         }
     }
 
@@ -633,7 +589,7 @@ impl Present {
                 _ => between,
             };
             let assignment = Assignment { value, ..ramp.assignment };
-            self.note(call, column, assignment);
+            self.note(call, column, assignment, Act::Set);
             self.run.set(ramp.member, assignment);
             if number >= ramp.calls {
                 self.ramps.remove(&column);
@@ -665,6 +621,7 @@ impl Present {
             for (place, value) in self.of_plan.iter().zip(self.run.row()) {
                 self.row[*place] = *value;
             }
+            self.show_forced();
             self.record.trace.push(&self.row);
         }
     }
@@ -690,6 +647,7 @@ impl Present {
         self.run.exchange(&wired.plan, components)?;
         self.remarks.extend(wired.plan.warnings.iter().cloned());
         self.ramps.retain(|_, ramp| ramp.member == 0);
+        self.forced.retain(|_, of| of.member == 0);
         self.of_plan = self.record.admit(&wired.plan);
         self.row = vec![f64::NAN; self.record.columns.len()];
         for (place, value) in self.of_plan.iter().zip(self.run.values(&wired.plan)) {

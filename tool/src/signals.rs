@@ -2,7 +2,7 @@
 
 use crate::describe::describe;
 use crate::home::Home;
-use crate::message::{Figure, Figures, FiguresRequest, Member};
+use crate::message::{Act, Figure, Figures, FiguresRequest, Member};
 use crate::session::{Done, Record, Session};
 use crate::travel;
 use anyhow::{Context, Result};
@@ -128,7 +128,7 @@ fn disturbances(record: &Record, wiring: &Wiring) -> Vec<Set> {
         let (time, variable) = (record.time(done.call), record.columns()[done.column].name.clone());
         Set { time, variable, value: Some(done.value), before }
     };
-    let mut all = wiring.disturbances(record.done().iter().map(set));
+    let mut all = wiring.disturbances(record.done().iter().filter(|done| done.act == Act::Set).map(set));
     all.extend(record.exchanges().iter().map(|exchange| {
         let names: Vec<&str> = exchange.members.iter().map(|member| member.name.as_str()).collect();
         Set { time: record.time(exchange.call), variable: names.join(", "), ..Set::default() }

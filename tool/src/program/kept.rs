@@ -11,7 +11,7 @@ use manifest::Manifest;
 use modeldescription::{Description, Table, shortened};
 use parameters::{Block, Loop, Source};
 use program::{Loaded, Program};
-use run::component::{Component, Type};
+use run::component::{Component, Force, Type};
 use run::fmus::Fmus;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -79,6 +79,14 @@ impl<H: Home> Programs<H> {
         let all = self.running.borrow();
         let running = all.get(member).with_context(|| format!("no program runs as {:?}", shortened(member)))?.borrow();
         Ok(look(running.instance.block(), running.texts, &running.warnings))
+    }
+
+    /// Runs something beside the present run, whose programs are those that are watched afterwards.
+    pub(crate) fn beside<T>(&self, run: impl FnOnce() -> T) -> T {
+        let present = self.running.borrow().clone();
+        let done = run();
+        self.running.replace(present);
+        done
     }
 
     fn find(&self, fmu: &str) -> Option<Arc<Kept>> {
@@ -159,6 +167,10 @@ impl Component for Shared {
 
     fn write(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
         self.0.borrow_mut().instance.write(kind, references, values)
+    }
+
+    fn force(&mut self, reference: u32, how: Force) -> Result<()> {
+        self.0.borrow_mut().instance.force(reference, how)
     }
 
     fn step(&mut self, time: f64, size: f64) -> Result<()> {

@@ -175,3 +175,100 @@ fn a_run_of_a_program_is_taken_away_with_its_options() {
     assert!(wrong.contains("unknown field `cycel`"), "{wrong}");
     assert_eq!(exported["remarks"], json!(["The program's sources belong beside it: pump.scl."]));
 }
+
+const TANK: &str = "FUNCTION_BLOCK \"Tank\"
+VAR_INPUT on : Bool; END_VAR
+VAR_OUTPUT level : Real := 1.0; END_VAR
+BEGIN
+  level := level + 1.0;
+END_FUNCTION_BLOCK
+";
+
+/// A pump and its tank, whose level rises by 1 m in each call, from 2 m on.
+fn pump_and_tank(engine: &mut Engine<TestHome>) {
+    for (file, source) in [("pump.scl", PUMP), ("tank.scl", TANK)] {
+        compile(engine, &[(file, source)], json!({"cycle": 0.5}));
+    }
+    let members = json!([{"name": "P1", "fmu": "Pump"}, {"name": "T1", "fmu": "Tank"}]);
+    let wires = json!([["T1.level", "P1.level"], ["P1.on", "T1.on"]]);
+    ask(engine, json!({"do": "start", "members": members, "connections": wires}));
+}
+
+#[test]
+fn what_is_forced_has_its_value_in_every_call_until_it_is_released() {
+    let mut engine = engine();
+    pump_and_tank(&mut engine);
+    ask(&mut engine, json!({"do": "run", "calls": 2}));
+    // An output, which reaches the tank, a local of an instance, a connected input and a counter of the program itself.
+    let values = json!({"P1.on": true, "P1.t.ET": 0.25, "P1.level": 0.5, "P1.calls": 10});
+    let state = ask(&mut engine, json!({"do": "force", "act": "force", "values": values}));
+    assert_eq!(state["forced"], json!({"P1.on": true, "P1.t.ET": 0.25, "P1.level": 0.5, "P1.calls": 10.0}));
+    let state = ask(&mut engine, json!({"do": "run", "calls": 3}));
+    let now = |state: &Value, names: &[&str]| names.iter().map(|name| state["values"][name].clone()).collect::<Value>();
+    let names = ["P1.on", "T1.on", "P1.t.ET", "P1.level", "P1.calls", "T1.level"];
+    // The tank's row has the level that the call found.
+    assert_eq!(now(&state, &names), json!([true, true, 0.25, 0.5, 10.0, 5.0]));
+    ask(&mut engine, json!({"do": "force", "act": "release", "values": values}));
+    let state = ask(&mut engine, json!({"do": "run", "calls": 1}));
+    // The program goes on from there: its counter has 10, its level is that of the tank before the call.
+    assert_eq!(now(&state, &["P1.level", "P1.calls"]), json!([6.0, 11.0]));
+    assert_eq!(state["forced"], json!({}));
+    let events = ask(&mut engine, json!({"do": "events"}))["events"].clone();
+    let acts: Vec<_> = events.as_array().unwrap().iter().map(|of| (of["call"].as_u64(), of["act"].as_str())).collect();
+    assert_eq!(acts, [[(Some(2), Some("force")); 4], [(Some(5), Some("release")); 4]].concat());
+    // It is repeated to the same bits, and the same test forces the same.
+    let view = |engine: &mut Engine<TestHome>, run| {
+        ask(engine, json!({"do": "view", "run": run, "variables": names, "points": 100}))["values"].clone()
+    };
+    ask(&mut engine, json!({"do": "same_bits"}));
+    ask(&mut engine, json!({"do": "same_test", "values": {}}));
+    let first = view(&mut engine, 0);
+    assert_eq!(first[3], json!([1.0, 2.0, 0.5, 0.5, 0.5, 6.0]));
+    assert_eq!((&first, &first), (&view(&mut engine, 1), &view(&mut engine, 2)));
+}
+
+#[test]
+fn what_is_written_once_is_what_the_next_call_goes_on_from() {
+    let mut engine = engine();
+    pump_and_tank(&mut engine);
+    ask(&mut engine, json!({"do": "run", "calls": 1}));
+    let wrong = |engine: &mut Engine<TestHome>, act: &str, values: Value| {
+        let answer = engine.message(&json!({"do": "force", "act": act, "values": values}).to_string());
+        serde_json::from_str::<Value>(&answer).unwrap()["error"]["message"].as_str().unwrap().to_string()
+    };
+    let connected = wrong(&mut engine, "write", json!({"P1.level": 1.0}));
+    assert!(
+        connected.contains("P1.level is connected to T1.level, which sets it in each call: force it"),
+        "{connected}"
+    );
+    assert!(wrong(&mut engine, "force", json!({"P1.calls": 1.5})).contains("P1.calls"));
+    ask(&mut engine, json!({"do": "force", "act": "write", "values": {"P1.calls": 100}}));
+    assert_eq!(ask(&mut engine, json!({"do": "run", "calls": 1}))["values"]["P1.calls"], 101.0);
+    ask(&mut engine, json!({"do": "force", "act": "force", "values": {"P1.calls": 5}}));
+    assert!(wrong(&mut engine, "write", json!({"P1.calls": 1})).contains("P1.calls is forced: release it first"));
+    // A description of the run ends before the first call that it cannot describe.
+    let taken = ask(&mut engine, json!({"do": "export", "what": "description"}));
+    assert_eq!(
+        taken["remarks"][0],
+        "It ends at call 1 (0.5 s), when P1.calls was written: a description sets inputs and parameters only."
+    );
+}
+
+#[test]
+fn an_earlier_call_is_looked_at_and_the_run_goes_on() {
+    let mut engine = engine();
+    pump_and_tank(&mut engine);
+    // The level is above 3 m from call 3 on, the pump on from call 5 on, a second later.
+    ask(&mut engine, json!({"do": "run", "calls": 8}));
+    let lines = |engine: &mut Engine<TestHome>, call: Value| {
+        let told = ask(engine, json!({"do": "monitor", "member": "P1", "call": call}));
+        (told["temps"]["far"].clone(), told["lines"].as_array().unwrap().contains(&json!([0, 13])))
+    };
+    let calls = [2, 3, 4, 5].map(|call| lines(&mut engine, json!(call)));
+    assert_eq!(calls, [(json!(false), false), (json!(true), false), (json!(true), false), (json!(true), true)]);
+    assert_eq!(lines(&mut engine, Value::Null), (json!(true), true));
+    let answer = engine.message(&json!({"do": "monitor", "member": "P1", "call": 8}).to_string());
+    assert!(answer.contains("the run has made 8 calls: there is no call 8"), "{answer}");
+    assert_eq!(ask(&mut engine, json!({"do": "run", "calls": 1}))["values"]["P1.calls"], 9.0);
+    assert_eq!(lines(&mut engine, Value::Null), (json!(true), true));
+}

@@ -2,6 +2,8 @@
 
 import { attribute, byId, element, fill, text } from "tool/dom.js";
 import { ask, EngineError, goOnInThePage, hasEngineInPage, listenToNewEngine, whereIsTheEngine } from "tool/engine.js";
+import { forced, release } from "tool/force.js";
+import { forgetTracks } from "tool/history.js";
 import { toggleDrawer } from "tool/panels.js";
 import { source, store } from "tool/store.js";
 import { shown } from "tool/values.js";
@@ -32,6 +34,7 @@ export function mount() {
     showWhat();
   };
   for (const what of ["loop", "loops", "settings", "plant"]) store.on(what, update);
+  store.on("forced", showWhat);
   update();
   store.on("say", notice);
   // A note is about what was just done: the next change ends it. Errors stay until they are closed.
@@ -43,6 +46,7 @@ export function mount() {
   store.on("question", question);
   listenToNewEngine(() => {
     store.live = undefined;
+    forgetTracks();
     for (const loop of store.loops) delete loop.notes.runs;
     store.say("The engine has begun anew: its run is gone. Values are kept; begin a new run.");
   });
@@ -59,6 +63,7 @@ function showWhat() {
     return text(what, "");
   }
   const { cycle } = loop.description;
+  const held = Object.keys(forced()).length;
   const changed = Object.values(loop.settings).filter((one) => source(one) === "changed").length;
   const parts = [
     element("strong", { class: "loop-name" }, loop.name || "(no name)"),
@@ -70,6 +75,12 @@ function showWhat() {
       element("span", {}, `${cycle} ${shown(loop.settings[cycle].sent, loop.settings[cycle].variable.kind)} s`),
     element("span", { class: "faint" }, loop.file ? `from ${loop.file}` : "new"),
     element("span", { class: changed > 0 ? "note" : "faint" }, changed > 0 ? `${changed} changed` : "unchanged"),
+    held > 0 &&
+      element(
+        "button",
+        { type: "button", class: "is-forced", title: "Release all", onclick: () => release().catch(store.say) },
+        `${held} forced`,
+      ),
   ];
   const key = parts.map((part) => (part ? part.textContent : "")).join("|");
   if (what.dataset.key === key) return;

@@ -21,16 +21,12 @@
  * @property {boolean} isMain setpoint, process value, manipulated value
  * @property {number | undefined} period in seconds, over which pulses are averaged
  * @property {boolean} isOfChoice whether the user has chosen it and can remove it
- *
- * @typedef {object} Notes what is kept with a loop
- * @property {string[]} chosen
- * @property {string[]} hidden
- * @property {number} window in seconds, 0 is all
  */
 
 import { onTheme, paperTheme, swatch, theme } from "tool/charts.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
+import { cursorTime, follow, isZoomed, lookAt, momentText, notes, range, zoom, zoomBy } from "tool/moment.js";
 import { copyInFull, drawnOfEarlier, ofCalls, overlays } from "tool/overlay.js";
 import { CHAIN, choose as takePlant } from "tool/plant.js";
 import { laneValues, makePlot } from "tool/plot.js";
@@ -91,10 +87,6 @@ let base = () => 0;
 let marks = [];
 /** @type {View} */
 let view = { times: [], values: [], units: [], is_exact: true };
-/** A part of the run that the user has chosen; without it the last part is shown and moves on. @type {[number, number] | undefined} */
-let zoomed;
-/** Where the cursor is, in seconds, as the keys or the mouse have set it. @type {number | undefined} */
-let cursor;
 /** Earlier runs: their curves by run. @type {Map<number, { key: string, view: View }>} */
 const earlier = new Map();
 
@@ -112,28 +104,28 @@ export function mount(content) {
   }).observe(place);
   onTheme(() => make());
   store.on("loop", () => {
-    zoomed = cursor = undefined;
     marks = [];
     earlier.clear();
     view = { times: [], values: [], units: [], is_exact: true };
     choose();
   });
   store.on("plant", choose);
-  store.on("run", () => {
-    zoomed = undefined;
-    refresh();
+  for (const what of ["run", "state", "runs", "range"]) store.on(what, refresh);
+  store.on("cursor", () => {
+    // Under the pointer it is where the pointer is.
+    if (!isPointed) placeCursor();
+    showValues();
   });
-  store.on("state", refresh);
-  store.on("runs", refresh);
   store.on("marks", (/** @type {typeof marks} */ done) => {
     marks = done;
     refresh();
   });
   store.on("prediction", refresh);
-  store.on("key-left", () => move(-1));
-  store.on("key-right", () => move(1));
-  store.on("key-home", () => moveTo(view.times[0]));
-  store.on("key-end", () => moveTo(view.times.at(-1)));
+  const isThere = () => place.offsetParent !== null;
+  store.on("key-left", () => isThere() && move(-1));
+  store.on("key-right", () => isThere() && move(1));
+  store.on("key-home", () => isThere() && moveTo(view.times[0]));
+  store.on("key-end", () => isThere() && moveTo(view.times.at(-1)));
   store.on("key-zoom-in", () => zoomBy(0.5));
   store.on("key-zoom-out", () => zoomBy(2));
 }
@@ -171,7 +163,7 @@ function build(content) {
     { onchange: () => follow(Number(windowing.value)) },
     WINDOWS.map(([name, seconds]) => element("option", { value: seconds }, name)),
   );
-  following = element("button", { type: "button", onclick: () => follow(notes()?.window ?? 0) }, "Follow");
+  following = element("button", { type: "button", onclick: () => follow() }, "Follow");
   adding = element("select", { onchange: add });
   sheet = element("div", { class: "plot" });
   thinned = element("span", { class: "thinned faint" });
@@ -219,14 +211,6 @@ function build(content) {
   choose();
 }
 
-/** @returns {Notes | undefined} */
-function notes() {
-  const loop = store.loop;
-  if (!loop) return undefined;
-  loop.notes.curves ??= { chosen: [], hidden: [], window: 0 };
-  return loop.notes.curves;
-}
-
 /** @param {Curve} curve */
 function isShown(curve) {
   return !notes()?.hidden.includes(curve.name);
@@ -247,7 +231,7 @@ async function choose() {
   const knownUnits = await units(loop).catch(() => ({ processValue: "", manipulatedValue: "" }));
   if (store.loop !== loop) return;
   available = found;
-  const kept = /** @type {Notes} */ (notes());
+  const kept = /** @type {import("tool/moment.js").Notes} */ (notes());
   kept.chosen = kept.chosen.filter((name) => found.some((signal) => signal.name === name));
   const { setpoint, manipulatedValue, pulses, processValue: own } = roles(loop);
   const processValue = await controlledValue(loop);
@@ -376,7 +360,7 @@ function make() {
   legend.style.bottom = `${44 + 18 * curves.filter((curve) => curve.isSwitch && isShown(curve)).length}px`;
   ({ plot, base } = makePlot(sheet, size, curves.filter(isShown), parts));
   plot.over.addEventListener("mouseleave", leave);
-  plot.over.addEventListener("dblclick", () => follow(notes()?.window ?? 0));
+  plot.over.addEventListener("dblclick", () => follow());
   show();
 }
 
@@ -395,8 +379,7 @@ function hooks() {
         if (isPlacing || !self.over.matches(":hover")) return;
         const { left, idx } = self.cursor;
         isPointed = true;
-        cursor = left === undefined || left < 0 || idx === null || idx === undefined ? undefined : view.times[idx];
-        showValues();
+        lookAt(left === undefined || left < 0 || idx === null || idx === undefined ? undefined : view.times[idx]);
       },
     ],
   };
@@ -409,8 +392,7 @@ let isPointed = false;
 function leave() {
   if (!isPointed) return;
   isPointed = false;
-  cursor = undefined;
-  showValues();
+  lookAt(undefined);
 }
 
 /**
@@ -422,59 +404,6 @@ function leave() {
 function brief(loop, name) {
   const full = called(loop, name);
   return full === name ? name : full.slice(full.lastIndexOf(".") + 1);
-}
-
-/**
- * The part of the run that is shown.
- *
- * @returns {[number, number]}
- */
-function range() {
-  if (zoomed) return zoomed;
-  const last = store.isLive() ? (store.state?.time ?? 0) : 0;
-  const length = notes()?.window ?? 0;
-  const { origin, curves: ahead } = store.prediction ?? {};
-  const predicted = origin ? origin.time + (ahead?.times.at(-1) ?? 0) : 0;
-  // A prediction reaches into the future, but does not push what was measured out of sight.
-  const end = Math.max(last, length === 0 ? predicted : Math.min(predicted, last + length / 2));
-  const step = store.state?.step ?? 1;
-  const whole = round(Math.max(end, 20 * step));
-  if (length === 0) return [0, whole];
-  return end <= length ? [0, Math.min(length, whole)] : [end - length, end];
-}
-
-/** The next round number of seconds: the axis stands still while the run fills it. @param {number} seconds */
-function round(seconds) {
-  const decade = 10 ** Math.floor(Math.log10(seconds));
-  return decade * ([1, 1.5, 2, 3, 4, 6, 8].find((factor) => factor * decade >= seconds) ?? 10);
-}
-
-/** @param {number} length in seconds, 0 is all */
-function follow(length) {
-  const kept = notes();
-  if (kept) kept.window = length;
-  zoomed = cursor = undefined;
-  refresh();
-}
-
-/**
- * @param {number} from
- * @param {number} to
- */
-function zoom(from, to) {
-  const step = store.state?.step ?? 1;
-  if (to - from < 2 * step) [from, to] = [(from + to) / 2 - step, (from + to) / 2 + step];
-  zoomed = [Math.max(from, 0), Math.max(to, 2 * step)];
-  refresh();
-}
-
-/** @param {number} factor */
-function zoomBy(factor) {
-  const [from, to] = range();
-  const last = store.isLive() ? (store.state?.time ?? 0) : 0;
-  const middle = Math.min(Math.max(cursor ?? Math.min(to, last), from), to);
-  if (factor > 1 && from <= 0 && to >= last) return;
-  zoom(middle - (middle - from) * factor, middle + (to - middle) * factor);
 }
 
 /** @param {KeyboardEvent} event */
@@ -492,7 +421,7 @@ function key(event) {
     End: () => moveTo(view.times.at(-1)),
     "+": () => zoomBy(0.5),
     "-": () => zoomBy(2),
-    Escape: () => follow(notes()?.window ?? 0),
+    Escape: () => follow(),
   };
   const action = keys[event.key];
   if (!action || event.ctrlKey || event.altKey || event.metaKey) return;
@@ -514,16 +443,15 @@ function move(by) {
 /** @param {number | undefined} time */
 function moveTo(time) {
   if (time === undefined) return;
-  cursor = time;
   isPointed = false;
-  placeCursor();
-  showValues();
+  lookAt(time);
   text(spoken, spokenValues());
 }
 
 /** The row at the cursor; the last one without it. @returns {number | undefined} */
 function index() {
   const { times } = view;
+  const cursor = cursorTime();
   if (times.length === 0) return undefined;
   if (cursor === undefined) return times.length - 1;
   let [low, high] = [0, times.length - 1];
@@ -536,6 +464,7 @@ function index() {
 }
 
 function placeCursor() {
+  const cursor = cursorTime();
   isPlacing = true;
   const left = cursor === undefined || !plot ? -10 : plot.valToPos(cursor, "x");
   plot?.setCursor({ left, top: cursor === undefined ? -10 : 1 }, false);
@@ -544,7 +473,7 @@ function placeCursor() {
 
 /** Draws anew in the next frame, with what the engine has then. */
 function refresh() {
-  attribute(following, "aria-pressed", String(zoomed === undefined));
+  attribute(following, "aria-pressed", String(!isZoomed()));
   isStale = true;
   if (isScheduled || isFetching) return;
   isScheduled = true;
@@ -623,7 +552,7 @@ async function fetchEarlier(loop, from, to, points) {
   if (variables.length === 0) return;
   for (const { run, calls } of runs) {
     // Of a run that is much longer than what is shown, the groups of calls would be wider than the pixels.
-    const isPart = zoomed || calls * (store.state?.step ?? 1) > 2 * (to - from);
+    const isPart = isZoomed() || calls * (store.state?.step ?? 1) > 2 * (to - from);
     const part = isPart ? { from, to } : {};
     const key = JSON.stringify([part, points, variables]);
     if (earlier.get(run)?.key === key) continue;
@@ -658,7 +587,7 @@ function show() {
   plot.setData(/** @type {uPlot.AlignedData} */ ([view.times, ...rows]));
   const calls = Math.round(((view.times[2] ?? 0) - (view.times[0] ?? 0)) / (store.state?.step ?? 1));
   text(thinned, view.is_exact ? "" : `min to max of each ${calls} cycles`);
-  if (cursor !== undefined) placeCursor();
+  if (cursorTime() !== undefined) placeCursor();
   showValues();
   showEarlier();
 }
@@ -715,7 +644,7 @@ function valueText(curve, at, digits) {
     return digits ? rounded(of, curve.kind, digits) : shown(of, curve.kind);
   };
   if (at === undefined) return "";
-  if (cursor === undefined && store.isLive() && curve.period === undefined)
+  if (cursorTime() === undefined && store.isLive() && curve.period === undefined)
     return written(store.state?.values[curve.name]);
   const values = view.values[curves.indexOf(curve)] ?? [];
   if (view.is_exact) return written(values[at]);
@@ -729,7 +658,7 @@ function showValues() {
   const at = index();
   const loop = store.loop;
   const time = at === undefined ? undefined : view.times[at];
-  const heading = time === undefined || cursor === undefined ? "" : `at ${rounded(time, "REAL", 9)} s`;
+  const heading = time === undefined ? "" : momentText();
   showReadout(
     (curve) => ({ text: valueText(curve, at, curve.isMain ? 5 : 6), full: valueText(curve, at) }),
     heading,

@@ -7,10 +7,12 @@
  */
 
 import { attribute, element, fill, text } from "tool/dom.js";
+import { forced, isForced } from "tool/force.js";
+import { cursorTime, momentText, momentValues } from "tool/moment.js";
 import { numberField } from "tool/number_field.js";
 import { openInputs, programOf } from "tool/program.js";
 import { isSwitch } from "tool/signals.js";
-import { store } from "tool/store.js";
+import { store, variable } from "tool/store.js";
 import { number, shown } from "tool/values.js";
 
 /** Words of a comment, and names, of what springs back when it is let go. */
@@ -19,6 +21,8 @@ const PUSH_NAME = /(^|_)(start|stop|reset|ack|acknowledge|quit|confirm|jog)\w*$/
 
 /** How each input is shown with a new value, by its name. @type {Map<string, (value: import("./messages").Value) => void>} */
 const fields = new Map();
+/** Where the value at the cursor stands, by the input's name. @type {Map<string, [Variable, HTMLElement]>} */
+const moments = new Map();
 /** The loop and the inputs that are shown. */
 let drawn = "";
 
@@ -34,7 +38,22 @@ export function mount(within) {
       if (setting) fields.get(name)?.(setting.sent);
     }
   });
+  for (const what of ["moment", "forced"]) store.on(what, showMoment);
   update();
+}
+
+/** Shows what the inputs were at the cursor, and what is forced. */
+function showMoment() {
+  const loop = store.loop;
+  if (!loop) return;
+  for (const [name, [{ kind }, place]] of moments) {
+    const full = variable(loop, name);
+    const isNow = cursorTime() === undefined;
+    const value = isNow ? forced()[full] : momentValues()[full];
+    place.hidden = value === undefined;
+    text(place, place.hidden ? "" : `${isNow ? "forced " : ""}${shown(value, kind)} ${momentText()}`);
+    place.closest(".input")?.classList.toggle("is-forced", isForced(full));
+  }
 }
 
 /**
@@ -54,6 +73,7 @@ function show(group) {
   if (key === drawn) return;
   drawn = key;
   fields.clear();
+  moments.clear();
   group.hidden = inputs.length === 0;
   fill(
     group,
@@ -114,7 +134,9 @@ function boolean(loop, of, group) {
  */
 function row(of, control, more = null) {
   const { name, description } = of;
-  return element("div", { class: "input", "data-input": name, title: description }, control, more);
+  const moment = element("span", { class: "at-moment", hidden: true });
+  moments.set(name, [of, moment]);
+  return element("div", { class: "input", "data-input": name, title: description }, control, more, moment);
 }
 
 /**

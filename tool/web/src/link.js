@@ -10,6 +10,7 @@
  * @property {(import("./messages").Program | null)[]} [others] the same of the other members, in their order
  * @property {import("./messages").Values} values in force at the end
  * @property {number | null} window of the curves, in seconds
+ * @property {Record<string, any>} [notes] of a program: the signals of the diagram, and the watch table
  * @property {import("tool/remake.js").Made | null} run
  * @property {Pick<import("tool/store.js").Work, "members" | "connections" | "step" | "exchange">} plant
  * @property {string} member the controller's name in the run
@@ -24,6 +25,9 @@ const BEGIN = "#loop=";
 /** The most bytes of a link's content, and the most calls of its run. */
 const [LARGEST, MOST_CALLS] = [4_000_000, 2_000_000];
 
+/** What a link carries of what panels keep. */
+const NOTES = ["timing", "watch", "inputs"];
+
 /** The link of the shown loop. @returns {Promise<string>} */
 export async function linkOfLoop() {
   const loop = store.loop;
@@ -36,6 +40,7 @@ export async function linkOfLoop() {
     program: programOf(loop)?.program,
     others: members.map(({ fmu }) => programNamed(fmu)?.program ?? null),
     window: loop.notes.curves?.window ?? null,
+    notes: Object.fromEntries(NOTES.flatMap((key) => (loop.notes[key] ? [[key, loop.notes[key]]] : []))),
     ...{ run, plant: { members, connections, step, exchange } },
   };
   const bytes = new TextEncoder().encode(JSON.stringify(carried));
@@ -79,6 +84,7 @@ export async function openLink() {
   store.edit(carried.values);
   await store.send();
   loop.undo = [];
+  for (const key of NOTES) if (carried.notes?.[key]) loop.notes[key] = carried.notes[key];
   if (carried.window !== null) loop.notes.curves = { chosen: [], hidden: [], window: Number(carried.window) };
   const own = renamed(carried.member, loop.member);
   const { step, exchange } = carried.plant;

@@ -23,7 +23,9 @@ import { mount as runs } from "tool/runs.js";
 import { keep, resume } from "tool/session.js";
 import { store } from "tool/store.js";
 import { mount as takeaway } from "tool/takeaway.js";
+import { mount as timing } from "tool/timing.js";
 import { mount as tune } from "tool/tune.js";
+import { mount as watch } from "tool/watch.js";
 
 /** The panels of the page by the id of their section; the first one is that of the first page. @type {[string, (content: HTMLElement) => void][]} */
 const PANELS = [
@@ -32,8 +34,10 @@ const PANELS = [
   ["compare", compare],
   ["help", help],
   ["program", monitor],
+  ["watch", watch],
   ["diagram", diagram],
   ["curves", curves],
+  ["curves", timing],
   ["run", run],
   ["runs", runs],
   ["figures", figures],

@@ -3,6 +3,9 @@
 /** Values by the variable's name. */
 export type Values = Record<string, Value>;
 
+/** How a variable is set. */
+export type Act = "set" | "write" | "force" | "release";
+
 /** A block with code. */
 export type Block = {
 /** Which of the sources it is in, from 0. */
@@ -15,6 +18,8 @@ line: number,
 names: Array<Named>,
 /** Its calls of instances. */
 calls: Array<Called>,
+/** What gives variables their values, in the order of the text. */
+writes: Array<Write>,
 /** The types of its temporaries by name. */
 temps: Array<[string, string]>,
 /** The values of its constants by name, as they are written. */
@@ -190,8 +195,10 @@ call: number,
 time: number,
 /** `MEMBER.VARIABLE` */
 variable: string,
-/** The value. */
-value: Value, };
+/** The value; of what was released, the one that it had. */
+value: Value,
+/** How it was set. */
+act?: Act, };
 
 /** What a run began with, and what was done in it, in the order of time. */
 export type Events = {
@@ -331,6 +338,17 @@ export type Group = {
 title: string,
 /** Its settings, in order. */
 fields: Array<Field>, };
+
+/** A condition. */
+export type Guard = {
+/** Its line, from 1. */
+line: number,
+/** Its text. */
+text: string,
+/** Whether what it guards runs if it is FALSE. */
+is_negated: boolean,
+/** The variables that it names. */
+reads: Array<Named>, };
 
 /** The event that a window belongs to. */
 export type Happened = {
@@ -722,7 +740,9 @@ file: string,
 /** Its text. */
 text: string, } | { "do": "compile" } & Program | { "do": "monitor",
 /** Its name in the loop. */
-member: string, } | { "do": "check",
+member: string,
+/** The call, from 0; the last one without it. For an earlier one the run is made again up to it. */
+call?: number | null, } | { "do": "check",
 /** The FMU's name in the catalogue. */
 fmu: string,
 /** Its settings; the others have their start values. */
@@ -732,6 +752,10 @@ controller: Member,
 /** The plant. */
 plant: Member, } | { "do": "start" } & Setup | { "do": "state" } | { "do": "send",
 /** The values, by `MEMBER.VARIABLE`. */
+values: Values, } | { "do": "force",
+/** `write`, `force` or `release`; `set` is what [`Request::Send`] does. */
+act: Act,
+/** The values, by `MEMBER.VARIABLE`. Those of a release do not count. */
 values: Values, } | { "do": "ramp",
 /** `MEMBER.VARIABLE` */
 variable: string,
@@ -894,6 +918,8 @@ time: number,
 step: number,
 /** The values of all variables after the last call, by `MEMBER.VARIABLE`. */
 values: Values,
+/** What is forced, by `MEMBER.VARIABLE`. */
+forced: Values,
 /** What has ended the run: which FMU failed, and its messages. */
 failure: string | null,
 /** What the FMUs and the plan say since the last answer, a sentence each. */
@@ -1075,6 +1101,21 @@ to: string,
 /** Why it is proposed. */
 reason: string, };
 
+/** A statement that gives a variable its value. */
+export type Write = {
+/** The variable, as the FMU names it; of a call the instance, whose members it writes. */
+path: string,
+/** Whether it is a variable that all blocks see. */
+is_global: boolean,
+/** Its first line, from 1. */
+line: number,
+/** Its text. */
+text: string,
+/** The variables that the value is made of. */
+reads: Array<Named>,
+/** The conditions under which it runs, the outermost first. */
+guards: Array<Guard>, };
+
 /** Each request with its answer. */
 export interface Dialogue {
   catalogue: { request: Extract<Request, { do: "catalogue" }>; answer: Catalogue };
@@ -1088,6 +1129,7 @@ export interface Dialogue {
   start: { request: Extract<Request, { do: "start" }>; answer: State };
   state: { request: Extract<Request, { do: "state" }>; answer: State };
   send: { request: Extract<Request, { do: "send" }>; answer: State };
+  force: { request: Extract<Request, { do: "force" }>; answer: State };
   ramp: { request: Extract<Request, { do: "ramp" }>; answer: State };
   run: { request: Extract<Request, { do: "run" }>; answer: State };
   settle: { request: Extract<Request, { do: "settle" }>; answer: Settled };

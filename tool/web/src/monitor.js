@@ -19,14 +19,17 @@
  * @property {string} shown what its values are, as text
  */
 
-import { byId, element, fill } from "tool/dom.js";
+import { byId, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
+import { isForced } from "tool/force.js";
 import { openWith } from "tool/machine.js";
+import { callAt, cursorTime, momentText, momentValues } from "tool/moment.js";
 import { byPath, forgetRefused, programOf, refused, translate } from "tool/program.js";
 import { optionsForm } from "tool/program_options.js";
 import { coloured } from "tool/scl.js";
 import { store } from "tool/store.js";
 import { hexadecimal, isBoolean, isTime, number, plcTime, rounded } from "tool/values.js";
+import { whyPanel } from "tool/why.js";
 
 /** The type of what is no number. */
 const TEXT = "STRING";
@@ -35,6 +38,8 @@ const HEIGHT = 20;
 /** How often values are asked for, in milliseconds. */
 const PAUSE = 100;
 const MOST_PROBLEMS = 50;
+/** Of later calls the lines that ran are not known: the engine makes the run again up to a call. */
+const MOST_CALLS = 20_000;
 
 /** @type {HTMLElement} */
 let body;
@@ -48,10 +53,16 @@ const chosen = new Map();
 let lines = [];
 /** @type {HTMLElement} */
 let sheet;
+/** Which moment the values are of, if it is not now. @type {HTMLElement} */
+let badge;
 /** @type {Map<string, import("./messages").Variable>} */
 let variables = new Map();
-/** @type {Monitored | undefined} */
+/** Why a variable has its value. @type {HTMLElement} */
+let why;
+/** What the program did in the last call, or in the one at the cursor. @type {Monitored | undefined} */
 let monitored;
+/** The cursor of which that is. @type {number | undefined} */
+let monitoredAt;
 /** Whether the values are being asked for. */
 let isAsking = false;
 /** @type {string} */
@@ -60,14 +71,17 @@ let drawn = "";
 /** @param {HTMLElement} content */
 export function mount(content) {
   body = element("div", { class: "program" });
+  why = whyPanel();
   content.append(body);
   for (const what of ["loop", "program"]) store.on(what, show);
-  for (const what of ["state", "run"]) store.on(what, due);
+  for (const what of ["state", "run", "moment"]) store.on(what, due);
+  for (const what of ["moment", "forced"]) store.on(what, update);
   store.on("failure", () => {
     if (programOf(store.loop)) store.emit("show", "program");
     draw();
   });
   store.on("tab", due);
+  store.on("line", goTo);
   show();
 }
 
@@ -82,6 +96,9 @@ function show() {
   const { compiled } = showing ?? {};
   document.body.classList.toggle("has-program", showing !== undefined);
   document.body.classList.toggle("has-refused", bad !== undefined);
+  // What is no controller is neither judged nor replayed as one.
+  const isController = compiled?.parts.some((part) => part.is_native) ?? true;
+  document.body.classList.toggle("has-no-controller", !isController);
   const wrong = compiled?.sources.findIndex(({ file }) => file === firstProblem()?.file) ?? -1;
   file = wrong >= 0 ? wrong : (runBlock()?.file ?? 0);
   // Without a loop there are no panels: it stands on the first page.
@@ -151,8 +168,13 @@ function draw() {
   );
   sheet.style.setProperty("--digits", String(String(lines.length).length));
   sheet.addEventListener("scroll", update);
+  // A value is asked why it is so.
+  sheet.addEventListener("click", (event) => {
+    const value = event.target instanceof Element ? event.target.closest("[data-name]") : null;
+    if (value instanceof HTMLElement) store.emit("why", value.dataset.name);
+  });
   // Which block runs is a question, and no error.
-  fill(body, head(), compiled.candidates.length > 1 ? null : problems(compiled.problems), sheet);
+  fill(body, head(), why, compiled.candidates.length > 1 ? null : problems(compiled.problems), sheet);
   sheet.scrollTop = scroll;
   if (stop) lines[stop.line - 1]?.row.scrollIntoView({ block: "center" });
   update();
@@ -160,6 +182,7 @@ function draw() {
 
 /** What is above the source: which source, which instance, what else can be chosen. */
 function head() {
+  badge = element("span", { class: "mode" });
   const { compiled, program } = /** @type {NonNullable<typeof showing>} */ (showing);
   const isRefused = compiled.fmu === null;
   const files = element(
@@ -195,6 +218,7 @@ function head() {
     element("strong", {}, isRefused ? (choices.length > 0 ? "Which block runs?" : "Not translated") : compiled.block),
     compiled.sources.length < 2 ? element("span", { class: "faint" }, compiled.sources[0]?.file) : files,
     isRefused ? null : instances(compiled),
+    badge,
     choices,
     both,
     optionsForm(program, compiled, again),
@@ -287,7 +311,7 @@ function problems(all) {
   );
 }
 
-/** @param {Finding} one */
+/** @param {Pick<Finding, "file" | "place">} one */
 function goTo({ file: name, place }) {
   if (!place || !showing) return;
   const at = showing.compiled.sources.findIndex((source) => source.file === name);
@@ -396,11 +420,14 @@ async function due() {
   isAsking = true;
   const loop = store.loop;
   askedState = store.isLive() ? store.state : undefined;
+  const time = cursorTime();
+  askedTime = time;
   try {
     draw();
-    if (loop && store.isLive()) {
-      const told = await ask({ do: "monitor", member: loop.member });
-      if (store.loop === loop) monitored = told;
+    const call = time === undefined ? null : callAt(time);
+    if (loop && store.isLive() && (call ?? 0) < MOST_CALLS) {
+      const told = await ask({ do: "monitor", member: loop.member, call });
+      if (store.loop === loop) [monitored, monitoredAt] = [told, time];
     }
   } catch (error) {
     store.say(error);
@@ -422,18 +449,31 @@ let openedAt;
 let shownState;
 /** @type {unknown} */
 let askedState;
+/** @type {number | undefined} */
+let askedTime;
 
 function isBehind() {
-  return askedState !== (store.isLive() ? store.state : undefined);
+  return askedState !== (store.isLive() ? store.state : undefined) || askedTime !== cursorTime();
+}
+
+/** What the program did in the call that is looked at, as far as it is known yet. */
+function monitoredNow() {
+  return monitoredAt === cursorTime() ? monitored : undefined;
 }
 
 /** Shows the values of the lines that can be seen. */
 function update() {
   if (!sheet?.isConnected || !showing || refused()) return;
   const state = store.isLive() ? store.state : undefined;
+  text(badge, momentText());
+  badge.hidden = cursorTime() === undefined;
   const isNext = shownState !== state;
   shownState = state;
-  const run = new Set(monitored?.lines.filter(([of]) => of === file).map(([, at]) => at));
+  const run = new Set(
+    monitoredNow()
+      ?.lines.filter(([of]) => of === file)
+      .map(([, at]) => at),
+  );
   const top = sheet.getBoundingClientRect();
   openAtCode();
   bringRunLines(run, top);
@@ -493,12 +533,16 @@ function showValues(one, state, isNext) {
   one.shown = shown;
   fill(
     one.values,
-    found.map(([path, text, kind]) => {
+    found.map(([path, text, kind, name, held]) => {
       const isChanged = before.has(path) && before.get(path) !== text;
       const look = isBoolean(kind) ? (text === "TRUE" ? "is-true" : "is-false") : "";
       return element(
         "span",
-        { class: `value ${look}${isChanged ? " is-changed" : ""}`, title: `${path} = ${text}` },
+        {
+          class: `value ${look}${isChanged ? " is-changed" : ""}${held ? " is-forced" : ""}`,
+          title: `${path} = ${text}${held ? ", forced" : ""}`,
+          "data-name": name || null,
+        },
         // Beside a NOT, a value without its name reads as that of the condition.
         element("span", { class: "faint" }, `${lastName(path)} `),
         text,
@@ -513,28 +557,28 @@ function lastName(path) {
 }
 
 /**
- * The present value of a variable that a line names: its path, the value as text, its type.
+ * The present value of a variable that a line names: its path, the value as text, its type, its name, a mark if it is forced.
  *
  * @param {Line} one
  * @param {Named} named
- * @returns {[string, string, string][] | undefined}
+ * @returns {[string, string, string, string, string][] | undefined}
  */
 function value({ block }, named) {
   const found = find(block, named.path, named.is_global);
   if (!found) return undefined;
-  const [kind, now] = found;
+  const [kind, now, name] = found;
   const plain = () => (isTime(kind) ? plcTime(number(now)) : (hexadecimal(now, kind) ?? rounded(now, kind, 7)));
   const text = kind === TEXT ? `'${now}'` : plain();
-  return [[named.path, text, kind]];
+  return [[named.path, text, kind, name ?? "", name && isForced(name) ? "forced" : ""]];
 }
 
 /**
- * A variable by its path, in an instance or of all blocks: its type and value.
+ * A variable by its path, in an instance or of all blocks: its type and value, and its name if the run has it.
  *
  * @param {Block | undefined} block
  * @param {string} path
  * @param {boolean} isGlobal
- * @returns {[string, import("./messages").Value] | undefined}
+ * @returns {[string, import("./messages").Value, string?] | undefined}
  */
 function find(block, path, isGlobal) {
   const loop = store.loop;
@@ -559,16 +603,18 @@ function find(block, path, isGlobal) {
   const candidates = isGlobal ? [plain] : [own];
   for (const candidate of candidates) {
     const variable = variables.get(candidate.toUpperCase());
-    const now = variable && store.state.values[`${loop.member}.${variable.name}`];
-    if (variable && now !== undefined) return [variable.kind, now];
-    const texts = Object.entries(monitored?.texts ?? {});
+    const name = variable && `${loop.member}.${variable.name}`;
+    const now = name === undefined ? undefined : momentValues()[name];
+    if (variable && now !== undefined) return [variable.kind, now, name];
+    const texts = Object.entries(monitoredNow()?.texts ?? {});
     const text = texts.find(([name]) => same(name, candidate));
     if (text) return [TEXT, /** @type {any} */ (text[1])];
   }
   // The temporaries of the program itself; those of blocks inside it are gone.
   const temp = prefix === "" ? block.temps.find(([name]) => same(name, plain)) : undefined;
-  const name = temp && Object.keys(monitored?.temps ?? {}).find((one) => same(one, plain));
-  if (!temp || !name || !monitored) return undefined;
-  const now = monitored.temps[name];
+  const temps = monitoredNow()?.temps ?? {};
+  const name = temp && Object.keys(temps).find((one) => same(one, plain));
+  if (!temp || !name) return undefined;
+  const now = temps[name];
   return isTime(temp[1]) ? ["TIME", number(now) / 1000] : [temp[1], now];
 }

@@ -10,6 +10,7 @@ import { store } from "tool/store.js";
 const TABS = [
   ["side", "Parameters"],
   ["program", "Program"],
+  ["watch", "Watch"],
   ["diagram", "Diagram"],
   ["plant", "Plant"],
   ["tune", "Tune"],

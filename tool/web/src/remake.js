@@ -33,9 +33,12 @@ export async function remake(loop, { setup, events, calls }) {
   for (let at = 0; at < events.length; ) {
     const { call } = events[at];
     await until(Math.min(call, calls));
+    // What is done in another way is done after what was done before.
+    const { act = "set" } = events[at];
     const values = /** @type {import("./messages").Values} */ ({});
-    for (; at < events.length && events[at].call === call; at += 1) values[events[at].variable] = events[at].value;
-    state = await ask({ do: "send", values });
+    for (; at < events.length && events[at].call === call && (events[at].act ?? "set") === act; at += 1)
+      values[events[at].variable] = events[at].value;
+    state = await ask(act === "set" ? { do: "send", values } : { do: "force", act, values });
   }
   await until(calls);
   await store.take(Promise.resolve(state));

@@ -13,6 +13,7 @@ import { againButtons } from "tool/runs.js";
 import { called, isSwitch, pulsePeriod, unitText } from "tool/signals.js";
 import { split, store, variable, wiredTo } from "tool/store.js";
 import { download } from "tool/takeaway.js";
+import { testMaker } from "tool/test_case.js";
 import { number, read, rounded, shown } from "tool/values.js";
 
 /** How long calls are made without a pause, in milliseconds: then the page answers what the user does. */
@@ -23,6 +24,8 @@ const MOST_BEHIND = 120_000;
 /** A lag that is worth a word, in milliseconds. */
 const WORTH_TELLING = 1000;
 const MOST_EVENTS = 500;
+/** What the log says of how a value was set. @type {Record<string, string>} */
+const TOLD = { force: ", forced", write: ", written once" };
 
 /** @typedef {1 | 10 | typeof Infinity} Speed */
 
@@ -667,6 +670,7 @@ async function showDone() {
   }
   if (store.loop !== loop || !store.isLive()) return;
   const lines = summed(events);
+  const maker = testMaker();
   const kinds = new Map(Object.entries(loop.settings).map(([name, one]) => [variable(loop, name), one.variable]));
   store.emit(
     "marks",
@@ -689,7 +693,9 @@ async function showDone() {
       ),
       againButtons(),
       element("button", { type: "button", onclick: () => download({ what: "description" }) }, "Save as TOML"),
+      maker.button,
     ),
+    maker.place,
     lines.length > 0 &&
       element(
         "ol",
@@ -706,7 +712,7 @@ async function showDone() {
             "li",
             {},
             element("span", { class: "name" }, called(loop, line.variable)),
-            ` ${line.count > 1 ? "moved to " : ""}${value} ${when}`,
+            ` ${line.count > 1 ? "moved to " : ""}${line.act === "release" ? "released" : value} ${when}${TOLD[line.act] ?? ""}`,
           );
         }),
       ),
@@ -719,19 +725,20 @@ async function showDone() {
  * @param {import("./messages").Event[]} events
  */
 function summed(events) {
-  /** @type {{ variable: string, value: Value, time: number, until: number, last: number, count: number }[]} */
+  /** @type {{ variable: string, value: Value, act: string, time: number, until: number, last: number, count: number }[]} */
   const lines = [];
   /** @type {Map<string, typeof lines[number]>} */
   const open = new Map();
   for (const event of events) {
     const line = open.get(event.variable);
-    if (line && event.call - line.last === 1 && typeof event.value === "number") {
+    if (line && line.act === (event.act ?? "set") && event.call - line.last === 1 && typeof event.value === "number") {
       Object.assign(line, { value: event.value, until: event.time, last: event.call, count: line.count + 1 });
       continue;
     }
     const made = {
       variable: event.variable,
       value: event.value,
+      act: event.act ?? "set",
       time: event.time,
       until: event.time,
       last: event.call,

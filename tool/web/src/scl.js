@@ -9,19 +9,49 @@ const PARTS =
   /(\/\/.*)|(\(\*|\/\*)|('(?:\$.|[^'$])*'|"[^"]*")|(#[A-Za-z_]\w*|[A-Za-z_]\w*#[\w.+-]*|\d[\w.#]*)|([A-Za-z_]\w*)|([^A-Za-z_0-9#'"(/]+|.)/g;
 
 /**
- * The lines of a source, each as the elements of its parts. A comment may go over several lines.
+ * The lines of a source, each as the elements of its parts.
  *
  * @param {string[]} lines
  * @returns {(string | HTMLElement)[][]}
  */
 export function coloured(lines) {
+  return partsOf(lines).map((parts) =>
+    parts.map(([text, look]) => (look ? element("span", { class: look }, text) : text)),
+  );
+}
+
+/**
+ * The lines of a source, each as its code and as the text of its comment.
+ *
+ * @param {string[]} lines
+ */
+export function lookOf(lines) {
+  return partsOf(lines).map((parts) => {
+    const of = (/** @type {boolean} */ isComment) =>
+      parts.flatMap(([text, look]) => ((look === "is-comment") === isComment ? [text] : [])).join("");
+    return {
+      code: of(false),
+      comment: of(true)
+        .replace(/^(\/\/|\(\*|\/\*)|(\*\)|\*\/)$/g, "")
+        .trim(),
+    };
+  });
+}
+
+/**
+ * The parts of each line with their looks. A comment may go over several lines.
+ *
+ * @param {string[]} lines
+ * @returns {[string, string][][]}
+ */
+function partsOf(lines) {
   /** What ends the comment that is open. @type {string | undefined} */
   let end;
   return lines.map((line) => {
-    /** @type {(string | HTMLElement)[]} */
+    /** @type {[string, string][]} */
     const parts = [];
     const put = (/** @type {string} */ text, /** @type {string} */ look = "") => {
-      if (text) parts.push(look ? element("span", { class: look }, text) : text);
+      if (text) parts.push([text, look]);
     };
     for (let at = 0; at < line.length; ) {
       if (end !== undefined) {

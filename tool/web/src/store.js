@@ -493,7 +493,10 @@ export const store = {
     const loop = store.loop;
     if (!loop) throw new EngineError("Open or make a loop first.");
     const setup = store.setup();
-    const state = await ask({ do: "start", ...setup });
+    const held = loop.notes.forced ?? {};
+    let state = await ask({ do: "start", ...setup });
+    // What is forced is so until it is released.
+    if (Object.keys(held).length > 0) state = await ask({ do: "force", act: "force", values: held });
     store.live = loop;
     loop.runs.push(state.run);
     await store.take(Promise.resolve(state));
@@ -784,7 +787,9 @@ function follow(loop, state, before) {
   const moved = [];
   for (const [name, setting] of Object.entries(loop?.settings ?? {})) {
     const now = loop && state.values[variable(loop, name)];
-    if (!loop || now === undefined || isEdited(setting) || wiredTo(loop, name)) continue;
+    // What is forced is not what was set.
+    const isForced = loop && variable(loop, name) in state.forced;
+    if (!loop || now === undefined || isForced || isEdited(setting) || wiredTo(loop, name)) continue;
     const { kind } = setting.variable;
     const last = isSameRun ? before?.values[variable(loop, name)] : undefined;
     if (same(kind, now, setting.sent) || (last !== undefined && same(kind, now, last))) continue;

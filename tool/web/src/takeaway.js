@@ -64,7 +64,7 @@ export async function download(what, rename = (/** @type {string} */ name) => na
  * @param {string} name
  * @param {Blob} content
  */
-function save(name, content) {
+export function save(name, content) {
   const address = URL.createObjectURL(content);
   const link = element("a", { href: address, download: name });
   link.click();

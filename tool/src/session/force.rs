@@ -1,0 +1,110 @@
+//! Variables that are written whatever they are: once, or for every call.
+
+use super::{Present, Session, Wired, fitting, shown};
+use crate::message::{Act, Event, State, Values};
+use anyhow::{Context, Result, bail};
+use blocks::table::number::{number, to_value};
+use modeldescription::Description;
+use run::component::Force;
+use run::plan::{self, Assignment, Names};
+use run::system::Value;
+
+/// A variable that is forced.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Forced {
+    /// Its column of the record.
+    pub(super) column: usize,
+    pub(super) member: usize,
+    assignment: Assignment,
+    /// As the PLC's type holds it.
+    value: f64,
+}
+
+impl Forced {
+    /// Its value as a message has it.
+    pub(super) fn shown(&self) -> Value {
+        shown(self.assignment.kind, self.value)
+    }
+}
+
+impl Session {
+    /// Writes variables whatever they are.
+    ///
+    /// # Errors
+    /// A variable that there is not, one of an FMU, a connected input that is written once, a value that it does not take.
+    pub fn force(&mut self, act: Act, values: &Values) -> Result<State> {
+        let present = self.present()?;
+        present.is_running()?;
+        present.check_room(values.len())?;
+        let all = values.iter().map(|(name, value)| present.wired.forced(act, name, *value));
+        let all = all.collect::<Result<Vec<_>>>()?;
+        for (name, forced) in values.keys().zip(all) {
+            present.force(act, name, forced)?;
+        }
+        self.state()
+    }
+}
+
+impl Present {
+    /// Does again what was done in another run.
+    pub(super) fn act(&mut self, event: &Event) -> Result<()> {
+        let Event { variable, value, act, .. } = event;
+        if *act == Act::Set {
+            let (member, assignment, _) = self.wired.assignment(variable, *value)?;
+            return self.put(member, assignment, variable);
+        }
+        let forced = self.wired.forced(*act, variable, *value)?;
+        self.force(*act, variable, forced)
+    }
+
+    fn force(&mut self, act: Act, name: &str, of: Forced) -> Result<()> {
+        let (call, column) = (self.run.steps(), self.record.column(name)?);
+        let how = match act {
+            Act::Set => bail!("{name}: send sets inputs and parameters"),
+            Act::Write if self.forced.contains_key(&column) => bail!("{name} is forced: release it first"),
+            Act::Write => Force::Once(of.value),
+            Act::Force => Force::Always(of.value),
+            // Released twice is released.
+            Act::Release if !self.forced.contains_key(&column) => return Ok(()),
+            Act::Release => Force::Release,
+        };
+        self.run.force(of.member, of.assignment.reference, how).with_context(|| name.to_string())?;
+        self.ramps.remove(&column);
+        self.note(call, column, Assignment { value: of.value, ..of.assignment }, act);
+        match act {
+            Act::Force => self.forced.insert(column, Forced { column, ..of }),
+            _ => self.forced.remove(&column),
+        };
+        Ok(())
+    }
+
+    /// A connected input that is forced has that value, and not the one that its connection gives.
+    pub(super) fn show_forced(&mut self) {
+        for (column, of) in &self.forced {
+            self.row[*column] = of.value;
+        }
+    }
+}
+
+impl Wired {
+    fn forced(&self, act: Act, name: &str, value: Value) -> Result<Forced> {
+        let descriptions: Vec<&Description> = self.descriptions.iter().map(|of| &**of).collect();
+        let names = Names::of(&self.system, &descriptions)?;
+        let reference = names.find(name)?;
+        let wires = plan::wires(&names, &self.system.connections)?;
+        if let Some(wire) = wires.iter().find(|wire| wire.is_to(&reference))
+            && act == Act::Write
+        {
+            bail!("{name} is connected to {}, which sets it in each call: force it", names.full(&wire.from));
+        }
+        let table = self.tables[reference.member].as_deref();
+        let value = fitting(table, &reference, name, value)?;
+        let row = table.and_then(|table| table.variables.iter().find(|row| row.name == reference.variable.name));
+        let row = row.with_context(|| {
+            format!("{name} cannot be forced: it is one of an FMU, which only its inputs can be set of")
+        })?;
+        let held = to_value(value, row.kind).map_err(|range| anyhow::anyhow!("{name} = {value:?}: {range}"))?;
+        let (kind, reference, member) = (reference.kind, reference.variable.value_reference, reference.member);
+        Ok(Forced { column: 0, member, assignment: Assignment { kind, reference, value }, value: number(held) })
+    }
+}

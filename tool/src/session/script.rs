@@ -1,0 +1,81 @@
+//! What was done in a run, to be done again.
+
+use super::{Exchanged, Record};
+use crate::describe::describe;
+use crate::home::Home;
+use crate::message::{self, Act, Event, Events, Setup, Values};
+use anyhow::{Context, Result};
+use std::collections::HashSet;
+
+/// What was done in a run, to be done again.
+pub(super) struct Script {
+    pub(super) setup: Setup,
+    pub(super) calls: usize,
+    pub(super) events: Vec<Event>,
+    pub(super) exchanges: Vec<Exchanged>,
+}
+
+impl Script {
+    pub(super) fn of(record: &Record) -> Script {
+        let Events { setup, events, calls } = record.events();
+        Script { setup, calls, events, exchanges: record.exchanges.clone() }
+    }
+
+    /// Keeps of the events the stimuli alone. What was set besides counts from the beginning on, unless `values` has another value; so
+    /// does a plant that took the place of another.
+    pub(super) fn put_settings(&mut self, home: &dyn Home, values: &Values) -> Result<()> {
+        if let Some(last) = self.exchanges.pop() {
+            self.exchanges.clear();
+            let before = self.setup.members.split_off(1);
+            self.setup.members.extend(last.members);
+            self.setup.connections = last.connections;
+            for member in &mut self.setup.members[1..] {
+                let stimuli = stimuli(home, member)?;
+                let Some(same) = before.iter().find(|of| of.name == member.name && of.fmu == member.fmu) else {
+                    continue;
+                };
+                member.values.retain(|name, _| !stimuli.contains(name));
+                let begin = same.values.iter().filter(|(name, _)| stimuli.contains(*name));
+                member.values.extend(begin.map(|(name, value)| (name.clone(), *value)));
+            }
+        }
+        let members = &mut self.setup.members;
+        let names = |name: &str, members: &[message::Member]| {
+            // One name of a member may be the beginning of a variable's name, but not with the point of another member.
+            members.iter().position(|of| name.strip_prefix(&of.name).is_some_and(|rest| rest.starts_with('.')))
+        };
+        let all = members.clone();
+        let stimuli = all.iter().map(|of| stimuli(home, of)).collect::<Result<Vec<_>>>()?;
+        let is_stimulus = |name: &str| {
+            names(name, &all).is_some_and(|place| stimuli[place].contains(&name[all[place].name.len() + 1..]))
+        };
+        let mut in_force = Values::new();
+        self.events.retain(|event| {
+            // What was forced is a part of the test, as long as what it was forced in is there.
+            let keeps = match event.act {
+                Act::Set => is_stimulus(&event.variable),
+                _ => return names(&event.variable, &all).is_some(),
+            };
+            // What a plant was told that is gone is not told the next one.
+            if !keeps && names(&event.variable, &all).is_some() {
+                in_force.insert(event.variable.clone(), event.value);
+            }
+            keeps
+        });
+        in_force
+            .extend(values.iter().filter(|(name, _)| !is_stimulus(name)).map(|(name, value)| (name.clone(), *value)));
+        for (name, value) in in_force {
+            let place = names(&name, members);
+            let place = place.with_context(|| format!("the run has no member with the variable {name:?}"))?;
+            let own = name[members[place].name.len() + 1..].to_string();
+            members[place].values.insert(own, value);
+        }
+        Ok(())
+    }
+}
+
+/// What a member is tried with.
+fn stimuli(home: &dyn Home, member: &message::Member) -> Result<HashSet<String>> {
+    let variables = describe(home, &member.fmu)?.variables;
+    Ok(variables.into_iter().filter(|of| of.is_stimulus).map(|of| of.name).collect())
+}

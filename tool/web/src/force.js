@@ -1,0 +1,107 @@
+/**
+ * Variables that the user writes whatever they are: once, or for every call until they are released. What is forced is marked
+ * wherever it is shown.
+ *
+ * @typedef {import("./messages").Value} Value
+ * @typedef {import("./messages").Values} Values
+ */
+
+import { ask } from "tool/engine.js";
+import { split, store, wiredTo } from "tool/store.js";
+
+/** When what was forced in the present run: the calls from one to another, by name. @type {Map<string, [number, number][]>} */
+let spans = new Map();
+/** Of which run, and of what is forced in it. */
+let known = "";
+
+for (const what of ["state", "run", "loop"]) store.on(what, follow);
+
+/** What is forced in the shown loop. @returns {Values} */
+export function forced() {
+  const loop = store.loop;
+  return store.isLive() ? (store.state?.forced ?? {}) : (loop?.notes.forced ?? {});
+}
+
+/** @param {string} name */
+export function isForced(name) {
+  return name in forced();
+}
+
+/**
+ * The calls in which a variable was forced, each with the call after the last one; of what is forced now that is infinite.
+ *
+ * @param {string} name
+ */
+export function forcedSpans(name) {
+  return spans.get(name) ?? [];
+}
+
+/**
+ * Forces variables, by their full names. Without a run one begins, which makes no call.
+ *
+ * @param {Values} values
+ */
+export function force(values) {
+  return act("force", values);
+}
+
+/** Writes variables once, before the next call. @param {Values} values */
+export function write(values) {
+  return act("write", values);
+}
+
+/**
+ * Releases variables. An input has again what was set.
+ *
+ * @param {string[]} names all that are forced without it
+ */
+export async function release(names = Object.keys(forced())) {
+  const loop = store.loop;
+  await act("release", Object.fromEntries(names.map((name) => [name, forced()[name]])));
+  /** @type {Values} */
+  const values = {};
+  for (const name of names) {
+    const [member, own] = split(name);
+    const setting = member === loop?.member ? loop.settings[own] : undefined;
+    if (setting?.variable.is_tunable && loop && !wiredTo(loop, own)) values[name] = setting.sent;
+  }
+  if (Object.keys(values).length > 0) await store.take(ask({ do: "send", values }));
+}
+
+/**
+ * @param {import("./messages").Act} how
+ * @param {Values} values
+ */
+async function act(how, values) {
+  const loop = store.loop;
+  if (!loop || Object.keys(values).length === 0) return;
+  if (!store.isLive()) await store.begin();
+  await store.take(ask({ do: "force", act: how, values }));
+  store.emit("settings", []);
+}
+
+/** Keeps what is forced with the loop, and learns when it was. */
+async function follow() {
+  const loop = store.loop;
+  if (!loop || !store.isLive() || !store.state) return;
+  const now = store.state.forced;
+  const key = JSON.stringify([loop.id, store.state.run, now]);
+  if (key === known) return;
+  known = key;
+  loop.notes.forced = now;
+  try {
+    const { events } = await ask({ do: "events" });
+    if (known !== key) return;
+    spans = new Map();
+    for (const { variable, call, act: how } of events) {
+      const own = spans.get(variable) ?? [];
+      const open = own.at(-1)?.[1] === Infinity ? own.at(-1) : undefined;
+      if (how === "force" && !open) own.push([call, Infinity]);
+      if (how === "release" && open) open[1] = call;
+      spans.set(variable, own);
+    }
+    store.emit("forced");
+  } catch (error) {
+    store.say(error);
+  }
+}

@@ -1,0 +1,117 @@
+/**
+ * What signals have done in a run: of each the calls in which its value changed, so that edges stand at their calls however long
+ * the run is. Only calls that are new are asked for.
+ *
+ * @typedef {object} Track
+ * @property {number[]} calls those in which the value changed; the first one is the first of them
+ * @property {number[]} values what it was from each of them on; NaN is not a number
+ * @property {number} until how many calls are known
+ */
+
+import { ask } from "tool/engine.js";
+
+/** At most this many values of a request: more would hold the page up. */
+const MOST_VALUES = 200_000;
+/** As many runs as the engine keeps. */
+const MOST_RUNS = 6;
+
+/** By run, then by name. @type {Map<number, Map<string, Track>>} */
+const runs = new Map();
+
+/** Another engine numbers its runs anew. */
+export function forgetTracks() {
+  runs.clear();
+}
+
+/**
+ * The tracks of signals in a run, up to its last call.
+ *
+ * @param {string[]} names
+ * @param {{ run: number, calls: number, step: number, time: number }} of time is that of the last call
+ * @returns {Promise<Map<string, Track>>}
+ */
+export async function tracks(names, { run, calls, step, time }) {
+  const known = runs.get(run) ?? new Map();
+  runs.delete(run);
+  runs.set(run, known);
+  for (const other of runs.keys()) if (runs.size > MOST_RUNS) runs.delete(other);
+  for (const name of names) if (!known.has(name)) known.set(name, { calls: [], values: [], until: 0 });
+  const start = time - (calls - 1) * step;
+  for (;;) {
+    const waiting = names.filter((name) => known.get(name).until < calls);
+    if (waiting.length === 0) return known;
+    // Those that are known up to the same call are asked for together.
+    const first = Math.min(...waiting.map((name) => known.get(name).until));
+    const variables = waiting.filter((name) => known.get(name).until === first);
+    const next = Math.min(...waiting.map((name) => known.get(name).until).filter((until) => until > first), calls);
+    const count = Math.min(next - first, Math.max(Math.floor(MOST_VALUES / variables.length), 1));
+    const [from, to] = [start + first * step, start + (first + count - 1) * step];
+    const { times, values } = await ask({ do: "view", run, variables, from, to, points: Math.max(count, 2) });
+    const numbers = times.map((one) => Math.round((one - start) / step));
+    for (const [at, name] of variables.entries()) extend(known.get(name), numbers, values[at], first + count);
+  }
+}
+
+/**
+ * @param {Track} track
+ * @param {number[]} calls
+ * @param {(number | null)[]} values
+ * @param {number} until
+ */
+function extend(track, calls, values, until) {
+  for (const [at, call] of calls.entries()) {
+    const value = values[at] ?? Number.NaN;
+    if (track.calls.length > 0 && Object.is(track.values.at(-1), value)) continue;
+    track.calls.push(call);
+    track.values.push(value);
+  }
+  track.until = until;
+}
+
+/**
+ * The place of the change that holds in a call: -1 before the first one.
+ *
+ * @param {Track} track
+ * @param {number} call
+ */
+export function placeOf(track, call) {
+  let [low, high] = [0, track.calls.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (track.calls[middle] <= call) low = middle + 1;
+    else high = middle;
+  }
+  return low - 1;
+}
+
+/**
+ * The parts of a track in an interval of calls: the same value from a call to the next, or a part whose changes are denser than can
+ * be drawn, with how many there are.
+ *
+ * @param {Track} track
+ * @param {number} first
+ * @param {number} end the call after the last one
+ * @param {number} dense changes that are nearer than this many calls cannot be told apart
+ * @returns {{ from: number, to: number, value: number, changes: number }[]} `changes` is 0 where the value is one
+ */
+export function parts({ calls, values, until }, first, end, dense) {
+  const parts = [];
+  const stop = Math.min(end, until);
+  let at = Math.max(placeOf({ calls, values, until }, first), 0);
+  while (at < calls.length && calls[at] < stop) {
+    // Several changes, each near the one before it, are one part.
+    let last = at;
+    while (last + 1 < calls.length && calls[last + 1] < stop && calls[last + 1] - calls[last] < dense) last += 1;
+    const isBand = last - at >= FEWEST;
+    const from = Math.max(calls[at], first);
+    const to = Math.min(calls[(isBand ? last : at) + 1] ?? until, stop);
+    // The last change of a band begins a part that can be seen, if it lasts.
+    if (isBand) parts.push({ from, to: calls[last], value: values[last], changes: last - at });
+    parts.push({ from: isBand ? calls[last] : from, to, value: values[isBand ? last : at], changes: 0 });
+    at = (isBand ? last : at) + 1;
+  }
+  return parts;
+}
+
+/** Fewer changes are drawn one by one, however near they are. */
+const FEWEST = 4;

@@ -1,0 +1,176 @@
+/**
+ * What is looked at: the part of the run that is shown, and the moment in it, which is the cursor or now. Curves, timing diagram,
+ * inputs and source show the same.
+ *
+ * @typedef {import("./messages").Values} Values
+ *
+ * @typedef {object} Notes what is kept with a loop
+ * @property {string[]} chosen
+ * @property {string[]} hidden
+ * @property {number} window in seconds, 0 is all
+ */
+
+import { ask } from "tool/engine.js";
+import { store } from "tool/store.js";
+import { rounded } from "tool/values.js";
+
+/** A part of the run that the user has chosen; without it the last part is shown and moves on. @type {[number, number] | undefined} */
+let zoomed;
+/** Where the cursor is, in seconds, as the keys or the mouse have set it. @type {number | undefined} */
+let cursor;
+/** All values at the cursor, and which call of which run they are of. @type {{ key: string, values: Values } | undefined} */
+let got;
+let isAsking = false;
+
+store.on("loop", () => {
+  zoomed = cursor = got = undefined;
+});
+store.on("run", () => {
+  zoomed = undefined;
+  lookAt(undefined);
+});
+
+/** @returns {Notes | undefined} */
+export function notes() {
+  const loop = store.loop;
+  if (!loop) return undefined;
+  loop.notes.curves ??= { chosen: [], hidden: [], window: 0 };
+  return loop.notes.curves;
+}
+
+/** The time at the cursor, if there is one. */
+export function cursorTime() {
+  return cursor;
+}
+
+/**
+ * Moves the cursor.
+ *
+ * @param {number | undefined} time in seconds; none is now
+ */
+export function lookAt(time) {
+  if (time === cursor) return;
+  cursor = time;
+  store.emit("cursor");
+  fetchValues();
+}
+
+/** All values at the cursor, or now. Those at the cursor take a moment; until then they are those of before. @returns {Values} */
+export function momentValues() {
+  const now = store.isLive() ? (store.state?.values ?? {}) : {};
+  return cursor === undefined ? now : (got?.values ?? now);
+}
+
+/** The time at the cursor as text, `at 12.3 s`; now has none. */
+export function momentText() {
+  return cursor === undefined ? "" : `at ${rounded(cursor, "REAL", 9)} s`;
+}
+
+/** Asks for the values at the cursor: one request at a time, for where it is then. */
+async function fetchValues() {
+  const state = store.isLive() ? store.state : undefined;
+  if (isAsking || !state || cursor === undefined || state.calls === 0) {
+    if (cursor === undefined) store.emit("moment");
+    return;
+  }
+  const time = timeOf(callAt(cursor));
+  const key = `${state.run} ${time}`;
+  if (got?.key !== key) {
+    isAsking = true;
+    const variables = Object.keys(state.values);
+    try {
+      const { values } = await ask({ do: "view", variables, from: time, to: time, points: 2 });
+      const typed = variables.map((name, at) => {
+        const value = values[at][0] ?? "NaN";
+        return [name, typeof state.values[name] === "boolean" ? value === 1 : value];
+      });
+      got = { key, values: Object.fromEntries(typed) };
+    } catch (error) {
+      store.say(error);
+    }
+    isAsking = false;
+    if (cursor !== undefined && timeOf(callAt(cursor)) !== time) {
+      fetchValues();
+      return;
+    }
+  }
+  store.emit("moment");
+}
+
+/** When the first call was, in seconds. */
+function start() {
+  const { time, calls, step } = store.state ?? { time: 0, calls: 1, step: 1 };
+  const first = time - Math.max(calls - 1, 0) * step;
+  return Math.abs(first) < step * 1e-6 ? 0 : first;
+}
+
+/** The call whose values hold at a time. @param {number} time */
+export function callAt(time) {
+  const { calls, step } = store.state ?? { calls: 1, step: 1 };
+  return Math.min(Math.max(Math.floor((time - start()) / step + 1e-6), 0), Math.max(calls - 1, 0));
+}
+
+/** When a call is, in seconds. @param {number} call */
+export function timeOf(call) {
+  // Without what adds up in sums of a step such as 0.1.
+  return Number((start() + call * (store.state?.step ?? 1)).toPrecision(12));
+}
+
+/**
+ * The part of the run that is shown.
+ *
+ * @returns {[number, number]}
+ */
+export function range() {
+  if (zoomed) return zoomed;
+  const last = store.isLive() ? (store.state?.time ?? 0) : 0;
+  const length = notes()?.window ?? 0;
+  const { origin, curves: ahead } = store.prediction ?? {};
+  const predicted = origin ? origin.time + (ahead?.times.at(-1) ?? 0) : 0;
+  // A prediction reaches into the future, but does not push what was measured out of sight.
+  const end = Math.max(last, length === 0 ? predicted : Math.min(predicted, last + length / 2));
+  const step = store.state?.step ?? 1;
+  const whole = round(Math.max(end, 20 * step));
+  if (length === 0) return [0, whole];
+  return end <= length ? [0, Math.min(length, whole)] : [end - length, end];
+}
+
+/** Whether the user has chosen the part. */
+export function isZoomed() {
+  return zoomed !== undefined;
+}
+
+/** The next round number of seconds: the axis stands still while the run fills it. @param {number} seconds */
+function round(seconds) {
+  const decade = 10 ** Math.floor(Math.log10(seconds));
+  return decade * ([1, 1.5, 2, 3, 4, 6, 8].find((factor) => factor * decade >= seconds) ?? 10);
+}
+
+/** Shows the last part of the run, and goes on with it. @param {number} [length] in seconds, 0 is all; as before without it */
+export function follow(length) {
+  const kept = notes();
+  if (kept && length !== undefined) kept.window = length;
+  zoomed = undefined;
+  lookAt(undefined);
+  store.emit("range");
+}
+
+/**
+ * @param {number} from
+ * @param {number} to
+ */
+export function zoom(from, to) {
+  const step = store.state?.step ?? 1;
+  if (to - from < 2 * step) [from, to] = [(from + to) / 2 - step, (from + to) / 2 + step];
+  zoomed = [Math.max(from, 0), Math.max(to, 2 * step)];
+  store.emit("range");
+}
+
+/** @param {number} factor */
+export function zoomBy(factor) {
+  const [from, to] = range();
+  const last = store.isLive() ? (store.state?.time ?? 0) : 0;
+  const middle = Math.min(Math.max(cursor ?? Math.min(to, last), from), to);
+  if (factor > 1 && from <= 0 && to >= last) return;
+  zoom(middle - (middle - from) * factor, middle + (to - middle) * factor);
+}

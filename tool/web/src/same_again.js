@@ -1,0 +1,104 @@
+/**
+ * A run made again after the program was changed, with what was set in it, and what differs then, call by call.
+ *
+ * @typedef {import("tool/store.js").Work} Work
+ *
+ * @typedef {object} Compared
+ * @property {number} run
+ * @property {number} of the run with which it is compared
+ * @property {string} name that of the other run
+ * @property {number} calls how many calls both have
+ * @property {Map<string, number>} first the first call that differs, by the variable
+ */
+
+import { ask } from "tool/engine.js";
+import { remake } from "tool/remake.js";
+import { runsOf } from "tool/runs.js";
+import { descriptions } from "tool/signals.js";
+import { split, store } from "tool/store.js";
+
+/** At most this many values of a request. */
+const MOST_VALUES = 200_000;
+
+/** @type {Compared | undefined} */
+let result;
+
+store.on("loop", () => {
+  result = undefined;
+});
+
+/** What the present run was compared with, if it was. */
+export function compared() {
+  return store.isLive() && result?.run === store.state?.run ? result : undefined;
+}
+
+/** Whether there is a run to be made again. @param {Work | undefined} loop */
+export function hasRun(loop) {
+  return (runsOf(loop).at(-1)?.calls ?? 0) > 0;
+}
+
+/** Makes the last run of the shown loop again, with the program and the plant as they are now. */
+export async function sameAgain() {
+  const loop = store.loop;
+  const last = runsOf(loop).at(-1);
+  if (!loop || !last) return;
+  store.emit("pause");
+  const { setup, events, calls } = await ask({ do: "events", run: last.run });
+  const [own, ...others] = setup.members;
+  const isThere = (/** @type {string} */ name) => name in loop.settings;
+  const values = Object.fromEntries(Object.entries(own.values).filter(([name]) => isThere(name)));
+  const members = [
+    { name: loop.member, fmu: loop.description.name, values },
+    ...others.map((member) => ({
+      ...member,
+      fmu: loop.members.find(({ name }) => name === member.name)?.fmu ?? member.fmu,
+    })),
+  ];
+  const known = new Set(loop.description.variables.map(({ name }) => `${loop.member}.${name}`));
+  const isKnown = (/** @type {string} */ name) => split(name)[0] !== loop.member || known.has(name);
+  // What the changed program does not have any more is not set, and not connected.
+  const connections = setup.connections.filter((wire) => wire.every(isKnown));
+  const done = events.filter(({ variable }) => isKnown(variable));
+  await remake(loop, { setup: { ...setup, members, connections }, events: done, calls });
+  await compare(loop, last);
+}
+
+/**
+ * @param {Work} loop
+ * @param {import("tool/runs.js").Kept} other
+ */
+async function compare(loop, other) {
+  const state = store.state;
+  if (!state) return;
+  const before = new Set();
+  for (const { name, fmu } of other.setup.members)
+    for (const variable of (await store.describe(fmu)).variables) before.add(`${name}.${variable.name}`);
+  const now = (await descriptions(loop)).flatMap(([member, { variables }]) =>
+    variables.map(({ name }) => `${member}.${name}`),
+  );
+  const variables = now.filter((name) => before.has(name) && name in state.values);
+  const calls = Math.min(state.calls, other.calls);
+  const start = state.time - (state.calls - 1) * state.step;
+  const count = Math.max(Math.floor(MOST_VALUES / Math.max(variables.length, 1)), 2);
+  /** @type {Map<string, number>} */
+  const first = new Map();
+  for (let call = 0; call < calls; call += count) {
+    const [from, to] = [call, Math.min(call + count, calls) - 1].map((at) => start + at * state.step);
+    const part = { variables, from, to, points: count };
+    const one = await ask({ do: "view", run: state.run, ...part });
+    const two = await ask({ do: "view", run: other.run, ...part });
+    for (const [at, name] of variables.entries()) {
+      const different = one.values[at].findIndex((value, row) => !Object.is(value, two.values[at][row]));
+      if (different >= 0 && !first.has(name)) first.set(name, call + different);
+    }
+  }
+  result = { run: state.run, of: other.run, name: other.name, calls, first };
+  store.emit("compared");
+}
+
+/** The comparison as a sentence, with the variable that differs first. @param {Compared} of @param {(call: number) => number} timeOf */
+export function comparedText({ name, first, calls }, timeOf) {
+  if (first.size === 0) return `All as in ${name}: every variable, in ${calls} cycles`;
+  const [earliest, call] = [...first].reduce((one, two) => (two[1] < one[1] ? two : one));
+  return `Differs from ${name} from ${timeOf(call)} s on: ${split(earliest)[1]}${first.size > 1 ? ` and ${first.size - 1} more` : ""}`;
+}

@@ -1,0 +1,102 @@
+/**
+ * The steps of a program: the variables over which a CASE goes, and what the source calls their values.
+ *
+ * @typedef {import("./messages").Compiled} Compiled
+ * @typedef {import("./messages").Block} Block
+ * @typedef {import("./messages").Program} Program
+ */
+
+import { lookOf } from "tool/scl.js";
+
+/** What may be the labels of a CASE, at the beginning of a line, and one of them. */
+const [LABELS, LABEL] = [/^([^:]+):(?!=)/, /^\s*[#"\w.+-]+\s*$/];
+const WHOLE = /^[+-]?\d+$/;
+
+/**
+ * The names of the values of each variable over which a CASE goes, by the variable's path in the program in capitals. A value that
+ * is a constant has the constant's name, a number the comment behind it; a value without either has none.
+ *
+ * @param {Compiled} compiled
+ * @param {Program} program
+ * @returns {Map<string, Map<number, string>>}
+ */
+export function steps(compiled, program) {
+  /** @type {Map<string, Map<number, string>>} */
+  const found = new Map();
+  for (const [file, source] of compiled.sources.entries()) {
+    const lines = lookOf(source.text.split(/\r\n|\n|\r/));
+    /** The CASEs that are open, the innermost last; one that is over no variable has no names. @type {(Map<number, string> | undefined)[]} */
+    const open = [];
+    for (const [at, { code, comment }] of lines.entries()) {
+      const block = compiled.blocks.findLast((one) => one.file === file && one.line <= at + 1);
+      const over = /\bCASE\s+(.+?)\s+OF\b/i.exec(code);
+      if (over && !/\bEND_CASE\b/i.test(code)) {
+        const path = variableOf(over[1], at + 1, block);
+        open.push(path && block ? namesOf(found, pathsOf(compiled, block, path)) : undefined);
+      }
+      const names = open.at(-1);
+      const labels = (over ? "" : (LABELS.exec(code)?.[1] ?? "")).split(",");
+      if (names && block && labels.every((one) => LABEL.test(one))) name(names, labels, comment, block, program);
+      if (/\bEND_CASE\b/i.test(code) && !over) open.pop();
+    }
+  }
+  return found;
+}
+
+/**
+ * The path of the variable that is all of an expression, as the block's lines name it.
+ *
+ * @param {string} expression
+ * @param {number} line
+ * @param {Block | undefined} block
+ */
+function variableOf(expression, line, block) {
+  const plain = (/** @type {string} */ text) => text.replace(/[#"'\s]/g, "").toUpperCase();
+  return block?.names.find((one) => one.line === line && plain(one.path) === plain(expression));
+}
+
+/**
+ * A variable of a block in each of its instances.
+ *
+ * @param {Compiled} compiled
+ * @param {Block} block
+ * @param {import("./messages").Named} variable
+ */
+function pathsOf(compiled, block, { path, is_global: isGlobal }) {
+  if (isGlobal) return [path];
+  const own = compiled.parts.filter((part) => part.block.toUpperCase() === block.name.toUpperCase());
+  return own.map((part) => (part.path ? `${part.path}.${path}` : path));
+}
+
+/**
+ * @param {Map<string, Map<number, string>>} found
+ * @param {string[]} paths
+ */
+function namesOf(found, paths) {
+  const plain = paths.map((path) => path.replaceAll("'", "").toUpperCase());
+  // A second CASE over the variable adds to the names.
+  const names = found.get(plain[0] ?? "") ?? new Map();
+  for (const path of plain) found.set(path, names);
+  return names;
+}
+
+/**
+ * @param {Map<number, string>} names
+ * @param {string[]} labels
+ * @param {string} comment
+ * @param {Block} block
+ * @param {Program} program
+ */
+function name(names, labels, comment, block, program) {
+  const constants = new Map(
+    [...(program.constants ?? []), ...block.constants].map(([of, value]) => [of.toUpperCase(), value]),
+  );
+  for (const label of labels) {
+    const plain = label.replace(/[#"\s]/g, "");
+    const value = WHOLE.test(plain) ? plain : constants.get(plain.toUpperCase());
+    const number = value === undefined ? Number.NaN : Number(value.replace(/^[A-Za-z_]+#/, ""));
+    if (!Number.isInteger(number) || names.has(number)) continue;
+    const told = WHOLE.test(plain) ? (labels.length === 1 ? comment : "") : plain;
+    if (told) names.set(number, told);
+  }
+}

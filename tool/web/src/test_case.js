@@ -1,0 +1,241 @@
+/**
+ * A run of a program as a test: what the program was given, call by call, and what was observed, of which the user keeps what is to
+ * be expected. It is the file that `plcfmu test` takes.
+ *
+ * @typedef {import("./messages").Variable} Variable
+ * @typedef {import("tool/history.js").Track} Track
+ * @typedef {import("tool/store.js").Work} Work
+ *
+ * @typedef {object} Item a line of the list: what was set before a call, or what was observed from it on
+ * @property {number} call
+ * @property {number} until the last call with what was observed
+ * @property {Map<Variable, number>} values
+ * @property {boolean} isSet
+ * @property {boolean} isKept
+ */
+
+import { element, fill } from "tool/dom.js";
+import { EngineError } from "tool/engine.js";
+import { forcedSpans } from "tool/force.js";
+import { tracks } from "tool/history.js";
+import { programOf } from "tool/program.js";
+import { variable as fullName, isSettable, store } from "tool/store.js";
+import { save } from "tool/takeaway.js";
+import { isBoolean, isTime, number, shown } from "tool/values.js";
+
+/** A test of more steps is read by nobody. */
+const MOST_STEPS = 5000;
+const LISTED = 300;
+const WHOLE = /^(BYTE|WORD|DWORD|S?INT|USINT|UINT|DINT|UDINT)$/;
+const REAL = /^L?REAL$/;
+const BITS = /** @type {Record<string, number>} */ ({ BYTE: 8, WORD: 16, DWORD: 32 });
+
+/** The button that shows the list, and the place of the list. */
+export function testMaker() {
+  const place = element("div", { class: "test-maker" });
+  const button = element("button", { type: "button", onclick: () => open(place).catch(store.say) }, "Save as test");
+  button.hidden = !programOf(store.loop);
+  return { button, place };
+}
+
+/** @param {HTMLElement} place */
+async function open(place) {
+  const loop = store.loop;
+  const of = programOf(loop);
+  if (!loop || !of) return;
+  store.emit("pause");
+  const items = await observed(loop);
+  const name = element("input", { id: "test-name", value: "what was recorded on the page", size: 40 });
+  const boxes = items.map((item) => {
+    const box = element("input", { type: "checkbox", checked: item.isKept });
+    box.addEventListener("change", () => {
+      item.isKept = box.checked;
+    });
+    return box;
+  });
+  const all = (/** @type {boolean} */ isKept) => () => {
+    for (const [at, item] of items.entries()) if (!item.isSet) item.isKept = boxes[at].checked = isKept;
+  };
+  const file = `${of.compiled.block}_test.toml`;
+  const write = () => save(file, new Blob([written(loop, items, name.value)], { type: "application/toml" }));
+  const told = items.slice(0, LISTED).map((item, at) => {
+    const values = [...item.values].map(([of, value]) => `${of.name} ${text(of, value)}`).join(", ");
+    const time = `${seconds(item.call)} s`;
+    if (item.isSet) return element("li", {}, element("span", { class: "faint" }, `at ${time} set `), values);
+    const until = item.until > item.call ? ` to ${seconds(item.until)} s` : "";
+    return element("li", {}, element("label", {}, boxes[at], ` at ${time}${until} expect ${values}`));
+  });
+  fill(
+    place,
+    element(
+      "div",
+      { class: "row" },
+      element("label", { for: "test-name" }, "Name of the case ", name),
+      element("button", { type: "button", class: "primary", onclick: write }, `Save ${file}`),
+      element("button", { type: "button", onclick: all(true) }, "Keep all"),
+      element("button", { type: "button", onclick: all(false) }, "Strike out all"),
+      element("button", { type: "button", onclick: () => fill(place) }, "Close"),
+    ),
+    element(
+      "p",
+      { class: "faint" },
+      `Keep what is expected of the program. Then: plcfmu test ${file}, beside ${of.program.files.map((one) => one.file).join(", ")}.`,
+    ),
+    element("ul", { class: "test-steps" }, told),
+    items.length > LISTED && element("p", { class: "faint" }, `and ${items.length - LISTED} more, which are kept.`),
+  );
+  name.focus();
+}
+
+/** When a call is, in seconds. @param {number} call */
+function seconds(call) {
+  return Math.round(call * (store.state?.step ?? 1) * 1000) / 1000;
+}
+
+/** Whether a test can have values of a variable. @param {Variable} of */
+function isTestable({ kind }) {
+  return isBoolean(kind) || isTime(kind) || WHOLE.test(kind) || REAL.test(kind);
+}
+
+/**
+ * What the program was given and what was observed in the present run.
+ *
+ * @param {Work} loop
+ * @returns {Promise<Item[]>}
+ */
+async function observed(loop) {
+  const state = store.isLive() ? store.state : undefined;
+  if (!state || state.calls === 0)
+    throw new EngineError("Nothing has run yet: run the program, then save what it did.");
+  const { cycle, variables } = loop.description;
+  const own = cycle ? number(loop.settings[cycle]?.sent) : state.step;
+  if (Math.abs(own - state.step) > 1e-9)
+    throw new EngineError(
+      `The run's step is ${state.step} s, and ${loop.name} is called every ${own} s: in a test, each step is a cycle of the program.`,
+    );
+  const all = variables.filter((one) => isTestable(one) && one.name !== cycle);
+  const isForced = (/** @type {Variable} */ { name }) => forcedSpans(fullName(loop, name)).length > 0;
+  const given = all.filter((one) => isSettable(one) || isForced(one));
+  const results = all.filter((one) => one.role === "output" && !isForced(one));
+  const known = await tracks(
+    [...given, ...results].map(({ name }) => fullName(loop, name)),
+    state,
+  );
+  const of = (/** @type {Variable} */ { name }) => /** @type {Track} */ (known.get(fullName(loop, name)));
+  const sets = group(given, (one) => changes(one, of(one), forcedSpans(fullName(loop, one.name)), state.calls));
+  const exact = results.filter(({ kind }) => !REAL.test(kind) && !isTime(kind));
+  const expected = group(exact, (one) => changes(one, of(one), [], state.calls));
+  const last = state.calls - 1;
+  const rest = results.filter((one) => !exact.includes(one));
+  const ends = new Map((expected.size > 0 ? rest : results).map((one) => [one, of(one).values.at(-1) ?? 0]));
+  const items = [...sets].map(([call, values]) => ({ call, until: call, values, isSet: true, isKept: true }));
+  for (const [call, values] of expected)
+    items.push({ call, until: lastOf([...values.keys()].map(of), call, last), values, isSet: false, isKept: true });
+  // Analog values go on changing: only what they are at the end is offered.
+  if (ends.size > 0) items.push({ call: last, until: last, values: ends, isSet: false, isKept: expected.size === 0 });
+  if (items.length > MOST_STEPS)
+    throw new EngineError(`The test would have ${items.length} steps, ${MOST_STEPS} at most: make a shorter run.`);
+  return items.sort((one, two) => one.call - two.call || Number(two.isSet) - Number(one.isSet));
+}
+
+/**
+ * The calls in which a variable changes, with its values; before the first call it has its start value. What is forced is set in
+ * each call.
+ *
+ * @param {Variable} variable
+ * @param {Track} track
+ * @param {[number, number][]} spans
+ * @param {number} calls
+ * @returns {[number, number][]}
+ */
+function changes({ start }, { calls: at, values }, spans, calls) {
+  const found = new Map(at.map((call, place) => [call, values[place]]));
+  if (Object.is(found.get(0), number(start))) found.delete(0);
+  for (const [first, end] of spans) {
+    let place = at.findLastIndex((call) => call <= first);
+    for (let call = first; call < Math.min(end, calls); call += 1) {
+      if (at[place + 1] === call) place += 1;
+      found.set(call, values[place]);
+    }
+  }
+  return [...found];
+}
+
+/**
+ * @param {Variable[]} variables
+ * @param {(variable: Variable) => [number, number][]} changesOf
+ * @returns {Map<number, Map<Variable, number>>} by the call
+ */
+function group(variables, changesOf) {
+  const found = new Map();
+  for (const variable of variables)
+    for (const [call, value] of changesOf(variable))
+      found.set(call, (found.get(call) ?? new Map()).set(variable, value));
+  return found;
+}
+
+/**
+ * The last call before one of several variables changes again.
+ *
+ * @param {Track[]} all
+ * @param {number} call
+ * @param {number} last
+ */
+function lastOf(all, call, last) {
+  return Math.min(last, ...all.map(({ calls }) => (calls.find((one) => one > call) ?? Infinity) - 1));
+}
+
+/**
+ * The file.
+ *
+ * @param {Work} loop
+ * @param {Item[]} items
+ * @param {string} name
+ */
+function written(loop, items, name) {
+  const of = programOf(loop);
+  if (!of) return "";
+  const { files, cpu, run, tags, constants } = of.program;
+  const quoted = (/** @type {string} */ text) => JSON.stringify(text);
+  const list = (/** @type {string[]} */ texts) => `[${texts.map(quoted).join(", ")}]`;
+  const head = [
+    `# Recorded on the page of plcfmu: plcfmu test ${of.compiled.block}_test.toml`,
+    `sources = ${list(files.map(({ file }) => file))}`,
+    `cycle = "${Math.round((store.state?.step ?? 1) * 1000)}ms"`,
+    run ? `fb = ${quoted(run)}` : "",
+    cpu ? `cpu = ${quoted(cpu)}` : "",
+    tags?.length ? `instances = ${list(tags.map(([tag, type]) => `${tag} : ${type}`))}` : "",
+    constants?.length ? `constants = ${list(constants.map(([constant, value]) => `${constant}=${value}`))}` : "",
+  ];
+  const table = (/** @type {Item} */ { values }) => {
+    const pairs = [...values].map(([one, value]) => {
+      const key = /^[A-Za-z0-9_]+$/.test(one.name) ? one.name : quoted(one.name.replaceAll("'", ""));
+      return `${key} = ${literal(one, value)}`;
+    });
+    return `{ ${pairs.join(", ")} }`;
+  };
+  const steps = items
+    .filter(({ isKept }) => isKept)
+    .map((item) => {
+      const at = `at = "${seconds(item.call)}s"`;
+      if (item.isSet) return `  { ${at}, set = ${table(item)} },`;
+      const until = item.until > item.call ? `, until = "${seconds(item.until)}s"` : "";
+      return `  { ${at}${until}, expect = ${table(item)} },`;
+    });
+  return `${[...head.filter(Boolean), "", "[[case]]", `name = ${quoted(name)}`, "steps = [", ...steps, "]"].join("\n")}\n`;
+}
+
+/** A value as TOML has it. @param {Variable} of @param {number} value */
+function literal({ kind }, value) {
+  if (isBoolean(kind)) return String(value === 1);
+  if (isTime(kind)) return `"${Math.round(value * 1000)}ms"`;
+  if (kind in BITS && value < 0) return String(value + 2 ** BITS[kind]);
+  const text = shown(value, kind);
+  // A whole number is no REAL in TOML.
+  return REAL.test(kind) && /^-?\d+$/.test(text) ? `${text}.0` : text;
+}
+
+/** A value for people. @param {Variable} of @param {number} value */
+function text({ kind }, value) {
+  return isBoolean(kind) ? shown(value === 1, "BOOL") : shown(value, kind);
+}

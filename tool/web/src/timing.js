@@ -1,0 +1,646 @@
+/**
+ * The timing diagram of a program: Booleans in a lane each, steps as bands with numbers and names, analog values in panels by unit, a
+ * cursor, and beside each signal its value there or now. Lanes are as high as a line of text; more than fit are scrolled.
+ *
+ * @typedef {import("tool/history.js").Track} Track
+ * @typedef {import("tool/store.js").Work} Work
+ * @typedef {import("tool/timing_signals.js").Shown} Shown
+ *
+ * @typedef {object} Row a lane, a band, or a panel of several signals
+ * @property {Shown[]} signals
+ * @property {HTMLElement} row
+ * @property {HTMLElement[]} values one of each signal
+ * @property {SVGElement} plot
+ */
+
+import { clock, numberings, onTheme, swatch, TIME_STEPS, theme, ticks, timeUnit } from "tool/charts.js";
+import { attribute, byId, element, fill, svg, text } from "tool/dom.js";
+import { ask } from "tool/engine.js";
+import { forcedSpans, isForced } from "tool/force.js";
+import { parts, placeOf, tracks } from "tool/history.js";
+import {
+  callAt,
+  cursorTime,
+  follow,
+  lookAt,
+  momentText,
+  momentValues,
+  range,
+  timeOf,
+  zoom,
+  zoomBy,
+} from "tool/moment.js";
+import { outline } from "tool/outline.js";
+import { programOf } from "tool/program.js";
+import { compared, comparedText, hasRun, sameAgain } from "tool/same_again.js";
+import { store } from "tool/store.js";
+import { chooser, shownSignals, valueText } from "tool/timing_signals.js";
+
+/** The height of a lane, as the style has it, the least one of a panel, and the least width of a picture. */
+const [LANE, PANEL, NARROWEST] = [22, 84, 100];
+/** Where a lane is high and low, and how much of its height a panel leaves at each end. */
+const [HIGH, LOW, MARGIN] = [4, 17, 8];
+/** Changes that are nearer than this cannot be told apart, in pixels. */
+const NEAR = 3;
+/** The width of a letter, about, and what a text leaves at its sides. */
+const [LETTER, ROOM] = [6.4, 6];
+/** How far the pointer moves before it is a drag. */
+const DRAG = 4;
+
+/** @type {HTMLElement} */
+let diagram;
+/** @type {HTMLElement} */
+let list;
+/** @type {SVGElement} */
+let axis;
+/** @type {HTMLElement} */
+let line;
+/** @type {HTMLElement} */
+let selection;
+/** @type {HTMLElement} */
+let badge;
+/** @type {HTMLElement} */
+let hint;
+/** @type {HTMLElement} */
+let slider;
+/** @type {HTMLButtonElement[]} */
+let views = [];
+/** @type {ReturnType<typeof chooser>} */
+let choosing;
+/** @type {HTMLButtonElement} */
+let again;
+/** What differs from the run that was made again. @type {HTMLElement} */
+let verdict;
+
+/** @type {Row[]} */
+let rows = [];
+/** What the rows were made of. */
+let made = "";
+/** What is known of the run. @type {Map<string, Track>} */
+let known = new Map();
+/** The same of the run with which it is compared. @type {Map<string, Track>} */
+let before = new Map();
+/** @type {import("./messages").Curves | undefined} */
+let curves;
+
+let [isScheduled, isFetching, isStale] = [false, false, false];
+/** Whether the cursor goes with the pointer. */
+let isPointed = false;
+
+/** @param {HTMLElement} content of the curves, in whose place the diagram stands */
+export function mount(content) {
+  list = element("div", { class: "timing-rows", tabindex: -1 });
+  axis = svg("svg", { class: "timing-axis" });
+  slider = element(
+    "div",
+    {
+      ...{ class: "timing-slider", role: "slider", tabindex: 0, "aria-label": "Cursor in the timing diagram" },
+      ...{ "aria-valuemin": 0, "aria-valuemax": 0, "aria-valuenow": 0, onkeydown: key },
+      title: "← → a call, Shift ten; Page keys the next change; + − zoom; Esc now",
+    },
+    axis,
+  );
+  line = element("div", { class: "timing-cursor", hidden: true });
+  selection = element("div", { class: "timing-selection", hidden: true });
+  hint = element("p", { class: "timing-hint faint" });
+  diagram = element("div", { class: "timing" }, list, slider, line, selection, hint);
+  badge = element("span", { class: "mode timing-moment", role: "status" });
+  views = [
+    ["Diagram", true],
+    ["Curves", false],
+  ].map(([title, isTiming]) =>
+    element("button", { type: "button", onclick: () => choose(isTiming === true) }, /** @type {string} */ (title)),
+  );
+  const repeat = () => sameAgain().catch(store.say);
+  again = element(
+    "button",
+    {
+      type: "button",
+      class: "same-again",
+      onclick: repeat,
+      title: "What was set in the last run, with the program as it is now",
+    },
+    "Same again",
+  );
+  verdict = element("span", { class: "timing-verdict", role: "status" });
+  const group = element("span", { class: "speeds timing-views", role: "group", "aria-label": "View" }, ...views);
+  choosing = chooser(() => rebuild());
+  const head = content.querySelector(".curves-head");
+  head?.prepend(group, again, badge, verdict);
+  head?.querySelector(".curves-bar")?.append(choosing.fold);
+  head?.after(diagram);
+  point();
+  new ResizeObserver(refresh).observe(diagram);
+  onTheme(() => rebuild(true));
+  for (const what of ["loop", "plant"]) store.on(what, () => rebuild());
+  for (const what of ["state", "run", "range"]) store.on(what, refresh);
+  store.on("cursor", placeCursor);
+  store.on("moment", showValues);
+  for (const what of ["forced", "compared"]) store.on(what, refresh);
+  for (const [what, by] of /** @type {[string, number][]} */ ([
+    ["key-left", -1],
+    ["key-right", 1],
+  ]))
+    store.on(what, () => isShown() && move(by));
+  store.on("key-home", () => isShown() && lookAt(timeOf(0)));
+  store.on("key-end", () => isShown() && lookAt(timeOf(lastCall())));
+  rebuild();
+}
+
+/** @param {boolean} isTiming whether the diagram is shown, else the curves */
+function choose(isTiming) {
+  const loop = store.loop;
+  if (loop) loop.notes.timing = { ...loop.notes.timing, isOff: !isTiming };
+  rebuild();
+}
+
+/** Whether the diagram is shown. */
+function isShown() {
+  return programOf(store.loop) !== undefined && store.loop?.notes.timing?.isOff !== true;
+}
+
+/**
+ * Makes the rows of the loop that is shown, if they are others.
+ *
+ * @param {boolean} [isForced] whether colours are others
+ */
+async function rebuild(isForced = false) {
+  const loop = store.loop;
+  byId("curves").classList.toggle("shows-timing", isShown());
+  for (const [at, button] of views.entries()) attribute(button, "aria-pressed", String((at === 0) === isShown()));
+  byId("curves").classList.toggle("has-timing", programOf(loop) !== undefined);
+  if (!loop || !isShown()) {
+    made = "";
+    return;
+  }
+  try {
+    const shown = await shownSignals(loop);
+    if (store.loop !== loop) return;
+    choosing.follow(loop);
+    const key = JSON.stringify([loop.id, loop.description.name, shown.map(({ name, kind }) => [name, kind])]);
+    if (key !== made || isForced) build(shown);
+    made = key;
+    refresh();
+  } catch (error) {
+    store.say(error);
+  }
+}
+
+/** @param {Shown[]} shown */
+function build(shown) {
+  const { curves: palette } = theme();
+  const lanes = shown.filter(({ kind }) => kind !== "panel").map((one) => row([one], palette));
+  const panels = shown.filter(({ kind }) => kind === "panel");
+  const units = [...new Set(panels.map(({ unit }) => unit))];
+  const groups = units.map((unit) =>
+    row(
+      panels.filter((one) => one.unit === unit),
+      palette,
+    ),
+  );
+  rows = [...lanes, ...groups];
+  fill(
+    list,
+    rows.map((one) => one.row),
+  );
+}
+
+/**
+ * @param {Shown[]} signals
+ * @param {string[]} palette
+ * @returns {Row}
+ */
+function row(signals, palette) {
+  const [{ kind, unit }] = signals;
+  const values = signals.map(() => element("span", { class: "value number" }));
+  const labels = signals.map(({ label, name, colour, isDashed }, at) =>
+    element(
+      "div",
+      { class: "timing-label", title: name, "data-signal": name },
+      kind === "panel" && swatch(palette[colour % palette.length], isDashed),
+      element(
+        "button",
+        { type: "button", class: "plain name", "aria-label": `Why ${label}?`, onclick: () => store.emit("why", name) },
+        label,
+      ),
+      values[at],
+    ),
+  );
+  const plot = svg("svg", { class: "timing-plot", "aria-hidden": "true" });
+  const head = kind === "panel" ? element("div", { class: "timing-unit faint" }, unit || "without a unit") : null;
+  const made = element("div", { class: `timing-row is-${kind}` }, element("div", {}, head, labels), plot);
+  return { signals, row: made, values, plot };
+}
+
+function refresh() {
+  isStale = true;
+  if (isScheduled || isFetching || !isShown()) return;
+  isScheduled = true;
+  requestAnimationFrame(async () => {
+    isScheduled = isStale = false;
+    isFetching = true;
+    try {
+      await fetchSignals();
+      draw();
+    } catch (error) {
+      store.say(error);
+    } finally {
+      isFetching = false;
+      if (isStale) refresh();
+    }
+  });
+}
+
+/** The width of the pictures: what the names leave, as the style has them. */
+function width() {
+  const names = Number.parseFloat(getComputedStyle(diagram).getPropertyValue("--names"));
+  return Math.max(list.clientWidth - names, NARROWEST);
+}
+
+function lastCall() {
+  return Math.max((store.isLive() ? (store.state?.calls ?? 0) : 0) - 1, 0);
+}
+
+/** Gets what is shown of the run from the engine. */
+async function fetchSignals() {
+  const state = store.isLive() ? store.state : undefined;
+  const all = rows.flatMap(({ signals }) => signals);
+  if (!state || state.calls === 0) {
+    known = new Map();
+    curves = undefined;
+    return;
+  }
+  const of = (/** @type {boolean} */ isPanel) =>
+    all.flatMap(({ kind, name }) => ((kind === "panel") === isPanel && name in state.values ? [name] : []));
+  known = await tracks(of(false), state);
+  const { of: other, calls, first } = compared() ?? {};
+  const differing = of(false).filter((name) => first?.has(name));
+  before =
+    other === undefined || calls === undefined
+      ? new Map()
+      : await tracks(differing, { ...state, run: other, calls, time: timeOf(calls - 1) });
+  const variables = of(true);
+  const [from, to] = range();
+  // The line goes on to what lies just outside.
+  const part = { from: Math.max(from - state.step, 0), to: to + state.step };
+  curves = undefined;
+  if (variables.length > 0) curves = await ask({ do: "view", variables, ...part, points: 2 * Math.round(width()) });
+  names = variables;
+}
+
+/** Those of `curves`. @type {string[]} */
+let names = [];
+
+/** Draws the rows that can be seen. */
+function draw() {
+  const [from, to] = range();
+  const [across, step] = [width(), store.state?.step ?? 1];
+  const scale = across / (to - from);
+  const x = (/** @type {number} */ time) => (time - from) * scale;
+  const lines = timeLines(from, to, across);
+  for (const one of rows) {
+    const [{ kind }] = one.signals;
+    const height = kind === "panel" ? Math.max(PANEL, LANE * (one.signals.length + 1)) : LANE;
+    const [top, bottom] = [list.scrollTop, list.scrollTop + list.clientHeight];
+    if (one.row.offsetTop - list.offsetTop > bottom || one.row.offsetTop - list.offsetTop + height < top) continue;
+    attribute(one.plot, "width", across);
+    attribute(one.plot, "height", height);
+    const grid = svg("path", { class: "grid", d: lines.map((time) => `M${fixed(x(time))} 0V${height}`).join("") });
+    if (kind === "panel") fill(one.plot, grid, panel(one, x, height, across));
+    else fill(one.plot, grid, lane(one.signals[0], { from, to, step, x, near: NEAR / (scale * step) }));
+    one.plot.append(...held(one, x, step, height), ...different(one, x, step, height));
+  }
+  drawAxis(lines, x, across, to - from);
+  text(hint, store.isLive() && (store.state?.calls ?? 0) > 0 ? "" : "Run, and set the inputs at the left.");
+  placeCursor();
+  showValues();
+  const comparison = compared();
+  text(verdict, comparison ? comparedText(comparison, timeOf) : "");
+  attribute(verdict, "title", verdict.textContent || undefined);
+  verdict.classList.toggle("is-different", (comparison?.first.size ?? 0) > 0);
+  again.hidden = !hasRun(store.loop);
+}
+
+/**
+ * Bars below what is forced, from the call on in which it was.
+ *
+ * @param {Row} row
+ * @param {(time: number) => number} x
+ * @param {number} step
+ * @param {number} height
+ */
+function held({ signals }, x, step, height) {
+  const end = lastCall() + 1;
+  return signals.flatMap(({ name }) =>
+    forcedSpans(name).map(([first, last]) => {
+      const [left, right] = [first, Math.min(last, end)].map((call) => fixed(x(timeOf(0) + call * step)));
+      return svg("path", { class: "held", d: `M${left} ${height - 2}H${Math.max(right, left)}` });
+    }),
+  );
+}
+
+/**
+ * Marks of the calls in which a signal differs from the run that was made again: of an analog value of the first one.
+ *
+ * @param {Row} row
+ * @param {(time: number) => number} x
+ * @param {number} step
+ * @param {number} height
+ */
+function different({ signals }, x, step, height) {
+  const { first, calls = 0 } = compared() ?? {};
+  const place = (/** @type {number} */ call) => fixed(x(timeOf(0) + call * step));
+  return signals.flatMap(({ name, kind }) => {
+    const at = first?.get(name);
+    if (at === undefined) return [];
+    if (kind === "panel") return [svg("path", { class: "differs", d: `M${place(at)} 0V${height}` })];
+    const [one, other] = [known.get(name), before.get(name)];
+    if (!one || !other) return [];
+    const ends = [...new Set([...one.calls, ...other.calls, calls])]
+      .filter((call) => call <= calls)
+      .sort((a, b) => a - b);
+    let marks = "";
+    for (const [place_, call] of ends.entries()) {
+      const isSame = Object.is(one.values[placeOf(one, call)], other.values[placeOf(other, call)]);
+      const next = ends[place_ + 1];
+      if (!isSame && next !== undefined) marks += `M${place(call)} 1H${Math.max(place(next), place(call) + 1)}`;
+    }
+    return marks ? [svg("path", { class: "differs", d: marks })] : [];
+  });
+}
+
+/** @param {number} from @param {number} to @param {number} across */
+function timeLines(from, to, across) {
+  const step = TIME_STEPS.find((one) => one >= ((to - from) * 80) / across) ?? to - from;
+  const first = Math.ceil(from / step - 1e-9);
+  return Array.from({ length: Math.max(Math.floor(to / step + 1e-9) - first + 1, 0) }, (_, at) => (first + at) * step);
+}
+
+/** @param {number[]} lines @param {(time: number) => number} x @param {number} across @param {number} length */
+function drawAxis(lines, x, across, length) {
+  attribute(axis, "width", across);
+  attribute(axis, "height", LANE);
+  const unit = timeUnit(length);
+  // The unit stands at the end, where no number is cut by it.
+  const numbers = lines.filter((time) => x(time) < across - unit.length * LETTER - 2 * LETTER);
+  const written = numbers.map((time, at) =>
+    svg(
+      "text",
+      { class: "axis", x: fixed(x(time)), y: 14, "text-anchor": at === 0 && x(time) < 8 ? "start" : "middle" },
+      clock(time, length),
+    ),
+  );
+  fill(axis, written, svg("text", { class: "axis", x: across - 2, y: 14, "text-anchor": "end" }, unit));
+}
+
+/**
+ * A Boolean or a step: its edges stand exactly at their calls.
+ *
+ * @param {Shown} signal
+ * @param {{ from: number, to: number, step: number, x: (time: number) => number, near: number }} view
+ */
+function lane(signal, { from, to, step, x, near }) {
+  const track = known.get(signal.name);
+  if (!track || track.until === 0) return [];
+  const begin = timeOf(0);
+  const of = parts(track, Math.max(Math.floor((from - begin) / step), 0), Math.ceil((to - begin) / step) + 1, near);
+  let [stroke, high, dense, frames] = ["", "", "", ""];
+  /** @type {SVGElement[]} */
+  const texts = [];
+  let isDown = false;
+  for (const { from: first, to: end, value, changes } of of) {
+    const [left, right] = [fixed(x(begin + first * step)), fixed(x(begin + end * step))];
+    if (changes > 0) {
+      dense += `M${left} ${HIGH}H${right}V${LOW}H${left}Z`;
+      texts.push(...label([`${changes} changes`, String(changes)], left, right));
+      isDown = false;
+    } else if (signal.kind === "band") {
+      frames += `M${left} ${HIGH - 2}H${right}V${LOW + 2}H${left}Z`;
+      const number = valueText(value, signal, false);
+      texts.push(...label([valueText(value, signal), number], left, right));
+    } else {
+      const y = value === 1 ? HIGH : LOW;
+      stroke += `${isDown ? "V" : `M${left} `}${y}H${right}`;
+      if (value === 1) high += `M${left} ${HIGH}H${right}V${LOW}H${left}Z`;
+      isDown = true;
+    }
+  }
+  const path = (/** @type {string} */ look, /** @type {string} */ d) => (d ? svg("path", { class: look, d }) : null);
+  return [path("high", high), path("dense", dense), path("frames", frames), path("stroke", stroke), ...texts];
+}
+
+/**
+ * The longest of the texts that fits between two places.
+ *
+ * @param {string[]} choices
+ * @param {number} left
+ * @param {number} right
+ */
+function label(choices, left, right) {
+  const from = Math.max(left, 0);
+  const room = right - from - ROOM;
+  const fits = choices.find((one) => one.length * LETTER <= room);
+  return fits ? [svg("text", { x: fixed(from + ROOM / 2), y: 15 }, fits)] : [];
+}
+
+/**
+ * Analog values of one unit, with the lowest and the highest number of their axis.
+ *
+ * @param {Row} row
+ * @param {(time: number) => number} x
+ * @param {number} height
+ * @param {number} across
+ */
+function panel({ signals }, x, height, across) {
+  const { curves: palette } = theme();
+  const of = signals.flatMap((one) => {
+    const values = curves?.values[names.indexOf(one.name)];
+    return values ? [{ ...one, values }] : [];
+  });
+  let [low, high] = [Infinity, -Infinity];
+  for (const { values } of of)
+    for (const value of values) if (value !== null) [low, high] = [Math.min(low, value), Math.max(high, value)];
+  if (!curves || low > high) return [];
+  if (high - low < 1e-9 * Math.max(Math.abs(high), 1)) [low, high] = [low - 1, high + 1];
+  const [bottom, top, choices] = numberings(low, high, 3);
+  const y = (/** @type {number} */ value) => MARGIN + ((top - value) / (top - bottom)) * (height - 2 * MARGIN);
+  const { times, is_exact: isExact } = curves;
+  const lines = of.map(({ values, isStepped, colour, isDashed }) => {
+    const { stroke, fill } = outline(times, values, { isExact, isStepped }, x, y);
+    const dash = isDashed ? { "stroke-dasharray": "5 3" } : {};
+    const style = `color: ${palette[colour % palette.length]}`;
+    return svg(
+      "g",
+      { style },
+      svg("path", { class: "area", d: fill }),
+      svg("path", { class: "curve", d: stroke, ...dash }),
+    );
+  });
+  const marks = choices[0].filter((value) => y(value) >= MARGIN - 1 && y(value) <= height - MARGIN + 1);
+  const grid = marks.map((value) => `M0 ${fixed(y(value))}H${across}`).join("");
+  const written = ticks(marks).map((number, at) =>
+    svg("text", { class: "axis", x: 2, y: fixed(y(marks[at]) + 4) }, number ?? ""),
+  );
+  return [svg("path", { class: "grid", d: grid }), ...lines, ...written];
+}
+
+/** @param {number} value */
+function fixed(value) {
+  return Math.round(value * 10) / 10;
+}
+
+function placeCursor() {
+  const time = cursorTime();
+  const [from, to] = range();
+  const at = time === undefined ? Number.NaN : ((time - from) / (to - from)) * width();
+  line.hidden = !(at >= 0 && at <= width());
+  if (!line.hidden) line.style.left = `${list.offsetLeft + list.clientWidth - width() + at}px`;
+  text(badge, momentText());
+  badge.hidden = badge.textContent === "";
+  const shown = time ?? (store.isLive() ? (store.state?.time ?? 0) : 0);
+  attribute(slider, "aria-valuemax", timeOf(lastCall()));
+  attribute(slider, "aria-valuenow", shown);
+}
+
+/** Shows the values at the cursor, or now. */
+function showValues() {
+  if (!isShown()) return;
+  const values = momentValues();
+  const spoken = [];
+  for (const { signals, values: places } of rows) {
+    for (const [at, signal] of signals.entries()) {
+      const value = values[signal.name];
+      const shown = value === undefined ? "" : valueText(value, signal);
+      text(places[at], shown);
+      attribute(places[at], "title", shown || undefined);
+      const look = signal.kind === "lane" ? (value === true ? "is-true" : "is-false") : "";
+      attribute(places[at], "class", `value number ${shown ? look : ""}`);
+      const row = places[at].parentElement;
+      row?.classList.toggle("is-forced", isForced(signal.name));
+      row?.classList.toggle("is-different", compared()?.first.has(signal.name) === true);
+      if (shown) spoken.push(`${signal.label} ${shown}`);
+    }
+  }
+  attribute(slider, "aria-valuetext", [momentText() || "now", ...spoken].join("; "));
+}
+
+/** The time under the pointer, if it is over the pictures. @param {PointerEvent | MouseEvent} event */
+function pointed(event) {
+  const left = list.getBoundingClientRect().left + list.clientWidth - width();
+  const across = event.clientX - left;
+  if (across < 0 || across > width()) return undefined;
+  const [from, to] = range();
+  return from + (across / width()) * (to - from);
+}
+
+/** The pointer moves the cursor; a drag zooms; a click leaves the cursor where it is. */
+function point() {
+  /** Where a drag began. @type {{ x: number, time: number, cursor: number | undefined } | undefined} */
+  let drag;
+  const at = (/** @type {number} */ time) => lookAt(lastCall() > 0 ? timeOf(callAt(time)) : undefined);
+  diagram.addEventListener("pointermove", (event) => {
+    const time = pointed(event);
+    if (drag && Math.abs(event.clientX - drag.x) > DRAG) {
+      const [begin, end] = [drag.x, event.clientX].sort((one, other) => one - other);
+      selection.hidden = false;
+      Object.assign(selection.style, {
+        left: `${begin - diagram.getBoundingClientRect().left}px`,
+        width: `${end - begin}px`,
+      });
+    }
+    if (time !== undefined && event.pointerType === "mouse" && (isPointed || cursorTime() === undefined)) {
+      isPointed = true;
+      at(time);
+    }
+  });
+  diagram.addEventListener("pointerleave", () => {
+    if (isPointed) lookAt(undefined);
+    isPointed = false;
+  });
+  diagram.addEventListener("pointerdown", (event) => {
+    const time = pointed(event);
+    if (event.button !== 0 || time === undefined) return;
+    drag = { x: event.clientX, time, cursor: isPointed ? undefined : cursorTime() };
+  });
+  diagram.addEventListener("pointercancel", () => {
+    drag = undefined;
+  });
+  addEventListener("pointerup", (event) => {
+    if (!drag) return;
+    const { x, time, cursor } = drag;
+    drag = undefined;
+    const isDragged = !selection.hidden;
+    selection.hidden = true;
+    const end = pointed(event) ?? time;
+    if (isDragged) zoom(Math.min(time, end), Math.max(time, end));
+    else if (Math.abs(event.clientX - x) <= DRAG) {
+      // A click at the cursor that stands takes it away.
+      isPointed = false;
+      const call = timeOf(callAt(time));
+      if (cursor === call) lookAt(undefined);
+      else at(time);
+    }
+  });
+  diagram.addEventListener("dblclick", () => follow());
+  list.addEventListener("scroll", refresh);
+}
+
+/** @param {KeyboardEvent} event */
+function key(event) {
+  const far = event.shiftKey ? 10 : 1;
+  /** @type {Record<string, () => void>} */
+  const keys = {
+    ArrowLeft: () => move(-far),
+    ArrowRight: () => move(far),
+    ArrowDown: () => list.scrollBy(0, LANE),
+    ArrowUp: () => list.scrollBy(0, -LANE),
+    PageDown: () => toChange(1),
+    PageUp: () => toChange(-1),
+    Home: () => lookAt(timeOf(0)),
+    End: () => lookAt(timeOf(lastCall())),
+    "+": () => zoomBy(0.5),
+    "-": () => zoomBy(2),
+    Escape: () => follow(),
+  };
+  const action = keys[event.key];
+  if (!action || event.ctrlKey || event.altKey || event.metaKey) return;
+  event.preventDefault();
+  event.stopPropagation();
+  action();
+}
+
+/** The call at the cursor, or the last one. */
+function here() {
+  const time = cursorTime();
+  return time === undefined ? lastCall() : callAt(time);
+}
+
+/** Moves the cursor by calls. @param {number} by */
+function move(by) {
+  isPointed = false;
+  lookAt(timeOf(Math.min(Math.max(here() + by, 0), lastCall())));
+  bringIntoSight();
+}
+
+/** Moves the cursor to the next call in which a lane or a step changes. @param {1 | -1} way */
+function toChange(way) {
+  const now = here();
+  const found = rows.flatMap(({ signals: [{ name }] }) => {
+    const track = known.get(name);
+    if (!track) return [];
+    const at = placeOf(track, way > 0 ? now : now - 1);
+    return track.calls[way > 0 ? at + 1 : at] ?? [];
+  });
+  isPointed = false;
+  if (found.length > 0) lookAt(timeOf(way > 0 ? Math.min(...found) : Math.max(...found)));
+  bringIntoSight();
+}
+
+/** A part that was chosen goes with the cursor. */
+function bringIntoSight() {
+  const [from, to] = range();
+  const time = cursorTime();
+  if (time === undefined || (time >= from && time <= to)) return;
+  const half = (to - from) / 2;
+  zoom(Math.max(time - half, 0), Math.max(time - half, 0) + 2 * half);
+}

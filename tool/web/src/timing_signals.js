@@ -1,0 +1,182 @@
+/**
+ * The signals of a timing diagram: which are shown, how each is drawn, and the list from which they are chosen. The choice is kept
+ * with the loop.
+ *
+ * @typedef {import("tool/signals.js").Signal} Signal
+ * @typedef {import("tool/store.js").Work} Work
+ *
+ * @typedef {object} Shown a signal of the diagram
+ * @property {"lane" | "band" | "panel"} kind
+ * @property {string} name `TankFilling.step`
+ * @property {string} label
+ * @property {string} type of the PLC
+ * @property {string} unit
+ * @property {Map<number, string>} names of its values, if they are steps
+ * @property {number} colour its place in the palette
+ * @property {boolean} isDashed
+ * @property {boolean} isStepped whether a value holds until the next
+ */
+
+import { element, fill } from "tool/dom.js";
+import { programNamed } from "tool/program.js";
+import { called, isSwitch, roles, signals, unitText } from "tool/signals.js";
+import { steps } from "tool/steps.js";
+import { store } from "tool/store.js";
+import { hexadecimal, isTime, number, plcTime, rounded, shown } from "tool/values.js";
+
+/** So many are shown before the user has chosen, and so many are listed at once. */
+const [MOST_FIRST, MOST_LISTED] = [24, 200];
+/** The colours before these are those of setpoint, process value and manipulated value. */
+const FIRST_COLOUR = 3;
+const BITS = /^(BYTE|WORD|DWORD)$/;
+
+/** The steps of a program, by its name in the catalogue: its sources do not change. @type {Map<string, ReturnType<typeof steps>>} */
+const found = new Map();
+
+/** @param {string} fmu */
+function stepsOf(fmu) {
+  const of = programNamed(fmu);
+  if (!of) return new Map();
+  const made = found.get(fmu) ?? steps(of.compiled, of.program);
+  found.set(fmu, made);
+  return made;
+}
+
+/**
+ * What the values of a variable are called, if they are steps.
+ *
+ * @param {Work} loop
+ * @param {Signal} of
+ * @returns {Map<number, string> | undefined}
+ */
+function namesOf(loop, { member, variable }) {
+  const fmu = member === loop.member ? loop.description.name : loop.members.find(({ name }) => name === member)?.fmu;
+  return fmu ? stepsOf(fmu).get(variable.name.replaceAll("'", "").toUpperCase()) : undefined;
+}
+
+/**
+ * What is shown of a loop: what the user has chosen, else inputs, outputs and steps of the program.
+ *
+ * @param {Work} loop
+ * @returns {Promise<Shown[]>}
+ */
+export async function shownSignals(loop) {
+  const all = await signals(loop);
+  const { setpoint, processValue, manipulatedValue } = roles(loop);
+  const places = [setpoint, processValue, manipulatedValue];
+  let colour = FIRST_COLOUR;
+  return chosen(loop, all).map((signal) => {
+    const { name, variable } = signal;
+    const names = namesOf(loop, signal);
+    const isBand = names !== undefined || BITS.test(variable.kind);
+    const kind = isSwitch(variable) ? "lane" : isBand ? "band" : "panel";
+    const place = places.indexOf(name);
+    return {
+      ...{ kind, name, label: called(loop, name), type: variable.kind, unit: unitText(variable.unit) },
+      ...{ names: names ?? new Map(), colour: place >= 0 ? place : kind === "panel" ? colour++ : 0 },
+      ...{ isDashed: place === 0, isStepped: variable.kind !== "REAL" },
+    };
+  });
+}
+
+/**
+ * @param {Work} loop
+ * @param {Signal[]} all
+ */
+function chosen(loop, all) {
+  /** @type {string[] | undefined} */
+  const kept = loop.notes.timing?.shown;
+  if (kept) return kept.flatMap((name) => all.find((one) => one.name === name) ?? []);
+  const isOwn = (/** @type {Signal} */ { member }) => member === loop.member;
+  const terminals = all.filter((one) => isOwn(one) && ["input", "output"].includes(one.variable.role));
+  const own = all.filter((one) => isOwn(one) && one.variable.role === "local" && namesOf(loop, one));
+  const { setpoint } = roles(loop);
+  const goal = all.filter((one) => one.name === setpoint && !terminals.includes(one));
+  return [...terminals, ...own, ...goal].slice(0, MOST_FIRST);
+}
+
+/**
+ * A value as the PLC shows it, a step with its name.
+ *
+ * @param {import("./messages").Value} value
+ * @param {Shown} of
+ * @param {boolean} [isNamed]
+ */
+export function valueText(value, { type, kind, names }, isNamed = true) {
+  const name = isNamed && names.get(number(value));
+  if (name) return `${shown(value, type)} ${name}`;
+  if (kind === "lane") return shown(number(value) === 1, "BOOL");
+  if (/REAL$/i.test(type)) return rounded(value, type, 5);
+  return isTime(type) ? plcTime(number(value)) : (hexadecimal(value, type) ?? shown(value, type));
+}
+
+/**
+ * The list from which signals are chosen, folded.
+ *
+ * @param {() => void} changed
+ */
+export function chooser(changed) {
+  const search = element("input", { type: "search", placeholder: "Part of a name", "aria-label": "Search signals" });
+  const list = element("div", { class: "choices" });
+  const form = element("div", { class: "chooser-form" }, search, list);
+  const summary = element("summary", { class: "button" }, "Signals");
+  const fold = element("details", { class: "options signals-chooser" }, summary, form);
+  const show = async () => {
+    const loop = store.loop;
+    if (!loop || !fold.open) return;
+    const all = await signals(loop);
+    const now = new Set(chosen(loop, all).map(({ name }) => name));
+    const wanted = search.value.trim().toUpperCase();
+    const fitting = all.filter(({ name, variable }) =>
+      [name, variable.description].some((of) => of.toUpperCase().includes(wanted)),
+    );
+    // What is shown comes first.
+    const sorted = [...fitting.filter(({ name }) => now.has(name)), ...fitting.filter(({ name }) => !now.has(name))];
+    const choice = (/** @type {Signal} */ { name, variable }) => {
+      const box = element("input", { type: "checkbox", checked: now.has(name) });
+      box.addEventListener("change", () => {
+        const names = chosen(loop, all).map((one) => one.name);
+        const next = box.checked ? [...names, name] : names.filter((one) => one !== name);
+        loop.notes.timing = { ...loop.notes.timing, shown: next };
+        changed();
+        // It is kept.
+        store.emit("settings", []);
+      });
+      const unit = unitText(variable.unit);
+      const about = [variable.kind, unit].filter(Boolean).join(", ");
+      return element(
+        "label",
+        { title: variable.description },
+        box,
+        element("span", { class: "name" }, called(loop, name)),
+        element("span", { class: "faint" }, about),
+      );
+    };
+    const left = sorted.length - MOST_LISTED;
+    fill(
+      list,
+      sorted.slice(0, MOST_LISTED).map(choice),
+      sorted.length === 0 && element("p", { class: "faint" }, "No signal has this in its name or comment."),
+      left > 0 && element("p", { class: "faint" }, `${left} more: type a part of the name.`),
+    );
+  };
+  search.addEventListener("input", show);
+  fold.addEventListener("toggle", () => {
+    show();
+    if (fold.open) search.focus();
+  });
+  fold.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape") return;
+    event.stopPropagation();
+    fold.open = false;
+    summary.focus();
+  });
+  document.addEventListener("pointerdown", (event) => {
+    if (event.target instanceof Node && !fold.contains(event.target)) fold.open = false;
+  });
+  const follow = (/** @type {Work} */ loop) => {
+    const count = loop.notes.timing?.shown?.length;
+    summary.textContent = count === undefined ? "Signals" : `Signals (${count})`;
+  };
+  return { fold, follow };
+}

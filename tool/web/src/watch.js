@@ -1,0 +1,221 @@
+/**
+ * The watch table: any variables with their values, now or at the cursor. Each can be set once, or forced for every call. It is kept
+ * with the loop.
+ *
+ * @typedef {import("./messages").Value} Value
+ * @typedef {import("tool/signals.js").Signal} Signal
+ * @typedef {import("tool/store.js").Work} Work
+ */
+
+import { attribute, element, fill, tableHead, text } from "tool/dom.js";
+import { force, forced, isForced, release, write } from "tool/force.js";
+import { cursorTime, momentText, momentValues } from "tool/moment.js";
+import { programOf } from "tool/program.js";
+import { called, isSwitch, signals, unitText } from "tool/signals.js";
+import { isSettable, split, store, wiredTo } from "tool/store.js";
+import { hexadecimal, isTime, number, plcTime, read, rounded, shown } from "tool/values.js";
+
+/** So many names are offered at once. */
+const MOST_OFFERED = 300;
+
+/** @type {HTMLElement} */
+let body;
+/** @type {HTMLElement} */
+let head;
+/** @type {HTMLButtonElement} */
+let releaseAll;
+/** @type {HTMLInputElement} */
+let adding;
+/** @type {HTMLElement} */
+let offers;
+/** All variables of the loop. @type {Signal[]} */
+let available = [];
+/** How each row is shown anew. @type {(() => void)[]} */
+let rows = [];
+let isScheduled = false;
+
+/** @param {HTMLElement} content */
+export function mount(content) {
+  offers = element("datalist", { id: "watch-names" });
+  adding = element("input", {
+    ...{ id: "watch-add", list: "watch-names", placeholder: "Add a variable", "aria-label": "Add a variable" },
+    ...{ autocomplete: "off", spellcheck: "false" },
+  });
+  adding.addEventListener("change", add);
+  releaseAll = element("button", { type: "button", class: "release-all", onclick: () => tried(release) });
+  head = element("span", { class: "faint" });
+  body = element("div", { class: "wide" });
+  fill(content, element("div", { class: "row" }, adding, offers, releaseAll, head), body);
+  for (const what of ["loop", "plant"]) store.on(what, build);
+  for (const what of ["state", "moment", "forced"]) store.on(what, refresh);
+  build();
+}
+
+/** The names that are watched, in their order. @param {Work} loop @returns {string[]} */
+function watched(loop) {
+  return loop.notes.watch ?? [];
+}
+
+/** @param {() => Promise<unknown>} action */
+async function tried(action) {
+  try {
+    await action();
+  } catch (error) {
+    store.say(error);
+  }
+}
+
+/** @param {string[]} names */
+function keep(names) {
+  if (store.loop) store.loop.notes.watch = names;
+  store.emit("settings", []);
+  build();
+}
+
+function add() {
+  const loop = store.loop;
+  const wanted = adding.value.trim().toUpperCase();
+  const found = available.find(({ name }) =>
+    [name, loop && called(loop, name)].some((one) => one?.toUpperCase() === wanted),
+  );
+  if (!loop || !wanted) return;
+  adding.setCustomValidity(found ? "" : `${adding.value} is no variable: choose one of the list.`);
+  adding.reportValidity();
+  if (!found) return;
+  adding.value = "";
+  if (!watched(loop).includes(found.name)) keep([...watched(loop), found.name]);
+}
+
+/** Makes the table of the loop that is shown. */
+async function build() {
+  const loop = store.loop;
+  if (!loop || !programOf(loop)) return;
+  available = await signals(loop).catch(() => []);
+  if (store.loop !== loop) return;
+  fill(
+    offers,
+    available.slice(0, MOST_OFFERED).map(({ name }) => element("option", { value: called(loop, name) })),
+  );
+  rows = [];
+  const shownRows = watched(loop).flatMap((name) => {
+    const signal = available.find((one) => one.name === name);
+    return signal ? row(loop, signal) : [];
+  });
+  fill(
+    body,
+    shownRows.length === 0
+      ? element(
+          "p",
+          { class: "faint" },
+          "Lists any variables of the program with their values; each can be set or forced.",
+        )
+      : element(
+          "table",
+          { class: "watch" },
+          tableHead(["Variable", "Value", "Unit", "New value", ""], (column) => column === 1),
+          element("tbody", {}, shownRows),
+        ),
+  );
+  refresh();
+}
+
+function refresh() {
+  if (isScheduled) return;
+  isScheduled = true;
+  requestAnimationFrame(() => {
+    isScheduled = false;
+    for (const show of rows) show();
+    const count = Object.keys(forced()).length;
+    text(releaseAll, `Release all ${count}`);
+    releaseAll.hidden = count === 0;
+    text(head, cursorTime() === undefined ? "" : `Values ${momentText()}`);
+  });
+}
+
+/** @param {Work} loop @param {Signal} signal */
+function row(loop, { name, member, variable }) {
+  const value = element("td", { class: "number value" });
+  const field = isSwitch(variable)
+    ? element(
+        "select",
+        {},
+        ["FALSE", "TRUE"].map((one) => element("option", { value: one }, one)),
+      )
+    : element("input", { class: "number", size: 9, autocomplete: "off" });
+  attribute(field, "aria-label", `New value of ${called(loop, name)}`);
+  const wire =
+    member === loop.member ? wiredTo(loop, split(name)[1]) : loop.connections.find(([, to]) => to === name)?.[0];
+  const given = () => {
+    const got = read(field.value, variable);
+    field.setCustomValidity("why" in got ? got.why : "");
+    field.reportValidity();
+    return "value" in got ? { [name]: got.value } : undefined;
+  };
+  const set = () => {
+    const values = given();
+    if (!values) return;
+    // What a user may set is set where it has a field.
+    const isInput = isSettable(variable) && variable.is_tunable && !wire && !isForced(name);
+    tried(() =>
+      isInput ? store.now(member === loop.member ? { [split(name)[1]]: values[name] } : values) : write(values),
+    );
+  };
+  const hold = () => {
+    const values = given();
+    if (values) tried(() => force(values));
+  };
+  field.addEventListener("keydown", (event) => {
+    if (event instanceof KeyboardEvent && event.key === "Enter") set();
+  });
+  const setting = element("button", { type: "button", onclick: set, title: "Once, before the next cycle" }, "Set");
+  const holding = element(
+    "button",
+    { type: "button", onclick: hold, title: "In every cycle, until it is released" },
+    "Force",
+  );
+  const releasing = element("button", { type: "button", onclick: () => tried(() => release([name])) }, "Release");
+  const remove = () => keep(watched(loop).filter((one) => one !== name));
+  const made = element(
+    "tr",
+    { "data-watch": name },
+    element(
+      "td",
+      { title: variable.description },
+      element(
+        "button",
+        {
+          type: "button",
+          class: "plain name",
+          "aria-label": `Why ${called(loop, name)}?`,
+          onclick: () => store.emit("why", name),
+        },
+        called(loop, name),
+      ),
+    ),
+    value,
+    element("td", { class: "faint" }, unitText(variable.unit)),
+    element("td", {}, element("div", { class: "row" }, field, setting, holding, releasing)),
+    element(
+      "td",
+      {},
+      element("button", { type: "button", class: "plain", "aria-label": `Remove ${name}`, onclick: remove }, "×"),
+    ),
+  );
+  rows.push(() => {
+    const now = momentValues()[name];
+    const isHeld = isForced(name);
+    text(value, now === undefined ? "" : valueText(now, variable.kind));
+    attribute(value, "title", now === undefined ? undefined : shown(now, variable.kind));
+    made.classList.toggle("is-forced", isHeld);
+    releasing.hidden = !isHeld;
+    setting.disabled = isHeld || wire !== undefined;
+    attribute(setting, "title", wire ? `${wire} sets it in each cycle: force it` : "Once, before the next cycle");
+  });
+  return made;
+}
+
+/** @param {Value} value @param {string} kind */
+function valueText(value, kind) {
+  if (/REAL$/i.test(kind)) return rounded(value, kind, 7);
+  return isTime(kind) ? plcTime(number(value)) : (hexadecimal(value, kind) ?? shown(value, kind));
+}

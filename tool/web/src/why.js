@@ -1,0 +1,288 @@
+/**
+ * Why a variable has its value: the statement that wrote it last, the conditions under which that ran, and what both were made of,
+ * each of which can be asked in turn. Which statements ran is the engine's record of the call; values are those at its end.
+ *
+ * @typedef {import("./messages").Compiled} Compiled
+ * @typedef {import("./messages").Named} Named
+ * @typedef {import("./messages").Values} Values
+ * @typedef {import("./messages").Write} Write
+ * @typedef {import("tool/store.js").Work} Work
+ *
+ * @typedef {object} Found a statement that may write the variable
+ * @property {Write} write
+ * @property {string} file
+ * @property {number} source the number of its source
+ * @property {string} text of its source
+ * @property {string} prefix of the instance in which it stands
+ *
+ * @typedef {object} Call what is known of a call
+ * @property {number} call
+ * @property {Values} values at its end
+ * @property {import("./messages").Monitored} monitored
+ */
+
+import { element, fill } from "tool/dom.js";
+import { ask } from "tool/engine.js";
+import { forcedSpans } from "tool/force.js";
+import { placeOf, tracks } from "tool/history.js";
+import { callAt, cursorTime, timeOf } from "tool/moment.js";
+import { programNamed } from "tool/program.js";
+import { called } from "tool/signals.js";
+import { isSettable, split, store } from "tool/store.js";
+import { hexadecimal, isTime, number, plcTime, rounded } from "tool/values.js";
+
+/** Of later calls it is not known which statements ran. */
+const MOST_CALLS = 20_000;
+/** So many statements are listed that ran, and so many that did not. */
+const MOST_LISTED = 6;
+
+/** @type {HTMLElement} */
+let place;
+/** What was asked, the last one last. @type {string[]} */
+let asked = [];
+
+/** The place of the answer. */
+export function whyPanel() {
+  place = element("section", { class: "why", "aria-live": "polite", hidden: true });
+  store.on("why", (/** @type {string} */ name) => {
+    asked = [];
+    store.emit("show", "program");
+    answer(name);
+  });
+  store.on("loop", close);
+  return place;
+}
+
+function close() {
+  place.hidden = true;
+  asked = [];
+}
+
+/** @param {string} name */
+async function answer(name) {
+  const loop = store.loop;
+  const state = store.isLive() ? store.state : undefined;
+  if (!loop || !state || state.calls === 0) return;
+  if (asked.at(-1) !== name) asked.push(name);
+  try {
+    const time = cursorTime();
+    const call = time === undefined ? state.calls - 1 : callAt(time);
+    const told = await explained(loop, name, call);
+    place.hidden = false;
+    const back = () => {
+      asked.pop();
+      const before = asked.pop();
+      if (before) answer(before);
+    };
+    fill(
+      place,
+      element(
+        "div",
+        { class: "row" },
+        asked.length > 1 && element("button", { type: "button", onclick: back }, "Back"),
+        told[0],
+        element("button", { type: "button", class: "plain", "aria-label": "Close the answer", onclick: close }, "×"),
+      ),
+      ...told.slice(1),
+    );
+    place.scrollTop = 0;
+  } catch (error) {
+    store.say(error);
+  }
+}
+
+/**
+ * What can be said of a variable in a call.
+ *
+ * @param {Work} loop
+ * @param {string} name
+ * @param {number} call
+ * @returns {Promise<HTMLElement[]>} a heading first
+ */
+async function explained(loop, name, call) {
+  const state = /** @type {NonNullable<typeof store.state>} */ (store.state);
+  const track = (await tracks([name], state)).get(name);
+  const changed = track ? track.calls[placeOf(track, call)] : undefined;
+  const now = await valuesAt(call);
+  const [member, own] = split(name);
+  const fmu = member === loop.member ? loop.description.name : loop.members.find((one) => one.name === member)?.fmu;
+  const variable = fmu ? (await store.describe(fmu)).variables.find((one) => one.name === own) : undefined;
+  const title = `Why is ${called(loop, name)} ${written(now[name], variable?.kind ?? "")} at ${timeOf(call)} s?`;
+  const heading = element("strong", {}, title);
+  const since = changed ? ` since ${timeOf(changed)} s` : " since the beginning of the run";
+  const says = (/** @type {(string | HTMLElement)[]} */ ...parts) => [heading, element("p", {}, ...parts)];
+  const span = forcedSpans(name).findLast(([first, end]) => first <= call && call < end);
+  if (span) return says(`It is forced since ${timeOf(span[0])} s.`);
+  const wire = loop.connections.find(([, to]) => to === name);
+  if (wire) return says("It comes from ", operand(loop, wire[0], now), ".");
+  if (variable && isSettable(variable)) return says(`It is an input that you set: it has had this value${since}.`);
+  const of = fmu ? programNamed(fmu) : undefined;
+  if (!of) return says(`${member} is no program: what it does inside is not known. It has had this value${since}.`);
+  if (call >= MOST_CALLS) return says(`Which statements ran is known of the first ${MOST_CALLS} cycles only.`);
+  const all = writesOf(of.compiled, own);
+  if (all.length === 0) return says("No statement of the program writes it: it has its start value.");
+  // Statements that ran in this call, else those of the call that changed it.
+  let at = await callOf(member, call, now);
+  if (!all.some((one) => hasRun(at, one)) && changed) at = await callOf(member, changed, await valuesAt(changed));
+  const ran = all.filter((one) => hasRun(at, one)).reverse();
+  const others = all.filter((one) => !ran.includes(one) && one.write.guards.length > 0);
+  const answers = [heading];
+  const nothing = `No statement has written it${changed ? "" : " in this run: it has its start value"}.`;
+  if (ran.length === 0) answers.push(element("p", {}, nothing));
+  for (const [place, one] of ran.slice(0, MOST_LISTED).entries())
+    answers.push(
+      statement(loop, member, one, at, place === 0 ? `At ${timeOf(at.call)} s this wrote it:` : "Before it:"),
+    );
+  for (const one of others.slice(0, MOST_LISTED)) answers.push(statement(loop, member, one, at, "This did not run:"));
+  answers.push(element("p", { class: "faint" }, "Values are those at the end of the cycle."));
+  return answers;
+}
+
+/** @param {number} call @returns {Promise<Values>} */
+async function valuesAt(call) {
+  const names = Object.entries(store.state?.values ?? {});
+  const variables = names.map(([name]) => name);
+  const { values } = await ask({ do: "view", variables, from: timeOf(call), to: timeOf(call), points: 2 });
+  const typed = names.map(([name, value], at) => [
+    name,
+    typeof value === "boolean" ? values[at][0] === 1 : (values[at][0] ?? "NaN"),
+  ]);
+  return Object.fromEntries(typed);
+}
+
+/** @param {string} member @param {number} call @param {Values} values @returns {Promise<Call>} */
+async function callOf(member, call, values) {
+  return { call, values, monitored: await ask({ do: "monitor", member, call }) };
+}
+
+/** @param {Call} at @param {Found} of */
+function hasRun({ monitored }, { source, write }) {
+  return monitored.lines.some(([file, line]) => file === source && line === write.line);
+}
+
+/** @param {string} text */
+function plain(text) {
+  return text.replaceAll("'", "").toUpperCase();
+}
+
+/**
+ * The statements that may write a variable: those that name it, and the calls of the instance that it belongs to.
+ *
+ * @param {Compiled} compiled
+ * @param {string} own
+ * @returns {Found[]}
+ */
+function writesOf(compiled, own) {
+  const wanted = plain(own);
+  const all = compiled.blocks.flatMap((block) => {
+    const parts = compiled.parts.filter((part) => plain(part.block) === plain(block.name));
+    return block.writes.flatMap((write) =>
+      (write.is_global ? [""] : parts.map(({ path }) => (path ? `${path}.` : ""))).map((prefix) => {
+        return {
+          write,
+          prefix,
+          source: block.file,
+          ...compiled.sources[block.file],
+          path: plain(prefix + write.path),
+        };
+      }),
+    );
+  });
+  // An index that is a variable may be any.
+  const fits = (/** @type {string} */ path) =>
+    path === wanted ||
+    (path.includes("[") && path.replace(/\[[^\]]*\]/g, "[]") === wanted.replace(/\[[^\]]*\]/g, "[]"));
+  const named = all.filter(({ path }) => fits(path));
+  return named.length > 0 ? named : all.filter(({ path }) => wanted.startsWith(`${path}.`));
+}
+
+/**
+ * A statement with what it was made of and the conditions under which it runs.
+ *
+ * @param {Work} loop
+ * @param {string} member
+ * @param {Found} of
+ * @param {Call} at
+ * @param {string} title
+ */
+function statement(loop, member, of, at, title) {
+  const { write, file, prefix } = of;
+  const reads = (/** @type {Named[]} */ names) => operands(loop, member, prefix, names, at);
+  const line = (/** @type {number} */ line, /** @type {string} */ text) =>
+    element(
+      "button",
+      { type: "button", class: "plain", onclick: () => store.emit("line", { file, place: [line, 1] }) },
+      `line ${line}: `,
+      element("code", {}, text.replace(/\s+/g, " ")),
+    );
+  return element(
+    "div",
+    { class: "why-statement" },
+    element("p", {}, `${title} `, line(write.line, write.text), " ", reads(write.reads)),
+    element(
+      "ul",
+      {},
+      write.guards.map((guard) =>
+        element("li", {}, wordOf(guard, of), line(guard.line, guard.text), " ", reads(guard.reads)),
+      ),
+    ),
+  );
+}
+
+/**
+ * What a condition is: of a CASE it is a value with a label, and no truth.
+ *
+ * @param {import("./messages").Guard} guard
+ * @param {Found} of
+ */
+function wordOf({ line, is_negated: isNegated }, { text }) {
+  if (/\bCASE\b/i.test(text.split(/\r\n|\n|\r/)[line - 1] ?? "")) return "in the CASE of ";
+  return isNegated ? "if not " : "if ";
+}
+
+/**
+ * @param {Work} loop
+ * @param {string} member
+ * @param {string} prefix
+ * @param {Named[]} names
+ * @param {Call} at
+ */
+function operands(loop, member, prefix, names, { values, monitored }) {
+  const known = new Map(Object.keys(values).map((name) => [plain(name), name]));
+  const seen = new Set();
+  return names.flatMap(({ path, is_global: isGlobal }) => {
+    const own = known.get(plain(`${member}.${isGlobal ? "" : prefix}${path}`));
+    const temp = prefix ? undefined : Object.keys(monitored.temps).find((one) => plain(one) === plain(path));
+    const key = own ?? temp;
+    if (key === undefined || seen.has(key)) return [];
+    seen.add(key);
+    if (own) return [operand(loop, own, values)];
+    return [element("span", { class: "value" }, `${path} ${written(monitored.temps[key], "")}`)];
+  });
+}
+
+/**
+ * A variable with its value, which can be asked in turn.
+ *
+ * @param {Work} loop
+ * @param {string} name
+ * @param {Values} values
+ */
+function operand(loop, name, values) {
+  const [member, own] = split(name);
+  const kind = member === loop.member ? loop.description.variables.find((one) => one.name === own)?.kind : undefined;
+  const value = values[name];
+  const look = typeof value === "boolean" ? (value ? " is-true" : " is-false") : "";
+  return element(
+    "button",
+    { type: "button", class: `operand value${look}`, title: `Why ${called(loop, name)}?`, onclick: () => answer(name) },
+    `${called(loop, name)} ${written(value, kind ?? "")}`,
+  );
+}
+
+/** @param {import("./messages").Value | undefined} value @param {string} kind */
+function written(value, kind) {
+  if (value === undefined) return "";
+  if (typeof value === "boolean") return value ? "TRUE" : "FALSE";
+  return isTime(kind) ? plcTime(number(value)) : (hexadecimal(value, kind) ?? rounded(value, kind, 7));
+}
