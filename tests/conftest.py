@@ -15,6 +15,7 @@ import pytest
 
 import host
 import plcfmu
+import results
 import site_pages
 
 pytest.register_assert_rewrite("calls")
@@ -68,6 +69,8 @@ def pytest_terminal_summary(terminalreporter):
     for reason, files in sorted(reasons.items()):
         tests = ", ".join(f"{count} of {file}" for file, count in sorted(files.items()))
         terminalreporter.write_line(f"skipped: {tests}: {reason}")
+    if folder := os.environ.get("PLCFMU_RESULTS"):
+        results.write(pathlib.Path(folder), terminalreporter.stats)
 
 
 @pytest.fixture(scope="session")

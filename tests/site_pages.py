@@ -3,6 +3,8 @@
 import importlib.util
 import pathlib
 
+import pytest
+
 import host
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
@@ -11,8 +13,16 @@ FOLDER = ROOT / "docs" / "site"
 # Where `cargo xtask docs` writes it.
 SITE = ROOT / "target" / "docs"
 
+# Results of tests, made up.
+RESULTS = ROOT / "tests" / "expected" / "results"
+
 # The page of the parameter tool on it.
 TOOL = "plcfmu-tool.html"
+
+GENERATOR = "zensical"
+needs_generator = pytest.mark.skipif(
+    importlib.util.find_spec(GENERATOR) is None, reason=f"{GENERATOR} not installed: it needs Python 3.11 (tests/requirements.txt)"
+)
 
 
 def build():
@@ -25,4 +35,4 @@ def build():
 
 def write(out):
     """Writes the site."""
-    build().Site(host.FOLDER, out).write()
+    build().Site(host.FOLDER, out, results=RESULTS).write()

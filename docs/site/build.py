@@ -1,55 +1,43 @@
-"""Writes the project's site: the FMUs' pages, the repository's documents, the reference of the Python package.
+"""Writes the project's site: collects the documents, the pages of the FMUs and the parameter tool, and lets Zensical make it.
 
 The site is a folder of files. Nothing in it is loaded from elsewhere, and the same sources give the same bytes.
 """
 
 import argparse
 import html
-import importlib
-import io
+import json
 import os
 import re
 import shutil
+import subprocess
 import sys
-import warnings
+import tempfile
 import zipfile
 from collections import namedtuple
 from pathlib import Path
 from urllib.parse import urlsplit
 from xml.etree import ElementTree
 
-import jinja2
-import markdown_it
-import pdoc.doc
-import PIL.Image
-import pygments
-import pygments.formatters
-import pygments.lexers
-import pygments.util
+import yaml
+from lxml import html as lxml_html
 
 HERE = Path(__file__).resolve().parent
-ROOT = HERE.parent.parent
+ROOT = HERE.parents[1]
 sys.path.insert(0, str(HERE))
 
-from menu import Menu  # noqa: E402
-from search import Index, shortened  # noqa: E402
+import tested  # noqa: E402
 
 TOOL = "plcfmu-tool.html"
-THUMBNAIL = (640, 360)
-PICTURES = {".gif", ".png", ".svg"}
-# A picture in Markdown: its text and its file.
-PICTURE = re.compile(r"!\[(.*?)\]\((.*?)\)", re.DOTALL)
+TRY = "Try it in the browser"
+LONGEST_DESCRIPTION = 160
+# What is no page: it is copied.
+FILES = {".gif", ".png", ".svg"}
+# The target of a link or of a picture.
+TARGET = re.compile(r"(?<=\]\()[^)\s]+(?=\))")
+# A section of an FMU's page begins with such a line.
+SECTION = re.compile(r'^<h([23]) id="([^"]+)">(.*?)</h\1>$', re.MULTILINE)
 
-Heading = namedtuple("Heading", "level id text")
 Fmu = namedtuple("Fmu", "name description kind")
-Loop = namedtuple("Loop", "title picture id")
-
-ESCAPED = jinja2.Environment(
-    loader=jinja2.FileSystemLoader(HERE / "templates"),
-    autoescape=True,
-    undefined=jinja2.StrictUndefined,
-    trim_blocks=True,
-)
 
 
 class SourceError(Exception):
@@ -59,297 +47,219 @@ class SourceError(Exception):
 class Site:
     """A site that is being written.
 
-    `fmus` is the folder of the FMUs; `out` is the folder of the site, which is made anew. `tool` is the page of the
+    `fmus` is the folder of the FMUs; `out` is the folder of the site, which is replaced. `tool` is the page of the
     parameter tool, if the site is to have it. `address` is where the site will be published, such as
-    https://example.org/plcfmu/: what needs whole addresses (previews, the sitemap, the links of the page for what is not
-    found) is made with it.
+    https://example.org/plcfmu/, and `repository` where its sources are: with it, pages have links to edit them. `results` is
+    the folder in which tests have left their results.
     """
 
-    def __init__(self, fmus, out, tool=None, address=""):
+    def __init__(self, fmus, out, tool=None, address="", repository="", results=None):
         self.fmus = Path(fmus)
         self.out = Path(out)
         self.tool = tool
         self.address = address and address.rstrip("/") + "/"
-        self.pending = []  # documents and folders that a page links to
+        self.repository = repository
+        self.tested = results and tested.page((ROOT / "tests/README.md").read_text("utf-8"), Path(results))
+        self.config = yaml.safe_load((HERE / "mkdocs.yml").read_text("utf-8"))
+        self.pending = []
         self.known = set()
-        self.pages = []
-        self.index = Index()
-        self.version = re.search(r'^version = "(.+)"$', (ROOT / "Cargo.toml").read_text("utf-8"), re.MULTILINE)[1]
+        self.variables = []
 
     def write(self):
         """Writes everything."""
-        if self.out.exists():
-            if any(self.out.iterdir()) and not (self.out / "site.css").is_file():
-                raise FileExistsError(f"{self.out} is neither empty nor a site: choose another folder")
-            shutil.rmtree(self.out)
-        self.out.mkdir(parents=True)
-        self.place("site.css", style())
-        for name in ("site.js", "favicon.svg"):
-            self.place(name, (HERE / name).read_bytes())
-        if self.tool:
-            self.place(TOOL, Path(self.tool).read_bytes())
+        if self.out.exists() and any(self.out.iterdir()) and not (self.out / "search.json").is_file():
+            raise FileExistsError(f"{self.out} is neither empty nor a site: choose another folder")
         paths = sorted(self.fmus.glob("*.fmu"))
         if not paths:
-            raise FileNotFoundError(f"there is no FMU in {self.fmus}: make them with `cargo xtask fmu`")
-        fmus = [described(path) for path in paths]
-        self.menu = Menu(ROOT, fmus, page_of)
-        self.fmu_pages = {fmu.name: self.menu.page(fmu) for fmu in fmus}
-        for source in self.menu.sources:
-            self.need(source)
-        for path, fmu in zip(paths, fmus):
-            self.fmu(path, fmu)
-        self.front(fmus)
-        self.reference()
+            raise FileNotFoundError(f"no FMU in {self.fmus}: make them with `cargo xtask fmu`")
+        with tempfile.TemporaryDirectory() as folder:
+            self.stage(Path(folder), paths)
+            build(folder)
+            self.index_variables(Path(folder) / "site")
+            shutil.rmtree(self.out, ignore_errors=True)
+            shutil.copytree(Path(folder) / "site", self.out)
+
+    def stage(self, folder, paths):
+        """Collects all that the site is made of in a folder."""
+        self.docs = folder / "docs"
+        self.pages = {path.stem: described(path) for path in paths}
+        shutil.copytree(HERE / "overrides", folder / "overrides")
+        for name in ("favicon.svg", "iframe-worker.js"):
+            self.place(name, (HERE / name).read_bytes())
+        self.place("site.css", style())
+        self.place("python/index.md", page("The Python package plcfmu", "Classes and functions of the Python package plcfmu.", "::: plcfmu"))
+        if self.tool:
+            self.place(TOOL, Path(self.tool).read_bytes())
+        if self.tested:
+            text = self.linked(self.tested, "tests/README.md")
+            self.place("tests/tested.md", page("What was tested, on which system", "What the tests gave, promise by promise.", text))
+        for source in re.findall(r"[\w/]+\.md", json.dumps(self.menu())):
+            if (ROOT / source).is_file():
+                self.need(source)
+        for path in paths:
+            self.fmu(path)
         while self.pending:
             source = self.pending.pop()
-            if (ROOT / source).is_dir():
-                self.folder(source)
-            elif source.endswith(".md"):
+            if source.endswith(".md"):
                 self.document(source)
+            elif (ROOT / source).is_dir():
+                self.folder(source)
             else:
                 self.source(source)
-        self.render("missing.html", "404.html", "This page does not exist", headings=[], about="There is no such page.")
-        self.place("search.js", self.index.script())
+        (folder / "mkdocs.yml").write_text(yaml.safe_dump(self.config, sort_keys=False), "utf-8")
+
+    def menu(self):
+        """Completes the menu and the rest of the configuration, and gives the menu."""
+        self.config["plugins"]["mkdocstrings"]["handlers"]["python"]["paths"] = [str(ROOT / "plcfmu/python")]
         if self.address:
-            self.place("sitemap.txt", "".join(f"{self.address}{page}\n" for page in sorted(self.pages)))
+            self.config["site_url"] = self.address
+        if self.repository:
+            self.config |= {"repo_url": self.repository, "edit_uri": "edit/main/"}
+        start, guides, reference, blocks = (part for entry in self.config["nav"] for part in entry.values())
+        if self.tool:
+            start.insert(1, {TRY: TOOL})
+        if self.tested:
+            place = next(place for place, entry in enumerate(reference) if "tests/README.md" in entry.values())
+            reference.insert(place, {"What was tested": "tests/tested.md"})
+        listed = json.dumps(self.config["nav"])
+        for path in sorted((ROOT / "docs").glob("*.md")):
+            if f'"docs/{path.name}"' not in listed:
+                guides.append({first_heading(path.read_text("utf-8")): f"docs/{path.name}"})
+        entries = {kind: [{fmu.name: page_of_fmu(fmu.name)} for fmu in self.pages.values() if fmu.kind == kind] for kind in ("block", "plant", "own")}
+        blocks[0]["Plants"] += entries["plant"]
+        blocks[:0] = entries["block"]
+        if entries["own"]:
+            blocks.append({"Examples": entries["own"]})
+        return self.config["nav"]
 
-    def front(self, fmus):
-        """The front page. Its texts are those of the documents, so that they stand in one place."""
-        documents = ("README.md", "fmu/README.md", "examples/README.md", "docs/import.md")
-        readme, fmu, examples, guides = (sections((ROOT / name).read_text("utf-8")) for name in documents)
-        if "In short" not in fmu:
-            raise SourceError("fmu/README.md has no section 'In short': the front page shows it")
-
-        # The tools, with links to their sections: those that were tried stand first.
-        tools = re.search(r"(?:^\|.*\n)+", guides[""], re.MULTILINE)[0].replace("(#", "(import.md#")
-
-        alternative, picture = PICTURE.search(readme[""]).groups()
-        page = {
-            "intro": self.html(readme[""].split("\n\n")[1], "README.md", "index.html")[0],
-            "picture": (alternative, self.link(picture, "README.md", "index.html")),
-            "promises": self.html(fmu["In short"], "fmu/README.md", "index.html")[0],
-            "fmus": fmus,
-            "loops": [
-                Loop(title, self.thumbnail(os.path.join("examples", found[2])), slug(title))
-                for title, text in examples.items()
-                if (found := PICTURE.search(text))
-            ],
-            "tools": self.html(tools, "docs/import.md", "index.html")[0],
-            "minimal": highlighted((HERE / "minimal_loop.py").read_text("utf-8"), "python"),
-        }
-        about = plain(readme[""].split("\n\n")[1])
-        self.render("index.html", "index.html", "PLC control blocks as FMUs", headings=[], about=about, **page)
-
-    def fmu(self, path, fmu):
-        """Unpacks all of an FMU but its libraries; its page becomes one of the site's."""
+    def fmu(self, path):
+        """Unpacks all of an FMU but its libraries, offers it for download, and makes its page one of the site's."""
+        name = path.stem
         with zipfile.ZipFile(path) as package:
             for entry in package.namelist():
                 if not entry.startswith("binaries/"):
-                    package.extract(entry, self.out / "fmu" / fmu.name)
-        target = self.menu.page(fmu)
-        text = (self.out / target).read_text("utf-8")
-        self.index.add_page(target, fmu.name, text)
-        frame = self.frame(target, fmu.name, fmu.description)
-        head, top, bottom = (ESCAPED.get_template(f"{part}.html").render(frame) for part in ("head", "top", "bottom"))
-        text = re.sub(r"<title>.*?</title>", lambda _: f"<title>{html.escape(fmu.name)} - plcfmu</title>", text, count=1)
-        # The frame has its own.
-        text = text.replace('<a class="skip" href="#main">Skip to the text</a>\n', "", 1)
-        text = re.sub(r'<meta name="description".*\n', "", text, count=1)
-        text = text.replace("</head>", f"{head}\n</head>", 1).replace("<body>\n", f"<body>\n{top}\n", 1)
-        self.place(target, text.replace("</body>", f"{bottom}\n</body>", 1))
+                    package.extract(entry, self.docs / "fmu" / name)
+        shutil.copyfile(path, self.docs / "fmu" / path.name)
+        target = page_of_fmu(name)
+        made = (self.docs / target).with_suffix(".html")
+        text = re.search(r'<main id="main">\n(.*)</main>', made.read_text("utf-8"), re.DOTALL)[1]
+        made.unlink()
+        self.variables += [(target, row) for row in lxml_html.fromstring(f"<main>{text}</main>").xpath("//tr[@id]")]
+        # The theme has the title and the contents.
+        text = re.sub(r"<h1>.*?</h1>\n|<nav class=\"contents\".*?</nav>\n", "", text, flags=re.DOTALL)
+        intro, *sections = SECTION.split(text)
+        size = f"{path.stat().st_size / 1e6:.1f}".rstrip("0").rstrip(".")
+        parts = [f"[Download {path.name}](../../{path.name}){{ .md-button .md-button--primary download }} {size} MB", raw(intro)]
+        for level, anchor, title, content in zip(*[iter(sections)] * 4):
+            parts += [f"{'#' * int(level)} {title} {{ #{anchor} }}", raw(content)]
+        self.place(target, page(name, self.pages[name].description, "\n\n".join(parts)))
 
     def document(self, source):
         """A document of the repository."""
-        target = page_of(source)
-        text, headings = self.html((ROOT / source).read_text("utf-8"), source, target)
-        title = next((heading.text for heading in headings if heading.level == 1), source)
-        self.index.add_page(target, title, f"<main>{text}</main>")
-        about = plain(next(iter(paragraphs((ROOT / source).read_text("utf-8"))), title))
-        self.render("document.html", target, title, headings=headings, text=text, about=about)
+        text = self.linked((ROOT / source).read_text("utf-8"), source)
+        # A row about an FMU leads to its page, which the repository does not have.
+        names = "|".join(self.pages)
+        to_root = "../" * source.count("/")
+        text = re.sub(rf"^\| `({names})` \|", lambda row: f"| [`{row[1]}`]({to_root}{page_of_fmu(row[1])}) |", text, flags=re.MULTILINE)
+        if source == "README.md" and self.tool:
+            text = re.sub(r"^!\[.*\n", rf"\g<0>\n[{TRY}]({TOOL}){{ .md-button .md-button--primary }}\n", text, count=1, flags=re.MULTILINE)
+        about = next(paragraphs(text), source)
+        self.place(source, front_matter(description=shortened(about)) + text)
 
     def folder(self, source):
         """A folder without a document: its files."""
         entries = sorted(entry.name for entry in (ROOT / source).iterdir() if not entry.name.startswith(("__", ".")))
-        links = [(name, self.link(name, f"{source}/folder", page_of(source))) for name in entries]
-        about = f"The folder {source} of the repository of plcfmu."
-        self.render("folder.html", page_of(source), source, headings=[], entries=links, about=about)
+        listed = "\n".join(f"- [{name}]({self.link(name, f'{source}/x')})" for name in entries)
+        self.place(f"{source}/index.md", page(source, f"The folder {source} of the repository of plcfmu.", listed, is_found=False))
 
     def source(self, source):
         """A file of the repository."""
         text = (ROOT / source).read_text("utf-8")
-        try:
-            language = pygments.lexers.get_lexer_for_filename(source).aliases[0]
-        except pygments.util.ClassNotFound:
-            language = "text"
-        page = f'<h1>{html.escape(source)}</h1>\n{highlighted(text, language)}'
-        about = f"The file {source} of the repository of plcfmu."
-        self.render("document.html", page_of(source), source, headings=[], text=page, about=about)
+        language = Path(source).suffix[1:] or "text"
+        fence = "~" * 12
+        content = f"{fence}{{.{language}}}\n{text}\n{fence}"
+        self.place(f"{source}.md", page(source, f"The file {source} of the repository of plcfmu.", content, is_found=False))
 
-    def reference(self):
-        """The reference of the Python package, from its docstrings."""
-        sys.path.insert(0, str(ROOT / "plcfmu" / "python"))
-        # pdoc looks for the types of named tuples in the wrong module, says so, and shows them as they are written.
-        warnings.filterwarnings("ignore", "Error parsing type annotation", module="pdoc")
-        package = pdoc.doc.Module(importlib.import_module("plcfmu"))
+    def linked(self, markdown, source):
+        """A document with links to what the site has; code stays as it is."""
+        parts = re.split(r"(^```.*?^```|^~~~.*?^~~~|`[^`\n]+`)", markdown, flags=re.MULTILINE | re.DOTALL)
+        return "".join(part if number % 2 else TARGET.sub(lambda found: self.link(found[0], source), part) for number, part in enumerate(parts))
 
-        def public(owner):
-            members = owner.members.values() if owner.kind == "module" else owner.own_members
-            named = [one for one in members if not one.name.startswith("_")]
-            # A variable of which nothing is said is in its class' signature.
-            return [one for one in named if one.kind != "variable" or said_of(one)]
-
-        def docs(member):
-            return self.html(said_of(member), "plcfmu/python/README.md", "python/index.html", code="python")[0]
-
-        def anchor(member):
-            return member.fullname.removeprefix("plcfmu.")
-
-        # What one calls stands before what one catches.
-        members = sorted(public(package), key=lambda member: member.name.endswith("Error"))
-        modules = package.submodules
-        headings = [Heading(2, anchor(member), member.name) for member in members + modules]
-        self.render(
-            "reference.html",
-            "python/index.html",
-            "The Python package plcfmu",
-            about="Classes and functions of the Python package plcfmu: closed loops of FMUs, figures, plots, studies.",
-            headings=headings,
-            package=package,
-            members=members,
-            modules=modules,
-            public=public,
-            docs=docs,
-            anchor=anchor,
-            signature=signature,
-        )
-
-    def html(self, markdown, source, target, code=""):
-        """Markdown as HTML for the page `target`, with the links of the document `source` rewritten; and its headings.
-
-        `code` is the language of indented code.
-        """
-        options = {"highlight": lambda text, language, _: highlighted(text, language)}
-        parser = markdown_it.MarkdownIt("commonmark", options).enable("table")
-        parser.add_render_rule("code_inline", unbroken)
-        tokens = parser.parse(markdown)
-        headings = []
-        for place, token in enumerate(tokens):
-            if token.type == "heading_open":
-                text = "".join(child.content for child in tokens[place + 1].children)
-                headings.append(Heading(int(token.tag[1]), slug(text), text))
-                token.attrSet("id", slug(text))
-            elif token.type == "code_block":
-                token.type, token.info = "fence", code
-            for child in token.children or []:
-                if child.type == "text":
-                    # A number is not parted from its percent sign, its unit or its tolerance at the end of a line, nor
-                    # behind its thousands.
-                    parting = r"(?<=\d) (?=(?:%|°C|K|s|ms|h|KB|MB|\d{3}(?!\d))(?!\w))|(?<=±) (?=\d)"
-                    child.content = re.sub(parting, "\u00a0", child.content)
-                elif child.type == "link_open":
-                    child.attrSet("href", self.link(child.attrGet("href"), source, target))
-                elif child.type == "image":
-                    child.attrSet("src", self.link(child.attrGet("src"), source, target))
-                    if not child.content and headings:
-                        # A picture without a text is named by the heading that it stands under.
-                        child.children = [markdown_it.token.Token("text", "", 0, content=headings[-1].text)]
-        text = parser.renderer.render(tokens, parser.options, {})
-        text = text.replace("<table>", '<div class="scroll" tabindex="0"><table>').replace("</table>", "</table></div>")
-        # The corner of a table may be empty, but is no heading then.
-        text = text.replace("<th></th>", "<td></td>")
-        # A row about an FMU leads to its page, which the repository does not have.
-        text = re.sub(r"(?<=<td><code>)\w+(?=</code></td>)", lambda name: self.led(name[0], target), text)
-        return text.replace("<pre>", '<pre tabindex="0">'), headings
-
-    def link(self, href, source, target):
-        """The link `href` of the document `source` as it has to be on the page `target`; what it leads to is needed."""
+    def link(self, href, source):
+        """The link `href` of the document `source` as it has to be on the site; what it leads to is needed."""
         parts = urlsplit(href)
         if parts.scheme or not parts.path:
             return href
         path = os.path.normpath(os.path.join(os.path.dirname(source), parts.path)).replace(os.sep, "/")
         if not (ROOT / path).exists():
-            raise SourceError(f"{source} links to {href}, but there is no {path}: correct the link")
-        page = self.need(path)
-        link = os.path.relpath(page, os.path.dirname(target) or ".").replace(os.sep, "/")
+            raise SourceError(f"{source} links to {href}, but {path} does not exist: correct the link")
+        link = os.path.relpath(self.need(path), os.path.dirname(source) or ".").replace(os.sep, "/")
         return f"{link}#{parts.fragment}" if parts.fragment else link
 
-    def led(self, name, target):
-        """The name of an FMU with a link to its page; any other name as it is."""
-        page = self.fmu_pages.get(name)
-        return f'<a href="{os.path.relpath(page, os.path.dirname(target) or ".")}">{name}</a>' if page else name
-
     def need(self, path):
-        """The place of a file or folder on the site; it will be there."""
+        """The file of the site for a file or folder of the repository; it will be there."""
         if (ROOT / path / "README.md").is_file():
             path = f"{path}/README.md"
-        if path in self.known:
-            return page_of(path)
-        self.known.add(path)
-        if Path(path).suffix in PICTURES:
-            self.place(path, (ROOT / path).read_bytes())
-        else:
-            self.pending.append(path)
-        return page_of(path)
+        is_file = Path(path).suffix in FILES
+        if path not in self.known:
+            self.known.add(path)
+            if is_file:
+                self.place(path, (ROOT / path).read_bytes())
+            else:
+                self.pending.append(path)
+        if is_file or path.endswith(".md"):
+            return path
+        return f"{path}/index.md" if (ROOT / path).is_dir() else f"{path}.md"
 
-    def frame(self, target, title, about):
-        """What the frame of a page shows: the menu, the neighbours, what other programs are told of the page."""
-        if target != "404.html":
-            self.pages.append(target)
-        return {
-            "title": title,
-            "about": shortened(about),
-            "root": self.address if target == "404.html" and self.address else "../" * target.count("/"),
-            "address": self.address,
-            "target": target,
-            "menu": self.menu.groups,
-            "neighbours": self.menu.neighbours(target),
-            "version": self.version,
-            "tool": TOOL if self.tool else "",
-            "to": page_of,
-        }
-
-    def render(self, template, target, title, about, **content):
-        contents = [heading for heading in content["headings"] if heading.level == 2]
-        page = ESCAPED.get_template(template).render(self.frame(target, title, about), contents=contents, **content)
-        if template in ("index.html", "reference.html"):
-            self.index.add_page(target, title, page)
-        self.place(target, page)
-
-    def thumbnail(self, source):
-        """A small copy of a picture, for the front page."""
-        target = f"thumbnails/{Path(source).name}"
-        picture = PIL.Image.open(ROOT / source).convert("RGB")
-        picture.thumbnail(THUMBNAIL, PIL.Image.Resampling.LANCZOS)
-        small = io.BytesIO()
-        picture.quantize(64).save(small, "PNG", optimize=True)
-        self.place(target, small.getvalue())
-        return target
+    def index_variables(self, site):
+        """Adds the variables of the FMUs to the index of the search, which knows headings only."""
+        index = json.loads((site / "search.json").read_text("utf-8"))
+        for target, row in self.variables:
+            name, location = row.get("id"), target.removesuffix(".md") + ".html"
+            short = row.find(".//td/span[@class='short']")
+            words = [short.text_content() + ".", *(more.text_content() for more in short.itersiblings())]
+            text = f"<p>{html.escape(' '.join(' '.join(words).split()), quote=False)}</p>"
+            fmu = target.split("/")[1]
+            index["items"].append({"location": f"{location}#{name}", "level": 3, "title": name, "text": text, "path": ["Blocks", fmu, "Variables"], "tags": []})
+        written = json.dumps(index, ensure_ascii=False, separators=(",", ":"))
+        (site / "search.json").write_text(written, "utf-8")
+        # A page that was opened from a disk may not fetch a file: the same as a script.
+        (site / "search.js").write_text(f"var __index = {written}", "utf-8")
 
     def place(self, path, content):
-        target = self.out / path
+        target = self.docs / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
-def unbroken(renderer, tokens, place, options, env):
-    """Code in a line, in which an option is not broken behind its hyphens; a path and a long name are, between their words."""
-    code = re.sub(r"(?<!\S)--?[\w-]+", r'<span class="option">\g<0></span>', html.escape(tokens[place].content))
-    if len(tokens[place].content) > 12:
-        code = re.sub(r"[/_,:=(](?=[\w{*])(?![^<]*>)", r"\g<0><wbr>", code)
-    return f"<code>{code}</code>"
+def build(folder):
+    """Lets Zensical make the site of a folder. Anything that it finds wrong is an error."""
+    command = [sys.executable, "-m", "zensical", "build", "--strict", "--config-file", "mkdocs.yml"]
+    done = subprocess.run(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    if done.returncode:
+        raise SourceError(f"Zensical has not made the site:\n{done.stdout.split('Traceback')[0]}")
 
 
-def page_of(source):
-    """The page of a file or folder of the repository. A folder's README is the page of the folder."""
-    if Path(source).suffix in PICTURES:
-        return source
-    if source == "README.md":
-        return "overview.html"
-    if source.endswith("/README.md"):
-        return source.removesuffix("README.md") + "index.html"
-    if source.endswith(".md"):
-        return source[:-3] + ".html"
-    return f"{source}/index.html" if (ROOT / source).is_dir() else f"{source}.html"
+def page(title, description, content, is_found=True):
+    """A page that no document of the repository is. The search does not find it if it is not to be found."""
+    facts = {"description": shortened(description), "generated": True}
+    if not is_found:
+        facts["search"] = {"exclude": True}
+    return f"{front_matter(**facts)}# {title}\n\n{content}\n"
+
+
+def front_matter(**facts):
+    return f"---\n{yaml.safe_dump(facts, allow_unicode=True, width=1000)}---\n\n"
+
+
+def raw(text):
+    """HTML of an FMU's page, which Markdown leaves alone."""
+    return f'<div class="fmu">\n{text.strip()}\n</div>'
+
+
+def page_of_fmu(name):
+    """The page of an FMU stands where the FMU has it, so that its links lead to the FMU's own files."""
+    return f"fmu/{name}/documentation/index.md"
 
 
 def described(path):
@@ -360,91 +270,56 @@ def described(path):
 
 
 def kind(name):
-    """Whether an FMU is a PLC block, a plant, or an example of a user's own block; told by where it stands."""
+    """Whether an FMU is a PLC block, a plant, or an example of a user's own block, by where its source is."""
     if (ROOT / "plants" / "src" / f"{name.lower()}.rs").is_file():
         return "plant"
     return "block" if (ROOT / "fmu" / "libraries" / name.lower()).is_dir() else "own"
 
 
-def said_of(member):
-    """The docstring of a member of the Python package, without what Python says of the fields of every named tuple."""
-    return "" if member.docstring.startswith("Alias for field number") else member.docstring
-
-
-def signature(member):
-    """How a member of the Python package is used: its parameters with their types; empty if it has none."""
-    if member.kind == "variable":
-        text = member.annotation_str
-    elif member.kind == "class":
-        made_by = member.members.get("__init__")
-        text = str(made_by.signature_without_self) if made_by else ""
-        # Such a class is made by the package, or as any exception is.
-        if "._" in text or "*args" in text:
-            text = ""
-    else:
-        is_method = "." in member.qualname and not member.is_staticmethod
-        text = str(member.signature_without_self if is_method else member.signature)
-    text = re.sub(r"ForwardRef\('(.*?)'\)", r"\1", " ".join(text.split()))
-    text = re.sub(r"plcfmu\.\w+\.(?=[A-Z])", "", text)
-    text = re.sub(r"ndarray\[tuple\[(?:typing\.)?Any, \.\.\.\], numpy\.dtype\[[\w.]+\]\]", "ndarray", text)
-    text = text.replace("typing.", "").replace("( ", "(").replace(" )", ")").replace("NoneType", "None")
-    return text and member.name + text
-
-
-def slug(heading):
-    """The anchor of a heading, as on GitHub."""
-    return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
-
-
-def sections(markdown):
-    """A document by its headings of the second level; what is above the first one has the empty heading."""
-    pieces = re.split(r"^## (.*)\n", markdown, flags=re.MULTILINE)
-    return {"": pieces[0], **dict(zip(pieces[1::2], pieces[2::2]))}
+def first_heading(markdown):
+    """The title of a document."""
+    return re.search(r"^# (.*)", markdown, re.MULTILINE)[1].replace("`", "")
 
 
 def paragraphs(markdown):
-    """The paragraphs of a document that are plain text."""
-    return [piece for piece in markdown.split("\n\n") if re.match(r"[A-Za-z`\[*]", piece)]
+    """The paragraphs of a document as plain text, without headings, pictures, tables and code."""
+    for block in re.split(r"\n\s*\n", markdown):
+        if re.match(r"[A-Z`*\[]", block):
+            text = re.sub(r"\[([^]]*)\]\([^)]*\)(\{[^}]*\})?", r"\1", block)
+            yield re.sub(r"[`*|]", "", text)
 
 
-def plain(markdown):
-    """A paragraph of Markdown without its marks."""
-    return re.sub(r"[`*]", "", re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", markdown))
-
-
-def highlighted(code, language):
-    """A program as HTML, with its words in colours."""
-    language = {"rust": "rust", "python": "python", "lua": "lua", "toml": "toml"}.get(language, "text")
-    formatter = pygments.formatters.HtmlFormatter(nowrap=True)
-    inner = pygments.highlight(code, pygments.lexers.get_lexer_by_name(language), formatter)
-    return f'<pre tabindex="0"><code class="source">{inner}</code></pre>\n'
+def shortened(text):
+    """A text as search engines and previews show it: its first words."""
+    text = " ".join(text.split())
+    if len(text) <= LONGEST_DESCRIPTION:
+        return text
+    return text[: text.rfind(" ", 0, LONGEST_DESCRIPTION - 2)].rstrip(",;:.") + " …"
 
 
 def style():
-    """The stylesheet: that of the FMUs' pages, that of the site, and the colours of programs.
-
-    These two of Pygments' styles are the ones with enough contrast on the panels.
-    """
-    pages = (ROOT / "draw" / "src" / "templates" / "style.css").read_text("utf-8")
-    light, dark = (
-        pygments.formatters.HtmlFormatter(style=name, nobackground=True).get_style_defs(".source")
-        for name in ("xcode", "lightbulb")
-    )
-    # Documentation in a program is a comment, as it is in the dark; red would say that something is wrong.
-    light += "\n.source .sd { color: #177500 }"
-    dark = f"@media screen and (prefers-color-scheme: dark) {{\n{dark}\n}}\n"
-    return "\n".join([pages, (HERE / "site.css").read_text("utf-8"), light, dark])
+    """The site's own rules, and those of the FMUs' pages for what was taken from there, in the scheme that the reader chose."""
+    templates = ROOT / "draw" / "src" / "templates"
+    rules = (templates / "style.css").read_text("utf-8")
+    rules = rules.replace("@media screen and (prefers-color-scheme: dark) {", '[data-md-color-scheme="slate"] & {')
+    rules = rules.replace(":root {", "& {")
+    # The theme has another size of text at the root.
+    rules = re.sub(r"([\d.]+)rem\b", lambda size: f"{16 * float(size[1]):g}px", rules)
+    palette = (ROOT / "plcfmu/python/plcfmu/palette.css").read_text("utf-8")
+    return f"{palette}{(HERE / 'site.css').read_text('utf-8')}.fmu {{\n{rules}}}\n"
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--fmus", default=ROOT / "target" / "fmu", help="folder of the FMUs [target/fmu]")
-    parser.add_argument("--out", default=ROOT / "target" / "docs", help="folder of the site, made anew [target/docs]")
+    parser.add_argument("--out", default=ROOT / "target" / "docs", help="folder of the site, which is replaced [target/docs]")
     parser.add_argument("--tool", help="page of the parameter tool, which becomes a part of the site [none]")
-    parser.add_argument("--address", default="", help="where the site will be published, for previews and the sitemap")
+    parser.add_argument("--address", default="", help="where the site will be published, for whole addresses")
+    parser.add_argument("--repository", default="", help="where the sources are published, for links that edit a page")
+    parser.add_argument("--results", help="folder of the results of tests, for the page of what was tested [none]")
     arguments = parser.parse_args()
     try:
-        Site(arguments.fmus, arguments.out, arguments.tool, arguments.address).write()
+        Site(**vars(arguments)).write()
     except (SourceError, FileExistsError, FileNotFoundError) as error:
         sys.exit(f"error: {error}")
     print(Path(arguments.out) / "index.html")

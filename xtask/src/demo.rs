@@ -1,10 +1,11 @@
 //! `cargo xtask demo`: the closed loops of `examples/`, each a Python program of its own.
 
 use crate::python::Environment;
+use crate::steps::Steps;
 use anyhow::{Context, Result, bail};
 use plcfmu::build::compile::artifacts;
 use plcfmu::build::workspace::{self, Workspace};
-use plcfmu::command::{heading, run};
+use plcfmu::command::run;
 use plcfmu::package::pack;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,12 +21,15 @@ pub struct Options {
 /// Packs the FMUs and runs the loops; each prints its figures.
 pub fn demo(workspace: &Workspace, options: &Options) -> Result<()> {
     let loops = choose(find(&workspace.root.join("examples"))?, &options.names)?;
+    let mut steps = Steps::new(2 + loops.len());
     let environment = Environment::ready(workspace)?;
+    steps.begin("FMUs");
     pack::run(workspace, &pack::Options::default())?;
+    steps.begin("the command");
     let command = build_command(workspace)?;
     let results = workspace.target.join("demo");
     for program in loops {
-        heading(&name(&program));
+        steps.begin(&name(&program));
         let mut python = environment.python();
         python.arg(&program).arg("--fmus").arg(workspace.fmus()).arg("--out").arg(&results);
         // The examples import the Python package, which asks the command for figures.

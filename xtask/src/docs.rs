@@ -1,6 +1,7 @@
 //! `cargo xtask docs`: the project's site.
 
 use crate::python::Environment;
+use crate::steps::Steps;
 use anyhow::Result;
 use plcfmu::build::workspace::Workspace;
 use plcfmu::command::run;
@@ -13,21 +14,30 @@ pub struct Options {
     /// Where the site will be published, such as `https://example.org/plcfmu/`; for previews, the sitemap and its page 404.html
     #[arg(long, value_name = "URL")]
     pub address: Option<String>,
+    /// Where the sources are published, such as `https://github.com/OWNER/plcfmu`; for links that edit a page
+    #[arg(long, value_name = "URL")]
+    pub repository: Option<String>,
 }
 
 /// Packs the FMUs, makes the parameter tool, and writes the site with both. Where the engine of the tool cannot be compiled,
 /// the site is without it.
 pub fn docs(workspace: &Workspace, options: &Options) -> Result<()> {
+    let mut steps = Steps::new(3);
     let mut python = Environment::ready(workspace)?.python();
+    steps.begin("FMUs");
     pack::run(workspace, &pack::Options::default())?;
     python.arg("docs/site/build.py").arg("--fmus").arg(workspace.fmus());
     python.arg("--out").arg(workspace.target.join("docs"));
+    python.arg("--results").arg(workspace.target.join("results"));
     python.args(options.address.iter().map(|address| format!("--address={address}")));
+    python.args(options.repository.iter().map(|repository| format!("--repository={repository}")));
+    steps.begin("the parameter tool");
     match make::run(workspace, &make::Options { fmus: Some(workspace.fmus()), out: None }) {
         Ok(()) => {
             python.arg("--tool").arg(make::place(workspace));
         }
         Err(error) => eprintln!("note: the site is without the parameter tool: {error:#}"),
     }
+    steps.begin("the site");
     run(python.current_dir(&workspace.root))
 }

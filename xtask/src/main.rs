@@ -5,6 +5,7 @@ mod demo;
 mod docs;
 mod python;
 mod release;
+mod steps;
 mod test;
 
 use anyhow::Result;

@@ -2,11 +2,12 @@
 
 use crate::deep;
 use crate::python::Environment;
+use crate::steps::Steps;
 use anyhow::{Context, Result};
 use plcfmu::build::compile::{Linkage, compile};
 use plcfmu::build::platform::Platform;
 use plcfmu::build::workspace::{self, Workspace};
-use plcfmu::command::{heading, output, run};
+use plcfmu::command::{output, run};
 use plcfmu::package::pack;
 use plcfmu::tool::make;
 use std::ffi::OsString;
@@ -35,33 +36,39 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     if options.deep {
         deep::ready()?;
     }
+    let mut steps = Steps::new(5 + usize::from(options.deep) + usize::from(options.platforms));
     let environment = Environment::ready(workspace)?;
-    heading("FMUs");
+    steps.begin("FMUs");
     pack::run(workspace, &pack::Options::default())?;
-    heading("Rust tests");
+    steps.begin("Rust tests");
     // Every package, also one that somebody has added.
     let mut tests = workspace::cargo();
     tests.args(["test", "--workspace"]).env("PLCFMU_LIBRARIES", libraries(workspace)?);
     run(tests.current_dir(&workspace.root))?;
     let libclang = libclang(&environment)?;
-    heading("the parameter tool");
+    steps.begin("the parameter tool");
     let files = [("PLCFMU_FMUS", workspace.fmus()), ("PLCFMU_TOOL", make::place(workspace))];
     page(workspace)?;
-    heading("other importers in Rust");
+    steps.begin("other importers in Rust");
     let mut importers = workspace::cargo();
     importers.args(["test", "--locked", "--manifest-path", "tests/importers/Cargo.toml"]);
     // What both workspaces depend on is compiled once.
     importers.arg("--target-dir").arg(&workspace.target);
     run(importers.current_dir(&workspace.root).envs(libclang.clone()).envs(files.clone()))?;
-    heading("Python tests");
+    steps.begin("Python tests");
     let mut pytest = environment.python();
     pytest.args(["-m", "pytest", "tests", "-nauto", "--dist=loadfile"]).args(&options.pytest);
+    // The site's page "What was tested" is made of these. A part of the tests says nothing of the rest.
+    if options.pytest.is_empty() {
+        pytest.env("PLCFMU_RESULTS", workspace.target.join("results"));
+    }
     run(pytest.envs(libclang).envs(files).current_dir(&workspace.root))?;
     if options.deep {
+        steps.begin("deep tests");
         deep::test(workspace, &environment)?;
     }
     if options.platforms {
-        heading("other platforms");
+        steps.begin("other platforms");
         run(Command::new(workspace.root.join(".ci/platforms")).current_dir(&workspace.root))?;
     }
     Ok(())

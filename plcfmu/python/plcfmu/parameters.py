@@ -39,7 +39,7 @@ class ParameterError(ValueError):
 def params(
     file: Path, *, block: Optional[str] = None, loop: Optional[str] = None, offset: int = 0
 ) -> dict[str, dict[str, Value]]:
-    """The inputs and parameters of the loops of a file, by the names of the FMU: params("plant.awl")["TIC101"]["GAIN"].
+    """The inputs and parameters of the loops of a file, by the names of the FMU: `params("plant.awl")["TIC101"]["GAIN"]`.
 
     `file` is a STEP 7 or TIA Portal source, TIA Openness XML, a dump of a data block, JSON, SSV, an FMU, or a data block of
     a PLC ("s7://192.168.0.1/0/2/DB41"). `block` says of which block the loops are where the file does not ("CONT_C",
