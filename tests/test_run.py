@@ -280,6 +280,17 @@ def test_a_drawing_has_the_colours_of_the_pages(run, tmp_path):
     assert colors == dict(zip(record, [f"curve-{number}" for number in (7, 1, 2, 4, 3, 1, 3)]))
 
 
+def test_a_drawing_has_the_units_of_the_plant_and_says_what_happens(run, tmp_path):
+    record = ["CONT_C.SP_INT", "CONT_C.PV", "CONT_C.LMN", "CONT_C.GAIN", "CONT_C.ER", "CONT_C.LMN_P", "CONT_C.LMN_I"]
+    wires = {"CONT_C.LMN": "HEATER.POWER", "HEATER.TEMP": "CONT_C.PV_IN"}
+    step = {"CONT_C.MAN_ON": "false", "CONT_C.SP_INT": 60}
+    assert run("CONT_C", "HEATER", connect=wires, set=step, record=record, stop=5, plot="result.svg").returncode == 0
+    texts = re.findall("<text[^>]*>([^<]*)<", (tmp_path / "result.svg").read_text())
+    assert "CONT_C with HEATER: step at the start, from 20 to 60 °C" in texts
+    # The controller has no units of its own; those of the plant are TEMP in degC and POWER in %.
+    assert {"SP_INT, PV in °C", "LMN in %", "GAIN, ER, LMN_P, LMN_I"} <= set(texts)
+
+
 # An FMU of somebody else
 
 

@@ -87,6 +87,22 @@ pub struct Panel {
     pub bands: Vec<Band>,
 }
 
+/// The text beside a panel: what is shown and in which unit, or the unit alone where the names do not fit. Without a unit, the first
+/// name stands for the others then.
+pub fn axis_label(names: &[&str], unit: Option<&str>) -> String {
+    let all = names.join(", ");
+    let long = unit.map_or_else(|| all.clone(), |unit| format!("{all} in {unit}"));
+    match (unit, names) {
+        _ if long.chars().count() <= LONGEST_LABEL => long,
+        (Some(unit), _) => unit.to_string(),
+        (None, [first, _, ..]) => format!("{first}, ..."),
+        (None, _) => all,
+    }
+}
+
+/// Characters of a label that fit beside a panel.
+const LONGEST_LABEL: usize = 28;
+
 /// An area between two lines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Band {

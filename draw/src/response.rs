@@ -1,6 +1,6 @@
 //! A block's responses and characteristics as charts.
 
-use crate::plot::{COLOR_COUNT, Chart, Curve, Panel};
+use crate::plot::{COLOR_COUNT, Chart, Curve, Panel, axis_label};
 use blocks::{Class, Kind, Role};
 use modeldescription::{Characteristic, Row, Table};
 
@@ -97,7 +97,7 @@ pub fn of_recording(table: &Table, recording: &Recording, colors: &Colors) -> Ch
             lanes.push(curve);
             continue;
         }
-        add(&mut panels, Axis::of(row), curve);
+        add(&mut panels, Axis::of(row, table), curve);
     }
     let time = match recording.calls.len() {
         0 => Vec::new(),
@@ -114,10 +114,10 @@ pub fn of_sweep(table: &Table, characteristic: &Characteristic, sweep: &Sweep, c
         let is_boolean = row.kind == Kind::Bool;
         let values = means.iter().map(|mean| if is_boolean { 100.0 * mean } else { *mean }).collect();
         let curve = Curve { name: row.name.clone(), values, is_input: false, color: colors.of_row(*number) };
-        add(&mut panels, if is_boolean { Axis::Share } else { Axis::of(row) }, curve);
+        add(&mut panels, if is_boolean { Axis::Share } else { Axis::of(row, table) }, curve);
     }
     let row = table.find(&characteristic.variable).map(|row| &table.variables[row]);
-    let over = match row.and_then(Row::shown_unit) {
+    let over = match row.and_then(|row| drawn_unit(row, table)) {
         Some(unit) => format!("{} in {unit}", characteristic.variable),
         None => characteristic.variable.clone(),
     };
@@ -130,7 +130,7 @@ enum Axis<'a> {
     Unit(&'a str),
     /// Integers of a type.
     Whole(&'static str),
-    /// Signals without a unit.
+    /// Signals of any unit.
     Plain,
     /// A setting without a unit, by its name: its numbers have nothing to do with those of the signals.
     Setting(&'a str),
@@ -139,8 +139,8 @@ enum Axis<'a> {
 }
 
 impl<'a> Axis<'a> {
-    fn of(row: &'a Row) -> Axis<'a> {
-        match (row.shown_unit(), row.role) {
+    fn of(row: &'a Row, table: &'a Table) -> Axis<'a> {
+        match (drawn_unit(row, table), row.role) {
             _ if row.kind.class() == Class::Integer => Axis::Whole(row.kind.name()),
             (Some(unit), _) => Axis::Unit(unit),
             (None, Role::Parameter | Role::Fixed) => Axis::Setting(&row.name),
@@ -148,21 +148,23 @@ impl<'a> Axis<'a> {
         }
     }
 
-    /// The text beside the panel: what is shown and in which unit, or the unit alone where the names do not fit.
+    /// The text beside the panel.
     fn label(&self, curves: &[Curve]) -> String {
-        let names = curves.iter().map(|curve| curve.name.as_str()).collect::<Vec<_>>().join(", ");
-        let (long, short) = match self {
-            Axis::Unit(unit) => (format!("{names} in {unit}"), (*unit).to_string()),
-            Axis::Whole(kind) => (format!("{names} ({kind})"), (*kind).to_string()),
-            Axis::Plain | Axis::Setting(_) => (names, "without a unit".to_string()),
-            Axis::Share => ("TRUE in % of the calls".into(), String::new()),
-        };
-        if long.chars().count() <= LONGEST_LABEL { long } else { short }
+        let names: Vec<_> = curves.iter().map(|curve| curve.name.as_str()).collect();
+        match self {
+            Axis::Unit(unit) => axis_label(&names, Some(unit)),
+            Axis::Whole(kind) => format!("{} ({kind})", axis_label(&names, None)),
+            Axis::Plain | Axis::Setting(_) => axis_label(&names, None),
+            Axis::Share => "TRUE in % of the calls".into(),
+        }
     }
 }
 
-/// Characters of a label that fit beside a panel.
-const LONGEST_LABEL: usize = 28;
+/// The unit of a row in a drawing: its own, else that of the block's signals.
+fn drawn_unit<'a>(row: &'a Row, table: &'a Table) -> Option<&'a str> {
+    let is_signal = matches!(row.role, Role::Input | Role::Output) && row.kind.class() == Class::Real;
+    row.shown_unit().or_else(|| table.drawn_unit.as_deref().filter(|_| is_signal))
+}
 
 fn add<'a>(panels: &mut Vec<(Axis<'a>, Vec<Curve>)>, axis: Axis<'a>, curve: Curve) {
     match panels.iter_mut().find(|(of, _)| *of == axis) {
@@ -263,6 +265,13 @@ mod tests {
         };
         assert_eq!(labels(&[0, 1, 2]), ["TEMP in degC", "LMN", "GAIN"]);
         assert_eq!(labels(&[0, 4, 1, 3]), ["degC", "LMN, A_LONG_NAME_OF_A_SIGNAL"]);
+        // The signals of a controller have the unit that its start values make of them, its settings have not.
+        let table = Table { drawn_unit: Some("%".into()), ..table.clone() };
+        let calls = vec![vec![0.0; 3]; 2];
+        let recording = Recording { cycle: 100, shown: vec![0, 1, 2], restart: calls[0].clone(), calls };
+        let chart = of_recording(&table, &recording, &Colors::of(&table, [None; 3], |_| None));
+        let labels: Vec<_> = chart.panels.iter().map(|panel| panel.label.as_str()).collect();
+        assert_eq!(labels, ["TEMP in degC", "LMN in %", "GAIN"]);
         let calls = vec![vec![1.0]; 2];
         let recording = Recording { cycle: 100, shown: vec![0], restart: vec![0.0], calls };
         let chart = of_recording(&table, &recording, &Colors::of(&table, [None; 3], |_| None));

@@ -180,7 +180,8 @@ pub fn json(table: &Table) -> String {
             list(characteristic.show, |name| quoted(name)),
         )
     });
-    let _ = write!(json, r#"]{texts},"responses":[{responses}],"characteristics":[{characteristics}]}}"#);
+    let drawn_unit = table.drawn_unit.map_or_else(String::new, |unit| format!(r#","drawn_unit":{}"#, quoted(unit)));
+    let _ = write!(json, r#"]{texts},"responses":[{responses}],"characteristics":[{characteristics}]{drawn_unit}}}"#);
     json
 }
 

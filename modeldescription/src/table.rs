@@ -31,6 +31,9 @@ pub struct Table {
     /// The characteristics that the documentation shows.
     #[serde(default)]
     pub characteristics: Vec<Characteristic>,
+    /// The unit that signals without one of their own have in the drawings of both.
+    #[serde(default)]
+    pub drawn_unit: Option<String>,
 }
 
 /// One variable. Numbers are those of the C interface: a TIME in seconds, FALSE and TRUE as 0 and 1.
@@ -175,6 +178,7 @@ impl From<&blocks::Table> for Table {
             texts: of.texts.iter().map(text).collect(),
             responses: of.responses.iter().map(response).collect(),
             characteristics: of.characteristics.iter().map(characteristic).collect(),
+            drawn_unit: of.drawn_unit.map(str::to_string),
         }
     }
 }

@@ -213,6 +213,7 @@ macro_rules! block {
                     instances: INSTANCES,
                     responses: <$Block as Law>::RESPONSES,
                     characteristics: <$Block as Law>::CHARACTERISTICS,
+                    drawn_unit: <$Block as Law>::DRAWN_UNIT,
                 };
 
                 #[inline]

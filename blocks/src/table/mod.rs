@@ -97,6 +97,10 @@ pub trait Law {
     /// The characteristics that the documentation shows.
     const CHARACTERISTICS: &'static [Characteristic] = &[];
 
+    /// The unit that signals without one of their own have in the documentation's drawings. A controller works in any unit; with
+    /// its start values it is percent.
+    const DRAWN_UNIT: Option<&'static str> = None;
+
     /// Whether a call computes what the inputs lead to that are held until the next call, as that of a plant does: its outputs
     /// are those at the next call then, and nothing happens at the instant of the call itself. A controller answers at once.
     const HOLDS_INPUTS: bool = false;
@@ -215,6 +219,8 @@ pub struct Table {
     pub responses: &'static [Response],
     /// The characteristics that the documentation shows.
     pub characteristics: &'static [Characteristic],
+    /// The unit that signals without one of their own have in these drawings.
+    pub drawn_unit: Option<&'static str>,
 }
 
 impl Table {

@@ -177,6 +177,7 @@ pub fn of(manifest: &Manifest, compiled: &Compiled, root: &Root, is_unit: fn(&st
         instances: &[],
         responses,
         characteristics: &[],
+        drawn_unit: None,
     };
     Ok(Shown { table: Box::leak(Box::new(table)), places, texts: text_places, own_cycle })
 }

@@ -175,9 +175,10 @@ pub fn run(options: &Options) -> Result<()> {
         lines.push(format!("{}: {rows} rows of the time and {columns} variable{plural}", file.display()));
         written.push(file);
     }
+    let figures = kept.figures();
     if let (Some(file), Some(is_svg)) = (&options.plot, is_svg) {
-        let names: Vec<_> = system.members.iter().map(|fmu| fmu.name.as_str()).collect();
-        let picture = chart::draw(&kept, &plan, names.join(", "), !system.record.is_empty(), is_svg)?;
+        let title = title(&system, figures.as_ref().ok(), kept.unit.as_deref());
+        let picture = chart::draw(&kept, &plan, title, !system.record.is_empty(), is_svg)?;
         replacing(file, || temporary::place(file, |to| Ok(to.write_all(&picture.bytes)?), |_| Ok(())))?;
         let left_out = match picture.left_out {
             0 => String::new(),
@@ -192,7 +193,6 @@ pub fn run(options: &Options) -> Result<()> {
         lines.push(path.display().to_string());
         written.push(path);
     }
-    let figures = kept.figures();
     if options.json {
         return print(&as_json(&kept, &plan, steps, ended.as_deref(), &figures, &written)?);
     }
@@ -367,10 +367,27 @@ fn figure_lines(figures: &Result<Figures, String>, cycle: f64) -> Vec<String> {
     why.map(|why| format!("no figures: {why}")).into_iter().collect()
 }
 
+/// The title of a picture: the controller, what it is connected to, and what happens first.
+fn title(system: &System, figures: Option<&Figures>, unit: Option<&str>) -> String {
+    let names: Vec<&str> = system.members.iter().map(|fmu| fmu.name.as_str()).collect();
+    let loop_name = match names.as_slice() {
+        [first, others @ ..] if !others.is_empty() => format!("{first} with {}", others.join(", ")),
+        _ => names.concat(),
+    };
+    let [first, others @ ..] = figures.map_or(&[][..], |figures| &figures.events) else { return loop_name };
+    let more = if others.is_empty() { "" } else { ", and more" };
+    let unit = unit.map_or_else(String::new, |unit| format!(" {}", units::shown(unit)));
+    format!("{loop_name}: {}{more}", event(&first.happened, &unit))
+}
+
 /// What happened, in a line.
-fn heading(Happened { cause, from, to, start, by, .. }: &Happened) -> String {
-    let step = format!("from {} to {}", rounded(*from, 0.0), short(*to));
-    let what = match cause {
+fn heading(happened: &Happened) -> String {
+    format!("{}:", event(happened, ""))
+}
+
+fn event(Happened { cause, from, to, start, by, .. }: &Happened, unit: &str) -> String {
+    let step = format!("from {} to {}{unit}", rounded(*from, 0.0), short(*to));
+    match cause {
         Cause::Start => format!("step at the start, {step}"),
         Cause::Setpoint => format!("step of the setpoint at {} s, {step}", short(*start)),
         Cause::Automatic => format!("step at the begin of automatic mode at {} s, {step}", short(*start)),
@@ -378,8 +395,7 @@ fn heading(Happened { cause, from, to, start, by, .. }: &Happened) -> String {
             let set = by.iter().filter_map(|set| Some(format!("{} = {}", set.variable, short(set.value?))));
             format!("disturbance at {} s, {}", short(*start), set.collect::<Vec<_>>().join(", "))
         }
-    };
-    format!("{what}:")
+    }
 }
 
 fn last_row(kept: &Kept, plan: &Plan) -> Vec<String> {

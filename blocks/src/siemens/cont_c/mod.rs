@@ -91,6 +91,7 @@ crate::block! {
             /// Reset time of the integral action; range: TI >= CYCLE
             ///
             /// The time in which LMN_I grows by GAIN * ER. Too short a TI makes the loop oscillate. A change causes no bump.
+            /// TI = 0 counts as CYCLE / 2; I_SEL = FALSE switches the integral action off.
             ti: Time = Time::ms(20_000);
             /// Derivative time; range: TD >= CYCLE
             ///
@@ -118,8 +119,8 @@ crate::block! {
             lmn_llm: Real = 0.0;
             /// Factor of the process value from PV_PER
             ///
-            /// The transmitter's span divided by 100: 4 for 0 ... 400 degC. With 4 instead of 1, a quarter of the GAIN
-            /// gives the same loop.
+            /// The scaling that normalises the word: PV = PV_PER * 100 / 27648 * PV_FAC + PV_OFF. PV_FAC is the transmitter's
+            /// span divided by 100: 4 for 0 ... 400 degC. With 4 instead of 1, a quarter of the GAIN gives the same loop.
             pv_fac: Real = 1.0;
             /// Offset of the process value from PV_PER
             ///
@@ -204,6 +205,8 @@ crate::block! {
 
 impl Law for ContC {
     const RESPONSES: &'static [Response] = responses::RESPONSES;
+
+    const DRAWN_UNIT: Option<&'static str> = Some("%");
 
     const CHARACTERISTICS: &'static [Characteristic] = responses::CHARACTERISTICS;
 

@@ -86,7 +86,7 @@ crate::block! {
             ///
             /// The I action repeats the travel of the P action every TI while the error stays: with GAIN = 2 and an
             /// error of 10 it adds 20 % in each TI. Where the valve takes long for the P action (|e| MTR_TM / 100 above
-            /// 0.9 TI), the I action falls behind. With 0, unlike in CONT_C, a permanent error remains; between 0 and
+            /// 0.9 TI), the I action falls behind. With TI = 0, unlike in CONT_C, a permanent error remains; between 0 and
             /// CYCLE / 2 it is CYCLE / 2.
             ti: Time = Time::ms(20_000);
             /// Dead band: half the width of the band in which the error counts as 0, 0 ... 100 % or a physical value
@@ -96,7 +96,8 @@ crate::block! {
             deadb_w: Real = 1.0, min 0.0;
             /// Factor of the process value from PV_PER
             ///
-            /// The transmitter's span divided by 100: 4 for 0 ... 400 degC; setpoint and dead band are then in degC.
+            /// The scaling that normalises the word: PV = PV_PER * 100 / 27648 * PV_FAC + PV_OFF. PV_FAC is the transmitter's
+            /// span divided by 100: 4 for 0 ... 400 degC; setpoint and dead band are then in degC.
             pv_fac: Real = 1.0;
             /// Offset of the process value from PV_PER
             ///
@@ -170,6 +171,8 @@ crate::block! {
 
 impl Law for ContS {
     const RESPONSES: &'static [Response] = responses::RESPONSES;
+
+    const DRAWN_UNIT: Option<&'static str> = Some("%");
 
     /// Clause 1.
     fn restart(&mut self) {

@@ -90,6 +90,8 @@ crate::block! {
 impl Law for PulsCtr {
     const RESPONSES: &'static [Response] = responses::RESPONSES;
 
+    const DRAWN_UNIT: Option<&'static str> = Some("%");
+
     /// Clause 1.
     fn restart(&mut self) {
         self.program(true);

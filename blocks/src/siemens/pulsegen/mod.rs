@@ -126,6 +126,8 @@ crate::block! {
 impl Law for Pulsegen {
     const RESPONSES: &'static [Response] = responses::RESPONSES;
 
+    const DRAWN_UNIT: Option<&'static str> = Some("%");
+
     const CHARACTERISTICS: &'static [Characteristic] = responses::CHARACTERISTICS;
 
     /// Clause 1.

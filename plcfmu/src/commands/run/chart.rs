@@ -4,7 +4,7 @@ use super::kept::Kept;
 use crate::colors;
 use anyhow::Result;
 use draw::picture;
-use draw::plot::{self, COLOR_COUNT, Chart, Curve, Panel};
+use draw::plot::{self, COLOR_COUNT, Chart, Curve, Panel, axis_label};
 use draw::response::Colors;
 use host::instance::Type;
 use run::plan::{Column, Plan};
@@ -62,14 +62,18 @@ pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bo
         };
         of.iter().zip(colors).map(curve).collect()
     };
-    // The unit, or the names without that of their FMU.
-    let label = |of: &[usize], known: Option<&String>| {
-        let name = |at: &usize| plan.columns[*at].name.rsplit('.').next().unwrap_or_default();
-        let unit = of.iter().find_map(|at| plan.columns[*at].unit.clone()).or_else(|| known.cloned());
-        unit.unwrap_or_else(|| match of {
-            [] | [_] | [_, _] => of.iter().map(name).collect::<Vec<_>>().join(", "),
-            [first, ..] => format!("{}, ...", name(first)),
-        })
+    // A controller works in any unit: its signals have those of the plant.
+    let label = |of: &[usize]| {
+        let has = |column: Option<usize>| column.is_some_and(|at| of.contains(&at));
+        let of_plant = if has(kept.process_value()) {
+            kept.unit.as_deref()
+        } else if has(output) {
+            kept.travel_unit.as_deref()
+        } else {
+            None
+        };
+        let names: Vec<_> = of.iter().filter_map(|at| plan.columns[*at].name.rsplit('.').next()).collect();
+        axis_label(&names, of.iter().find_map(|at| plan.columns[*at].unit.as_deref()).or(of_plant))
     };
     // A plant has no setpoint: its roles are not those of a loop.
     let first: Vec<usize> = setpoint.into_iter().chain(kept.process_value().filter(|_| setpoint.is_some())).collect();
@@ -100,10 +104,7 @@ pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bo
             _ => left_out += 1,
         }
     }
-    let panel = |(of, _): (Vec<usize>, bool)| {
-        let known = kept.unit.as_ref().filter(|_| kept.process_value().is_some_and(|value| of.contains(&value)));
-        Panel { label: label(&of, known), curves: curves_of(&of), ..Panel::default() }
-    };
+    let panel = |(of, _): (Vec<usize>, bool)| Panel { label: label(&of), curves: curves_of(&of), ..Panel::default() };
     let panels = panels.into_iter().map(panel).collect();
     let lanes = curves_of(&lanes);
     let chart = Chart { title, time, panels, lanes, ..Chart::default() };

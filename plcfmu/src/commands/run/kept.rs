@@ -38,7 +38,7 @@ pub struct Kept<'a> {
     /// The unit of the process value.
     pub unit: Option<String>,
     /// The unit of the manipulated value.
-    travel_unit: Option<String>,
+    pub travel_unit: Option<String>,
     /// Of this many rows one is recorded.
     every: usize,
     /// The recorded rows, for a drawing.
