@@ -128,7 +128,7 @@ export function mount(content) {
   const head = content.querySelector(".curves-head");
   head?.prepend(group, again, badge, verdict);
   head?.querySelector(".curves-bar")?.append(choosing.fold);
-  head?.after(diagram);
+  content.append(diagram);
   point();
   new ResizeObserver(refresh).observe(diagram);
   onTheme(() => rebuild(true));
