@@ -12,6 +12,9 @@ fn error(name: &str, text: String) -> (String, String) {
     (problem.message.clone(), text.lines().nth(line.saturating_sub(1)).unwrap_or_default().to_string())
 }
 
+/// A part, what stands in it, what its pins get, the pin that is written, and the message.
+type Case<'a> = (&'a str, String, Vec<(&'a str, From)>, &'a str, &'a str);
+
 const SECTIONS: Sections = &[("Input", "a : Bool; n : Int"), ("Output", "y : Bool; k : Int"), ("Static", "w : Word")];
 
 #[test]
@@ -45,7 +48,7 @@ fn elements_that_are_not_read_are_named() {
 fn pins_that_an_element_does_not_have_and_inputs_that_are_open_are_told() {
     let card = |count: &str| format!("<TemplateValue Name=\"Card\" Type=\"Cardinality\">{count}</TemplateValue>");
     let bools = || vec![("in1", local("a")), ("in2", local("a"))];
-    let cases: Vec<(&str, String, Vec<(&str, From)>, &str, &str)> = vec![
+    let cases: Vec<Case<'_>> = vec![
         ("A", card("3"), bools(), "out", "A: A has 3 inputs, of which 2 are wired"),
         (
             "O",
