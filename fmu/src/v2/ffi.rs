@@ -18,8 +18,8 @@ use crate::interface;
 use crate::log::{self, Category};
 pub use crate::pointers::Status;
 use crate::pointers::{
-    ERROR, array, array_mut, enter, get, get_ordinary, get_strings, set, set_ordinary, set_strings, status, target,
-    text, try_ordinary,
+    array, array_mut, enter, get, get_ordinary, get_strings, set, set_ordinary, set_strings, status, target, text,
+    try_ordinary,
 };
 use crate::preset::{Argument, Identity};
 use crate::refusal::{Answer, Refusal};
@@ -293,6 +293,7 @@ pub unsafe fn interface<B: Block>(buffer: *mut u8, size: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pointers::ERROR;
     use crate::pointers::{FATAL, OK};
     use crate::test_block::Fragile;
 

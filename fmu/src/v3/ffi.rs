@@ -20,7 +20,7 @@ use crate::host_type::HostType;
 use crate::instance::Events;
 use crate::log::{self, Category};
 pub use crate::pointers::Status;
-use crate::pointers::{self, ERROR, array, array_mut, enter, status, target, text, try_ordinary};
+use crate::pointers::{self, array, array_mut, enter, status, target, text, try_ordinary};
 use crate::preset::{Argument, Identity};
 use crate::refusal::{Answer, Refusal};
 use crate::state::{Function, State};
