@@ -1,7 +1,8 @@
 """Fixtures. `fmu` is every FMU that `cargo xtask fmu` has made, one after the other, so a new block is tested as soon as
 its FMU is there. `open_fmu(NAME)` is a certain one.
 
-In the modules of `PRESETS_TOO`, `fmu` is also a program in SCL, and a preset of each of them, with start values of its own."""
+In the modules of `PRESETS_TOO`, `fmu` is also a program in SCL, and a preset of each of them, with start values of its own. In
+those of `VERSIONS_TOO` it is each of these of FMI 3.0, too."""
 
 import collections
 import json
@@ -21,6 +22,7 @@ import site_pages
 pytest.register_assert_rewrite("calls")
 
 PRESETS_TOO = ("test_conformance", "test_fmu_state", "test_time")
+VERSIONS_TOO = ("test_fmu_state", "test_time", "test_restart_values")
 PRESET = "preset of "
 PROGRAM = "program "
 
@@ -32,10 +34,10 @@ def open_fmu(request, tmp_path_factory):
     """Unpacks an FMU by its name, once. `program NAME` is that of `tests/programs/NAME.scl`."""
     opened = {}
 
-    def built(name):
+    def built(name, *options):
         folder = tmp_path_factory.mktemp(name)
         source = pathlib.Path(__file__).parent / "programs" / f"{name}.scl"
-        build = [request.getfixturevalue("command"), "build", str(source), "--cycle=100ms", "--out", str(folder)]
+        build = [request.getfixturevalue("command"), "build", str(source), "--cycle=100ms", "--out", str(folder), *options]
         subprocess.run(build, check=True, capture_output=True)
         (path,) = folder.glob("*.fmu")
         return path
@@ -43,7 +45,11 @@ def open_fmu(request, tmp_path_factory):
     def open_fmu(name):
         if name not in opened:
             try:
-                path = built(name[len(PROGRAM):]) if name.startswith(PROGRAM) else plcfmu.fmu(name, host.FOLDER)
+                own = name.removeprefix(host.NEWER)
+                if own.startswith(PROGRAM):
+                    path = built(own.removeprefix(PROGRAM), *(["--fmi=3", "--types=wide"] if own != name else []))
+                else:
+                    path = plcfmu.fmu(own, host.FOLDER if own == name else request.getfixturevalue("packed")())
             except plcfmu.FmuNotFoundError as error:
                 pytest.fail(str(error), pytrace=False)
             opened[name] = host.Fmu(path, tmp_path_factory.mktemp(name.replace(" ", "_")))
@@ -56,8 +62,9 @@ def pytest_generate_tests(metafunc):
     if "fmu" in metafunc.fixturenames:
         has_presets = metafunc.module.__name__ in PRESETS_TOO
         programs = [PROGRAM + "mixer"] if has_presets and host.names() and not host.PLATFORM else []
-        presets = [PRESET + name for name in host.names() + programs] if has_presets else []
-        metafunc.parametrize("fmu", host.names() + programs + presets or [NONE], indirect=True, scope="session")
+        originals = host.versions(host.names() + programs, metafunc.module.__name__ in VERSIONS_TOO)
+        presets = [PRESET + name for name in originals] if has_presets else []
+        metafunc.parametrize("fmu", originals + presets or [NONE], indirect=True, scope="session")
 
 
 def pytest_terminal_summary(terminalreporter):
@@ -110,6 +117,22 @@ def command():
 def packer():
     """The program behind `cargo xtask`."""
     return built("xtask")
+
+
+@pytest.fixture(scope="session")
+def packed(packer, tmp_path_factory):
+    """The folder of all FMUs in FMI 3.0 with these types."""
+    folders = {}
+
+    def packed(types="native"):
+        if types not in folders:
+            folders[types] = tmp_path_factory.mktemp(f"fmi3_{types}")
+            command = [packer, "fmu", "--fmi", "3", "--types", types, "--out", str(folders[types])]
+            done = subprocess.run(command, capture_output=True, text=True)
+            assert done.returncode == 0, done.stderr
+        return folders[types]
+
+    return packed
 
 
 @pytest.fixture(scope="session")

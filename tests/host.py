@@ -4,6 +4,8 @@
 FMPy's `FMU2Slave`. A call that the FMU refuses raises `Refused`, with the status and what the FMU
 logged; `Instance.call` gives the bare status instead.
 
+An FMU of FMI 3.0 is driven through the calls of FMI 2.0 (newer.py), so that a suite runs over both versions.
+
 With PLCFMU_PLATFORM=win64 (or aarch64-linux) the instances are those of the library for that platform, in a loader
 under Wine or qemu.
 """
@@ -24,6 +26,7 @@ import fmpy
 from fmpy import fmi2
 from lxml import etree
 
+import newer
 import oracle
 import plcfmu
 import pytest
@@ -82,9 +85,18 @@ C_TYPES = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
 FOLDER = plcfmu.find.fmu_folder()
 
 
+# What the name of an FMU of FMI 3.0 begins with, for `open_fmu`.
+NEWER = "FMI 3.0 "
+
+
 def names():
     """The names of all FMUs that there are."""
     return plcfmu.fmu_names(FOLDER)
+
+
+def versions(names, has_newer=True):
+    """These, and those of FMI 3.0; they are built for this machine alone."""
+    return [*names, *(NEWER + name for name in names if has_newer and not PLATFORM)]
 
 
 def environment():
@@ -112,12 +124,22 @@ class Fmu:
         self.platform = platform
         fmpy.extract(self.path, self.folder)
         self.description = fmpy.read_model_description(str(self.path))
+        self.is_newer = self.description.fmiVersion.startswith("3")
+        if self.is_newer:
+            self.description.guid = self.description.instantiationToken
+            self.description.modelVariables.pop()  # the time
         self.xml = etree.parse(self.folder / "modelDescription.xml").getroot()
         self.variables = {v.name: v for v in self.description.modelVariables}
         told = self.told()
         self.table, self.interface = told["table"], told["interface"]
         self.kinds = {row["name"]: row["kind"] for row in self.table["variables"]}
-        self.is_preset = self.interface["guid"] != self.description.guid
+        if self.is_newer:
+            self.types = {}
+            for name, variable in self.variables.items():
+                own = variable.type
+                newer.as_older(variable, self.kinds[name])
+                self.types[variable.valueReference] = (own, variable.type)
+        self.is_preset = (self.folder / "resources/start.txt").exists()
         self.cycle_name = self.table["variables"][self.table["cycle"]]["name"]
 
     def __repr__(self):
@@ -128,7 +150,14 @@ class Fmu:
         """The library for another platform, in a loader."""
         return remote.Library(self.platform, self.library(), messages._log)
 
+    @functools.cached_property
+    def newer(self):
+        """Its library, with the functions of FMI 2.0."""
+        return newer.Library(self.library(), self.types)
+
     def slave(self, name="instance"):
+        if self.is_newer:
+            return newer.Slave(self.newer, self.description.guid, name, f"{self.folder}/resources/")
         if self.platform:
             return remote.Slave(self.remote, self.description.guid, name, self.resources)
         return fmi2.FMU2Slave(
@@ -149,7 +178,7 @@ class Fmu:
         if self.platform:
             return remote.library(self.platform, self.folder)
         name = self.description.coSimulation.modelIdentifier + fmpy.sharedLibraryExtension
-        return self.folder / "binaries" / fmpy.platform / name
+        return self.folder / "binaries" / (fmpy.platform_tuple if self.is_newer else fmpy.platform) / name
 
     @property
     def is_program(self):
@@ -176,7 +205,9 @@ class Fmu:
         of_type = {"Real": "REAL", "Integer": "INT", "Boolean": "BOOL"}
         rows = []
         for variable in self.description.modelVariables:
-            kind = "TIME" if variable.unit == "s" else declared.get(variable.name, of_type[variable.type])
+            older = newer.OLDER.get(variable.type, "Integer") if self.is_newer else variable.type
+            is_time = variable.unit == "s" or variable.name == "CYCLE"
+            kind = "TIME" if is_time else declared.get(variable.name, of_type[older])
             rows.append({"name": variable.name, "kind": kind})
         start = self.folder / "resources/start.txt"
         guid = re.search(r"{.*}", start.read_text(encoding="utf-8"))[0] if start.exists() else self.description.guid

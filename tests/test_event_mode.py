@@ -88,6 +88,9 @@ def test_without_event_mode_the_order_decides(loop, sampled, held):
 def test_a_plant_of_fmi_2_gets_the_output_of_the_same_instant_in_either_order(loop, sampled, integrator):
     for fmus in [(f"S={sampled}", f"P={integrator}"), (f"P={integrator}", f"S={sampled}")]:
         assert loop(*fmus, settings=["--set=P.ON=true"]) == LOOP
+        # The input is what the call got, wherever the plant stands.
+        rows = loop(*fmus, settings=["--set=P.ON=true", "--record=S.PV"])
+        assert [row[3] for row in rows] == [row[2] for row in LOOP]
 
 
 def test_a_description_says_whether_events_are_used(record, sampled, held, tmp_path, run_command):
@@ -130,10 +133,20 @@ def test_integers_of_64_bits_are_exact_in_recordings_and_connections(record, sam
     assert [row[1:] for row in rows] == [[str(FIRST_COUNT + calls)] * 2 for calls in [1, 2, 2]]
 
 
+def test_a_setting_of_64_bits_is_exact_in_a_description_too(record, run_command, sampled, tmp_path):
+    arguments = [f"S={sampled}", f"--set=S.OFFSET={FIRST_COUNT}", f"--set=S.OFFSET={-FIRST_COUNT}@0.5", "--record=S.OFFSET"]
+    expected = [[str(FIRST_COUNT)], [str(-FIRST_COUNT)]]
+    assert [row[1:] for row in record(*arguments, "--step=0.5", "--stop=1")[1]][:2] == expected
+    file = tmp_path / "loop.toml"
+    run_command("run", *arguments, "--step=0.5", "--stop=1", f"--save={file}", check=True)
+    assert [row[1:] for row in record(str(file))[1]][:2] == expected
+
+
 @pytest.mark.parametrize(
     "setting, error",
     [
-        ("S.OFFSET=9007199254740993", "has more digits than a setting holds; the nearest one is 9007199254740992"),
+        ("S.OFFSET=9223372036854775808", "it is Int64, 9223372036854775808 is not a whole number from -9223372036854775808 to 9223372036854775807"),
+        ("S.SP=9007199254740993", "it is Real, which does not hold 9007199254740993; the nearest number is 9007199254740992"),
         ("S.BYTE=256", "S.BYTE cannot be set: it is UInt8, 256.0 is not a whole number from 0 to 255"),
         ("S.BYTE=0.5", "S.BYTE cannot be set: it is UInt8, 0.5 is not a whole number from 0 to 255"),
         ("S.BLOB=1", "S.BLOB is a Binary, which cannot be set or recorded"),

@@ -13,8 +13,10 @@ import numpy as np
 import pytest
 from fmpy import fmi3
 from fmpy.validation import validate_fmu
+from lxml import etree
 
 import host
+import plcfmu
 
 pytestmark = host.in_fmpy
 
@@ -84,22 +86,6 @@ class Instance:
         ((status, message),) = self.messages
         assert status == 3
         return message
-
-
-@pytest.fixture(scope="session")
-def packed(packer, tmp_path_factory):
-    """The folder of all FMUs in FMI 3.0 with these types."""
-    folders = {}
-
-    def packed(types="native"):
-        if types not in folders:
-            folders[types] = tmp_path_factory.mktemp(f"fmi3_{types}")
-            command = [packer, "fmu", "--fmi", "3", "--types", types, "--out", str(folders[types])]
-            done = subprocess.run(command, capture_output=True, text=True)
-            assert done.returncode == 0, done.stderr
-        return folders[types]
-
-    return packed
 
 
 @pytest.fixture(scope="session")
@@ -380,11 +366,13 @@ def test_a_step_of_0_and_one_back_are_refused(counter):
 
 ALL = """FUNCTION_BLOCK All
 VAR_INPUT count : LINT := 9007199254740993; bits : DWORD; wait : TIME; name : STRING[20]; long : LTIME; END_VAR
+VAR_INPUT mask : WORD := 16#FFFE; small : BYTE; letter : CHAR; day : DATE; END_VAR
 VAR_INPUT values : ARRAY[1..1000] OF REAL; END_VAR
 VAR_OUTPUT count_out : LINT; bits_out : DWORD; wait_out : TIME; name_out : STRING[20]; values_out : ARRAY[1..1000] OF REAL; END_VAR
+VAR_OUTPUT mask_out : WORD; END_VAR
 VAR_TEMP i : INT; END_VAR
 BEGIN
-  count_out := count + 1; bits_out := bits; wait_out := wait; name_out := name;
+  count_out := count + 1; bits_out := bits; wait_out := wait; name_out := name; mask_out := mask;
   FOR i := 1 TO 1000 DO values_out[i] := values[i]; END_FOR;
 END_FUNCTION_BLOCK"""
 
@@ -393,16 +381,18 @@ def test_a_program_keeps_all_bits_of_its_types(build):
     fmu = build(ALL)
     assert validate_fmu(str(fmu.path)) == []
     assert fmu.variables["count"].start == "9007199254740993"
-    types = {name: fmu.variables[name].type for name in ("count", "bits", "wait", "name", "values", "CYCLE")}
-    assert list(types.values()) == ["Int64", "UInt32", "Int32", "String", "Float32", "Int32"]
+    names = ["count", "bits", "wait", "name", "values", "CYCLE", "mask", "small", "letter", "day", "long"]
+    types = ["Int64", "UInt32", "Int32", "String", "Float32", "Int32", "UInt16", "UInt8", "UInt8", "UInt16", "Int64"]
+    assert {name: fmu.variables[name].type for name in names} == dict(zip(names, types, strict=True))
+    assert fmu.variables["mask"].start == str(0xFFFE)
     instance = fmu.instance().initialize()
     values = [float(np.float32(0.1 * i)) for i in range(1000)]
-    for name, value in [("count", 2**53 + 3), ("bits", 2**31 + 1), ("wait", -1), ("name", "Größe"), ("values", values)]:
+    for name, value in [("count", 2**53 + 3), ("bits", 2**31 + 1), ("wait", -1), ("name", "Größe"), ("values", values), ("mask", 0x8001)]:
         instance.set(name, value)
         assert instance.get(name) == value
     instance.step(0.0, 0.1)
     assert instance.get("count_out") == 2**53 + 4
-    assert (instance.get("bits_out"), instance.get("wait_out")) == (2**31 + 1, -1)
+    assert (instance.get("bits_out"), instance.get("wait_out"), instance.get("mask_out")) == (2**31 + 1, -1, 0x8001)
     assert (instance.get("name_out"), instance.get("values_out")) == ("Größe", values)
     # All elements or none.
     reference = fmu.variables["values"].valueReference
@@ -410,6 +400,10 @@ def test_a_program_keeps_all_bits_of_its_types(build):
         lambda: instance.slave.setFloat32([reference], [1.0, 2.0, 3.0])
     )
     assert "is inside the array" in instance.refused(lambda: instance.slave.getFloat32([reference + 1]))
+    for name, other in [("mask", "Int16"), ("bits", "Int32"), ("small", "Int8")]:
+        reference = fmu.variables[name].valueReference
+        assert f"use fmi3GetU{other}" in instance.refused(lambda: getattr(instance.slave, f"get{other}")([reference]))
+        assert f"use fmi3SetU{other}" in instance.refused(lambda: getattr(instance.slave, f"set{other}")([reference], [1]))
 
 
 def test_with_wide_types_there_are_doubles_and_elements(build):
@@ -498,3 +492,163 @@ def test_a_state_goes_on_bit_by_bit_and_is_not_one_of_fmi_2(open_fmi3, open_fmu)
     older.instantiate()
     with pytest.raises(fmpy.fmi1.FMICallException):
         older.deSerializeFMUstate(saved)
+
+
+# The program's own host, presets and packages
+
+LOOP = """step = 1.0
+stop = 300.0
+record = ["C.LMN", "C.PV_IN", "P.TEMP"]
+[fmus]
+{fmus}
+[connections]
+C.LMN = "P.POWER"
+P.TEMP = "C.PV_IN"
+[settings]
+C = {{ MAN_ON = false, SP_INT = 60.0, GAIN = 0.7, TI = 130.0, CYCLE = 1.0 }}
+P.CYCLE = 1.0
+"""
+
+
+@pytest.fixture
+def loop(tmp_path, packed):
+    """The description of the furnace under CONT_C: `order` has the letters of the members, small ones for FMI 2.0."""
+
+    def loop(order):
+        names = {"c": "CONT_C", "p": "HEATER"}
+        folders = [packed("wide") if of.isupper() else host.FOLDER for of in order]
+        fmus = [f'{of.upper()} = "{folder}/{names[of.lower()]}.fmu"' for of, folder in zip(order, folders, strict=True)]
+        path = tmp_path / f"{order}.toml"
+        path.write_text(LOOP.format(fmus="\n".join(fmus)))
+        return path
+
+    return loop
+
+
+@pytest.fixture
+def record(command):
+    def record(loop, *options):
+        done = subprocess.run([command, "run", loop, "--out=-", *options], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    return record
+
+
+def test_plcfmu_gives_the_bits_of_fmi_2_in_event_mode_and_mixed_in_either_order(loop, record):
+    expected = record(loop("cp"))
+    assert len(expected.splitlines()) == 302
+    for order in ["CP", "PC", "Cp", "pC", "cP"]:
+        assert record(loop(order)) == expected, order
+    assert record(loop("CP"), "--no-events") == expected
+    assert record(loop("PC"), "--no-events") == record(loop("pc")) != expected
+
+
+def test_a_study_of_fmi_3_has_the_results_of_fmi_2(loop, command, tmp_path):
+    results = {}
+    for order in ["cp", "CP", "PC"]:
+        study = tmp_path / f"study_{order}.toml"
+        study.write_text(f"""loop = "{loop(order)}"
+samples = 12
+seed = 1
+[signals]
+setpoint = "C.SP_INT"
+process_value = "P.TEMP"
+manipulated_value = "C.LMN"
+[[axes]]
+variable = "P.RISE"
+relative = true
+uniform = {{ min = 0.75, max = 1.25 }}
+""")
+        out = tmp_path / order
+        done = subprocess.run([command, "study", study, "--format=csv", "--out", out], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        (table,) = out.glob("*.csv")
+        results[order] = table.read_text()
+    assert results["cp"] == results["CP"] == results["PC"]
+    assert len(set(results["cp"].splitlines())) == 13
+
+
+PLANT = """FUNCTION_BLOCK Plant
+VAR_INPUT par : STRUCT level : REAL := 2.5; on : BOOL; END_STRUCT; table : ARRAY[0..2] OF INT := [1, 2, 3]; END_VAR
+VAR_INPUT mask : DWORD; wait : TIME := T#1s; long : LINT; name : STRING[8] := 'a'; END_VAR
+VAR_OUTPUT sum : INT; level : REAL; END_VAR
+BEGIN sum := table[0] + table[1] + table[2]; level := par.level; END_FUNCTION_BLOCK"""
+
+
+def test_a_preset_of_a_program_has_elements_of_arrays_and_exact_integers(build, command, tmp_path):
+    for types in ["native", "wide"]:
+        original = build(PLANT, f"--types={types}")
+        path = tmp_path / f"{types}.fmu"
+        settings = ["table[0]=-5", "mask=4294967295", "wait=0.25", "long=-7", "par.level=0.1", "par.on=true", "CYCLE=0.2"]
+        done = subprocess.run([command, "preset", original.path, *(f"--set={of}" for of in settings), "--out", path], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        assert validate_fmu(str(path)) == []
+        preset = Fmu(path, tmp_path / f"unpacked_{types}")
+        assert preset.description.instantiationToken != original.description.instantiationToken
+        instance = preset.instance().initialize()
+        instance.step(0.0, 0.2)
+        assert (instance.get("sum"), instance.get("level")) == (0, float(np.float32(0.1)))
+        if types == "native":
+            assert preset.variables["table"].start == "-5 2 3"
+            found = [instance.get(name) for name in ("mask", "wait", "long", "par.on", "CYCLE")]
+            assert found == [2**32 - 1, 250, -7, True, 200]
+            assert preset.variables["par.level"].start == "0.1"
+        # Its start values belong to it.
+        start = preset.folder / "resources/start.txt"
+        start.write_text(start.read_text().replace("long = -7", "long = -8"))
+        with pytest.raises(Exception):
+            preset.instance()
+
+
+def test_a_preset_is_not_one_of_other_types(open_fmi3, make_preset, tmp_path):
+    native, wide = (Fmu(make_preset(open_fmi3("CONT_C", types), tmp_path / f"{types}.fmu", GAIN=5.0), tmp_path / types) for types in ("native", "wide"))
+    assert (native.instance().get("GAIN"), wide.instance().get("GAIN")) == (5.0, 5.0)
+    tokens = [fmu.description.instantiationToken for fmu in (native, wide)]
+    with pytest.raises(Exception):
+        native.instance(token=tokens[1])
+
+
+def test_merging_keeps_an_fmu_of_fmi_3_as_it_is(open_fmi3, command, tmp_path):
+    fmu, path = open_fmi3("CONT_C"), tmp_path / "merged.fmu"
+    subprocess.run([command, "merge", fmu.path, fmu.path, "--out", path], check=True, capture_output=True)
+    assert path.read_bytes() == fmu.path.read_bytes()
+
+
+def test_the_python_package_builds_for_fmi_3(tmp_path):
+    (tmp_path / "counter.scl").write_text(COUNTER)
+    path = plcfmu.build(tmp_path / "counter.scl", cycle="100ms", out=tmp_path, fmi=3, types="wide")
+    with plcfmu.Fmus() as fmus:
+        counter = fmus.start(path)
+        counter.step(0.0, 1.0)
+        assert counter["count"] == 10
+    assert fmpy.read_model_description(str(path)).fmiVersion == "3.0"
+
+
+def terminals(fmu):
+    """The terminals with the variables of their members, after the file was checked with the schema of the standard."""
+    folder = fmu.folder / "terminalsAndIcons"
+    xml = etree.parse(folder / "terminalsAndIcons.xml")
+    schema = pathlib.Path(fmpy.__file__).parent / "schema/fmi3/fmi3TerminalsAndIcons.xsd"
+    etree.XMLSchema(etree.parse(schema)).assertValid(xml)
+    assert (folder / "icon.svg").exists() and (folder / "icon.png").read_bytes()[:4] == b"\x89PNG"
+    for icon in xml.iter("TerminalGraphicalRepresentation"):
+        assert (folder / f"{icon.get('iconBaseName')}.png").exists()
+    found = {
+        of.get("name"): {member.get("memberName"): member.get("variableName") for member in of.iter("TerminalMemberVariable")}
+        for of in xml.iter("Terminal")
+    }
+    assert {name for of in found.values() for name in of.values()} <= set(fmu.variables)
+    return found
+
+
+def test_terminals_are_what_one_wires_together(fmu, open_fmi3):
+    found = terminals(open_fmi3(fmu.name))
+    if fmu.name == "CONT_C":
+        assert found == {"SP": {"SP": "SP_INT"}, "PV": {"PV": "PV_IN"}, "LMN": {"LMN": "LMN"}}
+    if fmu.name == "HEATER":
+        assert found["PV"] == {"PV": "TEMP"} and found["LMN"] == {"LMN": "POWER"}
+
+
+def test_a_structure_of_a_program_is_a_terminal(build):
+    assert terminals(build(PLANT)) == {"par": {"level": "par.level", "on": "par.on"}}

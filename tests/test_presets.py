@@ -44,7 +44,7 @@ def run(instance, rows):
 # --- The values ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", host.names())
+@pytest.mark.parametrize("name", host.versions(host.names()))
 def test_a_preset_with_nothing_set_does_what_the_original_does_with_its_values_set(name, open_fmu, open_preset):
     original, preset = open_fmu(name), open_preset(name)
     by_hand = original.start(**host.other_values(original))
@@ -54,7 +54,7 @@ def test_a_preset_with_nothing_set_does_what_the_original_does_with_its_values_s
     assert run(by_itself, rows) == run(by_hand, rows)
 
 
-@pytest.mark.parametrize("name", host.names())
+@pytest.mark.parametrize("name", host.versions(host.names()))
 def test_the_model_description_declares_the_values_that_an_instance_starts_from(name, open_preset):
     preset = open_preset(name)
     settings = preset.of("input", "parameter")

@@ -21,13 +21,8 @@ def initializing(fmu):
 
 def declared(fmu):
     """The parameters on which each output depends, as InitialUnknowns says."""
-    variables = fmu.xml.findall("ModelVariables/ScalarVariable")
-    unknowns = fmu.xml.findall("ModelStructure/InitialUnknowns/Unknown")
-
-    def name(index):
-        return variables[int(index) - 1].get("name")
-
-    return {name(unknown.get("index")): set(map(name, unknown.get("dependencies").split())) for unknown in unknowns}
+    unknowns = fmu.description.initialUnknowns
+    return {unknown.variable.name: {setting.name for setting in unknown.dependencies} for unknown in unknowns}
 
 
 def restart_values(instance):

@@ -2,6 +2,7 @@
 
 import pytest
 
+import host
 import oracle
 import tapes
 
@@ -89,9 +90,10 @@ def wrong(run, player):
     return found
 
 
+@pytest.mark.parametrize("version", host.versions([""]))
 @pytest.mark.parametrize("run", RUNS, ids=str)
-def test_the_fmu_does_what_the_tape_says(run, open_fmu):
-    assert wrong(run, OnFmu(open_fmu(run.block))) == []
+def test_the_fmu_does_what_the_tape_says(run, version, open_fmu):
+    assert wrong(run, OnFmu(open_fmu(version + run.block))) == []
 
 
 @pytest.mark.parametrize("run", RUNS, ids=str)

@@ -9,6 +9,7 @@ import pathlib
 import numpy as np
 import pytest
 
+import host
 from files import rows
 
 TRACES = sorted((pathlib.Path(__file__).parent / "traces").glob("*.csv"))
@@ -50,9 +51,10 @@ def test_both_measured_blocks_have_recordings_and_all_are_replayed():
         assert f"| {calls} recorded calls, every bit" in text or f"recorded calls of real blocks, replayed | {calls} |" in text, calls
 
 
+@pytest.mark.parametrize("version", host.versions([""]))
 @pytest.mark.parametrize("trace", TRACES, ids=lambda trace: trace.stem)
-def test_the_fmu_repeats_the_recording_bit_for_bit(trace, open_fmu):
-    fmu = open_fmu(trace.name[:6])
+def test_the_fmu_repeats_the_recording_bit_for_bit(trace, version, open_fmu):
+    fmu = open_fmu(version + trace.name[:6])
     first, *rest = rows(trace)
     instance = fmu.instance()
     instance.start(**values(fmu, first))

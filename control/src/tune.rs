@@ -23,7 +23,7 @@ use modeldescription::Table;
 use modeldescription::digits::short;
 use run::dialog::{self, Group, Roles};
 use run::fmus::Fmus;
-use run::fmus::{Member, Values};
+use run::fmus::{Member, Values, number_of};
 use run::system::Value;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -227,10 +227,7 @@ impl Controller {
     /// The value of a variable: as it is set, else its start value; true is 1.
     pub fn value(&self, name: &str) -> f64 {
         let start = || self.table.find(name).map_or(0.0, |row| self.table.variables[row].start);
-        self.member.values.get(name).map_or_else(start, |value| match value {
-            Value::Number(value) => *value,
-            Value::Boolean(value) => f64::from(u8::from(*value)),
-        })
+        self.member.values.get(name).map_or_else(start, |value| number_of(*value))
     }
 
     /// The PLC type of a variable.

@@ -43,6 +43,7 @@ mod tests {
             help: String::new(),
             description: "".into(),
             kind,
+            analog: false,
             role: Role::Input,
             start: 0.0,
             exact: None,

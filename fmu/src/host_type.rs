@@ -1,7 +1,7 @@
 //! Values as a host passes them: what a version of the standard has to say of each of its types.
 
 use crate::cyclic::Cyclic;
-use blocks::{Kind, Value};
+use blocks::{Kind, Row, Value};
 
 /// The words of a version of the standard.
 pub trait Version {
@@ -14,14 +14,20 @@ pub trait Version {
     /// What the FMUs can do: the attributes of modelDescription.xml and their values. Those that are left out are false.
     const CAPABILITIES: &'static [(&'static str, &'static str)];
 
-    /// Its name of the type that holds PLC values of a kind, as in the name of the function that sets it.
-    fn name_of(kind: Kind) -> &'static str;
+    /// Its name of the type that holds the values of a row, as in the name of the function that sets it.
+    fn name_of(row: &Row) -> &'static str;
 }
 
 /// A type of values, as C passes it in a version of the standard.
 pub trait HostType<V: Version>: Copy {
     /// Whether PLC values of this kind are values of this type.
     fn holds(kind: Kind) -> bool;
+
+    /// Whether the values of a row are values of this type.
+    #[inline(always)]
+    fn is_of(row: &Row) -> bool {
+        Self::holds(row.kind)
+    }
 
     /// The PLC value of a kind that this type holds.
     ///

@@ -208,7 +208,7 @@ pub fn set_values<V: Version, B: Cyclic, T: HostType<V>>(block: &mut B, referenc
     }
     let value_of = |table: &Table, reference: &u32, value: &T| {
         let row = table.rows.get(*reference as usize)?;
-        let is_tunable = matches!(row.role, Role::Input | Role::Parameter) && T::holds(row.kind);
+        let is_tunable = matches!(row.role, Role::Input | Role::Parameter) && T::is_of(row);
         value.to_plc(row.kind).ok().filter(|_| is_tunable)
     };
     if let ([reference], [value]) = (references, values) {
@@ -288,12 +288,16 @@ pub fn get_values<V: Version, B: Cyclic, T: HostType<V>>(block: &B, references: 
         block.get(row)
     }
     if let ([reference], [value]) = (references, &mut *values) {
-        let got = block.get(*reference as usize).and_then(T::from_plc);
+        // Whether a WORD is one of this type its value does not tell.
+        let is_of = |value: &Value| {
+            value.kind() != Kind::Word || block.table().rows.get(*reference as usize).is_some_and(T::is_of)
+        };
+        let got = block.get(*reference as usize).filter(is_of).and_then(T::from_plc);
         got.into_iter().for_each(|got| *value = got);
         return got.is_some();
     }
     let rows = block.table().rows;
-    if !references.iter().all(|reference| rows.get(*reference as usize).is_some_and(|row| T::holds(row.kind))) {
+    if !references.iter().all(|reference| rows.get(*reference as usize).is_some_and(|row| T::is_of(row))) {
         return false;
     }
     for (reference, to) in references.iter().zip(values) {

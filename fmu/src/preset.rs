@@ -1,7 +1,8 @@
 //! Presets: FMUs of the same library with start values of their own.
 //!
 //! The start values are in `resources/start.txt`, and the preset's GUID is the fingerprint of that file. So the library knows by
-//! the GUID that it gets whether it has the values that modelDescription.xml declares; with its own GUID it reads no file.
+//! the GUID that it gets whether it has the values that modelDescription.xml declares; with its own GUID it reads no file. Which
+//! of several forms the FMU has is told by the identifier of the FMU that the preset is made of, which is in the file.
 
 use crate::refusal::Refusal;
 use crate::resources;
@@ -57,9 +58,9 @@ impl Identity<'_> {
 /// What an instance of a preset starts from.
 #[derive(Debug)]
 pub struct Preset<B> {
-    /// What the identifier is made of: the fingerprint of the start values, in the form that the host passes.
+    /// What the identifier is made of: the fingerprint of the start values.
     pub hash: u128,
-    /// The number of that form.
+    /// The number of the form of the FMU that the preset is made of.
     pub form: usize,
     /// The block with these values.
     pub block: B,
@@ -80,7 +81,7 @@ impl<B: Block> Preset<B> {
     }
 }
 
-/// The start values of a preset: the number of the form of its identifier, what that is made of, and the values by rows.
+/// The start values of a preset: the number of its form, what its identifier is made of, and the values by rows.
 pub type Settings = (usize, u128, Vec<(usize, Value)>);
 
 /// The start values of the preset with this identifier, by the rows of a table. `own` is the hash of the FMU of which it is a preset.
@@ -101,19 +102,20 @@ pub fn read(identity: Identity, resources: Argument, table: &Table, own: u128) -
     let damaged = |why: String| refused(format!("the start values are damaged: {why}"));
     let start = Start::parse(text).map_err(damaged)?;
     let Start { preset, block, library, .. } = &start;
-    let guid = fingerprint::text(own);
-    if library.as_bytes() != guid {
-        let (own_block, own) = (table.name, String::from_utf8_lossy(&guid));
+    let form = identity.forms.iter().position(|form| fingerprint::text(form(own)) == library.as_bytes());
+    let Some(form) = form else {
+        let (own_block, own) = (table.name, identity.text(own));
         return Err(refused(format!(
             "the start values are for {block} {library}, but this library is {own_block} {own}"
         ))
         .into());
-    }
-    let hash = start::fingerprint(&bytes);
-    let Some((form, hash)) = identity.form(hash) else {
-        let text = identity.text(hash);
-        let why = format!("the start values are those of {preset:?} {text}: they were changed or replaced");
-        return Err(refused(why).into());
     };
+    let hash = start::fingerprint(&bytes);
+    let expected = fingerprint::text(hash);
+    if identity.value.map(CStr::to_bytes) != Some(&expected[..]) {
+        let expected = String::from_utf8_lossy(&expected);
+        let why = format!("the start values are those of {preset:?} {expected}: they were changed or replaced");
+        return Err(refused(why).into());
+    }
     Ok((form, hash, start.settings(table).map_err(damaged)?))
 }

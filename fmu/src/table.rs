@@ -133,12 +133,13 @@ pub fn json(table: &Table) -> String {
         let from: Vec<String> = row.from.iter().map(|setting| quoted(&table.rows[*setting].full_name())).collect();
         let _ = write!(
             json,
-            r#"{}{{"name":{},"description":{}{},"kind":"{}","role":"{}","start":{:?}{},"min":{},"max":{},"unit":{}{}}}"#,
+            r#"{}{{"name":{},"description":{}{},"kind":"{}"{},"role":"{}","start":{:?}{},"min":{},"max":{},"unit":{}{}}}"#,
             if i == 0 { "" } else { "," },
             quoted(&row.full_name()),
             quoted(row.description),
             if row.help.is_empty() { String::new() } else { format!(r#","help":{}"#, quoted(row.help)) },
             row.kind.name(),
+            if row.is_analog { r#","analog":true"# } else { "" },
             row.role.name(),
             number(row.start),
             beyond_number(row.start).map_or_else(String::new, |exact| format!(r#","exact":{exact}"#)),

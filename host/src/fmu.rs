@@ -57,7 +57,7 @@ impl Fmu {
     pub fn instantiate_with(&self, name: &str, guid: &str, has_events: bool) -> Result<Instance> {
         let elements = |array: &Array| {
             let elements = &self.description.variables[array.first..array.first + array.count];
-            let start = |of: &Variable| of.kind.map_or(0.0, |kind| kind.cell(of.start.unwrap_or(0.0)));
+            let start = |of: &Variable| of.start_cell().unwrap_or(0.0);
             (array.clone(), elements.iter().map(start).collect())
         };
         let arrays: Vec<(Array, Vec<f64>)> = self.description.arrays.iter().map(elements).collect();

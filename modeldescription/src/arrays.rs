@@ -59,13 +59,14 @@ fn expand(declared: Vec<Variable>) -> (Vec<Variable>, Vec<Array>) {
             continue;
         };
         let first = variables.len();
-        let bare = Variable { dimensions: Vec::new(), starts: Vec::new(), ..of.clone() };
+        let bare = Variable { dimensions: Vec::new(), starts: Vec::new(), exact: Vec::new(), ..of.clone() };
         for element in 0..count {
-            let start = of.starts.get(element as usize).or(of.starts.first().filter(|_| of.starts.len() == 1));
+            let start = at(&of.starts, element);
             variables.push(Variable {
                 name: format!("{}[{}]", of.name, index(element, &of.dimensions)),
                 value_reference: first_reference + element as u32,
-                start: start.copied(),
+                start,
+                exact: at(&of.exact, element).into_iter().collect(),
                 ..bare.clone()
             });
         }
@@ -79,6 +80,11 @@ fn expand(declared: Vec<Variable>) -> (Vec<Variable>, Vec<Array>) {
         });
     }
     (variables, arrays)
+}
+
+/// The value of an element, of which one stands for all.
+fn at<T: Copy>(values: &[T], element: u64) -> Option<T> {
+    if let [all] = values { Some(*all) } else { values.get(element as usize).copied() }
 }
 
 /// The first of this many numbers in a row, at `next` or later, that no variable has; `next` is what follows them.

@@ -101,6 +101,9 @@ pub struct Variable {
     pub start_text: Option<String>,
     /// The values of an array before initialization, one for each element; empty if it holds a single value or a text.
     pub starts: Vec<f64>,
+    /// The same of whole numbers, exactly, of an array or of a single one: where they have 64 bits, `start` and `starts` are the
+    /// nearest numbers. Empty in FMI 2.0, where they have 32.
+    pub exact: Vec<i128>,
     /// Whether the sizes of arrays or the like depend on it, so that it is set before the initialization in a mode of its own.
     pub is_structural: bool,
 }
@@ -125,8 +128,18 @@ impl Default for Variable {
             start: None,
             start_text: None,
             starts: Vec::new(),
+            exact: Vec::new(),
             is_structural: false,
         }
+    }
+}
+
+impl Variable {
+    /// The value before initialization as [`Type::cell`] says; none if it has none, or is a text.
+    pub fn start_cell(&self) -> Option<f64> {
+        let kind = self.kind?;
+        let exact = self.exact.first().and_then(|start| kind.whole_cell(*start));
+        exact.or_else(|| self.start.map(|start| kind.cell(start)))
     }
 }
 

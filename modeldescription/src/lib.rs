@@ -43,6 +43,7 @@ mod findings;
 mod interface;
 mod mapping;
 mod model_description;
+mod rows;
 mod table;
 pub mod units;
 pub mod v2;

@@ -5,6 +5,8 @@ use crate::error::Error;
 pub use crate::findings::{Findings, MOST_FINDINGS};
 use crate::interface::Interface;
 use crate::{v2, v3};
+use blocks::Value;
+use blocks::table::number::number;
 
 /// The versions of FMI that are supported, as `fmiVersion` states them.
 pub const VERSIONS: &[&str] = &[v2::FMI_VERSION, v3::FMI_VERSION];
@@ -31,8 +33,8 @@ pub struct Preset {
     pub model_name: String,
     /// The GUID.
     pub guid: String,
-    /// The places of variables and their start values; true is 1.
-    pub starts: Vec<(usize, f64)>,
+    /// The places of variables, of which each element of an array has one, and their start values.
+    pub starts: Vec<(usize, Value)>,
     /// The simulation that the FMU proposes.
     pub default_experiment: Option<DefaultExperiment>,
 }
@@ -133,7 +135,7 @@ impl ModelDescription {
                 own.guid = preset.guid;
                 own.default_experiment = preset.default_experiment;
                 for (place, start) in preset.starts {
-                    own.set_start(place, start);
+                    own.set_start(place, number(start));
                 }
                 // They have the block's own start values.
                 ModelDescription::V2(own).with_sources(&[])

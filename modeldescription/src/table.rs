@@ -50,6 +50,9 @@ pub struct Row {
     /// Its PLC type.
     #[serde(deserialize_with = "kind")]
     pub kind: Kind,
+    /// Whether a WORD is an analog value, which has a sign.
+    #[serde(default)]
+    pub analog: bool,
     /// Who sets it, and when.
     #[serde(deserialize_with = "role")]
     pub role: Role,
@@ -138,6 +141,7 @@ impl From<&blocks::Table> for Table {
             description: row.description.into(),
             help: row.help.into(),
             kind: row.kind,
+            analog: row.is_analog,
             role: row.role,
             start: number(row.start),
             exact: beyond_number(row.start),

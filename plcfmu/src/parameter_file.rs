@@ -130,11 +130,15 @@ pub(crate) fn start_values(description: &Description, block: &Arc<Block>, name: 
 /// The start values that an FMU has for the settings of a block.
 fn values(description: &Description, block: &Block) -> Result<Vec<(usize, Value)>> {
     let mut values = Vec::new();
-    for (index, member) in block.members.iter().enumerate().filter(|(_, member)| member.role.is_settable()) {
+    let places = description.places(block.members.iter().map(|of| (of.name.as_str(), (of.kind, of.role))));
+    let settings = block.members.iter().zip(places).enumerate().filter(|(_, (member, _))| member.role.is_settable());
+    for (index, (member, place)) in settings {
         let name = &member.name;
-        let start = description.start(name).with_context(|| format!("the FMU has no start value of {name}"))?;
-        let value = to_value(start, member.kind).map_err(|range| anyhow!("{name} starts at {start}, but {range}"))?;
-        values.push((index, value));
+        let variable = place.map(|place| &description.variables[place]);
+        let start = variable.map(|variable| variable.start_of(member.kind)).transpose();
+        let shown = || variable.and_then(|variable| variable.start).unwrap_or_default();
+        let start = start.map_err(|range| anyhow!("{name} starts at {:?}, but {range}", shown()))?.flatten();
+        values.push((index, start.with_context(|| format!("the FMU has no start value of {name}"))?));
     }
     Ok(values)
 }

@@ -28,7 +28,7 @@
 mod write;
 
 use crate::plan::near;
-use crate::system::{Connection, Exchange, Member, Place, Recorded, Setting, System, Value};
+use crate::system::{Connection, EXACT, Exchange, Member, Place, Recorded, Setting, System, Value, whole};
 use anyhow::{Context, Error, Result, anyhow, bail};
 use manifest::Manifest;
 use parameters::{Options, Reading, Source};
@@ -136,6 +136,8 @@ pub enum Node {
     Boolean(bool),
     /// An integer or a floating-point number.
     Number(f64),
+    /// A whole number of more digits.
+    Whole(i128),
     /// A text in quotation marks.
     Text(String),
     /// Values in brackets.
@@ -186,7 +188,8 @@ impl<'de> Deserialize<'de> for Node {
             }
 
             fn visit_i64<E>(self, value: i64) -> Result<Node, E> {
-                Ok(Node::Number(value as f64))
+                let whole = i128::from(value);
+                Ok(if whole.abs() > EXACT { Node::Whole(whole) } else { Node::Number(value as f64) })
             }
 
             fn visit_f64<E>(self, value: f64) -> Result<Node, E> {
@@ -439,7 +442,12 @@ impl<'a> Reader<'a> {
         match node.get_ref() {
             Node::Boolean(value) => Ok(Value::Boolean(*value)),
             Node::Number(number) if number.is_finite() => Ok(Value::Number(*number)),
-            other => bail!(self.wrong(node, "a finite number, true or false", other)),
+            Node::Whole(whole) => Ok(Value::Whole(*whole)),
+            // TOML's integers do not go so far as those without sign.
+            other => {
+                let whole = if let Node::Text(text) = other { whole(text) } else { None };
+                whole.map(Value::Whole).ok_or_else(|| self.wrong(node, "a finite number, true or false", other))
+            }
         }
     }
 
@@ -484,7 +492,7 @@ impl<'a> Reader<'a> {
                     self.add_words(node, words);
                 }
             }
-            Node::Boolean(_) | Node::Number(_) => {}
+            Node::Boolean(_) | Node::Number(_) | Node::Whole(_) => {}
         }
     }
 
@@ -504,6 +512,7 @@ impl<'a> Reader<'a> {
         let found = match found {
             Node::Boolean(value) => value.to_string(),
             Node::Number(number) => number.to_string(),
+            Node::Whole(whole) => whole.to_string(),
             Node::Text(text) => format!("the text {text:?}"),
             Node::List(_) => "a list".into(),
             Node::Table(_) => "a table".into(),

@@ -62,6 +62,7 @@ pub enum Part {
 pub fn number_of(value: Value) -> f64 {
     match value {
         Value::Boolean(value) => f64::from(u8::from(value)),
+        Value::Whole(value) => value as f64,
         Value::Number(value) => value,
     }
 }

@@ -338,6 +338,8 @@ pub struct Run<C> {
     values: Vec<f64>,
     /// Where what is recorded is in `values`, for each column of the plan.
     recorded: Vec<usize>,
+    /// Whether a member has said nothing of its events yet, on which it depends where that is.
+    is_new: bool,
     /// What the last step recorded, for each column of the plan, as [`Type::cell`] says.
     cells: Vec<f64>,
     /// The same as numbers; only if they differ.
@@ -383,6 +385,7 @@ impl<C: Component> Run<C> {
             time: plan.start,
             values: vec![0.0; 2 * count(plan)],
             recorded: recorded(plan, false),
+            is_new: true,
             cells: vec![0.0; plan.columns.len()],
             row: None,
             wide: plan.wide(),
@@ -499,7 +502,7 @@ impl<C: Component> Run<C> {
             self.members[0].wiring = first;
             self.values = values;
         } else {
-            self.recorded = recorded(plan, false);
+            (self.recorded, self.is_new) = (recorded(plan, false), true);
             self.cells = vec![0.0; plan.columns.len()];
             (self.row, self.wide) = (None, plan.wide());
         }
@@ -604,6 +607,7 @@ impl<C: Reset> Run<C> {
         }
         self.values.fill(0.0);
         (self.steps, self.stepped, self.at, self.time) = (0, 0, 0, plan.start);
+        self.is_new = true;
         self.initialize(plan, 0, plan.start, stop)
     }
 }

@@ -1,7 +1,7 @@
 //! A system whose names are resolved and checked: what [`run`](crate::master::run) needs in every step, by position.
 
 use crate::component::Type;
-use crate::system::{Connection, Exchange, Place, Recorded, Setting, System, Value, own_name};
+use crate::system::{Connection, EXACT, Exchange, Place, Recorded, Setting, System, Value, own_name};
 use anyhow::{Context, Result, bail};
 use modeldescription::{Causality, Description, Variability, Variable};
 use serde::{Deserialize, Serialize};
@@ -563,20 +563,31 @@ pub fn assignment(
         let what = variable.causality;
         bail!("{name} cannot be set: its causality is {what}; only inputs and parameters can be set");
     }
-    let value = value(reference.kind, given).with_context(|| format!("{name} cannot be set"))?;
+    let (value, cell) = value_and_cell(reference.kind, given).with_context(|| format!("{name} cannot be set"))?;
     let warning = variable
         .is_outside(value)
         .then(|| format!("{name} = {value:?} is outside of the range that the FMU declares, {}", variable.range()));
-    let (kind, value) = (reference.kind, reference.kind.cell(value));
-    Ok((Assignment { kind, reference: variable.value_reference, value }, warning))
+    Ok((Assignment { kind: reference.kind, reference: variable.value_reference, value: cell }, warning))
 }
 
-/// Up to this number, a setting holds every whole number.
-const EXACT: f64 = 9_007_199_254_740_992.0;
+/// A value as the variable has it, and as it is moved.
+fn value_and_cell(kind: Type, given: Value) -> Result<(f64, f64)> {
+    if let Value::Whole(whole) = given
+        && let Some(cell) = kind.whole_cell(whole).filter(|_| kind.is_wide())
+    {
+        return Ok((whole as f64, cell));
+    }
+    value(kind, given).map(|value| (value, kind.cell(value)))
+}
 
-/// A value as the variable has it.
+/// A value as the variable has it; of more digits than a number has, it is none.
 pub fn value(kind: Type, value: Value) -> Result<f64> {
     match (kind, value) {
+        (kind, Value::Whole(value)) => match kind.whole() {
+            None if value as f64 as i128 == value => self::value(kind, Value::Number(value as f64)),
+            None => bail!("it is {}, which does not hold {value}; the nearest number is {}", kind.name(), value as f64),
+            Some((low, high)) => bail!("it is {}, {value} is not a whole number from {low} to {high}", kind.name()),
+        },
         (Type::Boolean, Value::Boolean(value)) => Ok(f64::from(u8::from(value))),
         (Type::Boolean, Value::Number(value)) if value == 0.0 || value == 1.0 => Ok(value),
         (Type::Boolean, Value::Number(value)) => bail!("it is Boolean, {value:?} is neither true (1) nor false (0)"),
@@ -587,10 +598,10 @@ pub fn value(kind: Type, value: Value) -> Result<f64> {
         (Type::Integer, Value::Number(value)) if f64::from(value as i32) == value => Ok(value),
         (Type::Integer, Value::Number(value)) => bail!("it is Integer, {value:?} is not an integer of 32 bits"),
         (kind, Value::Number(value)) => {
-            let whole = (value == value.trunc() && value.abs() <= EXACT).then_some(value as i128);
+            let whole = (value == value.trunc() && value.abs() <= EXACT as f64).then_some(value as i128);
             let (low, high) = kind.whole().unwrap_or_default();
             if whole.and_then(|whole| kind.whole_cell(whole)).is_none() {
-                let (low, high) = (low.max(-(EXACT as i128)), high.min(EXACT as i128));
+                let (low, high) = (low.max(-EXACT), high.min(EXACT));
                 bail!("it is {}, {value:?} is not a whole number from {low} to {high}", kind.name());
             }
             Ok(value)

@@ -91,6 +91,8 @@ pub struct Recorded {
 pub enum Value {
     /// `true` or `false`
     Boolean(bool),
+    /// A whole number of more digits than a floating-point number has.
+    Whole(i128),
     /// Anything else.
     Number(f64),
 }
@@ -193,7 +195,7 @@ impl FromStr for Value {
         match text {
             _ if text.eq_ignore_ascii_case("true") => Ok(Value::Boolean(true)),
             _ if text.eq_ignore_ascii_case("false") => Ok(Value::Boolean(false)),
-            _ => number(text).map(Value::Number),
+            _ => Ok(whole(text).map_or(Value::Number(number(text)?), Value::Whole)),
         }
     }
 }
@@ -203,6 +205,8 @@ impl Serialize for Value {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Value::Boolean(value) => serializer.serialize_bool(*value),
+            // JSON's readers have doubles, of which this is none.
+            Value::Whole(value) => serializer.collect_str(value),
             Value::Number(value) if value.is_finite() => serializer.serialize_f64(*value),
             Value::Number(value) => serializer.collect_str(value),
         }
@@ -223,7 +227,9 @@ impl<'de> Deserialize<'de> for Value {
             Given::Number(value) => Ok(Value::Number(value)),
             Given::Text(text) => match text.as_str() {
                 "NaN" | "inf" | "-inf" => Ok(Value::Number(text.parse().map_err(de::Error::custom)?)),
-                _ => Err(de::Error::custom(format!("{text:?} is neither true nor false nor a number"))),
+                text => whole(text)
+                    .map(Value::Whole)
+                    .ok_or_else(|| de::Error::custom(format!("{text:?} is neither true nor false nor a number"))),
             },
         }
     }
@@ -249,12 +255,19 @@ impl From<&str> for Recorded {
     }
 }
 
+/// A whole number of at most 64 bits, of which floating-point numbers do not have all neighbours.
+pub(crate) fn whole(text: &str) -> Option<i128> {
+    let whole = text.trim().parse::<i128>().ok()?;
+    let is_long = whole.abs() > EXACT && (i64::MIN.into()..=u64::MAX.into()).contains(&whole);
+    is_long.then_some(whole)
+}
+
+/// Up to this number, a floating-point number may be any whole number.
+pub(crate) const EXACT: i128 = 1 << 53;
+
 /// A finite number.
 fn number(text: &str) -> Result<f64> {
     match text.trim().parse::<f64>() {
-        Ok(number) if text.trim().parse::<i128>().is_ok_and(|whole| number as i128 != whole) => {
-            bail!("{text:?} has more digits than a setting holds; the nearest one is {number}")
-        }
         Ok(number) if number.is_finite() => Ok(number),
         _ => bail!("{text:?} is not a finite number (the decimal sign is a point)"),
     }

@@ -366,7 +366,7 @@ fn targets(axis: &Axis, system: &System, names: &Names) -> Result<Vec<Target>> {
 fn values(axis: &Axis, targets: &[Target], distributions: &mut usize) -> Result<Values> {
     let number = |target: &Target, given: Value| {
         let value = match given {
-            Value::Boolean(_) => value(target.kind, given).with_context(|| target.name.clone())?,
+            Value::Boolean(_) | Value::Whole(_) => value(target.kind, given).with_context(|| target.name.clone())?,
             Value::Number(number) => number,
         };
         target.check(target.absolute(value)).map(|()| value)

@@ -115,6 +115,7 @@ impl Set {
             .find_map(|(member, of)| of.variable(own_name(&setting.variable, &member.name)?)?.unit.clone());
         let value = match setting.value {
             Value::Boolean(value) => value.to_string(),
+            Value::Whole(whole) => whole.to_string(),
             Value::Number(number) => short(number),
         };
         Set { variable: setting.variable.clone(), value, unit, time: setting.time }

@@ -370,6 +370,7 @@ fn variable(system: &System, name: &str) -> Result<(Grid, f64)> {
     let set = own_settings().find(|of| !of.is_preliminary).or(own_settings().next());
     let value = match set.map(|of| of.value) {
         Some(Value::Number(value)) => Some(value),
+        Some(Value::Whole(value)) => Some(value as f64),
         Some(Value::Boolean(_)) => bail!("{name} is set to a truth value, and it is a number"),
         None => description.start(own),
     };

@@ -336,7 +336,7 @@ fn examine(name: &str, variable: Option<&Variable>, row: Option<&Row>, value: Va
 fn as_given(given: Value, held: f64) -> Value {
     match given {
         Value::Boolean(_) => Value::Boolean(held != 0.0),
-        Value::Number(_) => Value::Number(held),
+        Value::Whole(_) | Value::Number(_) => Value::Number(held),
     }
 }
 

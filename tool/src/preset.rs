@@ -11,9 +11,10 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use blocks::table::fingerprint;
 use blocks::table::number::{number, to_value};
 use blocks::table::start::{self, Start};
-use blocks::{Kind, Value};
-use modeldescription::{self, Description, ModelDescription, Type, shortened};
-use parameters::Block;
+use blocks::{Types, Value};
+use modeldescription::v3::token;
+use modeldescription::{self, Causality, Description, ModelDescription, Variable, shortened};
+use parameters::{Block, Member};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -45,9 +46,9 @@ pub fn guid_of(text: &str) -> String {
 pub struct Original<'a> {
     /// Its model description.
     pub xml: &'a ModelDescription,
-    /// What that says.
+    /// What that says, expanded.
     pub description: &'a Description,
-    /// The GUID of the block's own FMU: its own, unless it is a preset itself.
+    /// The GUID or token of the block's own FMU: its own, unless it is a preset itself.
     pub library: &'a str,
     /// Its documentation, if it has one.
     pub page: Option<&'a str>,
@@ -76,7 +77,7 @@ impl Original<'_> {
     /// It is not of the loop's block; a value that the FMU does not take.
     pub fn preset(&self, values: &parameters::Loop) -> Result<Preset> {
         let block = self.description.model_identifier().unwrap_or_default();
-        self.fits(block, &values.block)?;
+        let places = self.places(block, &values.block)?;
         let name = identifier(&values.name);
         let members = &values.block.members;
         let setting = |setting: &parameters::Setting| {
@@ -93,7 +94,7 @@ impl Original<'_> {
         };
         let text = start.to_string();
         let guid = guid_of(&text);
-        let description = self.xml.with(self.changes(&name, &guid, values)?).write();
+        let description = self.xml.with(self.changes(&name, &guid, values, &places)?).write();
         let description = String::from_utf8(description).context(DESCRIPTION)?;
         let mut files = BTreeMap::from([(DESCRIPTION.to_string(), description), (path(), text)]);
         if let Some(page) = self.page {
@@ -104,28 +105,36 @@ impl Original<'_> {
         Ok(Preset { name, guid, files, left_out, remarks: values.warnings() })
     }
 
-    /// Refuses a block of which this is not an FMU.
-    fn fits(&self, own: &str, block: &Block) -> Result<()> {
+    /// The places of a block's members among the variables. A block of which this is not an FMU is refused.
+    fn places(&self, own: &str, block: &Block) -> Result<Vec<usize>> {
         ensure!(block.name == own, "it is an FMU of {own}, not of {}", block.name);
         let variables = &self.description.variables;
         let other = "it was made from another version of the block";
-        ensure!(variables.len() == block.members.len(), "{other}: it has {} variables", variables.len());
-        for (variable, member) in variables.iter().zip(&block.members) {
-            let is_same = variable.kind == Some(Type::of(member.kind))
-                && (member.kind != Kind::Time || variable.unit.as_deref() == Some("s"));
-            ensure!(
-                variable.name == member.name && is_same,
-                "{other}: where it has {:?}, the block has {} ({})",
-                shortened(&variable.name),
-                member.name,
-                member.kind.name()
-            );
-        }
-        Ok(())
+        // The time is no variable of the block, and texts have no place in a preset.
+        let is_other = |of: &&Variable| of.kind.is_none() || of.causality == Causality::Independent;
+        let count = variables.len() - variables.iter().filter(is_other).count();
+        ensure!(count == block.members.len(), "{other}: it has {count} variables");
+        let rows = block.members.iter().map(|member| (member.name.as_str(), (member.kind, member.role)));
+        let places = self.description.places(rows).into_iter().zip(&block.members);
+        let place = |(place, member): (Option<usize>, &Member)| {
+            let (name, kind) = (&member.name, member.kind.name());
+            let place = place.with_context(|| format!("{other}: the block has {name} ({kind})"))?;
+            let variable = &variables[place];
+            let own = variable.type_name;
+            ensure!(variable.is_of(member.kind), "{other}: where the block has {name} ({kind}), it has a {own}");
+            Ok(place)
+        };
+        places.map(place).collect()
     }
 
     /// What the preset's model description has in place of the original's.
-    fn changes(&self, name: &str, guid: &str, values: &parameters::Loop) -> Result<modeldescription::Preset> {
+    fn changes(
+        &self,
+        name: &str,
+        guid: &str,
+        values: &parameters::Loop,
+        places: &[usize],
+    ) -> Result<modeldescription::Preset> {
         let mut default_experiment = self.description.default_experiment;
         let cycle =
             values.settings.iter().find(|setting| values.block.members[setting.member].role == blocks::Role::Cycle);
@@ -140,7 +149,7 @@ impl Original<'_> {
             }
             experiment.step_size = Some(cycle / 1000.0);
         }
-        let starts = values.settings.iter().map(|setting| (setting.member, number(setting.value))).collect();
+        let starts = values.settings.iter().map(|setting| (places[setting.member], setting.value)).collect();
         Ok(modeldescription::Preset { model_name: name.into(), guid: guid.into(), starts, default_experiment })
     }
 }
@@ -180,7 +189,7 @@ pub fn of(home: &dyn Home, request: &Request) -> Result<Preset> {
     let file = |path: &str| request.files.get(path).map(String::as_str);
     let text = file(DESCRIPTION).with_context(|| format!("it is not an FMU: it has no {DESCRIPTION}"))?;
     let xml = ModelDescription::read(text.as_bytes()).context(DESCRIPTION)?;
-    let description = xml.description();
+    let description = xml.description().expanded();
     let path = path();
     let start = file(&path).map(Start::parse).transpose().map_err(|error| anyhow!("{path}: {error}"))?;
     let library = start.map_or_else(|| description.guid.clone(), |start| start.library);
@@ -192,8 +201,12 @@ pub fn of(home: &dyn Home, request: &Request) -> Result<Preset> {
         let is_of_block = home.table(&fmu).ok().flatten().is_some_and(|table| table.name == *name);
         is_of_block.then(|| home.description(&fmu).ok()).flatten()
     });
+    let is_of = |own: &Description| {
+        let mut tokens = Types::ALL.iter().map(|types| token(&own.guid, *types));
+        own.guid == library || description.is_fmi_3() && tokens.any(|token| token == library)
+    };
     match own {
-        Some(own) if own.guid != library => bail!(
+        Some(own) if !is_of(&own) => bail!(
             "this {name}.fmu is {}, and the page has {name} {}: take the FMU and the page of one release",
             shortened(&library),
             own.guid

@@ -312,8 +312,8 @@ fn tuning(page: &mut String, of: &Tuning, units: [Option<&str>; 2]) -> Result<()
         .values
         .iter()
         .filter_map(|(name, value)| match value {
-            Value::Number(value) => Some(format!("{name} {}", short(*value))),
             Value::Boolean(_) => None,
+            value => Some(format!("{name} {}", short(number_of(*value)))),
         })
         .collect();
     let rule = rules::name(of.rule);
@@ -484,6 +484,7 @@ fn shown(variable: &Variable, value: Value) -> String {
 fn shown_alone(value: Value) -> String {
     match value {
         Value::Boolean(value) => if value { "TRUE" } else { "FALSE" }.to_string(),
+        Value::Whole(value) => value.to_string(),
         Value::Number(value) => short(value),
     }
 }

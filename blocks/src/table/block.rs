@@ -133,6 +133,7 @@ macro_rules! block {
                 description: $crate::table::short_text(concat!($($doc, "\n"),*)),
                 help: $crate::table::help(concat!($($doc, "\n"),*)),
                 kind: Kind::$kind,
+                is_analog: matches!(Kind::$kind, Kind::Word),
                 role: $crate::block!(@role $section),
                 start: $crate::block!(@value $kind $($start)?),
                 min: $crate::block!(@limit $kind $($min)?),

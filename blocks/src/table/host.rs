@@ -15,18 +15,19 @@ named! {
 }
 
 impl Types {
-    /// The type that holds the values of a PLC type.
-    pub const fn of(self, kind: Kind) -> &'static str {
+    /// The type that holds the values of a PLC type; those of a WORD may be analog values, which have a sign.
+    pub const fn of(self, kind: Kind, is_analog: bool) -> &'static str {
         match (self, kind) {
+            (Types::Native, Kind::Word) if is_analog => "Int16",
             (_, Kind::Bool) => "Boolean",
             (Types::Native, Kind::Real) => "Float32",
             (_, Kind::Real | Kind::LReal) => "Float64",
             (Types::Wide, Kind::Time | Kind::LTime) => "Float64",
             (Types::Native, Kind::Time | Kind::DInt) => "Int32",
-            (Types::Native, Kind::Word | Kind::Int) => "Int16",
+            (Types::Native, Kind::Int) => "Int16",
             (Types::Native, Kind::SInt) => "Int8",
             (Types::Native, Kind::USInt | Kind::Byte) => "UInt8",
-            (Types::Native, Kind::UInt) => "UInt16",
+            (Types::Native, Kind::UInt | Kind::Word) => "UInt16",
             (Types::Native, Kind::UDInt | Kind::DWord) => "UInt32",
             (_, Kind::ULInt | Kind::LWord) => "UInt64",
             (_, Kind::LInt | Kind::LTime) | (Types::Wide, Kind::UDInt) => "Int64",
@@ -61,11 +62,15 @@ mod tests {
     #[test]
     fn every_plc_type_has_the_type_of_its_width_or_one_that_holds_it() {
         for kind in Kind::ALL {
-            let native = Types::Native.of(*kind);
-            let bits: usize = native.trim_start_matches(|one: char| one.is_ascii_alphabetic()).parse().unwrap_or(0);
-            assert_eq!(bits, kind.width() * 8, "{}", kind.name());
-            assert!(["Float64", "Int32", "Int64", "UInt64", "Boolean"].contains(&Types::Wide.of(*kind)));
+            for is_analog in [false, true] {
+                let native = Types::Native.of(*kind, is_analog);
+                let bits: usize = native.trim_start_matches(|one: char| one.is_ascii_alphabetic()).parse().unwrap_or(0);
+                assert_eq!(bits, kind.width() * 8, "{}", kind.name());
+                let wide = Types::Wide.of(*kind, is_analog);
+                assert!(["Float64", "Int32", "Int64", "UInt64", "Boolean"].contains(&wide));
+            }
         }
+        assert_eq!([false, true].map(|is_analog| Types::Native.of(Kind::Word, is_analog)), ["UInt16", "Int16"]);
     }
 
     #[test]

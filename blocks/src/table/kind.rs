@@ -85,7 +85,7 @@ kinds! {
     Real  "REAL"  "Real"  4 Real Decimal, "a REAL takes finite numbers of at most 3.4028235e38", "32-bit floating point.";
     LReal "LREAL" "LReal" 8 Real Decimal, "an LREAL takes finite numbers", "64-bit floating point.";
     Time  "TIME"  "Time"  4 Real Duration, "a TIME takes 0 ... 2147483.647 s", "Milliseconds.";
-    Word  "WORD"  "Word"  2 Integer Bits, "a WORD takes -32768 ... 65535", "An analog value: 16 bits, two's complement.";
+    Word  "WORD"  "Word"  2 Integer Bits, "a WORD takes -32768 ... 65535", "16 bits: in a block an analog value, in two's complement.";
     Int   "INT"   "Int"   2 Integer Integer, "an INT takes -32768 ... 32767", "A 16-bit integer.";
     Bool  "BOOL"  "Bool"  0 Boolean Switch, "a BOOL takes 0 and 1", "One bit.";
     SInt  "SINT"  "SInt"  1 Integer Integer [i8::MIN, i8::MAX], "an SINT takes -128 ... 127", "An integer of 8 bits.";

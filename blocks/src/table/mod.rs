@@ -292,6 +292,8 @@ pub struct Row {
     pub help: &'static str,
     /// Its PLC type.
     pub kind: Kind,
+    /// Whether a WORD is an analog value, a number with sign, as in a block; in a program it is bits.
+    pub is_analog: bool,
     /// Who sets it, and when.
     pub role: Role,
     /// Its value in a new block.
@@ -315,6 +317,7 @@ impl Row {
         description: "",
         help: "",
         kind: Kind::Bool,
+        is_analog: false,
         role: Role::Local,
         start: Value::Bool(false),
         min: None,

@@ -84,6 +84,29 @@ pub fn exact(value: Value) -> Option<i128> {
     }
 }
 
+/// The PLC value of an integer as [`exact`] gives it. The upper half of an unsigned WORD is the negative half of a signed one; a
+/// DWORD may be given as a signed number, too.
+///
+/// # Errors
+/// The range of the type, as a text, if the integer lies outside.
+pub fn of_exact(integer: i128, kind: Kind) -> Result<Value, &'static str> {
+    let refused = || kind.takes();
+    match kind {
+        Kind::Time => i32::try_from(integer).map(|time| Value::Time(Time::ms(time))).map_err(|_| refused()),
+        Kind::Int => i16::try_from(integer).map(Value::Int).map_err(|_| refused()),
+        Kind::Word if (-32768..=65535).contains(&integer) => Ok(Value::Word(Word::new(integer as i16))),
+        _ => {
+            let (low, high) = kind.whole().ok_or_else(refused)?;
+            let low = if kind == Kind::DWord { i32::MIN.into() } else { low };
+            if !(low..=high).contains(&integer) {
+                return Err(refused());
+            }
+            let bits = integer as i64;
+            Ok(Value::Whole(kind, if kind == Kind::DWord { i64::from(bits as u32) } else { bits }))
+        }
+    }
+}
+
 /// The same, if the number of [`number`] is another one: an integer of more digits than a double has.
 pub fn beyond_number(value: Value) -> Option<i128> {
     let scale = match value.kind() {
@@ -101,7 +124,7 @@ pub fn shown(real: f32) -> String {
 }
 
 /// The value as it is written in decimals: 0.1 for the REAL next to it, which is a little more.
-pub(super) fn decimal(value: Value) -> f64 {
+pub fn decimal(value: Value) -> f64 {
     match value {
         Value::Real(real) => real.to_string().parse().unwrap_or(f64::from(real)),
         other => number(other),

@@ -319,6 +319,7 @@ fn row(name: &str, variable: &Variable, kind: Kind, role: Role, start: Value, is
         description: leaked(&description),
         help: "",
         kind,
+        is_analog: false,
         role,
         start,
         min,

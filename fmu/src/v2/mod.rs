@@ -9,7 +9,7 @@ pub mod value;
 
 use crate::host_type::Version;
 use crate::refusal::Answer;
-use blocks::{Class, Kind};
+use blocks::{Class, Row};
 
 /// What the library of a program says of itself, see [`interface::json_of`](crate::interface::json_of).
 pub fn describe(table: &blocks::Table, guid: &str) -> String {
@@ -39,8 +39,8 @@ impl Version for Fmi2 {
         ("canNotUseMemoryManagementFunctions", "true"),
     ];
 
-    fn name_of(kind: Kind) -> &'static str {
-        match kind.class() {
+    fn name_of(row: &Row) -> &'static str {
+        match row.kind.class() {
             Class::Real => "Real",
             Class::Integer => "Integer",
             Class::Boolean => "Boolean",

@@ -125,6 +125,7 @@ impl HostType<Fmi2> for Boolean {
 mod tests {
     use super::*;
     use crate::host_type::Version;
+    use blocks::Row;
     use blocks::Time;
 
     #[test]
@@ -191,7 +192,7 @@ mod tests {
                 <c_int as HostType<Fmi2>>::holds(kind),
                 <Boolean as HostType<Fmi2>>::holds(kind),
             ];
-            let expected = match Fmi2::name_of(kind) {
+            let expected = match Fmi2::name_of(&Row { kind, ..Row::EMPTY }) {
                 "Real" => [true, false, false],
                 "Integer" => [false, true, false],
                 _ => [false, false, true],

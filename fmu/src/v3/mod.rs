@@ -10,7 +10,7 @@ pub mod ffi;
 pub mod value;
 
 use crate::host_type::Version;
-use blocks::{Kind, Types};
+use blocks::{Row, Types};
 
 /// FMI 3.0 with the types of the PLC.
 #[derive(Clone, Copy, Debug)]
@@ -34,8 +34,8 @@ macro_rules! versions {
             // modelDescription.xml has them of what the library says of FMI 2.0, which asks for nothing else.
             const CAPABILITIES: &'static [(&'static str, &'static str)] = &[];
 
-            fn name_of(kind: Kind) -> &'static str {
-                Types::$Version.of(kind)
+            fn name_of(row: &Row) -> &'static str {
+                Types::$Version.of(row.kind, row.is_analog)
             }
         }
 

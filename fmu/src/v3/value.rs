@@ -4,8 +4,8 @@ use super::{Native, Wide};
 use crate::cyclic::Cyclic;
 use crate::host_type::HostType;
 use crate::ordinary;
-use blocks::table::number::{exact, number, to_value};
-use blocks::{Kind, Time, Value, Word};
+use blocks::table::number::{exact, number, of_exact, to_value};
+use blocks::{Kind, Row, Time, Value};
 
 /// A Boolean: a byte, not 0 is true.
 #[repr(transparent)]
@@ -37,8 +37,16 @@ macro_rules! integers {
             }
 
             #[inline]
+            fn is_of(row: &Row) -> bool {
+                // Of 16 bits there are two types: analog values have a sign.
+                let is_narrow = $Integer::BITS == 16;
+                let is_other = row.kind == Kind::Word && is_narrow && row.is_analog != ($Integer::MIN != 0);
+                <$Integer as HostType<$Version>>::holds(row.kind) && !is_other
+            }
+
+            #[inline]
             fn to_plc(self, kind: Kind) -> Result<Value, &'static str> {
-                whole(i128::from(self), kind)
+                of_exact(i128::from(self), kind)
             }
 
             #[inline]
@@ -47,7 +55,7 @@ macro_rules! integers {
                 if !<$Integer as HostType<$Version>>::holds(kind) {
                     return None;
                 }
-                // A DWORD in 32 bits with sign is the integer with its bits.
+                // A DWORD in 32 bits with sign is the integer with its bits; so is a WORD without sign.
                 Some(exact(value)? as $Integer)
             }
 
@@ -64,7 +72,7 @@ integers! {
     i8 in Native: SInt;
     u8 in Native: USInt Byte;
     i16 in Native: Word Int;
-    u16 in Native: UInt;
+    u16 in Native: Word UInt;
     i32 in Native: Time DInt;
     u32 in Native: UDInt DWord;
     i64 in Native: LInt LTime;
@@ -72,29 +80,6 @@ integers! {
     i32 in Wide: SInt USInt Byte Int Word UInt DInt DWord;
     i64 in Wide: LInt UDInt;
     u64 in Wide: ULInt LWord;
-}
-
-/// The PLC value of an integer: a TIME in milliseconds, an LTIME in nanoseconds. The upper half of an unsigned WORD is the negative
-/// half of a signed one; a DWORD may be given as a signed number, too.
-///
-/// # Errors
-/// The range of the type, as a text, if the integer lies outside.
-fn whole(integer: i128, kind: Kind) -> Result<Value, &'static str> {
-    let refused = || kind.takes();
-    match kind {
-        Kind::Time => i32::try_from(integer).map(|time| Value::Time(Time::ms(time))).map_err(|_| refused()),
-        Kind::Int => i16::try_from(integer).map(Value::Int).map_err(|_| refused()),
-        Kind::Word if (-32768..=65535).contains(&integer) => Ok(Value::Word(Word::new(integer as i16))),
-        _ => {
-            let (low, high) = kind.whole().ok_or_else(refused)?;
-            let low = if kind == Kind::DWord { i32::MIN.into() } else { low };
-            if !(low..=high).contains(&integer) {
-                return Err(refused());
-            }
-            let bits = integer as i64;
-            Ok(Value::Whole(kind, if kind == Kind::DWord { i64::from(bits as u32) } else { bits }))
-        }
-    }
 }
 
 /// Types that hold nothing in a version.
@@ -263,10 +248,11 @@ booleans!(Native, Wide);
 mod tests {
     use super::*;
     use crate::host_type::Version;
+    use blocks::Word;
     use blocks::table::number::is_real;
 
-    /// The names of the types that hold a kind.
-    fn holders<V: Version>(kind: Kind) -> Vec<&'static str>
+    /// The names of the types of which a row's values are.
+    fn holders<V: Version>(row: &Row) -> Vec<&'static str>
     where
         f32: HostType<V>,
         f64: HostType<V>,
@@ -281,17 +267,17 @@ mod tests {
         Boolean: HostType<V>,
     {
         let all = [
-            ("Float32", <f32 as HostType<V>>::holds(kind)),
-            ("Float64", <f64 as HostType<V>>::holds(kind)),
-            ("Int8", <i8 as HostType<V>>::holds(kind)),
-            ("UInt8", <u8 as HostType<V>>::holds(kind)),
-            ("Int16", <i16 as HostType<V>>::holds(kind)),
-            ("UInt16", <u16 as HostType<V>>::holds(kind)),
-            ("Int32", <i32 as HostType<V>>::holds(kind)),
-            ("UInt32", <u32 as HostType<V>>::holds(kind)),
-            ("Int64", <i64 as HostType<V>>::holds(kind)),
-            ("UInt64", <u64 as HostType<V>>::holds(kind)),
-            ("Boolean", <Boolean as HostType<V>>::holds(kind)),
+            ("Float32", <f32 as HostType<V>>::is_of(row)),
+            ("Float64", <f64 as HostType<V>>::is_of(row)),
+            ("Int8", <i8 as HostType<V>>::is_of(row)),
+            ("UInt8", <u8 as HostType<V>>::is_of(row)),
+            ("Int16", <i16 as HostType<V>>::is_of(row)),
+            ("UInt16", <u16 as HostType<V>>::is_of(row)),
+            ("Int32", <i32 as HostType<V>>::is_of(row)),
+            ("UInt32", <u32 as HostType<V>>::is_of(row)),
+            ("Int64", <i64 as HostType<V>>::is_of(row)),
+            ("UInt64", <u64 as HostType<V>>::is_of(row)),
+            ("Boolean", <Boolean as HostType<V>>::is_of(row)),
         ];
         all.into_iter().filter(|(_, holds)| *holds).map(|(name, _)| name).collect()
     }
@@ -299,8 +285,11 @@ mod tests {
     #[test]
     fn every_kind_is_held_by_the_one_type_that_is_named_for_it() {
         for kind in Kind::ALL {
-            assert_eq!(holders::<Native>(*kind), [Native::name_of(*kind)], "{kind:?}");
-            assert_eq!(holders::<Wide>(*kind), [Wide::name_of(*kind)], "{kind:?}");
+            for is_analog in [false, true] {
+                let row = Row { kind: *kind, is_analog, ..Row::EMPTY };
+                assert_eq!(holders::<Native>(&row), [Native::name_of(&row)], "{kind:?}");
+                assert_eq!(holders::<Wide>(&row), [Wide::name_of(&row)], "{kind:?}");
+            }
         }
     }
 
@@ -312,6 +301,8 @@ mod tests {
         }
         let plc = HostType::<Native>::to_plc(u64::MAX, Kind::LWord).unwrap();
         assert_eq!(<u64 as HostType<Native>>::from_plc(plc), Some(u64::MAX));
+        let plc = HostType::<Native>::to_plc(0xfffe_u16, Kind::Word).unwrap();
+        assert_eq!((plc, <u16 as HostType<Native>>::from_plc(plc)), (Value::Word(Word::new(-2)), Some(0xfffe)));
         let plc = HostType::<Native>::to_plc(0x8000_0001_u32, Kind::DWord).unwrap();
         assert_eq!(<u32 as HostType<Native>>::from_plc(plc), Some(0x8000_0001));
         assert_eq!(<i32 as HostType<Wide>>::from_plc(plc), Some(-0x7fff_ffff));

@@ -27,8 +27,8 @@ pub(super) struct Instance {
     arrays: Vec<Elements>,
     /// Values on their way to and from the FMU, of whatever type; kept, so that a step allocates nothing.
     buffer: Vec<u64>,
-    /// The elements of an array that is read.
-    read: Vec<f64>,
+    /// The elements of an array that is read or written.
+    elements: Vec<f64>,
 }
 
 /// An array. A host that sets one element sets all.
@@ -155,7 +155,7 @@ impl Instance {
             times: (0.0, None),
             arrays,
             buffer: Vec::new(),
-            read: Vec::new(),
+            elements: Vec::new(),
         })
     }
 
@@ -323,14 +323,14 @@ impl Instance {
                 None => self.get(kind, &references[at..end], &mut values[at..end])?,
                 Some(of) => {
                     let Array { value_reference, first_reference, count, .. } = self.arrays[of].array;
-                    let mut all = std::mem::take(&mut self.read);
+                    let mut all = std::mem::take(&mut self.elements);
                     all.clear();
                     all.resize(count, 0.0);
                     let done = self.get(kind, &[value_reference], &mut all);
                     for (value, reference) in values[at..end].iter_mut().zip(&references[at..end]) {
                         *value = all[(reference - first_reference) as usize];
                     }
-                    self.read = all;
+                    self.elements = all;
                     done?;
                 }
             }
@@ -351,12 +351,16 @@ impl Instance {
                 None => self.set(kind, &references[at..end], &values[at..end])?,
                 Some(of) => {
                     let Array { value_reference, first_reference, .. } = self.arrays[of].array;
-                    let mut all = std::mem::take(&mut self.arrays[of].set);
+                    let mut all = std::mem::take(&mut self.elements);
+                    all.clone_from(&self.arrays[of].set);
                     for (value, reference) in values[at..end].iter().zip(&references[at..end]) {
                         all[(reference - first_reference) as usize] = *value;
                     }
                     let done = self.set(kind, &[value_reference], &all);
-                    self.arrays[of].set = all;
+                    if done.is_ok() {
+                        self.arrays[of].set.clone_from(&all);
+                    }
+                    self.elements = all;
                     done?;
                 }
             }

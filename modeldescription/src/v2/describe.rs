@@ -46,8 +46,10 @@ impl ModelDescription {
                 widen(&mut real.attributes.min, &mut real.attributes.max, start);
             }
             Typed::Integer(integer) => {
-                integer.start = Some(start as i32);
-                widen(&mut integer.attributes.min, &mut integer.attributes.max, start as i32);
+                // A DWORD is the integer with its bits.
+                let start = start as i64 as i32;
+                integer.start = Some(start);
+                widen(&mut integer.attributes.min, &mut integer.attributes.max, start);
             }
             Typed::Boolean(boolean) => boolean.start = Some(start != 0.0),
             Typed::String(_) | Typed::Enumeration(_) => {}

@@ -4,7 +4,10 @@ use super::description::{
     Causality, Dimension, FMI_VERSION, FloatAttributes, IntegerAttributes, ModelDescription, TypeAttributes, Typed,
     Variable,
 };
+use crate::arrays::MOST_ELEMENTS;
 use crate::description::{self, Description, Support, Type, list};
+use blocks::Value;
+use blocks::table::number::{decimal, exact, number};
 use std::collections::HashMap;
 
 /// The attributes of type definitions, by name.
@@ -68,24 +71,60 @@ impl ModelDescription {
         sizes.collect()
     }
 
-    /// Gives the variable at this place another start value, true being 1, and widens its declared range to it: FMI requires
-    /// that the one lies within the other, but the blocks take any value.
-    pub(crate) fn set_start(&mut self, place: usize, start: f64) {
-        let typed = &mut self.model_variables[place].typed;
-        match typed {
+    /// Gives the variable at this place, or the element of an array, another start value, and widens its declared range to it: FMI
+    /// requires that the one lies within the other, but the blocks take any value.
+    ///
+    /// # Panics
+    /// There is no such place.
+    pub(crate) fn set_start(&mut self, place: usize, start: Value) {
+        let sizes = self.sizes();
+        let mut first = 0;
+        let variable = self.model_variables.iter_mut().find_map(|variable| {
+            let element = place - first;
+            let count = elements(variable, &sizes);
+            first += count * (1 + variable.aliases.len());
+            (element < count).then_some((variable, element, count))
+        });
+        let (variable, element, count) = variable.expect("the place of a variable");
+        // The shortest text of a 32-bit number is another one than that of a 64-bit number.
+        let is_narrow = matches!(variable.typed, Typed::Float32(_));
+        match &mut variable.typed {
             Typed::Float32(own) | Typed::Float64(own) => {
-                own.start = Some(vec![start]);
+                let start = if is_narrow { decimal(start) } else { number(start) };
+                put(&mut own.start, element, count, start);
                 widen(&mut own.attributes.min, &mut own.attributes.max, start);
             }
-            Typed::Boolean(own) => own.start = Some(vec![start != 0.0]),
+            Typed::Boolean(own) => put(&mut own.start, element, count, number(start) != 0.0),
             other => {
+                let bits = exact(start).unwrap_or_default();
+                let start = match other {
+                    Typed::UInt16(_) => i128::from(bits as u16),
+                    Typed::Int32(_) => i128::from(bits as i32),
+                    _ => bits,
+                };
                 if let Some(own) = other.integer_mut() {
-                    own.start = Some(vec![start as i128]);
-                    widen(&mut own.attributes.min, &mut own.attributes.max, start as i128);
+                    put(&mut own.start, element, count, start);
+                    widen(&mut own.attributes.min, &mut own.attributes.max, start);
                 }
             }
         }
     }
+}
+
+/// How many places a variable has among those that are set, connected and recorded.
+fn elements(of: &Variable, sizes: &HashMap<u32, u64>) -> usize {
+    let count = of.dimensions.iter().try_fold(1u64, |product, one| product.checked_mul(size(one, sizes)?));
+    count.filter(|count| *count <= MOST_ELEMENTS).map_or(1, |count| count as usize)
+}
+
+/// Writes a start value of an array, which may have one value for all.
+fn put<T: Copy + Default>(starts: &mut Option<Vec<T>>, element: usize, count: usize, start: T) {
+    let starts = starts.get_or_insert_default();
+    if starts.len() != count {
+        let all = starts.first().copied().unwrap_or_default();
+        starts.resize(count, all);
+    }
+    starts[element] = start;
 }
 
 fn widen<T: PartialOrd + Copy>(min: &mut Option<T>, max: &mut Option<T>, start: T) {
@@ -171,6 +210,7 @@ fn described(of: &Variable, types: &Types, sizes: &HashMap<u32, u64>) -> descrip
                 ..bare
             };
             let starts = own.start.as_ref().map(|starts| starts.iter().copied().map(number).collect());
+            let bare = description::Variable { exact: own.start.clone().unwrap_or_default(), ..bare };
             with_starts(bare, Type::Integer, starts)
         }
     }

@@ -111,7 +111,7 @@ fn text_groups(table: &Table, types: Types) -> Vec<Group> {
 
 /// The unit of a row: of a floating-point number alone, as integers have none.
 fn unit(row: &Row, types: Types) -> Option<&str> {
-    let is_float = matches!(types.of(row.kind), "Float32" | "Float64");
+    let is_float = matches!(types.of(row.kind, row.analog), "Float32" | "Float64");
     if is_float { row.shown_unit() } else { None }
 }
 
@@ -193,7 +193,7 @@ fn shared<T: PartialEq + Copy>(
 
 fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
     let row = rows[0];
-    let (kind, name) = (row.kind, types.of(row.kind));
+    let (kind, name) = (row.kind, types.of(row.kind, row.analog));
     let is_set = row.role.is_settable();
     if kind == Kind::Time && row.unit.as_deref().is_some_and(|unit| unit != "s") {
         let unit = row.unit.as_deref().unwrap_or_default();
@@ -242,8 +242,11 @@ fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
         "Int8" => Typed::Int8(own),
         "UInt8" => Typed::UInt8(own),
         "Int16" => Typed::Int16(own),
+        "UInt16" if kind == Kind::Word => Typed::UInt16(bits(own, |start| i128::from(start as u16))),
         "UInt16" => Typed::UInt16(own),
-        "Int32" if types == Types::Wide && kind == Kind::DWord => Typed::Int32(signed(own)),
+        "Int32" if types == Types::Wide && kind == Kind::DWord => {
+            Typed::Int32(bits(own, |start| i128::from(start as u32 as i32)))
+        }
         "Int32" => Typed::Int32(own),
         "UInt32" => Typed::UInt32(own),
         "Int64" => Typed::Int64(own),
@@ -251,9 +254,9 @@ fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
     })
 }
 
-/// A DWORD as the integer with its bits; a range of the one is none of the other.
-fn signed(mut own: Integer) -> Integer {
-    own.start.iter_mut().flatten().for_each(|start| *start = i128::from(*start as u32 as i32));
+/// A WORD or a DWORD as another integer with its bits; a range of the one is none of the other.
+fn bits(mut own: Integer, of: fn(i128) -> i128) -> Integer {
+    own.start.iter_mut().flatten().for_each(|start| *start = of(*start));
     own.attributes = IntegerAttributes::default();
     own
 }

@@ -149,6 +149,14 @@ fn what_it_says_is_the_same_as_of_any_version() {
     // The 32-bit number next to 0.1, which the library has.
     assert_eq!(of.start("narrow"), Some(0.100_000_001_490_116_12));
     assert_eq!((of.start("i64"), of.start("b")), (Some(-9_223_372_036_854_775_808.0), Some(1.0)));
+    // Start values of 64 bits are exact.
+    let all = of.clone().expanded();
+    let exact = |name: &str| (all.variable(name).unwrap().exact.clone(), all.variable(name).unwrap().start_cell());
+    let cell = |bits: u64| Some(f64::from_bits(bits));
+    assert_eq!(exact("u64").0, [u64::MAX.into()]);
+    assert_eq!(exact("u64").1.map(f64::to_bits), cell(u64::MAX).map(f64::to_bits));
+    assert_eq!((exact("i64").0, exact("u8").1), (vec![i64::MIN.into()], Some(255.0)));
+    assert_eq!(exact("matrix[2,3]"), (vec![], Some(5.0)));
     assert_eq!(of.variable("s").unwrap().start_text.as_deref(), Some("a b"));
     assert_eq!(of.units[0].display_units.len(), 1, "a reciprocal unit is none that others know");
 }

@@ -179,10 +179,15 @@ fn value_text(variable: &Variable, value: f64) -> String {
 fn value_json(variable: &Variable, value: f64) -> Value {
     match variable.kind {
         Some(Type::Boolean) => json!(value != 0.0),
-        Some(Type::Integer) => json!(value as i64),
+        Some(kind) if kind.whole().is_some() => whole_json(value as i128),
         _ if value.is_finite() => json!(value),
         _ => json!(value.to_string()),
     }
+}
+
+/// A whole number of at most 64 bits for scripts.
+fn whole_json(whole: i128) -> Value {
+    i64::try_from(whole).map_or_else(|_| json!(u64::try_from(whole).unwrap_or(u64::MAX)), |whole| json!(whole))
 }
 
 impl Fmu {
@@ -359,8 +364,13 @@ fn categories(description: &Description) -> Vec<String> {
 
 fn variable_json(variable: &Variable) -> Value {
     let json = |value: Option<f64>| value.map(|value| value_json(variable, value));
-    let starts = || variable.starts.iter().map(|value| value_json(variable, *value)).collect();
-    let of_array = || Some(Value::Array(starts())).filter(|_| !variable.starts.is_empty());
+    let whole = || variable.exact.iter().copied().map(whole_json);
+    let start = || whole().next().or(json(variable.start)).or(variable.start_text.as_ref().map(|text| json!(text)));
+    let starts = || match variable.exact.len() == variable.starts.len() {
+        true => whole().collect(),
+        false => variable.starts.iter().map(|value| value_json(variable, *value)).collect(),
+    };
+    let start = if variable.starts.is_empty() { start() } else { Some(Value::Array(starts())) };
     let mut all = json!({
         "name": variable.name,
         "valueReference": variable.value_reference,
@@ -371,7 +381,7 @@ fn variable_json(variable: &Variable) -> Value {
         "unit": variable.unit,
         "min": json(variable.min),
         "max": json(variable.max),
-        "start": of_array().or(json(variable.start)).or(variable.start_text.as_ref().map(|text| json!(text))),
+        "start": start,
         "description": variable.description,
     });
     if !variable.dimensions.is_empty() {
@@ -397,7 +407,9 @@ fn table(description: &Description) -> String {
     for variable in &description.variables {
         let text = |value: Option<f64>| value.map(|value| value_text(variable, value));
         let start_text = variable.start_text.as_ref().map(|text| format!("\"{}\"", shown(text, LONGEST_NAME)));
-        let (min, max, start) = (text(variable.min), text(variable.max), text(variable.start).or(start_text));
+        let exact = variable.exact.first().map(i128::to_string);
+        let start = exact.or(text(variable.start)).or(start_text);
+        let (min, max) = (text(variable.min), text(variable.max));
         let range = match (min, max) {
             (Some(min), Some(max)) => format!("{min} to {max}"),
             (Some(min), None) => format!(">= {min}"),
@@ -585,6 +597,21 @@ mod tests {
             })
         );
         assert_eq!(json["variables"][5]["start"], "inf");
+    }
+
+    #[test]
+    fn a_start_value_of_64_bits_is_told_exactly() {
+        for (exact, json) in [
+            (u64::MAX.into(), json!(u64::MAX)),
+            (i64::MIN.into(), json!(i64::MIN)),
+            (1 << 53 | 1, json!(1_i64 << 53 | 1)),
+        ] {
+            let start = Some(exact as f64);
+            let variable = Variable { kind: Some(Type::Integer), start, exact: vec![exact], ..Variable::default() };
+            assert_eq!(variable_json(&variable)["start"], json);
+            let several = Variable { starts: vec![0.0; 2], exact: vec![0, exact], ..variable };
+            assert_eq!(variable_json(&several)["start"], json!([0, json]));
+        }
     }
 
     #[test]

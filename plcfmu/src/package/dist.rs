@@ -5,6 +5,7 @@
 use crate::build::platform::{self, Platform};
 use crate::build::workspace::Workspace;
 use crate::command;
+use crate::package::version::{Fmi, Version};
 use crate::package::{merge, pack, program_library};
 use crate::tell;
 use crate::tool::make;
@@ -24,6 +25,9 @@ const PLATFORMS: [&str; 4] = ["linux64", "win64", "aarch64-linux", "darwin64"];
 
 /// FMI 2.0 has no folder for Linux on ARM: FMUs for it alone are in a folder of their own, for tools that look into `linux64`.
 const ALONE: &str = "aarch64-linux";
+
+/// The folder of the FMUs of FMI 3.0, which are named as those of FMI 2.0.
+const NEWER: &str = "fmi3";
 
 /// The command is built for this platform, too, if the FMUs are; otherwise for this machine's only.
 const COMMAND: &str = "win64";
@@ -88,6 +92,11 @@ pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Res
         let platforms = if as_available { PLATFORMS.to_vec() } else { options.platforms.clone() };
         let packing = pack::Options { platforms, out: Some(new.clone()), as_available, ..pack::Options::default() };
         pack::run(workspace, &packing)?;
+        let newer = new.join(NEWER);
+        let version = Version { fmi: Fmi::Three, types: None };
+        pack::run(workspace, &pack::Options { version, out: Some(newer.clone()), ..packing })?;
+        // The library of programs is that of both versions.
+        fs::remove_dir_all(newer.join(program_library::FOLDER)).with_context(unwritable)?;
     } else {
         join(&options.packed, &new)?;
     }
@@ -130,6 +139,23 @@ fn check_replaceable(folder: &Path) -> Result<()> {
 
 /// Joins what was packed on several machines in a new folder.
 fn join(packed: &[PathBuf], new: &Path) -> Result<()> {
+    join_fmus(packed, new)?;
+    let newer: Vec<PathBuf> = packed.iter().map(|folder| folder.join(NEWER)).collect();
+    if let Some(missing) = newer.iter().find(|folder| !folder.is_dir()) {
+        let missing = missing.display();
+        bail!("the FMUs of FMI 3.0 are missing in {missing}: pack them with 'cargo xtask fmu --fmi 3 --out {missing}'");
+    }
+    join_fmus(&newer, &new.join(NEWER))?;
+    for (platform, library) in packed.iter().flat_map(|folder| program_library::all_in(folder)) {
+        let place = program_library::place(new, platform);
+        let copied = fs::create_dir_all(temporary::folder(&place)).and_then(|()| fs::copy(&library, &place));
+        copied.with_context(|| format!("{} cannot be copied", library.display()))?;
+    }
+    Ok(())
+}
+
+/// The same of the FMUs.
+fn join_fmus(packed: &[PathBuf], new: &Path) -> Result<()> {
     fs::create_dir_all(new).with_context(|| new.display().to_string())?;
     for name in names_in_all(packed)? {
         let read = |folder: &PathBuf| -> Result<(String, merge::Files)> {
@@ -140,11 +166,6 @@ fn join(packed: &[PathBuf], new: &Path) -> Result<()> {
         let joined = merge::join_all(packed.iter().map(read).collect::<Result<_>>()?)?;
         let bytes = archive::write(&joined)?;
         temporary::place(&new.join(name), |file| Ok(file.write_all(&bytes)?), |_| Ok(()))?;
-    }
-    for (platform, library) in packed.iter().flat_map(|folder| program_library::all_in(folder)) {
-        let place = program_library::place(new, platform);
-        let copied = fs::create_dir_all(temporary::folder(&place)).and_then(|()| fs::copy(&library, &place));
-        copied.with_context(|| format!("{} cannot be copied", library.display()))?;
     }
     Ok(())
 }
@@ -215,6 +236,9 @@ fn finish(folder: &Path) -> Result<()> {
         }
         files.insert(name, bytes);
     }
+    if folder.join(NEWER).is_dir() {
+        below(folder, NEWER, &mut files)?;
+    }
     for (end, _) in ADDED {
         for name in names(folder, end)? {
             let bytes = fs::read(folder.join(&name)).with_context(|| name.clone())?;
@@ -281,7 +305,7 @@ fn contents(files: &BTreeMap<String, Vec<u8>>) -> Result<String> {
     }
     let _ = write!(
         table,
-        "\nFMI 2.0 has no folder for Linux on ARM: the FMUs in {ALONE}/ have that library in linux64, too, for tools that \
+        "\nThe FMUs in {NEWER}/ are those of FMI 3.0. FMI 2.0 has no folder for Linux on ARM: the FMUs in {ALONE}/ have that library in linux64, too, for tools that \
          look there. {COMPATIBILITY}/ has each FMU with inputs, reference results and options, in the layout of the FMI \
          cross-check.\n"
     );
@@ -325,10 +349,12 @@ mod tests {
         let files = BTreeMap::from([
             ("PUMP.fmu".to_string(), fmu(&[("aarch64-linux", "4"), ("linux64", "1")])),
             ("aarch64-linux/PUMP.fmu".to_string(), fmu(&[("aarch64-linux", "4"), ("linux64", "4")])),
+            ("fmi3/PUMP.fmu".to_string(), fmu(&[("x86_64-linux", "4")])),
         ]);
         let table = contents(&files).unwrap();
         assert!(table.contains("\n| PUMP.fmu | aarch64-linux, linux64 | 1 | Pumps or not |\n"), "{table}");
         assert!(table.contains("\n| aarch64-linux/PUMP.fmu | aarch64-linux, linux64 | 1 |"), "{table}");
+        assert!(table.contains("\n| fmi3/PUMP.fmu | x86_64-linux | 1 |"), "{table}");
         let files = ["plcfmu-0.1.0-linux64.tar.gz", "plcfmu-0.1.0-py3-none-win_amd64.whl", make::FILE, TWINCAT.0];
         let table = contents(&files.map(|name| (name.to_string(), vec![0; 2345])).into()).unwrap();
         assert!(table.contains("\n| plcfmu-0.1.0-linux64.tar.gz | linux64 | 3 | The command plcfmu |\n"), "{table}");

@@ -11,4 +11,5 @@ pub mod program_library;
 pub mod reference;
 mod sources;
 pub mod ssp;
+mod terminals;
 pub mod version;

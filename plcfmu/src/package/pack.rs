@@ -15,8 +15,6 @@ use crate::page;
 use crate::progress::Progress;
 use crate::tell;
 use anyhow::{Context, Result, bail};
-use draw::diagram;
-use draw::picture;
 use host::library::Library;
 use host::package::DESCRIPTION;
 use host::package::archive;
@@ -349,8 +347,7 @@ fn pack(workspace: &Workspace, built: &Built, plan: &Plan, version: Version, pat
     let mut files = files(built, &xml, version, sources.as_ref().map(|(file, _)| file.as_str()))?;
     files.extend(sources.map(|(file, text)| (format!("sources/{file}"), text.into_bytes())));
     let bytes = archive::write(&version.placed(files))?;
-    let is_run = plan.has_host && version.is_run();
-    temporary::place(path, |file| Ok(file.write_all(&bytes)?), |packed| check::packed(packed, &xml, is_run))?;
+    temporary::place(path, |file| Ok(file.write_all(&bytes)?), |packed| check::packed(packed, &xml, plan.has_host))?;
     Ok(bytes.len())
 }
 
@@ -400,7 +397,7 @@ fn files(
     for (licence, text) in LICENCES {
         files.insert(format!("documentation/licenses/{licence}"), text.into());
     }
-    files.insert("model.png".into(), picture::png(&diagram::icon::svg(table)?)?);
+    files.extend(version.pictures(table)?);
     Ok(files)
 }
 

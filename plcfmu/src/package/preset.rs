@@ -7,9 +7,9 @@ use crate::package::check;
 use anyhow::{Result, anyhow, bail, ensure};
 use blocks::table::start::{self, Start};
 use host::package::{DESCRIPTION, Package};
-use modeldescription::{Causality, Description, shortened};
+use modeldescription::{Causality, Description, Variable, shortened};
 use parameters::Loop;
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
@@ -48,32 +48,54 @@ pub fn start<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<Start>> 
         shortened(&start.preset),
         shortened(guid)
     );
-    let declared = values(&package.description);
-    for (name, value) in &start.values {
-        match declared.get(name.as_str()) {
-            Some(other) if other == value => {}
-            Some(other) => bail!("{name} is {value} in {path} and {other} in {DESCRIPTION}: one of them was changed"),
-            None => bail!("{path} has a value of {:?}, which is not a setting in {DESCRIPTION}", shortened(name)),
-        }
+    let description = &package.description;
+    let places = description.places(start.values.iter().map(|(name, _)| (name.as_str(), ())));
+    let mut missing: BTreeSet<usize> = settings(description).collect();
+    for ((name, value), place) in start.values.iter().zip(places) {
+        let Some(place) = place.filter(|place| missing.remove(place)) else {
+            bail!("{path} has a value of {:?}, which is not a setting in {DESCRIPTION}", shortened(name));
+        };
+        let variable = &description.variables[place];
+        ensure!(
+            is_declared(variable, value),
+            "{name} is {value} in {path} and {} in {DESCRIPTION}: one of them was changed",
+            declared(variable)
+        );
     }
-    if let Some(missing) = declared.keys().find(|name| !start.values.iter().any(|(own, _)| own == *name)) {
-        bail!("{path} has no value of {:?}", shortened(missing));
+    if let Some(missing) = missing.first() {
+        bail!("{path} has no value of {:?}", shortened(&description.variables[*missing].name));
     }
     Ok(Some(start))
 }
 
-/// The start values of all inputs and parameters, by name, in the form of the file.
-fn values(description: &Description) -> BTreeMap<&str, String> {
-    let settings = description
-        .variables
-        .iter()
-        .filter(|variable| matches!(variable.causality, Causality::Input | Causality::Parameter));
-    settings
-        .map(|variable| {
-            let value = variable.kind.zip(variable.start).filter(|_| !variable.is_enumeration());
-            (variable.name.as_str(), value.map_or_else(String::new, |(kind, start)| kind.text(start)))
-        })
-        .collect()
+/// The places of all inputs and parameters that are numbers.
+fn settings(description: &Description) -> impl Iterator<Item = usize> {
+    let is_setting =
+        |of: &Variable| of.kind.is_some() && matches!(of.causality, Causality::Input | Causality::Parameter);
+    description.variables.iter().enumerate().filter(move |(_, of)| is_setting(of)).map(|(place, _)| place)
+}
+
+/// The start value that a variable declares.
+fn declared(variable: &Variable) -> String {
+    let exact = variable.exact.first().map(i128::to_string);
+    let number = || Some(variable.kind?.text(variable.start?));
+    exact.or_else(number).unwrap_or_default()
+}
+
+/// Whether a variable declares the value of a text in the file. An FMI integer may be the bits of the PLC's, or count the milliseconds or
+/// nanoseconds of a duration, whose seconds alone are written with a point.
+fn is_declared(variable: &Variable, value: &str) -> bool {
+    let Some(kind) = variable.kind.filter(|_| !variable.is_enumeration()) else { return false };
+    let whole = declared(variable).parse::<i128>().ok().filter(|_| kind.whole().is_some());
+    match (whole, value.parse::<i128>(), value.parse::<f64>()) {
+        (Some(whole), Ok(value), _) => (whole - value) % (1 << kind.bits()) == 0,
+        (Some(whole), _, Ok(seconds)) => {
+            let scale = if kind.bits() == 64 { 1e9 } else { 1e3 };
+            (seconds * scale).round() as i128 == whole
+        }
+        (None, _, Ok(number)) => variable.start == Some(number),
+        _ => declared(variable) == value,
+    }
 }
 
 /// An FMU of which presets are made.
@@ -136,11 +158,6 @@ impl<R: Read + Seek> Original<R> {
                 "its library was compiled for the program alone and takes no other start values: build it without --native"
             );
             ensure!(
-                self.package.description.fmi_version == "2.0",
-                "it is an FMU of FMI {}: presets are made of FMUs of FMI 2.0",
-                self.package.description.fmi_version
-            );
-            ensure!(
                 is_program || has_table,
                 "it was not made by plcfmu: its library would ignore the start values of a preset"
             );
@@ -185,6 +202,7 @@ mod tests {
     use host::package::archive;
     use modeldescription::{Interface, ModelDescription};
     use parameters::{Block, Member, Origin};
+    use std::collections::BTreeMap;
     use std::io::Cursor;
     use std::sync::Arc;
 
@@ -247,15 +265,11 @@ mod tests {
         let description = &package.description;
         assert_eq!((description.model_name.as_str(), &description.guid), ("P_1", &preset.guid));
         assert_eq!(description.model_identifier(), Some("PUMP"));
-        assert_eq!(values_text(description), "CYCLE = 0.02, FLOW = 0.10000000149011612");
+        let variables = settings(description).map(|place| &description.variables[place]);
+        let all: Vec<String> = variables.map(|of| format!("{} = {}", of.name, declared(of))).collect();
+        assert_eq!(all, ["FLOW = 0.10000000149011612", "CYCLE = 0.02"]);
         let experiment = description.default_experiment.unwrap();
         assert_eq!((experiment.step_size, experiment.stop_time), (Some(0.02), Some(0.06)));
-    }
-
-    fn values_text(description: &Description) -> String {
-        let all: Vec<String> =
-            super::values(description).into_iter().map(|(name, value)| format!("{name} = {value}")).collect();
-        all.join(", ")
     }
 
     #[test]

@@ -11,7 +11,6 @@ use crate::package::{check, program_library, reference};
 use crate::page;
 use crate::program::Parts;
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
-use draw::{diagram, picture};
 use fmu::cyclic::Cyclic as _;
 use host::fmu::platforms;
 use host::library::Library;
@@ -326,12 +325,11 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
     for (licence, text) in LICENCES.into_iter().chain([NOTICE]) {
         contents.insert(format!("documentation/licenses/{licence}"), text.into());
     }
-    contents.insert("model.png".into(), picture::png(&diagram::icon::svg(&interface.table)?)?);
+    contents.extend(version.pictures(&interface.table)?);
     let bytes = archive::write(&version.placed(contents))?;
-    let is_run = stop.is_none() && version.is_run();
     fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     let path = folder.join(format!("{name}.fmu"));
-    temporary::place(&path, |file| Ok(file.write_all(&bytes)?), |packed| check::packed(packed, &xml, is_run))?;
+    temporary::place(&path, |file| Ok(file.write_all(&bytes)?), |packed| check::packed(packed, &xml, stop.is_none()))?;
     Ok((path, warnings))
 }
 
@@ -381,12 +379,34 @@ fn read(manifest: &Manifest) -> Result<Named> {
         );
         let path = PathBuf::from(&source.file);
         let name = PathBuf::from(path.file_name().context("the name of a source is empty")?);
-        let free = free(&name, |name| name == FILE || sources.iter().any(|of| of.file.eq_ignore_ascii_case(name)));
-        files.push(std::mem::replace(&mut source.file, free));
+        let partner = files.iter().position(|file: &String| are_partners(Path::new(file), &path));
+        let name = match partner {
+            Some(partner) => {
+                let ending = path.extension().unwrap_or_default();
+                Path::new(&sources[partner].file).with_extension(ending).display().to_string()
+            }
+            None => free(&name, |name| {
+                let is_it = |of: &Source| {
+                    of.file.eq_ignore_ascii_case(name) || are_partners(Path::new(&of.file), Path::new(name))
+                };
+                name == FILE || sources.iter().any(is_it)
+            }),
+        };
+        files.push(std::mem::replace(&mut source.file, name));
         sources.push(source);
     }
     let names = sources.iter().map(|source| source.file.clone().into()).collect();
     Ok(Named { manifest: Manifest { sources: names, ..manifest }, sources, files })
+}
+
+/// Whether one is a document in SIMATIC SD and the other its texts, which belong together by their names.
+fn are_partners(one: &Path, other: &Path) -> bool {
+    let ending = |path: &Path| path.extension().unwrap_or_default().to_ascii_lowercase();
+    let is_pair = matches!(
+        (ending(one).to_str(), ending(other).to_str()),
+        (Some("s7dcl"), Some("s7res")) | (Some("s7res"), Some("s7dcl"))
+    );
+    is_pair && one.with_extension("").as_os_str().eq_ignore_ascii_case(other.with_extension("").as_os_str())
 }
 
 /// The name of a source in an FMU, where all lie in one folder: `pump.scl`, a second one `pump_2.scl`.

@@ -194,18 +194,18 @@ fn header(table: &Table, columns: &[usize]) -> String {
 fn line(csv: &mut String, table: &Table, columns: &[usize], version: Version, time: f64, values: &[f64]) {
     let _ = write!(csv, "{time:?}");
     for (row, value) in columns.iter().zip(values) {
-        let kind = table.variables[*row].kind;
-        let value = version.value(kind, *value);
-        let _ = if version.is_whole(kind) { write!(csv, ",{value}") } else { write!(csv, ",{value:?}") };
+        let row = &table.variables[*row];
+        let value = version.value(row, *value);
+        let _ = if version.is_whole(row.kind) { write!(csv, ",{value}") } else { write!(csv, ",{value:?}") };
     }
     csv.push('\n');
 }
 
 /// A value as the command line of a simulator expects it for its type: `0.5`, `20`, `true`.
-fn start_value(kind: Kind, value: f64, version: Version) -> String {
-    match version.value(kind, value) {
-        value if kind == Kind::Bool => (value != 0.0).to_string(),
-        value if version.is_whole(kind) => value.to_string(),
+fn start_value(row: &Row, value: f64, version: Version) -> String {
+    match version.value(row, value) {
+        value if row.kind == Kind::Bool => (value != 0.0).to_string(),
+        value if version.is_whole(row.kind) => value.to_string(),
         value => format!("{value:?}"),
     }
 }
@@ -223,11 +223,11 @@ fn description(table: &Table, recording: &Recording, version: Version) -> String
     );
     for (_, variable, value) in table.responses[0].set.iter().filter(|(before, ..)| *before == 0) {
         let row = table.find(variable).map(|row| &table.variables[row]);
-        if let Some(Row { kind, .. }) = row.filter(|row| row.role != Role::Input) {
+        if let Some(row) = row.filter(|row| row.role != Role::Input) {
             let _ = writeln!(
                 text,
                 "Set before the initialization ends: {variable} = {}",
-                start_value(*kind, *value, version)
+                start_value(row, *value, version)
             );
         }
     }

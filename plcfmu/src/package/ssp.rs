@@ -263,6 +263,7 @@ fn remarks(system: &System, plan: &Plan, elements: &[String]) -> Vec<String> {
     let event = |setting: &Setting| {
         let value = match setting.value {
             Value::Boolean(value) => value.to_string(),
+            Value::Whole(whole) => whole.to_string(),
             Value::Number(number) => number.to_string(),
         };
         Some(format!("{} = {value} at {} s", setting.variable, setting.time?))

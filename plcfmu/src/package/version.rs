@@ -2,9 +2,11 @@
 
 use crate::build::platform;
 use crate::package::merge::{self, Files};
+use crate::package::terminals;
 use anyhow::{Result, ensure};
 use blocks::{Class, Kind, Types};
-use modeldescription::Interface;
+use draw::{diagram, picture};
+use modeldescription::{Interface, Row, Table};
 
 /// A version of FMI.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -63,9 +65,15 @@ impl Version {
         self.fmi == Fmi::Two
     }
 
-    /// Whether the program's own host can run an FMU, to try it once.
-    pub fn is_run(self) -> bool {
-        self.fmi == Fmi::Two
+    /// The picture of the model, and what else shows it where the version has a place for that.
+    ///
+    /// # Errors
+    /// The documentation of the block is faulty.
+    pub fn pictures(self, table: &Table) -> Result<Files> {
+        match self.fmi {
+            Fmi::Two => Ok(Files::from([("model.png".into(), picture::png(&diagram::icon::svg(table)?)?)])),
+            Fmi::Three => terminals::files(table),
+        }
     }
 
     /// The files of an FMU of FMI 2.0 where this version has them.
@@ -82,19 +90,16 @@ impl Version {
                         files.insert(format!("binaries/{folder}/{name}"), content.clone());
                     }
                 }
-                // The picture of the model has another place.
-                if let Some(picture) = files.remove("model.png") {
-                    files.insert("documentation/model.png".into(), picture);
-                }
             }
         }
         files
     }
 
-    /// A value of a PLC type, as recorded through FMI 2.0, in the type that this version has for it.
-    pub fn value(self, kind: Kind, value: f64) -> f64 {
+    /// A value of a row, as recorded through FMI 2.0, in the type that this version has for it.
+    pub fn value(self, row: &Row, value: f64) -> f64 {
         let native = self.fmi == Fmi::Three && self.types != Some(Types::Wide);
-        match kind {
+        match row.kind {
+            Kind::Word if native && !row.analog => f64::from(value as i64 as u16),
             Kind::Time if native => (value * 1e3).round(),
             Kind::LTime if native => (value * 1e9).round(),
             Kind::DWord if native => f64::from(value as i64 as u32),
@@ -106,7 +111,7 @@ impl Version {
     pub fn is_whole(self, kind: Kind) -> bool {
         match self.fmi {
             Fmi::Two => kind.class() != Class::Real,
-            Fmi::Three => !self.types.unwrap_or(Types::Native).of(kind).starts_with("Float"),
+            Fmi::Three => !self.types.unwrap_or(Types::Native).of(kind, false).starts_with("Float"),
         }
     }
 }
@@ -122,7 +127,7 @@ mod tests {
         let files = || {
             let paths = ["linux64/A.so", "win64/A.dll", "darwin64/A.dylib", "aarch64-linux/A.so", "linux32/A.so"];
             let libraries = paths.iter().map(|path| (format!("binaries/{path}"), path.as_bytes().to_vec()));
-            libraries.chain([("model.png".to_string(), Vec::new())]).collect::<Files>()
+            libraries.collect::<Files>()
         };
         assert_eq!(Version::default().placed(files()), files());
         let placed = NATIVE.placed(files());
@@ -135,8 +140,7 @@ mod tests {
                 "binaries/x86-linux/A.so",
                 "binaries/x86_64-darwin/A.dylib",
                 "binaries/x86_64-linux/A.so",
-                "binaries/x86_64-windows/A.dll",
-                "documentation/model.png"
+                "binaries/x86_64-windows/A.dll"
             ]
         );
     }
@@ -144,10 +148,26 @@ mod tests {
     #[test]
     fn recorded_values_are_those_of_the_types() {
         let wide = Version { types: Some(Types::Wide), ..NATIVE };
-        let of = |version: Version| [Kind::Time, Kind::DWord, Kind::Int].map(|kind| version.value(kind, -1.0));
+        let row = |kind| Row {
+            name: "X".into(),
+            description: String::new(),
+            help: String::new(),
+            kind,
+            analog: false,
+            role: blocks::Role::Output,
+            start: 0.0,
+            exact: None,
+            min: None,
+            max: None,
+            unit: None,
+            from: Vec::new(),
+        };
+        let of = |version: Version| {
+            [Kind::Time, Kind::DWord, Kind::Word, Kind::Int].map(|kind| version.value(&row(kind), -1.0))
+        };
         assert_eq!(
             [of(Version::default()), of(NATIVE), of(wide)],
-            [[-1.0; 3], [-1000.0, 4_294_967_295.0, -1.0], [-1.0; 3]]
+            [[-1.0; 4], [-1000.0, 4_294_967_295.0, 65535.0, -1.0], [-1.0; 4]]
         );
         let whole = |version: Version| [Kind::Time, Kind::Real, Kind::LInt].map(|kind| version.is_whole(kind));
         assert_eq!(

@@ -105,6 +105,11 @@ fn set<'a>(text: &mut String, prefix: &str, settings: impl Iterator<Item = &'a S
         text.write_str(prefix)?;
         entry(text, variable, |text| match value {
             Value::Boolean(value) => text.value(value),
+            // TOML's integers have 64 bits with sign.
+            Value::Whole(value) => match i64::try_from(value) {
+                Ok(value) => text.value(value),
+                Err(_) => text.value(value.to_string()),
+            },
             Value::Number(value) => text.value(value),
         })?;
     }

@@ -60,20 +60,23 @@ impl<C: Component> Run<C> {
                 of.component.leave_events().map_err(|error| at_time(error, own, time))?;
             }
         }
-        if self.steps == 0 {
+        if std::mem::take(&mut self.is_new) {
             self.record_what_is_called_with(plan);
         }
         Ok(())
     }
 
-    /// An FMU without Event Mode before one that has events of its own: what the latter is called with is from before the step.
+    /// An FMU without Event Mode before one that has events of its own: what the latter is called with is from before the step, at its
+    /// output and at the input.
     fn record_what_is_called_with(&mut self, plan: &Plan) {
         let count = self.values.len() / 2;
         let has_calls = |member: usize| self.members[member].own.is_some_and(|events| events.next.is_finite());
         for (place, column) in self.recorded.iter_mut().zip(&plan.columns).filter(|(place, _)| **place < count) {
             let reads = |member: &usize| plan.members[*member].sources.contains(&column.source);
             let mut readers = (0..plan.members.len()).filter(reads).peekable();
-            if readers.peek().is_some() && readers.all(|member| member <= column.source.0 || has_calls(member)) {
+            let is_read = readers.peek().is_some();
+            let is_read_before = is_read && readers.all(|member| member <= column.source.0 || has_calls(member));
+            if is_read_before || column.is_input && has_calls(column.source.0) {
                 *place += count;
             }
         }

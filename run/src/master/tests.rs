@@ -1,4 +1,5 @@
 use super::*;
+use crate::component::Update;
 use crate::plan::Block;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -318,4 +319,99 @@ fn a_thinned_recording_keeps_the_least_and_the_greatest_value_in_their_order() {
     assert_eq!(thinned(7).len(), 7);
     // Four rows become two each; the last three as well.
     assert_eq!(thinned(4), [(0.0, 9.0, 0.0), (3.0, 1.0, 3.0), (4.0, 5.0, 4.0), (6.0, 2.0, 6.0)]);
+}
+
+/// A controller that is called every half second, in Event Mode, and then gives half the distance of its `INPUT` from 8.
+#[derive(Default)]
+struct Sampled {
+    values: [f64; 3],
+    now: f64,
+    was_called: bool,
+}
+
+impl Component for Sampled {
+    fn setup(&mut self, start: f64, _: Option<f64>) -> Result<()> {
+        self.now = start;
+        Ok(())
+    }
+
+    fn enter_initialization(&mut self) -> Result<()> {
+        Ok(())
+    }
+
+    fn exit_initialization(&mut self) -> Result<()> {
+        Ok(())
+    }
+
+    fn read(&mut self, _: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
+        values.iter_mut().zip(references).for_each(|(value, reference)| *value = self.values[*reference as usize]);
+        Ok(())
+    }
+
+    fn write(&mut self, _: Type, references: &[u32], values: &[f64]) -> Result<()> {
+        values.iter().zip(references).for_each(|(value, reference)| self.values[*reference as usize] = *value);
+        Ok(())
+    }
+
+    fn step(&mut self, time: f64, size: f64) -> Result<()> {
+        (self.now, self.was_called) = (time + size, false);
+        Ok(())
+    }
+
+    fn enter_events(&mut self) -> Result<()> {
+        Ok(())
+    }
+
+    fn update(&mut self) -> Result<Update> {
+        if !std::mem::replace(&mut self.was_called, true) {
+            self.values[OUTPUT as usize] = (8.0 - self.values[INPUT as usize]) / 2.0;
+        }
+        Ok(Update { is_needed: false, next: Some(self.now + 0.5) })
+    }
+
+    fn leave_events(&mut self) -> Result<()> {
+        Ok(())
+    }
+
+    fn terminate(&mut self) -> Result<()> {
+        Ok(())
+    }
+}
+
+/// A plant without Event Mode, which begins with 1, before a controller that has it.
+fn plant_first() -> (Plan, Vec<Box<dyn Component>>) {
+    let plan = Plan {
+        members: vec![member("P", 1, 1.0), MemberPlan { has_events: true, ..member("S", 0, 0.0) }],
+        columns: vec![
+            column("P.OUT", (0, 0), false),
+            column("S.IN", (1, 1), false),
+            column("S.OUT", (1, 0), true),
+            column("P.IN", (0, 1), false),
+        ],
+        ..ring(Exchange::Sequential)
+    };
+    let log = Rc::default();
+    let plant = Sum { name: "P", values: [0.0; 3], log, fails_at: f64::NAN, ends: false, passes_on: false };
+    (plan, vec![Box::new(plant), Box::<Sampled>::default()])
+}
+
+#[test]
+fn what_an_fmu_is_called_with_in_event_mode_is_recorded_at_the_output_and_at_the_input() {
+    let (plan, mut components) = plant_first();
+    let recording = run(&plan, &mut components, |_| {}).unwrap();
+    // Of the plant's 1, the controller makes 3.5; of 1 + 3.5 it makes 1.75.
+    let expected =
+        [(0.0, vec![1.0, 1.0, 3.5, 3.5]), (0.5, vec![4.5, 4.5, 1.75, 1.75]), (1.0, vec![6.25, 6.25, 1.75, 1.75])];
+    assert_eq!(rows(&recording), expected);
+}
+
+#[test]
+fn after_an_exchange_it_is_recorded_so_too() {
+    let (plan, components) = plant_first();
+    let mut run = Run::begin(&plan, components, Some(5.0)).unwrap();
+    run.step(&plan).unwrap();
+    assert_eq!(run.row(), [1.0, 1.0, 3.5, 3.5]);
+    run.exchange(&plan, vec![Box::<Sampled>::default()]).unwrap();
+    run.step(&plan).unwrap();
+    assert_eq!(run.row(), [4.5, 4.5, 1.75, 1.75]);
 }

@@ -100,6 +100,7 @@ pub(super) fn is_sampled(along: &Along) -> bool {
 pub(super) fn axis_part(axis: &Axis) -> AxisPart {
     let value = |value: &Value| match value {
         Value::Boolean(value) => value.to_string(),
+        Value::Whole(value) => value.to_string(),
         Value::Number(value) => short(*value),
     };
     let list = |values: &[Value]| values.iter().map(value).collect::<Vec<_>>().join(", ");

@@ -1,7 +1,7 @@
 use super::*;
 use crate::message::Member;
 use crate::test_home::{FOREIGN, TestHome};
-use run::fmus::Fmus;
+use run::fmus::{Fmus, number_of};
 use run::master::{self, Recording};
 
 fn values(given: &[(&str, f64)]) -> Values {
@@ -29,8 +29,8 @@ fn started(home: &TestHome) -> Session {
 
 fn number(state: &State, name: &str) -> f64 {
     match state.values[name] {
-        Value::Number(value) => value,
         Value::Boolean(_) => panic!("{name} is Boolean"),
+        value => number_of(value),
     }
 }
 

@@ -343,6 +343,25 @@ fn sources_of_one_name_lie_beside_each_other() {
     assert!(reference(&of, "x.a").is_some());
 }
 
+#[test]
+fn a_document_and_its_texts_keep_one_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = ["one/Motor.s7dcl", "two/Motor.s7dcl", "two/Motor.s7res", "three/Motor_2.s7dcl"].map(|file| {
+        let file = folder.path().join(file);
+        fs::create_dir_all(file.parent().unwrap()).unwrap();
+        fs::write(&file, "").unwrap();
+        file
+    });
+    let names = |order: &[usize]| -> Vec<String> {
+        let sources = order.iter().map(|file| files[*file].clone()).collect();
+        let named = read(&Manifest { sources, ..Manifest::default() }).unwrap();
+        named.sources.into_iter().map(|source| source.file).collect()
+    };
+    assert_eq!(names(&[0, 1, 2, 3]), ["Motor.s7dcl", "Motor_2.s7dcl", "Motor_2.s7res", "Motor_2_2.s7dcl"]);
+    // Motor.s7res would be that of the first one.
+    assert_eq!(names(&[0, 2, 1]), ["Motor.s7dcl", "Motor_2.s7res", "Motor_2.s7dcl"]);
+}
+
 /// With ten times as many, what is quadratic in their number takes minutes, and seconds else.
 #[test]
 fn thousands_of_variables_of_each_kind_are_all_there() {

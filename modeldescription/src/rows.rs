@@ -1,0 +1,49 @@
+//! The variables of an FMU as the rows of the table that it is made of, whatever version and types the FMU has.
+
+use crate::arrays::Array;
+use crate::description::{Description, Type, Variable};
+use blocks::table::arrays::grouped;
+use blocks::table::number::{of_exact, to_value};
+use blocks::{Kind, Types, Value};
+use std::collections::HashMap;
+
+impl Description {
+    /// Where among the variables the rows of a table are, which have a name and what the elements of an array have in common.
+    /// Whatever the lowest index of an array is in the PLC, here it is 1. The description is [`expanded`](Description::expanded).
+    pub fn places<'a, K: PartialEq>(&self, rows: impl Iterator<Item = (&'a str, K)>) -> Vec<Option<usize>> {
+        let rows: Vec<(&str, K)> = rows.collect();
+        let names: HashMap<&str, usize> = self.variables.iter().map(|of| of.name.as_str()).zip(0..).collect();
+        let arrays: HashMap<&str, &Array> = self.arrays.iter().map(|of| (of.name.as_str(), of)).collect();
+        let mut places: Vec<Option<usize>> = rows.iter().map(|(name, _)| names.get(name).copied()).collect();
+        for group in grouped(rows.iter().map(|(name, of)| (*name, of)), !arrays.is_empty()) {
+            let array = arrays.get(group.name.as_str()).filter(|_| !group.bounds.is_empty());
+            for (element, row) in group.rows.iter().enumerate().filter(|_| array.is_some()) {
+                places[*row] = array.filter(|of| element < of.count).map(|of| of.first + element);
+            }
+        }
+        places
+    }
+}
+
+impl Variable {
+    /// Whether its values may be those of a PLC type.
+    pub fn is_of(&self, kind: Kind) -> bool {
+        let is_narrow = |types: Types| [false, true].map(|of| types.of(kind, of)).contains(&self.type_name);
+        let is_real = kind != Kind::Time || self.unit.as_deref() == Some("s");
+        match self.kind {
+            Some(own) if own == Type::of(kind) && is_real => true,
+            _ => is_narrow(Types::Native) || is_narrow(Types::Wide),
+        }
+    }
+
+    /// The value before initialization as one of a PLC type; none if it has none.
+    ///
+    /// # Errors
+    /// What the type takes, as a text, if it is another one.
+    pub fn start_of(&self, kind: Kind) -> Result<Option<Value>, &'static str> {
+        match self.exact.first() {
+            Some(exact) => of_exact(*exact, kind).map(Some),
+            None => self.start.map(|start| to_value(start, kind)).transpose(),
+        }
+    }
+}
