@@ -55,6 +55,25 @@ formats: Array<[string, string]>, };
 /** What begins a part of a run. */
 export type Cause = "start" | "setpoint" | "automatic" | "disturbance";
 
+/** One change of a setting of the block, or of its calls. */
+export type Change = { "setting": {
+/** The setting. */
+name: string,
+/** Its value in the replay that explains the recording. */
+value: Value,
+/** Its value in the loop. */
+before: Value,
+/** Why this value was tried; none if it was searched for. */
+why: Why | null, } } | { "calls": number } | { "left_out": {
+/** Its line in the file. */
+line: number,
+/** Its time in seconds. */
+time: number, } } | { "added": {
+/** The line of the row in the file. */
+line: number,
+/** The time of the row in seconds. */
+time: number, } };
+
 /** Whose. */
 export type CharacteristicRequest = {
 /** The block with its settings. */
@@ -170,6 +189,9 @@ variables: Array<Variable>,
 roles: Roles,
 /** Its settings in groups, in the order of the dialog. */
 groups: Array<Group>, };
+
+/** Why equal outputs say nothing about a controller's settings. */
+export type Doubt = { "not_recorded": Array<string> } | "manual" | { "manual_in_loop": string };
 
 /** An FMU of the catalogue. */
 export type Entry = {
@@ -697,10 +719,8 @@ outputs: Array<Compared>,
 suspects: Array<Suspect>,
 /** The conclusion. */
 conclusion: Conclusion,
-/** The conclusion, in one sentence. */
-verdict: string,
-/** Whether the recording depends on the controller's settings: equal outputs say nothing about them otherwise. */
-is_conclusive: boolean,
+/** Why equal outputs say nothing about the controller's settings; none if the recording depends on them. */
+doubt: Doubt | null,
 /** What the user should know, a sentence each. */
 remarks: Array<string>, };
 
@@ -941,9 +961,13 @@ export type Structure = "p" | "pi" | "pid";
 
 /** A change that was tried. */
 export type Suspect = {
-/** What was changed, in one sentence. */
-text: string,
-/** The settings that were changed. */
+/** What was changed. */
+changes: Array<Change>,
+/** From where to where the value of the only number among them explains the recording as well. */
+range: [number, number] | null,
+/** Other settings with which it would have another value and explain the recording as well. */
+confused: Array<string>,
+/** The settings that were changed, as they are in the loop then. */
 values: Values,
 /** How many calls still differ. */
 different: number,
@@ -1077,6 +1101,9 @@ reason: string, };
 
 /** Each request with its answer. */
 export interface Dialogue {
+/** Why a value of a setting was tried. */
+export type Why = "factor" | "sign" | "minutes" | "no_minutes" | "seconds" | "milliseconds" | "spacing" | { "rhythm": number } | "stays" | "no_dead_band" | "rests";
+
   catalogue: { request: Extract<Request, { do: "catalogue" }>; answer: Catalogue };
   describe: { request: Extract<Request, { do: "describe" }>; answer: Description };
   read: { request: Extract<Request, { do: "read" }>; answer: Loops };
