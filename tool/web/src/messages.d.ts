@@ -415,7 +415,9 @@ setup: Setup,
 /** How long it runs in its description, in seconds. */
 stop: number | null,
 /** What is set meanwhile: the time in seconds, `MEMBER.VARIABLE`, and the value. */
-events: Array<[number, string, Value]>, };
+events: Array<[number, string, Value]>,
+/** The members that are programs: their FMUs have to be made of their sources. */
+programs: Array<MadeOf>, };
 
 /** The loop after a load step at the plant's input. */
 export type Load = {
@@ -449,6 +451,15 @@ loops: Array<Loop>,
 problems: Array<Problem>,
 /** Whether the file could not be used. */
 is_refused: boolean, };
+
+/** A member that is a program. */
+export type MadeOf = {
+/** The member. */
+member: string,
+/** The names of its sources, without folders. */
+sources: Array<string>,
+/** How it is made of them. The sources themselves are missing. */
+program: Program, };
 
 /** An FMU in a loop. */
 export type Member = {
@@ -1090,6 +1101,9 @@ to?: number | null,
 /** At most this many points. */
 points: number, };
 
+/** Why a value of a setting was tried. */
+export type Why = "factor" | "sign" | "minutes" | "no_minutes" | "seconds" | "milliseconds" | "spacing" | { "rhythm": number } | "stays" | "no_dead_band" | "rests";
+
 /** A possible connection. */
 export type Wire = {
 /** The output, `MEMBER.VARIABLE`. */
@@ -1101,9 +1115,6 @@ reason: string, };
 
 /** Each request with its answer. */
 export interface Dialogue {
-/** Why a value of a setting was tried. */
-export type Why = "factor" | "sign" | "minutes" | "no_minutes" | "seconds" | "milliseconds" | "spacing" | { "rhythm": number } | "stays" | "no_dead_band" | "rests";
-
   catalogue: { request: Extract<Request, { do: "catalogue" }>; answer: Catalogue };
   describe: { request: Extract<Request, { do: "describe" }>; answer: Description };
   read: { request: Extract<Request, { do: "read" }>; answer: Loops };
