@@ -4,11 +4,13 @@ tool shows. The definitions are those of docs/studies.md, written in numpy."""
 import json
 import pathlib
 import subprocess
+import tomllib
 
 import numpy as np
 import pytest
 
 import host
+import second_plants
 from tool import Server
 
 LOOPS = pathlib.Path(__file__).parents[1] / "plants" / "loops"
@@ -97,6 +99,22 @@ def test_figures_are_those_of_a_second_computation(name, command, tmp_path, tool
             ask(do="send", values={variable: value})
     of_tool = {figure["key"]: figure["value"] for figure in ask(do="figures")["figures"]}
     assert of_tool == of_run
+
+
+@pytest.mark.parametrize("name", ["furnace", "level", "zone", "valve"])
+def test_figures_are_those_of_an_independent_simulation_to_the_digits_that_are_shown(name, command, tmp_path):
+    _, begin, end, disturbed, _ = CASES[name]
+    tables = tomllib.loads((LOOPS / f"{name}.toml").read_text())
+    controller = next(iter(tables["fmus"]))
+    recorded = second_plants.simulated(tables, [f"{controller}.SP_INT", f"{controller}.PV"])
+    # A recording has a row for the end.
+    rows = {of.split(".")[1]: np.array([*map(float, values), np.nan]) for of, values in recorded.items()}
+    rows["time"] = np.arange(len(rows["PV"])) * tables["step"]
+    given = [command, "run", LOOPS / f"{name}.toml", "--fmus", host.FOLDER, "--json"]
+    told = json.loads(subprocess.run(given, capture_output=True, text=True, check=True, cwd=tmp_path).stdout)
+    of_run = {figure["key"]: figure["value"] for figure in told["figures"]}
+    for key, value in second(rows, "PV", begin, end, disturbed).items():
+        assert f"{of_run[key]:.3g}" == f"{value:.3g}", key
 
 
 def test_what_people_read_names_the_event_and_has_units(command, tmp_path):

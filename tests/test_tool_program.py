@@ -367,6 +367,19 @@ def test_a_machine_and_its_plant_are_dropped_together_and_a_push_button_fills_th
     screenshot(page, "program-machine")
 
 
+def test_a_description_and_the_sources_of_its_programs_are_dropped_together(open_tool, run_described, tmp_path):
+    page = open_tool(LAPTOP)
+    drop(page, *(PROGRAMS / name for name in ("tank_plant.scl", "tank_loop.toml", "tank.scl")))
+    # It runs as it says: 120 s in steps of 0.5 s.
+    wait_for_calls(page, 240)
+    assert page.locator("#what strong").inner_text() == "FILLING"
+    values = page.evaluate("async () => (await moduleOf('tool/store.js')).store.state.values")
+    assert values["FILLING.levelSp"] == 50 and values["TANK.level"] == pytest.approx(50, abs=1)
+    for source in ("tank.scl", "tank_plant.scl"):
+        (tmp_path / source).write_bytes((PROGRAMS / source).read_bytes())
+    assert_same_bits(page, run_described)
+
+
 def test_a_press_between_two_calls_is_seen_by_one_call(open_tool):
     page = open_tool(LAPTOP)
     drop(page, PROGRAMS / "tank.scl")

@@ -374,7 +374,8 @@ def test_a_saved_description_opens_again_with_the_same_bits(open_tool, tool, tmp
     (tmp_path / "program.toml").write_text('[fmus]\nA = { sources = ["tank.scl"], cycle = "500ms" }\n')
     page.locator("#open-button").click()
     page.locator("#open-files").set_input_files(tmp_path / "program.toml")
-    page.locator("#loops .is-refused").get_by_text("open its sources (tank.scl)").wait_for()
+    refused = page.locator("#loops .is-refused")
+    refused.get_by_text("A is a program: drop tank.scl together with this description.").wait_for()
 
 
 def wait_for_runs(page, count):

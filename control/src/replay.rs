@@ -10,12 +10,13 @@
 //!
 //! If they differ, the cause is looked for in this order: the mode, if the recording does not say it; the time between two calls, if the
 //! times of the recording disagree with it; then one setting, then two, whose values are estimated with the block itself. An explanation
-//! is sure if it is the only one and its values could not be others; otherwise the verdict says that the recording does not tell.
+//! is sure if it is the only one and its values could not be others; otherwise the conclusion is that the recording does not tell.
 //!
 //! What the block did before the first row is in its memory and not in the file. If the file begins with a restart (COM_RST is
 //! TRUE), that is row 0. If it does not say so, the block is brought to the recorded manipulated value in manual, or begins with
 //! a restart, whatever fits better.
 
+mod change;
 mod columns;
 mod compare;
 mod estimate;
@@ -24,10 +25,10 @@ mod suspects;
 
 use crate::csv::Table as Csv;
 use anyhow::{Context, Result, bail};
+pub use change::{Change, Doubt, Why};
 use columns::Recording;
 use compare::Comparison;
 use instance::{Beginning, Block, Variant};
-use modeldescription::digits::short;
 use run::dialog;
 use run::fmus::Fmus;
 use run::fmus::{Member, Values};
@@ -73,10 +74,8 @@ pub struct Replayed {
     pub suspects: Vec<Suspect>,
     /// The conclusion.
     pub conclusion: Conclusion,
-    /// The conclusion, in one sentence.
-    pub verdict: String,
-    /// Whether the recording depends on the controller's settings: equal outputs say nothing about them otherwise.
-    pub is_conclusive: bool,
+    /// Why equal outputs say nothing about the controller's settings; none if the recording depends on them.
+    pub doubt: Option<Doubt>,
     /// What the user should know, a sentence each.
     pub remarks: Vec<String>,
 }
@@ -125,9 +124,13 @@ pub struct Compared {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Suspect {
-    /// What was changed, in one sentence.
-    pub text: String,
-    /// The settings that were changed.
+    /// What was changed.
+    pub changes: Vec<Change>,
+    /// From where to where the value of the only number among them explains the recording as well.
+    pub range: Option<(f64, f64)>,
+    /// Other settings with which it would have another value and explain the recording as well.
+    pub confused: Vec<String>,
+    /// The settings that were changed, as they are in the loop then.
     pub values: Values,
     /// How many calls still differ.
     pub different: usize,
@@ -191,17 +194,10 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
     }
     let calls = recording.rows - recording.between.len() - usize::from(end.is_some());
     let doubt = doubt(&block, &recording);
-    let is_conclusive = doubt.is_none();
     let conclusion = conclusion(&block, &base, &suspects, request.try_suspects);
-    let mut verdict = verdict(&comparison, &base, &suspects, (calls, conclusion));
-    if base.different() == 0
-        && let Some(doubt) = doubt
-    {
-        verdict = format!("{verdict} {doubt}");
-    }
     let outputs = (0..recording.outputs.len()).map(|output| compared(&recording, &base, output)).collect();
     let columns = recording.matched.clone();
-    Ok(Replayed { columns, calls, outputs, conclusion, verdict, is_conclusive, suspects, remarks })
+    Ok(Replayed { columns, calls, outputs, conclusion, doubt, suspects, remarks })
 }
 
 /// The run of the block as it is and, if it differs, what explains that.
@@ -257,7 +253,7 @@ fn compared(recording: &Recording, run: &compare::Outcome, output: usize) -> Com
         .collect();
     Compared {
         variable: of.name.clone(),
-        first: first.map(|row| (row, recording.times[row])),
+        first: first.map(|row| (row - recording.between.range(..row).count(), recording.times[row])),
         different: run.compared[output].different,
         largest: run.compared[output].largest,
         times: shown.iter().map(|row| recording.times[*row]).collect(),
@@ -267,30 +263,19 @@ fn compared(recording: &Recording, run: &compare::Outcome, output: usize) -> Com
 }
 
 /// Why equal outputs say nothing about a controller's settings.
-fn doubt(block: &Block, recording: &Recording) -> Option<String> {
+fn doubt(block: &Block, recording: &Recording) -> Option<Doubt> {
     let roles = block.roles;
-    let settings = roles.controller.join(", ");
-    if settings.is_empty() {
+    if roles.controller.is_empty() {
         return None;
     }
     let is_compared = |name: &String| recording.outputs.iter().any(|output| output.name == *name);
     if !roles.driving().any(is_compared) {
-        let names: Vec<_> = roles.driving().map(String::as_str).collect();
-        return Some(format!(
-            "But the recording has no {}: it says nothing about {settings}. Record it too.",
-            names.join(" or ")
-        ));
+        return Some(Doubt::NotRecorded(roles.driving().cloned().collect()));
     }
     let (switch, _) = block.manual().filter(|_| block.is_always_manual(recording))?;
-    let name = &block.table.variables[switch].name;
     Some(match recording.inputs.iter().any(|input| input.row == switch) {
-        true => format!(
-            "But all calls are in manual mode: the recording says nothing about {settings}. Replay one in automatic mode."
-        ),
-        false => format!(
-            "But the recording has no {name}, and in the loop {name} is TRUE: replayed in manual mode, it says nothing about \
-             {settings}. Set {name} to FALSE if it was recorded in automatic mode."
-        ),
+        true => Doubt::Manual,
+        false => Doubt::ManualInLoop(block.table.variables[switch].name.clone()),
     })
 }
 
@@ -303,87 +288,6 @@ fn conclusion(block: &Block, base: &compare::Outcome, suspects: &[Suspect], has_
         [first, others @ ..] if is_likeliest(block, first, others) => Conclusion::LikelyCause,
         _ if suspects.iter().any(|suspect| suspect.fits) => Conclusion::Ambiguous,
         _ => Conclusion::Unexplained,
-    }
-}
-
-/// The conclusion, in one sentence.
-fn verdict(
-    comparison: &Comparison,
-    base: &compare::Outcome,
-    suspects: &[Suspect],
-    (calls, conclusion): (usize, Conclusion),
-) -> String {
-    let recording = comparison.recording;
-    let names = |outputs: &[usize]| {
-        let names: Vec<_> = outputs.iter().map(|output| recording.outputs[*output].name.as_str()).collect();
-        if names.len() > 6 {
-            format!("{} and {} more", names[..5].join(", "), names.len() - 5)
-        } else {
-            names.join(", ")
-        }
-    };
-    let all: Vec<usize> = (0..recording.outputs.len()).collect();
-    let different: Vec<usize> = all.iter().copied().filter(|output| base.compared[*output].different > 0).collect();
-    let is = if all.len() == 1 { "is" } else { "are" };
-    if different.is_empty() {
-        return if base.is_exact() {
-            format!("{} {is} equal from the first call on, bit for bit in all {calls} calls.", names(&all))
-        } else {
-            let most = base.compared.iter().map(|output| output.largest).fold(0.0, f64::max);
-            let within = match comparison.tolerance {
-                Some(tolerance) => format!("the tolerance of {tolerance}"),
-                None => "what the digits of the recording leave open".into(),
-            };
-            format!(
-                "{} {is} equal from the first call on in all {calls} calls, within {within} (up to {most:.3e}).",
-                names(&all)
-            )
-        };
-    }
-    let first = different.iter().filter_map(|output| Some((base.compared[*output].first?, *output))).min();
-    let (row, output) = first.unwrap_or((0, different[0]));
-    let call = row - recording.between.range(..row).count();
-    let of = &base.compared[output];
-    let unit = recording.outputs[output].unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
-    let by = match recording.outputs[output].is_boolean {
-        true => format!("in {} of {calls} calls", of.different),
-        false => format!("by up to {}{unit} ({} of {calls} calls)", short(of.largest), of.different),
-    };
-    let others: Vec<usize> = different.iter().copied().filter(|other| *other != output).collect();
-    let others = if others.is_empty() { String::new() } else { format!(", as do {}", names(&others)) };
-    let difference = format!(
-        "{} differs from call {call} ({} s) on, {by}{others}",
-        recording.outputs[output].name,
-        short(recording.times[row])
-    );
-    let plain = |suspect: &Suspect| suspect.text.trim_end_matches('.').to_string();
-    let fitting: Vec<String> = suspects.iter().filter(|suspect| suspect.fits).take(3).map(plain).collect();
-    let first = fitting.first().cloned().unwrap_or_default();
-    match conclusion {
-        Conclusion::Cause => format!("{difference}; nothing differs any more when {first}."),
-        Conclusion::LikelyCause if fitting.len() == 1 => format!("{difference}. Most likely, {first}."),
-        Conclusion::LikelyCause => {
-            format!("{difference}. Most likely, {first}. It could also be: {}.", fitting[1..].join("; or: "))
-        }
-        Conclusion::Ambiguous => format!(
-            "{difference}. These changes cannot be told apart, since each explains this recording: {}. Record a step of the setpoint in \
-             automatic mode, with more digits.",
-            fitting.join("; or: ")
-        ),
-        Conclusion::Unexplained => match suspects.first() {
-            Some(best) => format!(
-                "{difference}. No single or paired setting change explains this recording. The nearest is: {} ({} {} still {}).",
-                plain(best),
-                best.different,
-                if best.different == 1 { "value" } else { "values" },
-                if best.different == 1 { "differs" } else { "differ" }
-            ),
-            None => format!(
-                "{difference}. No single or paired setting change explains this recording: look for the cause in what the recording \
-                 does not have."
-            ),
-        },
-        Conclusion::Equal | Conclusion::Differs => format!("{difference}."),
     }
 }
 

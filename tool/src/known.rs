@@ -1,9 +1,12 @@
 //! Loops that are described: those of the crate `plants`, which are known to work, and files that `plcfmu run` takes.
 
-use crate::message::{KnownLoop, Member, Setup};
+use crate::message::{KnownLoop, MadeOf, Member, Setup};
+use crate::program::Request;
 use anyhow::{Context, Result, bail};
+use manifest::Manifest;
 use run::file;
 use run::system::own_name;
+use std::path::PathBuf;
 
 /// Those whose FMUs there are.
 pub fn loops(is_there: impl Fn(&str) -> bool) -> Vec<KnownLoop> {
@@ -21,17 +24,9 @@ fn known(name: &str, text: &str) -> Result<KnownLoop> {
 /// A description of a loop, which is called `name` in errors. Its FMUs are named as their files, and its times begin at 0.
 ///
 /// # Errors
-/// What is wrong with it, with line and column; it has no FMU or programs, or needs a parameter file.
+/// What is wrong with it, with line and column; it has no FMU, or needs a parameter file.
 pub fn described(name: &str, text: &str) -> Result<KnownLoop> {
     let system = file::parse(name, text)?;
-    if let Some((member, program)) = system.programs.iter().next() {
-        let sources: Vec<_> = program.sources.iter().map(|file| file.display().to_string()).collect();
-        bail!(
-            "{name}: {member} is a program, which a description cannot bring along: open its sources ({}) and choose the plant \
-             in the page, or use 'plcfmu run {name}'",
-            sources.join(", ")
-        );
-    }
     if system.members.is_empty() {
         bail!("{name} has no FMU: a loop needs [fmus] with one at least");
     }
@@ -44,6 +39,7 @@ pub fn described(name: &str, text: &str) -> Result<KnownLoop> {
     };
     let events =
         system.settings.iter().filter_map(|of| Some((of.time? - start, of.variable.clone(), of.value))).collect();
+    let programs = system.programs.into_iter().map(|(member, program)| made_of(member, program)).collect();
     let setup = Setup {
         members: system.members.iter().map(member).collect(),
         connections: system.connections.into_iter().map(|connection| (connection.from, connection.to)).collect(),
@@ -52,7 +48,15 @@ pub fn described(name: &str, text: &str) -> Result<KnownLoop> {
     };
     let name: String = name.strip_suffix(".toml").unwrap_or(name).into();
     let stop = system.stop.map(|stop| stop - start);
-    Ok(KnownLoop { title: name.clone(), name, about: String::new(), setup, stop, events })
+    Ok(KnownLoop { title: name.clone(), name, about: String::new(), setup, stop, events, programs })
+}
+
+/// A member that is a program. A page knows files by their names alone.
+fn made_of(member: String, mut program: Manifest) -> MadeOf {
+    let own = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let sources = program.sources.iter().map(own).collect();
+    program.sources.clear();
+    MadeOf { member, sources, program: Request { files: Vec::new(), manifest: program } }
 }
 
 #[cfg(test)]
@@ -78,16 +82,23 @@ mod tests {
     }
 
     #[test]
-    fn a_description_begins_at_0_and_one_that_the_page_cannot_run_says_why() {
+    fn a_description_begins_at_0_and_names_the_sources_of_its_programs() {
         let text = "start = 10.0\nstop = 30.0\nstep = 0.5\n[fmus]\nTIC = \"PUMP.fmu\"\n[settings]\nTIC.SP_INT = 60.0\n\
                     [[events]]\ntime = 12.0\nset.TIC.SP_INT = 70.0\n";
         let known = described("mine.toml", text).unwrap();
         assert_eq!((known.name.as_str(), known.stop, known.setup.step), ("mine", Some(20.0), Some(0.5)));
         assert_eq!(known.events, [(2.0, "TIC.SP_INT".into(), Value::Number(70.0))]);
         assert_eq!(known.setup.members[0].values["SP_INT"], Value::Number(60.0));
+        let tank = "[fmus]\nA = { sources = [\"plc/tank.scl\", \"types.udt\"], cycle = \"500ms\" }\n[settings]\nA = { start = true }\n";
+        let known = described("tank.toml", tank).unwrap();
+        let [program] = known.programs.as_slice() else { panic!("{known:?}") };
+        assert_eq!(
+            (program.member.as_str(), program.sources.as_slice()),
+            ("A", ["tank.scl", "types.udt"].map(String::from).as_slice())
+        );
+        assert_eq!((program.program.manifest.cycle, program.program.files.len()), (Some(500), 0));
+        assert_eq!(known.setup.members[0].values["start"], Value::Boolean(true));
         let refused = |text: &str| described("mine.toml", text).unwrap_err().to_string();
-        let program = refused("[fmus]\nA = { sources = [\"tank.scl\"], cycle = \"500ms\" }\n");
-        assert!(program.contains("open its sources (tank.scl)"), "{program}");
         assert!(refused("step = ?").contains("mine.toml"), "{}", refused("step = ?"));
     }
 

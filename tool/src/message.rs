@@ -58,6 +58,20 @@ pub struct KnownLoop {
     pub stop: Option<f64>,
     /// What is set meanwhile: the time in seconds, `MEMBER.VARIABLE`, and the value.
     pub events: Vec<(f64, String, Value)>,
+    /// The members that are programs: their FMUs have to be made of their sources.
+    pub programs: Vec<MadeOf>,
+}
+
+/// A member that is a program.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct MadeOf {
+    /// The member.
+    pub member: String,
+    /// The names of its sources, without folders.
+    pub sources: Vec<String>,
+    /// How it is made of them. The sources themselves are missing.
+    pub program: crate::program::Request,
 }
 
 /// An FMU as a dialog shows it.

@@ -17,6 +17,8 @@ pub(super) enum Shape {
     EqualLags,
     /// Gain, sum and product of two time constants, dead time. Unlike the time constants themselves, they do not change places.
     TwoLags,
+    /// Gain of an integrator, the time constant of the lag behind it, dead time.
+    IntegratorAndLag,
 }
 
 impl Shape {
@@ -27,6 +29,7 @@ impl Shape {
             Shape::Lag => vec![gain, one, dead_time],
             Shape::EqualLags => vec![gain, f64::midpoint(one, two), dead_time],
             Shape::TwoLags => vec![gain, one + two, one * two, dead_time],
+            Shape::IntegratorAndLag => vec![gain, two, dead_time],
         }
     }
 
@@ -42,9 +45,13 @@ impl Shape {
                 // The difference of close numbers would lose digits.
                 (slow, (product / slow).min(slow))
             }
+            Shape::IntegratorAndLag => (0.0, parameters[1]),
         };
-        let model = Model { gain, time_constant: one, second_time_constant: two, dead_time, ..Model::default() };
-        let is_model = one > 0.0 && two >= 0.0 && [gain, one, two, dead_time].iter().all(|number| number.is_finite());
+        let is_integrating = self == Shape::IntegratorAndLag;
+        let model = Model { gain, time_constant: one, second_time_constant: two, dead_time, is_integrating };
+        let is_model = (one > 0.0 || is_integrating)
+            && two >= 0.0
+            && [gain, one, two, dead_time].iter().all(|number| number.is_finite());
         is_model.then_some(model)
     }
 

@@ -16,6 +16,8 @@ const MOST_SAMPLES: usize = 10_000;
 const SHOWN: f64 = 0.3;
 /// The ratios of the two lags from which a second lag is looked for.
 const RATIOS: [f64; 4] = [0.05, 0.2, 0.5, 1.0];
+/// The parts of the dead time of an integrator from which a lag is looked for.
+const PARTS: [f64; 4] = [0.1, 0.4, 0.7, 0.95];
 /// A second lag has to take more off the sum of squares than noise does: so many times the variance of an independent sample. Of one
 /// parameter too many, noise takes off one variance on average, and 20 in one of 100,000 records.
 const BEYOND_NOISE: f64 = 20.0;
@@ -53,16 +55,22 @@ fn with_second_lag(samples: &Samples, step: &Step, one: &Model) -> Option<Model>
         let dead_time = (one.dead_time - ratio * slow / 2.0).max(0.0);
         Model { time_constant: slow, second_time_constant: ratio * slow, dead_time, ..*one }
     };
-    let better = |a: &Model, b: &Model| {
-        error(compared, &response(compared, a)).total_cmp(&error(compared, &response(compared, b)))
-    };
-    let begin = RATIOS.map(start).into_iter().min_by(better)?;
+    let begin = best(compared, RATIOS.map(start))?;
     // Where the best pair of lags is complex, the best real pair is equal.
     let apart = improved(compared, Shape::TwoLags, begin);
     let equal = improved(compared, Shape::EqualLags, start(1.0));
-    let two = [apart, equal].into_iter().min_by(better)?;
-    let is_shown = two.second_time_constant >= compared.interval() && explains_more(compared, one, &two);
-    is_shown.then_some(two)
+    best(compared, [apart, equal]).filter(|two| is_shown(compared, one, two))
+}
+
+/// The model that misses least.
+fn best(step: &Step, models: impl IntoIterator<Item = Model>) -> Option<Model> {
+    let missed = |model: &Model| error(step, &response(step, model));
+    models.into_iter().min_by(|a, b| missed(a).total_cmp(&missed(b)))
+}
+
+/// Whether the second lag of a model is in the data.
+fn is_shown(step: &Step, one: &Model, two: &Model) -> bool {
+    two.second_time_constant >= step.interval() && explains_more(step, one, two)
 }
 
 /// Whether the model of more parameters misses so much less that neither noise nor resolution can be why.
@@ -89,7 +97,7 @@ fn memory(missed: &[f64]) -> f64 {
     1.0 + 2.0 * (1..missed.len() / 4).map(correlation).take_while(|part| *part > 0.05).sum::<f64>()
 }
 
-/// An integrator with dead time: `y = k' U(t - L)`.
+/// An integrator with dead time, `y = k' U(t - L)`; with a lag behind it, if that explains more than noise and resolution do.
 pub(super) fn integrating(step: &Step) -> Result<Model> {
     let samples = Samples::of(step);
     let solve = |dead_time: f64| {
@@ -101,7 +109,16 @@ pub(super) fn integrating(step: &Step) -> Result<Model> {
         Model { gain: product / square, dead_time, is_integrating: true, ..Model::default() }
     };
     let missed = |dead_time: f64| samples.error(step, &solve(dead_time));
-    Ok(solve(search(0.9 * step.duration(), missed)))
+    let one = solve(search(0.9 * step.duration(), missed));
+    let compared = samples.compared(step);
+    // A ramp behind a lag is late by it.
+    let start = |part: f64| Model {
+        second_time_constant: part * one.dead_time,
+        dead_time: (1.0 - part) * one.dead_time,
+        ..one
+    };
+    let two = best(compared, PARTS.map(start)).map(|begin| improved(compared, Shape::IntegratorAndLag, begin));
+    Ok(two.filter(|two| is_shown(compared, &one, two)).unwrap_or(one))
 }
 
 /// What to say of a record that ends before the answer does.

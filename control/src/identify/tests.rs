@@ -419,6 +419,26 @@ fn an_integrating_plant_has_a_slope_and_a_dead_time() {
 }
 
 #[test]
+fn the_lag_behind_an_integrator_is_told_from_its_dead_time_and_noise_makes_none() {
+    for (second_time_constant, dead_time) in [(6.0, 2.0), (3.0, 0.0), (1.0, 5.0)] {
+        let model = Model { gain: 0.05, second_time_constant, dead_time, is_integrating: true, ..Model::default() };
+        for deviation in [0.0, 0.01] {
+            let record = Record::new(model, 10.0, 0.1, 60.0).with_noise(deviation);
+            let found = record.identify(Method::LeastSquares, true).unwrap().model;
+            let most = if deviation == 0.0 { 0.02 } else { 0.2 };
+            assert!((found.gain / 0.05 - 1.0).abs() < 0.01 && found.is_integrating, "{found:?}");
+            assert!((found.second_time_constant - second_time_constant).abs() < most, "{found:?} {model:?}");
+            assert!((found.dead_time - dead_time).abs() < most, "{found:?} {model:?}");
+        }
+    }
+    let model = Model { gain: 0.05, dead_time: 4.0, is_integrating: true, ..Model::default() };
+    for deviation in [0.0, 0.01, 0.3] {
+        let record = Record::new(model, 10.0, 0.1, 60.0).with_noise(deviation);
+        assert_eq!(record.identify(Method::LeastSquares, true).unwrap().model.second_time_constant, 0.0);
+    }
+}
+
+#[test]
 fn a_plant_of_the_wrong_kind_is_refused_with_the_fit() {
     let integrating = Model { gain: 0.05, dead_time: 1.0, is_integrating: true, ..Model::default() };
     let error = Record::new(integrating, 10.0, 0.1, 60.0).error(Method::TwoPoints);

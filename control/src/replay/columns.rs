@@ -41,7 +41,6 @@ pub(super) struct Signal {
     /// Its name.
     pub(super) name: String,
     pub(super) kind: Kind,
-    pub(super) unit: Option<String>,
     /// Its values; those of a TIME in seconds. What is missing of an input has the value before it.
     pub(super) values: Vec<f64>,
     pub(super) is_boolean: bool,
@@ -160,6 +159,12 @@ impl Recording {
             of.values.push(if of.is_output_column { last } else { f64::NAN });
         }
         self.end = None;
+        // Between two calls there are as many rows as before, and the calls are a row earlier.
+        let calls = self.rows - self.between.len();
+        if calls < self.rows {
+            let ratio = (self.rows as f64 / calls as f64).round() as usize;
+            self.between = self.rows_between_calls(ratio).unwrap_or_default();
+        }
         self
     }
 
@@ -225,12 +230,10 @@ impl Recording {
             .filter(|value| value.is_finite())
             .fold(0.0, |most: f64, value| most.max(value.abs()));
         let rounding = if variable.kind == Kind::Real { ROUNDING * largest } else { 0.0 };
-        let unit = if variable.kind == Kind::Time { Some("s".into()) } else { variable.unit.clone() };
         let signal = Signal {
             row,
             name: name.clone(),
             kind: variable.kind,
-            unit: unit.filter(|unit| unit != "1"),
             values,
             is_boolean: variable.kind == Kind::Bool,
             is_tunable,
@@ -333,7 +336,6 @@ impl Recording {
             row,
             name: variable.name.clone(),
             kind: variable.kind,
-            unit: None,
             values: vec![value; self.rows],
             is_boolean: variable.kind == Kind::Bool,
             is_tunable: true,

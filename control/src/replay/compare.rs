@@ -65,11 +65,6 @@ impl Outcome {
         self.compared.iter().filter_map(|of| of.first).min()
     }
 
-    /// Whether all bits are equal.
-    pub(super) fn is_exact(&self) -> bool {
-        self.compared.iter().all(|of| of.different == 0 && of.largest == 0.0)
-    }
-
     /// What was allowed because of the inputs' last digits.
     pub(super) fn spread_remarks(&self, comparison: &Comparison) -> Option<String> {
         let outputs = &comparison.recording.outputs;

@@ -1,13 +1,13 @@
 //! What is the matter when a recording and a block do not agree: known slips are tried, numbers are searched for.
 
 use super::Suspect;
+use super::change::{Change, Why};
 use super::columns::Signal;
 use super::compare::{Comparison, Outcome, rank};
 use super::estimate::{Found, Search, held};
 use super::instance::{Block, Variant};
 use anyhow::Result;
 use blocks::Kind;
-use modeldescription::digits::{ordinal, short};
 use run::fmus::Values;
 use run::system::Value;
 
@@ -35,17 +35,29 @@ const MOST_SUSPECTS: usize = 8;
 /// A suspect to be tried.
 struct Try {
     variant: Variant,
-    /// `CYCLE is 0.2 s instead of 0.1 s`
-    text: String,
+    changes: Vec<Change>,
 }
 
 /// A suspect that was tried.
 struct Tried {
     outcome: Outcome,
-    text: String,
+    changes: Vec<Change>,
     /// The settings that it changes, numbers that were searched for among them.
     rows: Vec<usize>,
     is_estimate: bool,
+    range: Option<(f64, f64)>,
+    confused: Vec<String>,
+}
+
+impl Tried {
+    fn new(outcome: Outcome, changes: Vec<Change>, rows: Vec<usize>) -> Tried {
+        Tried { outcome, changes, rows, is_estimate: false, range: None, confused: Vec::new() }
+    }
+
+    /// The same of numbers that were searched for.
+    fn estimated(outcome: Outcome, changes: Vec<Change>, rows: Vec<usize>) -> Tried {
+        Tried { is_estimate: true, ..Tried::new(outcome, changes, rows) }
+    }
 }
 
 /// What makes it better, the best first: the mode before all others, then the time, then single settings, then two at once.
@@ -54,16 +66,16 @@ pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspe
     let search = Search::new(comparison, rows, MOST_CALLS);
     let diagnosis = Diagnosis { comparison, search, rows };
     let (start, mode) = match mode(comparison, base) {
-        Some(Try { variant, text }) => (comparison.best(&variant, rows)?, Some(text)),
-        None => (comparison.run(&base.variant, rows)?, None),
+        Some(Try { variant, changes }) => (comparison.best(&variant, rows)?, changes),
+        None => (comparison.run(&base.variant, rows)?, Vec::new()),
     };
     let start = start.without_outputs();
-    let whole = |text: &str| mode.iter().map(String::as_str).chain([text]).collect::<Vec<_>>().join(", and ");
+    let whole = |changes: Vec<Change>| mode.iter().cloned().chain(changes).collect::<Vec<_>>();
     let mut all: Vec<Tried> = Vec::new();
     let mut is_told = false;
-    if let Some(text) = &mode {
+    if !mode.is_empty() {
         is_told = start.different() == 0;
-        all.push(Tried { outcome: start.clone(), text: text.clone(), rows: Vec::new(), is_estimate: false });
+        all.push(Tried::new(start.clone(), mode.clone(), Vec::new()));
     }
     if !is_told {
         let of_time = diagnosis.discrete(&start, time(comparison), &whole);
@@ -81,6 +93,9 @@ pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspe
     diagnosis.told(all, is_sure, base)
 }
 
+/// The changes with that of the mode before them.
+type Whole<'a> = &'a dyn Fn(Vec<Change>) -> Vec<Change>;
+
 struct Diagnosis<'a> {
     comparison: &'a Comparison<'a>,
     search: Search<'a>,
@@ -89,9 +104,9 @@ struct Diagnosis<'a> {
 
 impl Diagnosis<'_> {
     /// What becomes better with changes that are known beforehand.
-    fn discrete(&self, start: &Outcome, tries: Vec<Try>, whole: &dyn Fn(&str) -> String) -> Vec<Tried> {
+    fn discrete(&self, start: &Outcome, tries: Vec<Try>, whole: Whole) -> Vec<Tried> {
         let mut better = Vec::new();
-        for Try { mut variant, text } in tries {
+        for Try { mut variant, changes } in tries {
             // Several calls for each row take as much longer.
             if !self.search.may_go_on() || variant.more_calls.saturating_mul(self.rows) > MOST_CALLS / 6 {
                 continue;
@@ -105,19 +120,19 @@ impl Diagnosis<'_> {
             }
             let Ok(outcome) = self.comparison.best(&variant, self.rows).map(Outcome::without_outputs) else { continue };
             if rank(&outcome) < rank(start) {
-                better.push(Tried { outcome, text: whole(&text), rows, is_estimate: false });
+                better.push(Tried::new(outcome, whole(changes), rows));
             }
         }
         better
     }
 
     /// Single settings and missed calls, and if none of them explains everything, two at once. Says whether it is the only explanation.
-    fn settings(&self, start: &Outcome, whole: &dyn Fn(&str) -> String) -> Result<(Vec<Tried>, bool)> {
+    fn settings(&self, start: &Outcome, whole: Whole) -> Result<(Vec<Tried>, bool)> {
         let (search, block) = (&self.search, self.comparison.block);
         let base = Found { error: search.error(&start.variant), variant: start.variant.clone() };
         let mut tried = self.discrete(start, settings(self.comparison), whole);
-        if let Some((outcome, text)) = missed(self.comparison, start, self.rows)? {
-            tried.push(Tried { outcome, text: whole(&text), rows: Vec::new(), is_estimate: false });
+        if let Some((outcome, changes)) = missed(self.comparison, start, self.rows)? {
+            tried.push(Tried::new(outcome, whole(changes), Vec::new()));
         }
         let candidates = search.candidates(&base);
         // How the block got to the first row was judged with wrong settings: if they explain nothing, it may have been otherwise.
@@ -142,9 +157,9 @@ impl Diagnosis<'_> {
             None => base,
         };
         found.sort_by(|a, b| a.1.error.total_cmp(&b.1.error));
-        let text = |rows: &[usize], of: &Found| {
+        let changes = |rows: &[usize], of: &Found| {
             let one = |row: &usize| change(block, *row, of.variant.values[row], start.variant.values.get(row));
-            whole(&rows.iter().map(one).collect::<Vec<_>>().join(", and "))
+            whole(rows.iter().map(one).collect())
         };
         let own = |row: &usize| start.variant.values.get(row).copied().unwrap_or(block.settings[*row]);
         let is_changed = |row: &usize, of: &Found| of.variant.values[row] as f32 != own(row) as f32;
@@ -153,7 +168,7 @@ impl Diagnosis<'_> {
                 return None;
             }
             let outcome = search.outcome(&of.variant)?;
-            Some(Tried { outcome, text: text(rows, of), rows: rows.to_vec(), is_estimate: true })
+            Some(Tried::estimated(outcome, changes(rows, of), rows.to_vec()))
         };
         tried.extend(found.iter().filter_map(|(row, of)| estimate(&[*row], of)));
         keep_fewest(&mut tried);
@@ -162,7 +177,7 @@ impl Diagnosis<'_> {
             let sure = singles == 1 && self.is_told(&mut tried, &candidates);
             return Ok((tried, sure));
         }
-        let mut two = self.two_discrete(&tried, whole);
+        let mut two = self.two_discrete(&tried);
         let is_of_controller = |row: &usize| block.roles.controller.contains(&block.table.variables[*row].name);
         let (mut best, others): (Vec<usize>, Vec<usize>) =
             found.iter().map(|(row, _)| *row).partition(is_of_controller);
@@ -179,9 +194,10 @@ impl Diagnosis<'_> {
                     search.one(variant, row).filter(|found| found.error < GOOD * base.error && is_changed(&row, found))
                     && let Some(outcome) = search.outcome(&found.variant)
                 {
-                    let text = format!("{}, and {}", of.text, change(block, row, found.variant.values[&row], None));
+                    let besides = change(block, row, found.variant.values[&row], None);
+                    let changes = of.changes.iter().cloned().chain([besides]).collect();
                     let rows = of.rows.iter().copied().chain([row]).collect();
-                    two.push(Tried { outcome, text, rows, is_estimate: true });
+                    two.push(Tried::estimated(outcome, changes, rows));
                 }
             }
         }
@@ -205,7 +221,7 @@ impl Diagnosis<'_> {
     }
 
     /// Two changes at once that are known beforehand.
-    fn two_discrete(&self, tried: &[Tried], whole: &dyn Fn(&str) -> String) -> Vec<Tried> {
+    fn two_discrete(&self, tried: &[Tried]) -> Vec<Tried> {
         let mut best: Vec<&Tried> = tried.iter().filter(|of| !of.is_estimate && !of.rows.is_empty()).collect();
         best.sort_by(|a, b| rank(&a.outcome).partial_cmp(&rank(&b.outcome)).unwrap_or(std::cmp::Ordering::Equal));
         best.truncate(6);
@@ -219,17 +235,19 @@ impl Diagnosis<'_> {
                     continue;
                 };
                 if rank(&outcome) < rank(&a.outcome) && rank(&outcome) < rank(&b.outcome) {
-                    let rest = b.text.strip_prefix(&whole("")).unwrap_or(&b.text);
+                    // Both have the change of the mode.
+                    let rest = b.changes.iter().filter(|change| !a.changes.contains(change));
+                    let changes = a.changes.iter().chain(rest).cloned().collect();
                     let rows = a.rows.iter().chain(&b.rows).copied().collect();
-                    found.push(Tried { outcome, text: format!("{}, and {rest}", a.text), rows, is_estimate: false });
+                    found.push(Tried::new(outcome, changes, rows));
                 }
             }
         }
         found
     }
 
-    /// Whether the recording tells the values of the explanation that fits, and tells them apart from other settings. Adds to its text
-    /// what else would do.
+    /// Whether the recording tells the values of the explanation that fits, and tells them apart from other settings. Adds what else
+    /// would do.
     fn is_told(&self, tried: &mut [Tried], candidates: &[usize]) -> bool {
         let (search, block) = (&self.search, self.comparison.block);
         let name = |row: &usize| block.table.variables[*row].name.clone();
@@ -238,32 +256,24 @@ impl Diagnosis<'_> {
             let numbers: Vec<usize> = of.rows.iter().copied().filter(|row| candidates.contains(row)).collect();
             let variant = of.outcome.variant.clone();
             let found = Found { error: search.error(&variant), variant };
-            let (mut doubts, mut ranges) = (Vec::new(), Vec::new());
+            let mut confused = Vec::new();
             for row in &numbers {
                 let others: Vec<usize> = candidates.iter().copied().filter(|other| !of.rows.contains(other)).collect();
                 let rest: Vec<usize> = numbers.iter().copied().filter(|other| other != row).collect();
-                doubts.extend(search.confused(&found, *row, &others).iter().map(name));
-                doubts.extend(search.confused(&found, *row, &rest).iter().map(name));
+                confused.extend(search.confused(&found, *row, &others).iter().map(name));
+                confused.extend(search.confused(&found, *row, &rest).iter().map(name));
                 if numbers.len() == 1 {
                     let (low, high) = search.range(&found, *row);
                     let own = found.variant.values[row];
                     let width = (high - low) / own.abs().max(1e-12);
                     is_told &= width < WIDE;
-                    if width > 0.001 {
-                        let unit = if block.table.variables[*row].kind == Kind::Time { " s" } else { "" };
-                        ranges.push(format!("{} to {}{unit} fits", short(low), short(high)));
-                    }
+                    of.range = (width > 0.001).then_some((low, high));
                 }
             }
-            doubts.sort_unstable();
-            doubts.dedup();
-            is_told &= doubts.is_empty();
-            if !doubts.is_empty() {
-                ranges.push(format!("another {} would fit with it", doubts.join(" or ")));
-            }
-            if !ranges.is_empty() {
-                of.text = format!("{} ({})", of.text, ranges.join("; "));
-            }
+            confused.sort_unstable();
+            confused.dedup();
+            is_told &= confused.is_empty();
+            of.confused = confused;
         }
         is_told
     }
@@ -271,7 +281,7 @@ impl Diagnosis<'_> {
     /// The answer, with the outcomes over all rows.
     fn told(&self, all: Vec<Tried>, is_sure: bool, base: &Outcome) -> Result<Vec<Suspect>> {
         let mut suspects = Vec::new();
-        for Tried { outcome, text, .. } in all {
+        for Tried { outcome, changes, range, confused, .. } in all {
             let total = self.comparison.recording.rows;
             let outcome = if self.rows < total { self.comparison.run(&outcome.variant, total)? } else { outcome };
             if rank(&outcome) >= rank(base) {
@@ -279,12 +289,13 @@ impl Diagnosis<'_> {
             }
             let value = |(row, value): (&usize, &f64)| {
                 let of = &self.comparison.block.table.variables[*row];
-                let value = if of.kind == Kind::Bool { Value::Boolean(*value != 0.0) } else { Value::Number(*value) };
-                (of.name.clone(), value)
+                (of.name.clone(), typed(of.kind, *value))
             };
             let fits = outcome.different() == 0;
             suspects.push(Suspect {
-                text: format!("{text}."),
+                changes,
+                range,
+                confused,
                 values: outcome.variant.values.iter().map(value).collect::<Values>(),
                 different: outcome.different(),
                 largest: outcome.largest(),
@@ -332,17 +343,24 @@ fn fitting(tried: &[Tried]) -> usize {
     sets.len()
 }
 
-/// `TI is 25 s instead of 20 s`
-fn change(block: &Block, row: usize, value: f64, before: Option<&f64>) -> String {
+/// A value with the type of its variable.
+fn typed(kind: Kind, value: f64) -> Value {
+    if kind == Kind::Bool { Value::Boolean(value != 0.0) } else { Value::Number(value) }
+}
+
+/// Another value of a setting than `before`, or than that of the loop.
+fn change(block: &Block, row: usize, value: f64, before: Option<&f64>) -> Change {
     let of = &block.table.variables[row];
-    let unit = if of.kind == Kind::Time { " s" } else { "" };
-    let text = |value: f64| match of.kind {
-        Kind::Bool => if value == 0.0 { "FALSE" } else { "TRUE" }.to_string(),
-        Kind::Real => format!("{}{unit}", value as f32),
-        _ => format!("{value}{unit}"),
-    };
     let own = before.copied().unwrap_or(block.settings[row]);
-    format!("{} is {} instead of {}", of.name, text(value), text(own))
+    Change::Setting { name: of.name.clone(), value: typed(of.kind, value), before: typed(of.kind, own), why: None }
+}
+
+/// The same, with the reason.
+fn because(change: Change, reason: Why) -> Change {
+    match change {
+        Change::Setting { name, value, before, .. } => Change::Setting { name, value, before, why: Some(reason) },
+        other => other,
+    }
 }
 
 /// Another mode than that of the loop, where the recording does not say it: a manipulated value that moves by itself is that of automatic
@@ -368,13 +386,13 @@ fn mode(comparison: &Comparison, base: &Outcome) -> Option<Try> {
     let mut variant = base.variant.clone();
     variant.values.insert(switch, f64::from(u8::from(!is_manual)));
     if is_manual && moves(&recorded) {
-        return Some(Try { text: change(block, switch, 0.0, None), variant });
+        return Some(Try { changes: vec![change(block, switch, 0.0, None)], variant });
     }
     let computed = &base.outputs[output];
     if !is_manual && recorded.len() > 2 && !moves(&recorded) && moves(computed) && !is_limit(recorded[0]) {
         variant.values.insert(value, recorded[0]);
-        let text = format!("{}, and {}", change(block, switch, 1.0, None), change(block, value, recorded[0], None));
-        return Some(Try { text, variant });
+        let changes = vec![change(block, switch, 1.0, None), change(block, value, recorded[0], None)];
+        return Some(Try { changes, variant });
     }
     None
 }
@@ -391,35 +409,32 @@ fn time(comparison: &Comparison) -> Vec<Try> {
         && let Some(skipped) = recording.rows_between_calls(rhythm)
     {
         let values = [(block.table.cycle, longer)].into();
-        let text = change(block, block.table.cycle, longer, None);
-        let text = format!("{text}: the outputs change in each {} row only", ordinal(rhythm));
-        tries.tries.push(Try { variant: Variant { values, skipped, ..Variant::default() }, text });
+        let changes = vec![because(change(block, block.table.cycle, longer, None), Why::Rhythm(rhythm))];
+        tries.tries.push(Try { variant: Variant { values, skipped, ..Variant::default() }, changes });
     }
     let is_other = |spacing: &f64| recording.between.is_empty() && (spacing / own - 1.0).abs() > 0.02;
     if let Some(spacing) = recording.spacing.filter(is_other) {
         let spacing = (spacing * 1000.0).round() / 1000.0;
-        tries.value(cycle, spacing, ", the spacing of the rows");
+        tries.value(cycle, spacing, Some(Why::Spacing));
         let calls = (spacing / own).round();
         if (2.0..=1000.0).contains(&calls) && (spacing / own / calls - 1.0).abs() < 0.02 {
             let variant = Variant { more_calls: calls as usize - 1, ..Variant::default() };
-            tries.tries.push(Try { variant, text: format!("the block is called {calls} times from row to row") });
+            tries.tries.push(Try { variant, changes: vec![Change::Calls(calls as usize)] });
         }
     }
     tries.tries
 }
 
 /// A row without a call, or a call without a row, where the difference begins; then the next ones.
-fn missed(comparison: &Comparison, base: &Outcome, rows: usize) -> Result<Option<(Outcome, String)>> {
+fn missed(comparison: &Comparison, base: &Outcome, rows: usize) -> Result<Option<(Outcome, Vec<Change>)>> {
     let (mut variant, mut best) = (base.variant.clone(), rank(base));
     let mut first = base.first();
-    let mut found: Vec<String> = Vec::new();
+    let mut found: Vec<Change> = Vec::new();
     let mut outcome = None;
-    let line = |row: usize| comparison.recording.lines[row];
-    let time = |row: usize| short(comparison.recording.times[row]);
     while let Some(at) = first
         && found.len() < MOST_MISSED
     {
-        let mut step: Option<(Outcome, String)> = None;
+        let mut step: Option<(Outcome, Change)> = None;
         // Far into a recording, each run takes long.
         let earlier = if rows.saturating_mul(40) > MOST_CALLS { 0 } else { 4 };
         for row in (at.saturating_sub(earlier).max(1)..=at).rev() {
@@ -427,31 +442,22 @@ fn missed(comparison: &Comparison, base: &Outcome, rows: usize) -> Result<Option
             without.skipped.insert(row);
             let mut with = variant.clone();
             with.doubled.insert(row);
-            for (variant, text) in [
-                (without, format!("the call of line {} ({} s) is left out", line(row), time(row))),
-                (with, format!("one more call is made before line {} ({} s)", line(row), time(row))),
-            ] {
+            let (line, time) = (comparison.recording.lines[row], comparison.recording.times[row]);
+            for (variant, change) in [(without, Change::LeftOut { line, time }), (with, Change::Added { line, time })] {
                 let now = comparison.run(&variant, rows)?.without_outputs();
                 let is_later = now.first().is_none_or(|first| first > at + 2);
                 let is_best = step.as_ref().is_none_or(|(step, _)| rank(&now) < rank(step));
                 if is_later && is_best && rank(&now) < best {
-                    step = Some((now, text));
+                    step = Some((now, change));
                 }
             }
         }
-        let Some((now, text)) = step else { break };
+        let Some((now, change)) = step else { break };
         (variant, best, first) = (now.variant.clone(), rank(&now), now.first());
-        found.push(text);
+        found.push(change);
         outcome = Some(now);
     }
-    Ok(outcome.map(|outcome| {
-        let more = found.len() - 1;
-        let text = match more {
-            0 => found.swap_remove(0),
-            _ => format!("{}, and {}", found[..more].join(", "), found[more]),
-        };
-        (outcome, text)
-    }))
+    Ok(outcome.map(|outcome| (outcome, found)))
 }
 
 /// All single changes of settings.
@@ -460,21 +466,18 @@ fn settings(comparison: &Comparison) -> Vec<Try> {
     let mut tries = Tries { comparison, tries: Vec::new() };
     let roles = block.roles;
     if recording.spacing.is_none() {
-        for (factor, what) in [(0.5, ": half"), (2.0, ": twice"), (10.0, ": ten times"), (0.1, ": a tenth")] {
-            tries.factor(Some(block.table.cycle), factor, what);
+        for factor in [0.5, 2.0, 10.0, 0.1] {
+            tries.factor(Some(block.table.cycle), factor, Why::Factor);
         }
     }
-    tries.factor(block.row(roles.controller.first()), -1.0, ": the other sign");
+    tries.factor(block.row(roles.controller.first()), -1.0, Why::Sign);
     limits(&mut tries);
     tries.switch(block.peripheral().map(|(_, switch)| switch));
     structure(&mut tries);
     for time in roles.controller.get(1..).unwrap_or_default() {
-        for (factor, what) in [
-            (60.0, ": minutes, not seconds"),
-            (1.0 / 60.0, ": seconds, not minutes"),
-            (1000.0, ": seconds, not milliseconds"),
-            (0.001, ": milliseconds, not seconds"),
-        ] {
+        for (factor, what) in
+            [(60.0, Why::Minutes), (1.0 / 60.0, Why::NoMinutes), (1000.0, Why::Seconds), (0.001, Why::Milliseconds)]
+        {
             tries.factor(block.row(Some(time)), factor, what);
         }
     }
@@ -497,36 +500,39 @@ impl Tries<'_> {
         (!is_recorded).then(|| (row, self.comparison.block.settings[row]))
     }
 
-    fn value(&mut self, row: Option<usize>, value: f64, why: &str) {
+    fn value(&mut self, row: Option<usize>, value: f64, why: Option<Why>) {
         self.values(&[(row, value)], why);
     }
 
     /// Tries several values at once.
-    fn values(&mut self, values: &[(Option<usize>, f64)], why: &str) {
+    fn values(&mut self, values: &[(Option<usize>, f64)], why: Option<Why>) {
         let mut variant = Variant::default();
-        let mut texts = Vec::new();
+        let mut changes = Vec::new();
         for (row, value) in values {
             let Some((row, own)) = self.own(*row) else { return };
             let of = &self.comparison.block.table.variables[row];
             let Some(value) = held(of.kind, *value).filter(|value| *value != own) else { return };
-            texts.push(change(self.comparison.block, row, value, None));
+            let change = change(self.comparison.block, row, value, None);
+            changes.push(match why {
+                Some(why) => because(change, why),
+                None => change,
+            });
             variant.values.insert(row, value);
         }
-        let text = format!("{}{why}", texts.join(" and "));
         if !self.tries.iter().any(|other| other.variant == variant) {
-            self.tries.push(Try { variant, text });
+            self.tries.push(Try { variant, changes });
         }
     }
 
-    fn factor(&mut self, row: Option<usize>, factor: f64, why: &str) {
+    fn factor(&mut self, row: Option<usize>, factor: f64, why: Why) {
         if let Some((row, own)) = self.own(row) {
-            self.value(Some(row), own * factor, why);
+            self.value(Some(row), own * factor, Some(why));
         }
     }
 
     fn switch(&mut self, row: Option<usize>) {
         if let Some((row, own)) = self.own(row) {
-            self.value(Some(row), 1.0 - own, "");
+            self.value(Some(row), 1.0 - own, None);
         }
     }
 }
@@ -539,7 +545,7 @@ fn limits(tries: &mut Tries) {
     let stays = |extreme: f64| values.windows(2).filter(|pair| pair[0] == extreme && pair[1] == extreme).count() > 1;
     let known = || values.iter().copied().filter(|value| value.is_finite());
     let (high, low) = (known().fold(f64::NEG_INFINITY, f64::max), known().fold(f64::INFINITY, f64::min));
-    let why = ": there the recording stays";
+    let why = Some(Why::Stays);
     let limit = |limit: fn(&(String, String)) -> &String| block.row(block.roles.limits.as_ref().map(limit));
     let high = (limit(|(high, _)| high), high);
     let low = (limit(|(_, low)| low), low);
@@ -565,7 +571,7 @@ fn structure(tries: &mut Tries) {
             .filter(|(number, _)| choice >> number & 1 == 1)
             .map(|(_, row)| (Some(*row), 1.0 - block.settings[*row]))
             .collect();
-        tries.values(&chosen, "");
+        tries.values(&chosen, None);
     }
 }
 
@@ -573,7 +579,7 @@ fn structure(tries: &mut Tries) {
 fn dead_band(tries: &mut Tries) {
     let (block, recording) = (tries.comparison.block, tries.comparison.recording);
     let row = block.row(block.roles.dead_band.as_ref());
-    tries.value(row, 0.0, ": no dead band");
+    tries.value(row, 0.0, Some(Why::NoDeadBand));
     let signal = |name: Option<&String>| -> Option<&Signal> {
         let row = block.row(name)?;
         recording.inputs.iter().find(|input| input.row == row)
@@ -603,7 +609,7 @@ fn dead_band(tries: &mut Tries) {
     let rests: Vec<f64> = rests.into_iter().filter(|rest| *rest <= low).collect();
     let Some(high) = rests.last() else { return };
     for value in round_numbers(*high, if low.is_finite() { low } else { 2.0 * high }) {
-        tries.value(row, value, ": within it the recording rests");
+        tries.value(row, value, Some(Why::Rests));
     }
 }
 

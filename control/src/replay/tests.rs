@@ -40,6 +40,11 @@ fn error(request: &Request) -> String {
     format!("{:#}", replay(&TestHome::default(), request).unwrap_err())
 }
 
+/// Whether all calls are equal, bit for bit.
+fn is_exact(replayed: &Replayed) -> bool {
+    replayed.conclusion == Conclusion::Equal && replayed.outputs.iter().all(|of| of.largest == 0.0)
+}
+
 fn says(replayed: &Replayed, words: &str) -> bool {
     replayed.remarks.iter().any(|remark| remark.contains(words))
 }
@@ -57,10 +62,7 @@ fn columns_are_found_by_names_in_any_case_with_prefixes_and_by_roles() {
         "time,SP [degC],PV [degC],OUT [%]",
     ] {
         let replayed = run(&request(text(header, &rows)));
-        assert!(
-            replayed.verdict.contains("equal from the first call on, bit for bit in all 30 calls"),
-            "{header}: {replayed:?}"
-        );
+        assert!(is_exact(&replayed) && replayed.calls == 30, "{header}: {replayed:?}");
         let variables: Vec<_> = replayed.columns.iter().map(|(_, variable)| variable.as_str()).collect();
         assert!(["SP", "PV_IN", "OUT"].iter().all(|name| variables.contains(name)), "{header}: {variables:?}");
         assert_eq!(replayed.outputs.len(), 1, "what is set is not compared with itself");
@@ -71,18 +73,17 @@ fn columns_are_found_by_names_in_any_case_with_prefixes_and_by_roles() {
 #[test]
 fn a_recording_that_says_nothing_about_the_settings_is_not_taken_for_a_proof() {
     let manual = run(&request("time,SP,PV,MAN_ON,OUT\n0,10,0,1,30\n0.5,10,1,1,30\n1,10,2,1,30\n".into()));
-    assert!(!manual.is_conclusive);
-    let expected =
-        "But all calls are in manual mode: the recording says nothing about GAIN, TI. Replay one in automatic mode.";
-    assert!(manual.verdict.contains("bit for bit") && manual.verdict.ends_with(expected), "{}", manual.verdict);
+    assert!(is_exact(&manual) && manual.doubt == Some(Doubt::Manual), "{manual:?}");
+
+    let mut in_loop = request("time,SP,PV,OUT\n0,10,0,30\n0.5,10,1,30\n1,10,2,30\n".into());
+    in_loop.controller = member(&[("MAN", 30.0)]);
+    in_loop.controller.values.insert("MAN_ON".into(), Value::Boolean(true));
+    assert_eq!(run(&in_loop).doubt, Some(Doubt::ManualInLoop("MAN_ON".into())));
 
     let no_output = run(&request("time,SP,PV_IN,PV\n0,10,1,1\n0.5,10,2,2\n1,10,3,3\n".into()));
-    assert!(!no_output.is_conclusive);
-    let expected = "But the recording has no OUT or UP or DOWN: it says nothing about GAIN, TI. Record it too.";
-    assert!(no_output.verdict.ends_with(expected), "{}", no_output.verdict);
+    assert_eq!(no_output.doubt, Some(Doubt::NotRecorded(["OUT", "UP", "DOWN"].map(String::from).into())));
 
-    let automatic = run(&request(text("time,SP,PV,OUT", &recorded(30))));
-    assert!(automatic.is_conclusive && automatic.verdict.ends_with("in all 30 calls."), "{}", automatic.verdict);
+    assert_eq!(run(&request(text("time,SP,PV,OUT", &recorded(30)))).doubt, None);
 }
 
 #[test]
@@ -94,7 +95,7 @@ fn the_user_may_choose_the_columns() {
     let pair = |column: &str, variable: &str| (column.to_string(), variable.to_string());
     request.columns = vec![pair("a", "time"), pair("b", "SP"), pair("c", "PV_IN"), pair("d", "OUT")];
     let replayed = run(&request);
-    assert!(replayed.verdict.contains("bit for bit"), "{replayed:?}");
+    assert!(is_exact(&replayed), "{replayed:?}");
     assert_eq!(replayed.outputs[0].times[3], 1.5);
     request.columns[1].1 = "SQ".into();
     assert!(error(&request).contains("PID has no variable SQ; did you mean SP?"));
@@ -110,11 +111,7 @@ fn a_difference_is_told_with_call_time_and_size() {
     let out = &replayed.outputs[0];
     assert_eq!((out.first, out.different), (Some((12, 6.0)), 1));
     assert!((out.largest - 1.5).abs() < 1e-5);
-    assert!(
-        replayed.verdict.starts_with("OUT differs from call 12 (6 s) on, by up to 1.5 % (1 of 40 calls)"),
-        "{}",
-        replayed.verdict
-    );
+    assert_eq!(replayed.calls, 40);
 }
 
 #[test]
@@ -123,9 +120,10 @@ fn the_tolerance_of_the_user_is_all_that_is_allowed() {
     rows[12].3 += 1.5;
     let mut request = request(text("time,SP,PV,OUT", &rows));
     request.tolerance = Some(1.6);
-    assert!(run(&request).verdict.contains("within the tolerance of 1.6"), "{}", run(&request).verdict);
+    assert_eq!(run(&request).conclusion, Conclusion::Equal);
     request.tolerance = Some(1.4);
-    assert!(run(&request).verdict.starts_with("OUT differs"));
+    request.try_suspects = false;
+    assert_eq!(run(&request).conclusion, Conclusion::Differs);
     request.tolerance = Some(f64::NAN);
     assert!(error(&request).contains("the tolerance is NaN"));
 }
@@ -139,7 +137,7 @@ fn a_rounded_output_is_compared_to_half_of_its_last_digit() {
     }
     let mut request = request(text.replace('.', ","));
     let replayed = run(&request);
-    assert!(replayed.verdict.contains("within what the digits of the recording leave open"), "{}", replayed.verdict);
+    assert!(replayed.conclusion == Conclusion::Equal && !is_exact(&replayed), "{replayed:?}");
     // A difference of a whole last digit is one.
     request.text = request.text.replacen("OUT\n0,0;10,0;0,00;20,5", "OUT\n0,0;10,0;0,00;20,7", 1);
     assert!(request.text.contains("20,7"), "{}", request.text);
@@ -153,13 +151,13 @@ fn times_of_the_block_may_be_in_milliseconds() {
         writeln!(text, "{},{sp},{pv},{out},20000,500", time * 1000.0).unwrap();
     }
     let replayed = run(&request(text.clone()));
-    assert!(replayed.verdict.contains("bit for bit"), "{replayed:?}");
+    assert!(is_exact(&replayed), "{replayed:?}");
     assert_eq!(replayed.outputs[0].times[2], 1.0);
     // Of the loop and the recording, the recording counts, and the user is told.
     let mut other = request(text);
     other.controller = member(&[("TI", 30.0)]);
     let replayed = run(&other);
-    assert!(replayed.verdict.contains("bit for bit"), "{replayed:?}");
+    assert!(is_exact(&replayed), "{replayed:?}");
     assert!(says(&replayed, "TI is 20 in the recording and 30 in the loop"), "{:?}", replayed.remarks);
 }
 
@@ -169,14 +167,12 @@ fn a_wrong_setting_is_named_and_its_value_given() {
     let mut request = request(text("time,SP,PV,OUT", &rows));
     request.controller = member(&[("TI", 1200.0)]);
     let replayed = run(&request);
-    assert_eq!(replayed.suspects[0].text, "TI is 20 s instead of 1200 s: seconds, not minutes.");
+    let (value, before) = (Value::Number(20.0), Value::Number(1200.0));
+    let expected = Change::Setting { name: "TI".into(), value, before, why: Some(Why::NoMinutes) };
+    assert_eq!(replayed.suspects[0].changes, [expected]);
+    assert_eq!(replayed.conclusion, Conclusion::Cause);
     assert_eq!(replayed.suspects[0].values, Values::from([("TI".to_string(), Value::Number(20.0))]));
     assert!(replayed.suspects[0].fits && replayed.suspects[0].different == 0);
-    assert!(
-        replayed.verdict.contains("nothing differs any more when TI is 20 s instead of 1200 s"),
-        "{}",
-        replayed.verdict
-    );
     request.try_suspects = false;
     assert!(run(&request).suspects.is_empty());
 }
@@ -189,11 +185,7 @@ fn what_no_suspect_explains_is_said() {
     }
     let replayed = run(&request(text("time,SP,PV,OUT", &rows)));
     assert!(replayed.suspects.iter().all(|suspect| !suspect.fits));
-    assert!(
-        replayed.verdict.contains("No single or paired setting change explains this recording"),
-        "{}",
-        replayed.verdict
-    );
+    assert_eq!(replayed.conclusion, Conclusion::Unexplained);
 }
 
 #[test]
@@ -205,7 +197,7 @@ fn missing_values_are_held_and_not_compared_and_it_is_said_where_they_are() {
         writeln!(text, "{time},{sp},{pv},{out}").unwrap();
     }
     let replayed = run(&request(text));
-    assert!(replayed.verdict.contains("bit for bit"));
+    assert!(is_exact(&replayed), "{replayed:?}");
     // Of 40 rows behind the header, 1, 7, 10 ... 37 have no setpoint.
     for remark in [
         "Line 3, column SP: there is no value (nor in 11 rows after it): the value before it counts. Complete the file, or cut \
@@ -261,6 +253,6 @@ fn two_rows_and_one_row_are_enough() {
     for calls in [1, 2] {
         let replayed = run(&request(text("time,SP,PV,OUT", &recorded(calls))));
         assert_eq!(replayed.calls, calls);
-        assert!(replayed.verdict.contains("equal"), "{}", replayed.verdict);
+        assert_eq!(replayed.conclusion, Conclusion::Equal, "{replayed:?}");
     }
 }

@@ -10,7 +10,7 @@
 import { recordingOf } from "tool/csv.js";
 import { accept, ask, EngineError, fromBase64, toBase64, unpacked, upload, whereIsTheEngine } from "tool/engine.js";
 import { openKnown } from "tool/known.js";
-import { openSources } from "tool/machine.js";
+import { openSources, withPrograms } from "tool/machine.js";
 import { sourcesAmong } from "tool/program.js";
 import { store } from "tool/store.js";
 import { isBoolean } from "tool/values.js";
@@ -38,14 +38,48 @@ export async function openFiles(files) {
     else texts.push(file);
   }
   const [sources, others] = await sourcesAmong(texts);
-  if (sources.length > 0) {
+  /** Sources that a description among the files has taken. @type {Set<string>} */
+  const taken = new Set();
+  for (const file of others.filter(isDescription)) {
+    await attempt(file, async () => {
+      for (const name of await openDescription(file, sources)) taken.add(name);
+    });
+  }
+  const left = sources.filter(({ name }) => !taken.has(name));
+  if (left.length > 0) {
     try {
-      await openSources(sources);
+      await openSources(left);
     } catch (error) {
       store.say(error);
     }
   }
-  for (const file of others) await attempt(file, () => open(file));
+  for (const file of others.filter((one) => !isDescription(one))) await attempt(file, () => open(file));
+}
+
+/** @param {File} file */
+function isDescription(file) {
+  return file.name.toLowerCase().endsWith(".toml");
+}
+
+/**
+ * Opens the description of a loop.
+ *
+ * @param {File} file
+ * @param {File[]} sources those that were opened with it
+ * @returns {Promise<string[]>} the sources of its programs
+ */
+async function openDescription(file, sources) {
+  limit(file, LIMITS.description);
+  const described = await ask({ do: "described", file: file.name, text: await file.text() });
+  const names = described.programs.flatMap((program) => program.sources);
+  await openKnown(
+    await withPrograms(
+      described,
+      sources.filter(({ name }) => names.includes(name)),
+    ),
+    file.name,
+  );
+  return names;
 }
 
 /**
@@ -125,9 +159,6 @@ async function open(file) {
   if (name.endsWith(".csv")) {
     store.emit("csv", await recordingOf(file));
     store.say(`${file.name} is a recording: ${store.loop ? "" : "open or make a loop, then "}see Replay and Tune.`);
-  } else if (name.endsWith(".toml")) {
-    limit(file, LIMITS.description);
-    await openKnown(await ask({ do: "described", file: file.name, text: await file.text() }), file.name);
   } else if (name.endsWith(".fmu")) {
     limit(file, LIMITS.fmu);
     await openFmu(file);

@@ -1,5 +1,6 @@
 /** Loops that are described: the examples, and files that `plcfmu run` takes. */
 
+import { programOf, showOutputs } from "tool/program.js";
 import { remake } from "tool/remake.js";
 import { store } from "tool/store.js";
 import { number } from "tool/values.js";
@@ -26,6 +27,8 @@ export async function openKnown(known, file) {
   );
   const copies = members.map((member) => ({ ...member, values: { ...member.values } }));
   const { step, exchange } = known.setup;
+  const isProgram = programOf(loop) !== undefined;
+  if (isProgram) showOutputs(loop);
   await store.connect({ members: copies, connections, step, exchange });
   const { cycle } = loop.description;
   const length = step ?? (number(cycle ? loop.settings[cycle]?.sent : undefined) || 1);
@@ -34,4 +37,7 @@ export async function openKnown(known, file) {
     return { call, time, variable: own(variable), value };
   });
   await remake(loop, { setup: store.setup(), events, calls: Math.round((known.stop ?? 0) / length) });
+  if (!isProgram) return;
+  store.emit("program");
+  store.emit("show", "program");
 }

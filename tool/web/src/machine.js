@@ -2,12 +2,14 @@
  * A machine and its plant that are both programs: sources that are opened together, of which one block is the machine and another one
  * what it controls.
  *
+ * @typedef {import("./messages").KnownLoop} KnownLoop
  * @typedef {import("./messages").Program} Program
  * @typedef {import("tool/store.js").Work} Work
  */
 
+import { EngineError } from "tool/engine.js";
 import { choose } from "tool/plant.js";
-import { admit, openProgram, programNamed, programOf, refused, translate } from "tool/program.js";
+import { admit, openProgram, programNamed, programOf, programs, refused, sourcesOf, translate } from "tool/program.js";
 import { store } from "tool/store.js";
 
 /** How the block of a plant is called. */
@@ -48,6 +50,36 @@ export async function openWith(program, machine, plant) {
     `${machine} runs with ${plant} as its plant: ${wires} connections by equal names. Plant shows them, and changes them.`,
   );
   return loop;
+}
+
+/**
+ * A described loop with the FMUs of its programs, which are made of files that were opened with it, or before.
+ *
+ * @param {KnownLoop} known
+ * @param {File[]} files
+ * @returns {Promise<KnownLoop>}
+ */
+export async function withPrograms(known, files) {
+  const given = await sourcesOf(files);
+  const opened = programs().flatMap((program) => program.files);
+  /** @type {Map<string, string>} */
+  const made = new Map();
+  for (const { member, sources, program } of known.programs) {
+    const of = sources.map((name) => [...given, ...opened].find(({ file }) => file === name));
+    const missing = sources.filter((_, at) => of[at] === undefined);
+    if (missing.length > 0)
+      throw new EngineError(`${member} is a program: drop ${missing.join(", ")} together with this description.`);
+    const whole = /** @type {Program} */ ({ ...program, files: of });
+    const { fmu } = await admit(whole);
+    if (!fmu) {
+      // What is wrong is shown at its lines.
+      await translate(whole);
+      throw new EngineError(`The program ${member} was refused.`);
+    }
+    made.set(member, fmu);
+  }
+  const members = known.setup.members.map((member) => ({ ...member, fmu: made.get(member.name) ?? member.fmu }));
+  return { ...known, setup: { ...known.setup, members } };
 }
 
 /**

@@ -60,6 +60,25 @@ formats: Array<[string, string]>, };
 /** What begins a part of a run. */
 export type Cause = "start" | "setpoint" | "automatic" | "disturbance";
 
+/** One change of a setting of the block, or of its calls. */
+export type Change = { "setting": {
+/** The setting. */
+name: string,
+/** Its value in the replay that explains the recording. */
+value: Value,
+/** Its value in the loop. */
+before: Value,
+/** Why this value was tried; none if it was searched for. */
+why: Why | null, } } | { "calls": number } | { "left_out": {
+/** Its line in the file. */
+line: number,
+/** Its time in seconds. */
+time: number, } } | { "added": {
+/** The line of the row in the file. */
+line: number,
+/** The time of the row in seconds. */
+time: number, } };
+
 /** Whose. */
 export type CharacteristicRequest = {
 /** The block with its settings. */
@@ -175,6 +194,9 @@ variables: Array<Variable>,
 roles: Roles,
 /** Its settings in groups, in the order of the dialog. */
 groups: Array<Group>, };
+
+/** Why equal outputs say nothing about a controller's settings. */
+export type Doubt = { "not_recorded": Array<string> } | "manual" | { "manual_in_loop": string };
 
 /** An FMU of the catalogue. */
 export type Entry = {
@@ -411,7 +433,9 @@ setup: Setup,
 /** How long it runs in its description, in seconds. */
 stop: number | null,
 /** What is set meanwhile: the time in seconds, `MEMBER.VARIABLE`, and the value. */
-events: Array<[number, string, Value]>, };
+events: Array<[number, string, Value]>,
+/** The members that are programs: their FMUs have to be made of their sources. */
+programs: Array<MadeOf>, };
 
 /** The loop after a load step at the plant's input. */
 export type Load = {
@@ -445,6 +469,15 @@ loops: Array<Loop>,
 problems: Array<Problem>,
 /** Whether the file could not be used. */
 is_refused: boolean, };
+
+/** A member that is a program. */
+export type MadeOf = {
+/** The member. */
+member: string,
+/** The names of its sources, without folders. */
+sources: Array<string>,
+/** How it is made of them. The sources themselves are missing. */
+program: Program, };
 
 /** An FMU in a loop. */
 export type Member = {
@@ -715,10 +748,8 @@ outputs: Array<Compared>,
 suspects: Array<Suspect>,
 /** The conclusion. */
 conclusion: Conclusion,
-/** The conclusion, in one sentence. */
-verdict: string,
-/** Whether the recording depends on the controller's settings: equal outputs say nothing about them otherwise. */
-is_conclusive: boolean,
+/** Why equal outputs say nothing about the controller's settings; none if the recording depends on them. */
+doubt: Doubt | null,
 /** What the user should know, a sentence each. */
 remarks: Array<string>, };
 
@@ -967,9 +998,13 @@ export type Structure = "p" | "pi" | "pid";
 
 /** A change that was tried. */
 export type Suspect = {
-/** What was changed, in one sentence. */
-text: string,
-/** The settings that were changed. */
+/** What was changed. */
+changes: Array<Change>,
+/** From where to where the value of the only number among them explains the recording as well. */
+range: [number, number] | null,
+/** Other settings with which it would have another value and explain the recording as well. */
+confused: Array<string>,
+/** The settings that were changed, as they are in the loop then. */
 values: Values,
 /** How many calls still differ. */
 different: number,
@@ -1091,6 +1126,9 @@ from?: number | null,
 to?: number | null,
 /** At most this many points. */
 points: number, };
+
+/** Why a value of a setting was tried. */
+export type Why = "factor" | "sign" | "minutes" | "no_minutes" | "seconds" | "milliseconds" | "spacing" | { "rhythm": number } | "stays" | "no_dead_band" | "rests";
 
 /** A possible connection. */
 export type Wire = {

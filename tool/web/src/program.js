@@ -68,18 +68,28 @@ export async function sourcesAmong(files) {
 }
 
 /**
- * Opens sources as one program.
+ * Files as the engine takes them.
  *
  * @param {File[]} files
- * @returns {Promise<Work | undefined>} the loop, unless the program was refused
  */
-export async function openProgram(files) {
+export async function sourcesOf(files) {
   /** @type {import("./messages").SourceFile[]} */
   const sources = [];
   for (const file of files) {
     if (file.size > LARGEST) throw new EngineError(`${file.name} is larger than ${LARGEST / 1e6} MB: leave it out.`);
     sources.push({ file: file.name, content: toBase64(new Uint8Array(await file.arrayBuffer())) });
   }
+  return sources;
+}
+
+/**
+ * Opens sources as one program.
+ *
+ * @param {File[]} files
+ * @returns {Promise<Work | undefined>} the loop, unless the program was refused
+ */
+export async function openProgram(files) {
+  const sources = await sourcesOf(files);
   // Sources that are opened again are those of the loop that has them: with what was chosen for it, and with its other sources.
   const before = store.loops.find((loop) => {
     const files = programOf(loop)?.program.files ?? [];
@@ -154,7 +164,7 @@ async function opened(compiled) {
  *
  * @param {Work} loop
  */
-function showOutputs(loop) {
+export function showOutputs(loop) {
   const { roles, variables, cycle } = loop.description;
   const main = [roles.setpoint, roles.shown_process_value, roles.manipulated_value];
   const outputs = variables.filter(({ role, name }) => role === "output" && !main.includes(name) && name !== cycle);

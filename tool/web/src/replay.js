@@ -9,6 +9,7 @@ import { draw } from "tool/charts.js";
 import { chooser } from "tool/csv.js";
 import { byId, element, fill, tableHead } from "tool/dom.js";
 import { ask } from "tool/engine.js";
+import { changed, verdict } from "tool/replay_words.js";
 import { unitText } from "tool/signals.js";
 import { store, valuesOf } from "tool/store.js";
 import { rounded, shown } from "tool/values.js";
@@ -131,15 +132,15 @@ async function replay() {
   fill(result, element("p", {}, "Replaying …"));
   // The sentence is drawn before a long computation begins.
   await new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
+  const allowed = tolerance !== "" && Number(tolerance) >= 0 ? Number(tolerance) : null;
   try {
     const replayed = await ask({
-      ...{ do: "replay", text: of.text, columns: columns ?? [], try_suspects: trySuspects },
-      tolerance: tolerance !== "" && Number(tolerance) >= 0 ? Number(tolerance) : null,
+      ...{ do: "replay", text: of.text, columns: columns ?? [], try_suspects: trySuspects, tolerance: allowed },
       controller: { name: loop.member, fmu: loop.description.name, values: valuesOf(loop) },
     });
     if (store.loop !== loop || recorded !== of) return;
     showMapping(replayed.columns);
-    showResult(replayed);
+    showResult(replayed, allowed);
   } catch (error) {
     showMapping(columns ?? []);
     fill(result, element("p", { class: "error" }, error instanceof Error ? error.message : String(error)));
@@ -186,15 +187,21 @@ function showMapping(found) {
   );
 }
 
-/** @param {Replayed} replayed */
-function showResult(replayed) {
+/** @param {Replayed} replayed @param {number | null} allowed the user's tolerance */
+function showResult(replayed, allowed) {
   const loop = store.loop;
   if (!loop) return;
+  const { variables, roles } = loop.description;
+  const block = { variables, controller: roles.controller };
   const fits = replayed.outputs.length > 0 && replayed.outputs.every((output) => output.different === 0);
   const kind = (/** @type {string} */ name) => loop.description.variables.find((one) => one.name === name);
   fill(
     result,
-    element("p", { class: fits && replayed.is_conclusive ? "verdict good" : "verdict note" }, replayed.verdict),
+    element(
+      "p",
+      { class: fits && replayed.doubt === null ? "verdict good" : "verdict note" },
+      verdict(replayed, allowed, block),
+    ),
     element(
       "ul",
       { class: "remarks" },
@@ -218,7 +225,7 @@ function showResult(replayed) {
         table(
           ["Change", "Cycles that still differ", "Largest difference", "Settings"],
           replayed.suspects.map((suspect) => [
-            suspect.text,
+            `${changed(suspect, block)}.`,
             suspect.fits ? element("strong", { class: "good" }, "none: it fits") : String(suspect.different),
             rounded(suspect.largest, "LREAL", 6),
             Object.keys(suspect.values).length > 0

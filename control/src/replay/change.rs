@@ -1,0 +1,81 @@
+//! What a replay concludes, as data: what was changed, why just that, and why equal outputs prove nothing. Whoever shows it puts it into
+//! words.
+
+use run::system::Value;
+use serde::{Deserialize, Serialize};
+
+/// One change of a setting of the block, or of its calls.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
+pub enum Change {
+    /// A setting has another value.
+    Setting {
+        /// The setting.
+        name: String,
+        /// Its value in the replay that explains the recording.
+        value: Value,
+        /// Its value in the loop.
+        before: Value,
+        /// Why this value was tried; none if it was searched for.
+        why: Option<Why>,
+    },
+    /// The block is called so many times from row to row.
+    Calls(usize),
+    /// A row of the recording is no call.
+    LeftOut {
+        /// Its line in the file.
+        line: usize,
+        /// Its time in seconds.
+        time: f64,
+    },
+    /// There is a call before a row that has no row of its own.
+    Added {
+        /// The line of the row in the file.
+        line: usize,
+        /// The time of the row in seconds.
+        time: f64,
+    },
+}
+
+/// Why a value of a setting was tried.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
+pub enum Why {
+    /// A round part of the value in the loop, or a round multiple of it.
+    Factor,
+    /// The sign of the value in the loop is the other one.
+    Sign,
+    /// Minutes were taken for seconds.
+    Minutes,
+    /// Seconds were taken for minutes.
+    NoMinutes,
+    /// Seconds were taken for milliseconds.
+    Seconds,
+    /// Milliseconds were taken for seconds.
+    Milliseconds,
+    /// The rows have this spacing.
+    Spacing,
+    /// The outputs change only once in so many rows.
+    Rhythm(usize),
+    /// There the recording stays.
+    Stays,
+    /// There is no dead band.
+    NoDeadBand,
+    /// Within it the recording rests.
+    Rests,
+}
+
+/// Why equal outputs say nothing about a controller's settings.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
+pub enum Doubt {
+    /// The recording has none of these outputs, which depend on the settings.
+    NotRecorded(Vec<String>),
+    /// All calls are in manual mode.
+    Manual,
+    /// The recording does not have this switch to manual mode, and it is TRUE in the loop.
+    ManualInLoop(String),
+}

@@ -1,0 +1,150 @@
+/**
+ * What a replay concludes, in words. The engine gives it as data.
+ *
+ * @typedef {import("./messages").Change} Change
+ * @typedef {import("./messages").Replayed} Replayed
+ * @typedef {import("./messages").Suspect} Suspect
+ * @typedef {import("./messages").Variable} Variable
+ * @typedef {import("./messages").Why} Why
+ *
+ * @typedef {object} Block what the words need of the block
+ * @property {Variable[]} variables
+ * @property {string[]} controller its gain and times
+ */
+
+import { unitText } from "tool/signals.js";
+import { isBoolean, isTime, rounded, shown } from "tool/values.js";
+
+/** More outputs are not named one by one. */
+const MOST_OUTPUTS = 6;
+/** Of more explanations nobody reads. */
+const MOST_EXPLANATIONS = 3;
+
+/** @type {Record<Exclude<Why, object>, string>} */
+const WHY = {
+  factor: "a round multiple or part of it",
+  sign: "the other sign",
+  minutes: "minutes, not seconds",
+  no_minutes: "seconds, not minutes",
+  seconds: "seconds, not milliseconds",
+  milliseconds: "milliseconds, not seconds",
+  spacing: "the spacing of the rows",
+  stays: "there the recording stays",
+  no_dead_band: "no dead band",
+  rests: "within it the recording rests",
+};
+
+/** @param {Why} why */
+function reason(why) {
+  if (typeof why !== "object") return WHY[why];
+  return `the outputs change in one of ${why.rhythm} rows only`;
+}
+
+/** @param {Change} change @param {Variable[]} variables */
+function ofChange(change, variables) {
+  if ("setting" in change) {
+    const { name, value, before, why } = change.setting;
+    const kind = variables.find((one) => one.name === name)?.kind ?? "REAL";
+    const unit = isTime(kind) ? " s" : "";
+    const [now, was] = [value, before].map((one) => `${shown(one, kind)}${unit}`);
+    return `${name} is ${now} instead of ${was}${why ? `: ${reason(why)}` : ""}`;
+  }
+  if ("calls" in change) return `the block is called ${change.calls} times from row to row`;
+  const [{ line, time }, isLeftOut] =
+    "left_out" in change ? /** @type {const} */ ([change.left_out, true]) : [change.added, false];
+  const row = `line ${line} (${rounded(time, "LREAL")} s)`;
+  return isLeftOut ? `${row} is no call` : `one more call is made before ${row}`;
+}
+
+/**
+ * What was changed, as a part of a sentence.
+ *
+ * @param {Suspect} suspect
+ * @param {Block} block
+ */
+export function changed({ changes, range, confused }, { variables }) {
+  const all = changes.map((change) => ofChange(change, variables));
+  const doubts = [];
+  if (range) {
+    const searched = changes.flatMap((change) =>
+      "setting" in change && !change.setting.why ? change.setting.name : [],
+    );
+    const kind = variables.find((one) => one.name === searched.at(-1))?.kind ?? "REAL";
+    const [low, high] = range.map((end) => rounded(end, kind));
+    doubts.push(`${low} to ${high}${isTime(kind) ? " s" : ""} fits`);
+  }
+  if (confused.length > 0) doubts.push(`another ${confused.join(" or ")} would fit with it`);
+  return `${all.join(", and ")}${doubts.length > 0 ? ` (${doubts.join("; ")})` : ""}`;
+}
+
+/**
+ * The conclusion, in one sentence or two.
+ *
+ * @param {Replayed} replayed
+ * @param {number | null} tolerance that of the user
+ * @param {Block} block
+ */
+export function verdict(replayed, tolerance, block) {
+  const { outputs, calls, conclusion, suspects } = replayed;
+  const names = listed(outputs.map(({ variable }) => variable));
+  if (conclusion === "equal") {
+    const most = Math.max(...outputs.map(({ largest }) => largest), 0);
+    const within =
+      tolerance === null ? "what the digits of the recording leave open" : `the tolerance of ${String(tolerance)}`;
+    const how =
+      most === 0
+        ? `bit for bit in all ${calls} cycles`
+        : `in all ${calls} cycles, within ${within} (up to ${rounded(most, "LREAL", 3)})`;
+    const is = outputs.length === 1 ? "is" : "are";
+    return `${names} ${is} equal from the first cycle on, ${how}.${doubt(replayed, block)}`;
+  }
+  const difference = ofDifference(replayed, block);
+  const fitting = suspects.filter(({ fits }) => fits).map((suspect) => changed(suspect, block));
+  const [first, ...others] = fitting.slice(0, MOST_EXPLANATIONS);
+  if (conclusion === "differs") return `${difference}.`;
+  if (conclusion === "cause") return `${difference}; nothing differs any more when ${first}.`;
+  if (conclusion === "likely_cause")
+    return `${difference}. Most likely, ${first}.${others.length > 0 ? ` It could also be: ${others.join("; or: ")}.` : ""}`;
+  if (conclusion === "ambiguous")
+    return `${difference}. These changes cannot be told apart, since each explains this recording: ${[first, ...others].join("; or: ")}. Record a step of the setpoint in automatic mode, with more digits.`;
+  const [best] = suspects;
+  const unexplained = `${difference}. No single or paired setting change explains this recording`;
+  if (!best) return `${unexplained}: look for the cause in what the recording does not have.`;
+  const still = best.different === 1 ? "1 value still differs" : `${best.different} values still differ`;
+  return `${unexplained}. The nearest is: ${changed(best, block)} (${still}).`;
+}
+
+/** @param {string[]} names */
+function listed(names) {
+  return names.length > MOST_OUTPUTS
+    ? `${names.slice(0, MOST_OUTPUTS - 1).join(", ")} and ${names.length - MOST_OUTPUTS + 1} more`
+    : names.join(", ");
+}
+
+/** Where the outputs begin to differ, and by how much. @param {Replayed} replayed @param {Block} block */
+function ofDifference({ outputs, calls }, { variables }) {
+  const different = outputs.filter((one) => one.first !== null);
+  const [begins] = [...different].sort((a, b) => (a.first?.[0] ?? 0) - (b.first?.[0] ?? 0));
+  if (!begins) return "The outputs differ";
+  const of = variables.find(({ name }) => name === begins.variable);
+  const [call, time] = begins.first ?? [0, 0];
+  const unit = unitText(of?.unit);
+  const by = isBoolean(of?.kind ?? "")
+    ? `in ${begins.different} of ${calls} cycles`
+    : `by up to ${rounded(begins.largest, "LREAL")}${unit && ` ${unit}`} (${begins.different} of ${calls} cycles)`;
+  const others = different.filter((one) => one !== begins).map(({ variable }) => variable);
+  const too = others.length > 0 ? `, as do ${listed(others)}` : "";
+  return `${begins.variable} differs from cycle ${call} (${rounded(time, "LREAL")} s) on, ${by}${too}`;
+}
+
+/** Why equal outputs prove nothing, as a sentence; empty if they do. @param {Replayed} replayed @param {Block} block */
+function doubt({ doubt: why }, { controller }) {
+  if (why === null) return "";
+  const settings = controller.join(", ");
+  if (why === "manual")
+    return ` But all cycles are in manual mode: the recording says nothing about ${settings}. Replay one in automatic mode.`;
+  if ("not_recorded" in why)
+    return ` But the recording has no ${why.not_recorded.join(" or ")}: it says nothing about ${settings}. Record it too.`;
+  const name = why.manual_in_loop;
+  return ` But the recording has no ${name}, and in the loop ${name} is TRUE: replayed in manual mode, it says nothing about ${settings}. Set ${name} to FALSE if it was recorded in automatic mode.`;
+}
