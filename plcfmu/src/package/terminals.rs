@@ -160,7 +160,10 @@ mod tests {
         Interface::parse(&json).unwrap().table
     }
 
-    fn names(terminals: &[Terminal]) -> Vec<(&str, Vec<(&str, &str)>, bool)> {
+    /// A terminal's name, its variables with their members, and whether it is an output.
+    type Shown<'a> = (&'a str, Vec<(&'a str, &'a str)>, bool);
+
+    fn names(terminals: &[Terminal]) -> Vec<Shown<'_>> {
         terminals
             .iter()
             .map(|of| {

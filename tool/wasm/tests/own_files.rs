@@ -1,6 +1,6 @@
 //! Recordings as the product itself writes them, and as a recorder with a faster clock does, through the replay.
 
-use control::replay::{Conclusion, Replayed, Request, replay};
+use control::replay::{Change, Conclusion, Doubt, Replayed, Request, Why, replay};
 use run::fmus::Fmus;
 use run::system::Value;
 use std::fmt::Write;
@@ -113,7 +113,7 @@ fn verdict(faults: Values, kind: Kind, decimals: Option<usize>) -> (char, String
         Conclusion::Cause | Conclusion::LikelyCause => '!',
         Conclusion::Ambiguous | Conclusion::Unexplained | Conclusion::Differs => '?',
     };
-    (verdict, format!("{}\n  {:?}", replayed.verdict, replayed.remarks))
+    (verdict, format!("{:?}\n  {:?}", replayed.suspects, replayed.remarks))
 }
 
 fn assert_verdicts(wanted: Kind) {
@@ -166,17 +166,18 @@ fn the_example_of_the_plant_tells_the_tuned_values() {
     let replayed = replayed(&file, text);
     let best = &replayed.suspects[0];
     let expected = [("GAIN".to_string(), Value::Number(f64::from(0.7f32))), ("TI".into(), Value::Number(130.0))];
-    assert!(best.fits && best.values == expected.into(), "{}\n{:?}", replayed.verdict, replayed.remarks);
+    assert!(best.fits && best.values == expected.into(), "{replayed:?}");
     assert_eq!(replayed.calls, 900);
 }
 
 #[test]
 fn a_longer_cycle_shows_in_the_rows_that_move() {
     let replayed = replayed(FILE, recording(&[("CYCLE", 2.0)], Kind::EndRow, None));
+    let (value, before) = (Value::Number(2.0), Value::Number(1.0));
+    let expected = Change::Setting { name: "CYCLE".into(), value, before, why: Some(Why::Rhythm(2)) };
     assert!(
-        replayed.verdict.contains("CYCLE is 2 s instead of 1 s: the outputs change in each 2nd row only"),
-        "{}",
-        replayed.verdict
+        replayed.suspects.iter().any(|suspect| suspect.fits && suspect.changes == [expected.clone()]),
+        "{replayed:?}"
     );
 }
 
@@ -184,13 +185,14 @@ fn a_longer_cycle_shows_in_the_rows_that_move() {
 fn a_loop_in_manual_mode_is_told_from_a_recording_in_manual_mode() {
     let text = "time,SP_INT,PV_IN,LMN\n0,20,20,0\n1,20,20,0\n2,20,20,0\n".to_string();
     let replayed = replayed(&[("MAN_ON", 1.0)], text);
-    let expected = "Set MAN_ON to FALSE if it was recorded in automatic mode.";
-    assert!(!replayed.is_conclusive && replayed.verdict.ends_with(expected), "{}", replayed.verdict);
+    assert_eq!(replayed.doubt, Some(Doubt::ManualInLoop("MAN_ON".into())));
 }
 
 #[test]
 fn a_controller_at_its_limit_is_not_taken_for_one_in_manual_mode() {
     let replayed = replayed(FILE, recording(&[("GAIN", -1.4)], Kind::EndRow, None));
-    assert!(!replayed.suspects.iter().any(|suspect| suspect.is_sure), "{}", replayed.verdict);
-    assert!(!replayed.verdict.contains("MAN_ON is TRUE"), "{}", replayed.verdict);
+    assert!(!replayed.suspects.iter().any(|suspect| suspect.is_sure), "{:?}", replayed.suspects);
+    assert_eq!(replayed.doubt, None);
+    let has_manual = |suspect: &control::replay::Suspect| suspect.values.contains_key("MAN_ON");
+    assert!(!replayed.suspects.iter().any(has_manual), "{:?}", replayed.suspects);
 }

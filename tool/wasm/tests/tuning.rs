@@ -50,6 +50,7 @@ fn number(tuned: &Tuned, name: &str) -> f64 {
     match tuned.values[name] {
         Value::Number(value) => value,
         Value::Boolean(value) => f64::from(u8::from(value)),
+        Value::Whole(value) => panic!("{name} is tuned as the whole number {value}"),
     }
 }
 
