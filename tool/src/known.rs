@@ -1,7 +1,6 @@
 //! Loops that are described: those of the crate `plants`, which are known to work, and files that `plcfmu run` takes.
 
-use crate::message::{KnownLoop, MadeOf, Member, Setup};
-use crate::program::Request;
+use crate::message::{KnownLoop, MadeOf, Member, Program, Setup};
 use anyhow::{Context, Result, bail};
 use manifest::Manifest;
 use run::file;
@@ -56,7 +55,7 @@ fn made_of(member: String, mut program: Manifest) -> MadeOf {
     let own = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let sources = program.sources.iter().map(own).collect();
     program.sources.clear();
-    MadeOf { member, sources, program: Request { files: Vec::new(), manifest: program } }
+    MadeOf { member, sources, program: Program { files: Vec::new(), manifest: program } }
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@
 //! A variable of a loop is named `MEMBER.VARIABLE`. Times are in seconds. A number that is not finite is the text `"NaN"`,
 //! `"inf"` or `"-inf"`. Bytes are Base64.
 
+use manifest::Manifest;
 use serde::{Deserialize, Serialize};
 
 pub use control::figures::Happened;
@@ -71,7 +72,31 @@ pub struct MadeOf {
     /// The names of its sources, without folders.
     pub sources: Vec<String>,
     /// How it is made of them. The sources themselves are missing.
-    pub program: crate::program::Request,
+    pub program: Program,
+}
+
+/// The sources of a program, and how it is made of them. What is left out is as for `plcfmu build`; without a cycle, it is what the
+/// sources propose.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(deny_unknown_fields)]
+pub struct Program {
+    /// The sources.
+    #[serde(default)]
+    pub files: Vec<SourceFile>,
+    /// How it is made of them.
+    #[serde(flatten)]
+    pub manifest: Manifest,
+}
+
+/// A source.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SourceFile {
+    /// Its name.
+    pub file: String,
+    /// Its bytes, Base64.
+    pub content: String,
 }
 
 /// An FMU as a dialog shows it.

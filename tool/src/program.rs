@@ -7,7 +7,7 @@ pub use kept::Programs;
 
 use crate::describe::remedy;
 use crate::home::Home;
-use crate::message::{Part, Value, Values};
+use crate::message::{Part, Program, SourceFile, Value, Values};
 use crate::session::Session;
 use anyhow::{Context, Result, ensure};
 use base64::Engine;
@@ -31,30 +31,6 @@ const CYCLE: u32 = 100;
 
 /// At most this many problems are told.
 const MOST_PROBLEMS: usize = 500;
-
-/// The sources of a program, and how it is made of them. What is left out is as for `plcfmu build`; without a cycle, it is what the
-/// sources propose, see [`Compiled::cycle_from`].
-#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
-#[cfg_attr(test, derive(ts_rs::TS), ts(rename = "Program"))]
-#[serde(deny_unknown_fields)]
-pub struct Request {
-    /// The sources.
-    #[serde(default)]
-    pub files: Vec<File>,
-    /// How it is made of them.
-    #[serde(flatten)]
-    pub manifest: Manifest,
-}
-
-/// A source.
-#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
-#[cfg_attr(test, derive(ts_rs::TS), ts(rename = "SourceFile"))]
-pub struct File {
-    /// Its name.
-    pub file: String,
-    /// Its bytes, Base64.
-    pub content: String,
-}
 
 /// What has become of sources.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
@@ -237,7 +213,7 @@ pub struct Kept {
 ///
 /// # Errors
 /// A file is not Base64, or they are too large; an option that is none.
-pub fn compile<H: Home>(home: &Programs<H>, request: &Request) -> Result<Compiled> {
+pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compiled> {
     let sources = sources(&request.files)?;
     let blocks = watch::watched(&sources);
     let (cycle, cycle_from) = match request.manifest.cycle {
@@ -321,7 +297,7 @@ fn last_call<H: Home>(home: &Programs<H>, member: &str) -> Result<Monitored> {
     })
 }
 
-fn sources(files: &[File]) -> Result<Vec<Source>> {
+fn sources(files: &[SourceFile]) -> Result<Vec<Source>> {
     let size: usize = files.iter().map(|of| of.content.len() / 4 * 3).sum();
     ensure!(
         size <= LARGEST,
@@ -330,7 +306,7 @@ fn sources(files: &[File]) -> Result<Vec<Source>> {
     );
     ensure!(!files.is_empty(), "there is no source: open files that end in .scl, .udt or .db");
     let mut sources: Vec<Source> = Vec::new();
-    for File { file, content } in files {
+    for SourceFile { file, content } in files {
         let bytes = STANDARD.decode(content).with_context(|| format!("the content of {file} is not Base64"))?;
         let is_second = sources.iter().any(|other| other.file.eq_ignore_ascii_case(file));
         ensure!(!is_second, "two sources are called {}: rename one", shortened(file));

@@ -4,8 +4,8 @@ use crate::experiment::{self, RelayTested, Settled, StepTested};
 use crate::export::{self, Exported};
 use crate::home::Home;
 use crate::message::{
-    Act, Catalogue, Checked, Curves, Description, Events, Figures, FiguresRequest, KnownLoop, Loops, Member, Proposal,
-    ReadFile, Setup, State, Values, View,
+    Act, Catalogue, Checked, Curves, Description, Events, Figures, FiguresRequest, KnownLoop, Loops, Member, Program,
+    Proposal, ReadFile, Setup, State, Values, View,
 };
 use crate::preset::{self, Preset};
 use crate::program::{self, Compiled, Monitored, Programs};
@@ -74,7 +74,7 @@ requests! { |home, session|
         text: String,
     } -> KnownLoop = known::described(&file, &text)?;
     /// Translates a PLC program in SCL, and takes it into the catalogue.
-    Compile(of: program::Request) -> Compiled = program::compile(home, &of)?;
+    Compile(of: Program) -> Compiled = program::compile(home, &of)?;
     /// What a program of the present run did in a call, line by line.
     Monitor {
         /// Its name in the loop.

@@ -617,7 +617,7 @@ help: string | null, };
 
 /**
  * The sources of a program, and how it is made of them. What is left out is as for `plcfmu build`; without a cycle, it is what the
- * sources propose, see [`Compiled::cycle_from`].
+ * sources propose.
  */
 export type Program = {
 /** The sources. */
