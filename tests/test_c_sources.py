@@ -211,7 +211,7 @@ def test_options_that_change_results_do_not_compile(words, why, source, tmp_path
 @pytest.mark.parametrize("suite", SUITES)
 def test_the_suites_of_the_c_interface_pass_over_the_c(suite, packed):
     environment = {**host.environment(), "PLCFMU_FMUS": str(packed(True))}
-    tests = [sys.executable, "-m", "pytest", suite, "-q", "-p", "no:cacheprovider", "-k", "Mixer and not preset"]
+    tests = [sys.executable, "-m", "pytest", suite, "-q", "-p", "no:cacheprovider", "-k", "Mixer and not preset and not (FMI and 3.0)"]
     done = subprocess.run(tests, cwd=ROOT / "tests", env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout[-5000:]
     assert re.search(r"[1-9]\d* passed", done.stdout) and "failed" not in done.stdout, done.stdout[-500:]

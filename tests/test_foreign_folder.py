@@ -37,6 +37,7 @@ CALLS = {
     "preset": [["preset", "plant.awl", "--fmus={fmus}", "--out=presets"]],
     "prove": [["prove", "CONT_C", "--out=prove.scl"]],
     "run": [["run", "tank_loop.toml", "--stop=1"], ["run", "{fmus}/CONT_C.fmu", "--step=1", "--stop=1"]],
+    "show": [["show", "tank.scl", "--as=scl"]],
     "ssp": [["ssp", "tank_loop.toml", "--out=tank.ssp"]],
     "study": [["study", "study.toml", "--out=study"]],
     "test": [["test", "tank.toml"]],

@@ -4,7 +4,6 @@ use crate::compiler::{BlockId, Compiler};
 use crate::lexer::{Token, tokens};
 use crate::program::{Body, Program, Type};
 use crate::report::Report;
-use crate::scl::{self, Dialect};
 use crate::syntax::BlockKind;
 
 /// More sources than these do not have the same block in other words.
@@ -123,24 +122,11 @@ fn is_same_type(one: &Program, a: &Type, other: &Program, b: &Type) -> bool {
     }
 }
 
-/// The lines of a block as SCL, without comments.
+/// The lines of a block after its head, without comments. Names have no case.
 fn code(program: &Program, name: &str) -> Option<Vec<String>> {
     let is_it =
         |function: &crate::program::Function| is_name(&function.name, name) && matches!(function.body, Body::Code(_));
-    let number = program.functions.iter().position(is_it)?;
-    let text = scl::print(program, &[number], Dialect::Tia).ok()?;
-    let head = format!("\"{}\"", program.functions[number].name);
-    let kinds = ["FUNCTION", "FUNCTION_BLOCK", "ORGANIZATION_BLOCK"];
-    let is_head = |line: &&str| {
-        kinds.iter().any(|kind| line.strip_prefix(kind).is_some_and(|rest| rest.trim_start().starts_with(&head)))
-    };
-    let lines = text
-        .lines()
-        .skip_while(|line| !is_head(line))
-        .take_while(|line| !line.starts_with("END_FUNCTION") && !line.starts_with("END_ORGANIZATION"));
-    let lines: Vec<String> = lines
-        .map(|line| line.split("//").next().unwrap_or_default().trim().to_string())
-        .filter(|line| !line.is_empty())
-        .collect();
-    (!lines.is_empty()).then_some(lines)
+    let text = program.text(program.functions.iter().position(is_it)?);
+    let lines = text.lines().skip(1).map(str::trim).filter(|line| !line.starts_with("//"));
+    Some(lines.map(str::to_lowercase).collect())
 }

@@ -1,6 +1,8 @@
-//! Typed programs as text, for tests and for those who look for a fault.
+//! Typed programs as text: to compare blocks, for tests, and for those who look for a fault.
 
-use super::{Argument, Base, Binary, Body, Call, Convert, Expr, Function, Place, Program, Statement, Step, Type, What};
+use super::{
+    Argument, Base, Binary, Body, Call, Convert, Expr, Function, Member, Place, Program, Statement, Step, Type, What,
+};
 use std::fmt::{self, Write};
 
 impl Program {
@@ -154,6 +156,13 @@ impl Print<'_> {
         };
         for (index, step) in place.steps.iter().enumerate() {
             match step {
+                // A constant is told by its bytes: its name is a number.
+                Step::Member(member) if index == 0 && place.base == Base::Constants => {
+                    let constants = &self.program.records[self.program.constants];
+                    let Member { offset, ty, .. } = &constants.members[*member];
+                    let bytes = &constants.start[*offset..offset + self.program.size(ty)];
+                    text += &bytes.iter().map(|byte| format!(" {byte:02x}")).collect::<String>();
+                }
                 Step::Member(member) => {
                     let before = Place { base: place.base, steps: place.steps[..index].to_vec() };
                     let name = match self.program.type_of(self.function, &before) {

@@ -44,6 +44,13 @@ fn another_program_of_the_same_name_is_an_error_that_names_both_files() {
         let expected = "B.scl:1:16: B is declared twice: first in B.xml:19; rename one of them, or leave one file out";
         assert!(found.contains(expected), "{to}\n{found}");
     }
+    // A text counts to its end.
+    let of = |text: &str| {
+        format!("FUNCTION_BLOCK \"B\"\nVAR_OUTPUT s : STRING; END_VAR\nBEGIN\n#s := '{text}';\nEND_FUNCTION_BLOCK\n")
+    };
+    assert_eq!(errors(&[("B.scl", of("a//b")), ("C.scl", of("a//b") + "// the same\n")]), "");
+    let found = errors(&[("B.scl", of("a//b")), ("C.scl", of("a//c"))]);
+    assert!(found.contains("B is declared twice: first in B.scl:1"), "{found}");
     // Data and types.
     let user = "FUNCTION_BLOCK \"B\"\nVAR p : \"Point\"; END_VAR\nBEGIN\n#p.x := \"Data\".x;\nEND_FUNCTION_BLOCK\n"
         .to_string();
