@@ -504,8 +504,9 @@ def test_earlier_runs_stay_in_the_list_with_name_and_colour_through_a_reload(too
 
 def test_a_curve_of_choice_is_added_hidden_and_removed(tool):
     run_calls(tool, 10)
-    tool.get_by_label("Add").select_option("TIC101.LMN_P")
-    tool.get_by_label("Add").select_option("TIC101.QLMN_HLM")
+    adding = tool.locator("select", has=tool.locator("option", has_text="Add a curve"))
+    adding.select_option("TIC101.LMN_P")
+    adding.select_option("TIC101.QLMN_HLM")
     assert {"LMN_P", "QLMN_HLM"} <= set(readout(tool))
     button = tool.locator("#curves .readout").get_by_role("button", name="LMN_P", exact=True)
     assert button.get_attribute("aria-pressed") == "true"

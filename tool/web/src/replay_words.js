@@ -31,7 +31,7 @@ const WHY = {
   spacing: "the spacing of the rows",
   stays: "there the recording stays",
   no_dead_band: "no dead band",
-  rests: "within it the recording rests",
+  rests: "within it the recording does not move",
 };
 
 /** @param {Why} why */
