@@ -318,7 +318,7 @@ def test_what_is_forced_and_watched_survives_a_reload_and_goes_with_the_link(ope
     assert other.evaluate(VALUES)["Blink.level"] == 12.5
 
 
-def tested(command, folder, content):
+def run_case(command, folder, content):
     (folder / "recorded.toml").write_bytes(content)
     return subprocess.run([command, "test", "recorded.toml"], cwd=folder, capture_output=True, text=True)
 
@@ -345,18 +345,18 @@ def test_a_session_with_a_plant_becomes_a_test_that_plcfmu_test_runs(open_tool, 
     name, content = saved(page, "Save TankFilling_test.toml", "#done")
     for source in ("tank.scl", "tank_plant.scl"):
         shutil.copy(PROGRAMS / source, tmp_path)
-    done = tested(command, tmp_path, content)
+    done = run_case(command, tmp_path, content)
     assert done.returncode == 0 and "what was recorded on the page: ok" in done.stdout, done.stdout + done.stderr + content.decode()
     # It fails if the program does something else: a tank that is full at 70 % is full earlier.
     source = tmp_path / "tank.scl"
     source.write_text(source.read_text().replace("levelFull : Real := 80.0", "levelFull : Real := 70.0"))
-    done = tested(command, tmp_path, content)
+    done = run_case(command, tmp_path, content)
     assert done.returncode != 0 and re.search(r"(step|pump|inletValve|fillings) is .*, expected", done.stdout), done.stdout
     # What is struck out is not expected.
     page.get_by_role("button", name="Strike out all").click()
     _, none = saved(page, "Save TankFilling_test.toml", "#done")
     assert b"expect" not in none and b"set" in none
-    assert tested(command, tmp_path, none).returncode == 0
+    assert run_case(command, tmp_path, none).returncode == 0
 
 
 def test_same_again_after_the_program_was_changed_marks_what_differs(open_tool):
