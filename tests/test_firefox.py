@@ -71,8 +71,8 @@ def test_a_step_is_identified_and_its_settings_are_sent(seen):
 
 def test_the_open_loop_has_margins(seen):
     assert [row[0] for row in seen["margins"]] == ["in force", "SIMC"]
-    # lambda of one and a half dead times.
-    assert float(seen["margins"][1][3].removesuffix("°")) == pytest.approx(90 - 0.4 * 57.2958, abs=1)
+    # lambda of one and a half dead times; the lag that is found beside the dead time costs a degree or two. test_bode.py has the digits.
+    assert float(seen["margins"][1][3].removesuffix("°")) == pytest.approx(90 - 0.4 * 57.2958, abs=2)
 
 
 def test_a_reload_keeps_settings_and_the_run(seen):
