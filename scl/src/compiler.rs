@@ -1,5 +1,6 @@
 //! What is known of a program while it is translated: what is asked for, what is declared, and what is still missing.
 
+use crate::copies::Twin;
 use crate::lexer::Span;
 use crate::program::{self, At, Base, Expr, Place, Program};
 use crate::report::Report;
@@ -44,8 +45,8 @@ pub struct Compiler<'a> {
     pub program: Program,
     /// The blocks of the sources, by name.
     pub names: HashMap<String, BlockId>,
-    /// Blocks that an earlier source has, too, in other words: the first one, and the other.
-    pub copies: Vec<(BlockId, BlockId)>,
+    /// Blocks that an earlier source has, too, in other words.
+    pub copies: Vec<Twin>,
     /// The blocks of the library, by name.
     pub library: HashMap<String, BlockId>,
     pub types: HashMap<BlockId, State<Type>>,

@@ -9,19 +9,28 @@ use crate::syntax::BlockKind;
 /// More sources than these do not have the same block in other words.
 const MOST_COPIES: usize = 8;
 
+/// A block that an earlier source has, too, in other words.
+pub struct Twin {
+    /// The first one of its name.
+    first: BlockId,
+    id: BlockId,
+    /// Which of the others it is, from 1.
+    number: usize,
+}
+
 impl Compiler<'_> {
     /// Takes a block that an earlier source has, too; of this translation it is the one that counts if it is the copy of this number.
     pub fn add_copy(&mut self, earlier: BlockId, id: BlockId, copy: usize) {
-        let first = self.copies.iter().find(|(_, other)| *other == earlier).map_or(earlier, |(first, _)| *first);
+        let first = self.copies.iter().find(|copy| copy.id == earlier).map_or(earlier, |copy| copy.first);
         if self.has_same_words(first, id) {
             return;
         }
-        let number = 1 + self.copies.iter().filter(|(of, _)| *of == first).count();
+        let number = 1 + self.copies.iter().filter(|copy| copy.first == first).count();
         let is_other_kind = self.block(first).kind != self.block(id).kind;
         if first.0 == id.0 || is_other_kind || number > MOST_COPIES {
             return self.tell_twice(first, id);
         }
-        self.copies.push((first, id));
+        self.copies.push(Twin { first, id, number });
         if number <= copy {
             self.names.insert(self.block(id).name.key(), id);
         }
@@ -52,15 +61,13 @@ impl Compiler<'_> {
             return;
         }
         let copies = std::mem::take(&mut self.copies);
-        let number = |at: usize| copies[..=at].iter().filter(|(first, _)| *first == copies[at].0).count();
-        let numbers: Vec<usize> = (0..copies.len()).map(number).collect();
-        for copy in 1..=numbers.iter().copied().max().unwrap_or(0) {
-            let mut other = Compiler::new(self.sources, self.trees, self.cpu, self.options, Report::default(), copy);
+        for number in 1..=copies.iter().map(|copy| copy.number).max().unwrap_or(0) {
+            let mut other = Compiler::new(self.sources, self.trees, self.cpu, self.options, Report::default(), number);
             other.run();
-            for ((first, id), _) in copies.iter().zip(&numbers).filter(|(_, number)| **number == copy) {
-                let block = self.block(*id);
+            for copy in copies.iter().filter(|copy| copy.number == number) {
+                let block = self.block(copy.id);
                 if other.report.has_errors() || !is_same(&self.program, &other.program, block.kind, &block.name.text) {
-                    self.tell_twice(*first, *id);
+                    self.tell_twice(copy.first, copy.id);
                 }
             }
         }

@@ -148,9 +148,8 @@ impl Lowerer<'_> {
                     Some(own) if is_typed => format!("{name}_{own}"),
                     _ => name.to_string(),
                 };
-                let callee = self.function(&name, span);
-                let arguments = given.iter().map(|(pin, value)| (formal(pin), false, *value)).collect();
-                self.call(callee, arguments, span)
+                let pins = given.iter().map(|(pin, value)| (formal(pin), *value)).collect();
+                self.of_function(&name, pins, span)
             }
             Formula::Convert => {
                 let value = self.operand(element, "IN")?;
@@ -159,8 +158,7 @@ impl Lowerer<'_> {
                     (_, None) => value,
                     (source, Some(own)) => {
                         let name = source.map_or(format!("TO_{own}"), |source| format!("{source}_TO_{own}"));
-                        let callee = self.function(&name, span);
-                        self.call(callee, vec![("IN".to_string(), false, value)], span)
+                        self.of_function(&name, given.clone(), span)
                     }
                 }
             }
@@ -181,20 +179,20 @@ impl Lowerer<'_> {
             Failure::Calculation("CALL") if matches!(formula, Formula::Equation) => {
                 Some(self.equation_fails(result, span))
             }
-            Failure::Calculation("CALL") => Some(self.fails("CALL?", vec![("IN".to_string(), result)], span)),
+            Failure::Calculation("CALL") => Some(self.of_function("CALL?", vec![("IN".to_string(), result)], span)),
             Failure::Calculation(kind) => {
                 let name = own.as_ref().map_or(format!("{kind}?"), |own| format!("{kind}?_{own}"));
                 // A box whose type follows from its operands has that of the variable that it writes.
                 if let (true, None, Some((_, target))) = (kind == "CONVERT", &own, results(element).next()) {
                     given.push(("OUT".to_string(), target));
                 }
-                Some(self.fails(&name, given, span))
+                Some(self.of_function(&name, given, span))
             }
             Failure::Condition("TEXT") => self.text_fails(formula, &given, results(element).next(), span),
             Failure::Condition("SCALE_X") => {
                 let limits = self.limits_fail(&given, span)?;
                 let name = own.as_ref().map_or("SCALE_X?".to_string(), |own| format!("SCALE_X?_{own}"));
-                let fails = self.fails(&name, given, span);
+                let fails = self.of_function(&name, given, span);
                 Some(self.binary(Binary::Or, limits, fails, span))
             }
             Failure::Condition(kind) => self.condition(kind, &given, result, span),
@@ -202,8 +200,8 @@ impl Lowerer<'_> {
         Some((result, failed))
     }
 
-    /// TRUE if a calculation fails.
-    pub fn fails(&mut self, name: &str, pins: Vec<(String, ExpressionId)>, span: Span) -> ExpressionId {
+    /// What a function gives for these pins.
+    pub fn of_function(&mut self, name: &str, pins: Vec<(String, ExpressionId)>, span: Span) -> ExpressionId {
         let callee = self.function(name, span);
         let arguments = pins.into_iter().map(|(pin, value)| (pin, false, value)).collect();
         self.call(callee, arguments, span)
@@ -212,7 +210,7 @@ impl Lowerer<'_> {
     /// TRUE if the value of an expression, or of a part of it, does not fit its type or is no valid number.
     fn equation_fails(&mut self, result: ExpressionId, span: Span) -> ExpressionId {
         let mut open = vec![result];
-        let mut fails = self.fails("CALL?", vec![("IN".to_string(), result)], span);
+        let mut fails = self.of_function("CALL?", vec![("IN".to_string(), result)], span);
         while let Some(id) = open.pop() {
             let part = match &self.tree.expressions[id].kind {
                 ExpressionKind::Unary(operator, inner) => {
@@ -241,7 +239,7 @@ impl Lowerer<'_> {
             };
             if let Some((name, values)) = part {
                 let pins = (1..).zip(values).map(|(at, value): (u32, _)| (format!("IN{at}"), value)).collect();
-                let fails_here = self.fails(name, pins, span);
+                let fails_here = self.of_function(name, pins, span);
                 fails = self.binary(Binary::Or, fails, fails_here, span);
             }
         }
@@ -256,7 +254,7 @@ impl Lowerer<'_> {
         result: ExpressionId,
         span: Span,
     ) -> Option<ExpressionId> {
-        let pin = |name: &str| given.iter().find(|(pin, _)| pin == name).map(|(_, value)| *value);
+        let pin = |name: &str| value_of(given, name);
         match kind {
             "LIMIT" => Some(self.binary(Binary::Greater, pin("MN")?, pin("MX")?, span)),
             "MUX" => {
@@ -268,7 +266,7 @@ impl Lowerer<'_> {
             }
             _ => {
                 let limits = self.limits_fail(given, span)?;
-                let invalid = self.fails("CALL?", vec![("IN".to_string(), result)], span);
+                let invalid = self.of_function("CALL?", vec![("IN".to_string(), result)], span);
                 Some(self.binary(Binary::Or, limits, invalid, span))
             }
         }
@@ -276,7 +274,7 @@ impl Lowerer<'_> {
 
     /// TRUE if the lower limit is none.
     fn limits_fail(&mut self, given: &[(String, ExpressionId)], span: Span) -> Option<ExpressionId> {
-        let pin = |name: &str| given.iter().find(|(pin, _)| pin == name).map(|(_, value)| *value);
+        let pin = |name: &str| value_of(given, name);
         Some(self.binary(Binary::GreaterOrEqual, pin("MIN")?, pin("MAX")?, span))
     }
 
@@ -288,11 +286,7 @@ impl Lowerer<'_> {
         target: Option<(&str, ExpressionId)>,
         span: Span,
     ) -> Option<ExpressionId> {
-        let pin = |name: &str| given.iter().find(|(pin, _)| pin == name).map(|(_, value)| *value);
-        let length = |lowerer: &mut Self, name: &str, of: ExpressionId| {
-            let callee = lowerer.function(name, span);
-            lowerer.call(callee, vec![("IN".to_string(), false, of)], span)
-        };
+        let pin = |name: &str| value_of(given, name);
         let Formula::Call(name, ..) = formula else { return None };
         let mut all: Vec<ExpressionId> = Vec::new();
         let zero = self.literal("0", span);
@@ -303,7 +297,7 @@ impl Lowerer<'_> {
             // INSERT puts a text behind a character, or behind none.
             let operator = if name == "INSERT" { Binary::Less } else { Binary::LessOrEqual };
             all.push(self.binary(operator, place, zero, span));
-            let text = length(self, "LEN", pin("IN").or(pin("IN1"))?);
+            let text = self.of_function("LEN", vec![("IN".to_string(), pin("IN").or(pin("IN1"))?)], span);
             all.push(self.binary(Binary::Greater, place, text, span));
         }
         let texts: Vec<ExpressionId> = given
@@ -312,9 +306,10 @@ impl Lowerer<'_> {
             .map(|of| of.1)
             .collect();
         if let (Some((_, target)), "CONCAT" | "INSERT") = (target, name) {
-            let lengths: Vec<ExpressionId> = texts.into_iter().map(|text| length(self, "LEN", text)).collect();
+            let lengths: Vec<ExpressionId> =
+                texts.into_iter().map(|text| self.of_function("LEN", vec![("IN".to_string(), text)], span)).collect();
             let sum = lengths.into_iter().reduce(|one, other| self.binary(Binary::Add, one, other, span))?;
-            let most = length(self, "MAX_LEN", target);
+            let most = self.of_function("MAX_LEN", vec![("IN".to_string(), target)], span);
             all.push(self.binary(Binary::Greater, sum, most, span));
         }
         all.into_iter().reduce(|one, other| self.binary(Binary::Or, one, other, span))
@@ -338,7 +333,7 @@ impl Lowerer<'_> {
         let kind = match &self.tree.expressions[id].kind {
             ExpressionKind::Name(_, name) => {
                 let name = name.key();
-                let found = given.iter().find(|(pin, _)| *pin == name).map(|(_, value)| *value);
+                let found = value_of(given, &name);
                 if found.is_none() && name.starts_with("IN") {
                     self.report.error(span, format!("the expression uses {name}, which is not wired"), Some("wire it"));
                     return None;
@@ -369,6 +364,11 @@ impl Lowerer<'_> {
 /// The variables that the results of a box are written to, by their pins.
 fn results(element: &Element) -> impl Iterator<Item = (&str, ExpressionId)> {
     element.outputs.iter().filter(|(pin, _)| pin != "ENO").map(|(pin, target)| (pin.as_str(), *target))
+}
+
+/// What a pin gets.
+fn value_of(given: &[(String, ExpressionId)], name: &str) -> Option<ExpressionId> {
+    given.iter().find(|(pin, _)| pin == name).map(|(_, value)| *value)
 }
 
 /// The name of a function's parameter for a pin.

@@ -1,6 +1,6 @@
 //! Calls of instances and functions, by their pins.
 
-use super::flow::{Value, root};
+use super::flow::Value;
 use super::lower::Lowerer;
 use super::{Element, Parameter, Way};
 use crate::syntax::{ExpressionId, ExpressionKind, Scope, Statement, StatementKind, Unary};
@@ -46,7 +46,7 @@ impl Lowerer<'_> {
                 ExpressionKind::Name(..) | ExpressionKind::Member(..) | ExpressionKind::Index(..)
             ) && self.is_in_out(element, &pin)
             {
-                roots.insert(root(&self.tree.expressions, value, &self.owner.shared));
+                roots.extend(self.roots([value]));
             }
             arguments.push((pin, false, value));
         }
@@ -57,7 +57,7 @@ impl Lowerer<'_> {
                 let is_in_out = parameter(element, pin).is_some_and(|parameter| parameter.way == Way::InOut);
                 arguments.push((pin.clone(), !is_in_out, *target));
             }
-            roots.insert(root(&self.tree.expressions, *target, &self.owner.shared));
+            roots.extend(self.roots([*target]));
         }
         (arguments, roots)
     }
@@ -83,7 +83,7 @@ impl Lowerer<'_> {
         let span = element.span;
         let flow = self.flow(element, &["EN"]);
         let (mut arguments, mut roots) = self.arguments(element);
-        roots.insert(root(&self.tree.expressions, instance, &self.owner.shared));
+        roots.extend(self.roots([instance]));
         let eno = self.eno_of_call(element, number, &mut arguments);
         let flow = if eno.is_some() { self.shared(flow, span) } else { flow };
         self.before_writing(&roots, span);

@@ -256,8 +256,8 @@ impl Lowerer<'_> {
 
     /// Assigns a value to a variable.
     pub fn assign(&mut self, target: ExpressionId, value: ExpressionId, span: Span) {
-        let root = root(&self.tree.expressions, target, &self.owner.shared);
-        self.before_writing(&BTreeSet::from([root]), span);
+        let roots = self.roots([target]);
+        self.before_writing(&roots, span);
         self.push(StatementKind::Assign(vec![(target, None)], value), span);
     }
 

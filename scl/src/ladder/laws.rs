@@ -2,13 +2,12 @@
 
 use super::Element;
 use super::elements::{Law, Returned};
-use super::flow::{Value, root};
+use super::flow::Value;
 use super::lower::Lowerer;
 use crate::constant::{self, Literal};
 use crate::lexer::Span;
 use crate::syntax::{Binary, ExpressionId, ExpressionKind, Name, Statement, StatementKind, Unary};
 use crate::types::Elementary;
-use std::collections::BTreeSet;
 
 /// The pins at which a flow arrives.
 const FLOW: &[&str] = &["PRE", "IN"];
@@ -171,7 +170,7 @@ impl Lowerer<'_> {
             }
             _ => {
                 let Some(value) = pin(self, if has_operand { "OPERAND" } else { "IN" }) else { return };
-                let invalid = self.fails("CALL?", vec![("IN".to_string(), value)], span);
+                let invalid = self.of_function("CALL?", vec![("IN".to_string(), value)], span);
                 if matches!(law, Law::Valid(true)) { self.unary(Unary::Not, invalid, span) } else { invalid }
             }
         };
@@ -196,12 +195,11 @@ impl Lowerer<'_> {
         let is_passed = ["OUT", "ENO"].iter().any(|pin| self.is_awaited(&(number, pin.to_string())));
         let bit = element.inputs.iter().any(|input| input.pin == "BIT").then(|| self.operand(element, "BIT")).flatten();
         let roots = self.roots(bit.into_iter().chain([target]));
-        let flow = match law {
-            _ if is_passed => {
-                let flow = self.shared(flow, span);
-                self.apart(flow, &roots, span)
-            }
-            _ => flow,
+        let flow = if is_passed {
+            let flow = self.shared(flow, span);
+            self.apart(flow, &roots, span)
+        } else {
+            flow
         };
         match law {
             Law::Coil(is_negated) => {
@@ -217,8 +215,8 @@ impl Lowerer<'_> {
             }
             Law::SetField(is_set) => self.field(is_set, element, flow.clone(), target),
             Law::Set(is_set) => {
-                let root = root(&self.tree.expressions, target, &self.owner.shared);
-                self.before_writing(&BTreeSet::from([root]), span);
+                let roots = self.roots([target]);
+                self.before_writing(&roots, span);
                 let body = self.aside(|lowerer| {
                     let value = lowerer.literal(if is_set { "BOOL#TRUE" } else { "BOOL#FALSE" }, span);
                     lowerer.assign(target, value, span);

@@ -180,24 +180,6 @@ fn coils_negate_set_and_reset() {
     }
 }
 
-/// "SR: Set/reset flip-flop", "RS: Reset/set flip-flop": the input with the 1 wins.
-#[test]
-fn flip_flops() {
-    let mut net = Net::new("");
-    let (set, reset) = (contact(&mut net, "s"), contact(&mut net, "r"));
-    let sr = net.part("Sr", "", &[("s", set.clone()), ("r1", reset.clone()), ("operand", local("m"))]);
-    coil(&mut net, "x", From::Pin(sr, "q"));
-    let rs = net.part("Rs", "", &[("r", reset), ("s1", set), ("operand", local("n"))]);
-    coil(&mut net, "y", From::Pin(rs, "q"));
-    let sections =
-        [("Input", "s : Bool; r : Bool"), ("Output", "x : Bool; y : Bool"), ("Static", "m : Bool; n : Bool")];
-    let mut ran = Ran::of(&sections, vec![net]);
-    for (s, r, x, y) in [(1, 0, 1, 1), (0, 0, 1, 1), (0, 1, 0, 0), (1, 1, 0, 1), (0, 0, 0, 1)] {
-        ran.set("s", s).set("r", r).call();
-        assert_eq!([ran.get("x"), ran.get("y")], [x, y], "s {s}, r {r}");
-    }
-}
-
 /// "TON: Generate on-delay", "TOF", "TP", "TONR": calls every 100 ms, PT 200 ms.
 #[test]
 fn timers_with_instances() {
