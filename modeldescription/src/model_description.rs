@@ -145,9 +145,7 @@ impl ModelDescription {
                 own.model_name = preset.model_name;
                 own.instantiation_token = preset.guid;
                 own.default_experiment = preset.default_experiment;
-                for (place, start) in preset.starts {
-                    own.set_start(place, start);
-                }
+                own.set_starts(preset.starts);
                 ModelDescription::V3(own)
             }
         }

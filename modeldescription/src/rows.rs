@@ -16,9 +16,9 @@ impl Description {
         let arrays: HashMap<&str, &Array> = self.arrays.iter().map(|of| (of.name.as_str(), of)).collect();
         let mut places: Vec<Option<usize>> = rows.iter().map(|(name, _)| names.get(name).copied()).collect();
         for group in grouped(rows.iter().map(|(name, of)| (*name, of)), !arrays.is_empty()) {
-            let array = arrays.get(group.name.as_str()).filter(|_| !group.bounds.is_empty());
-            for (element, row) in group.rows.iter().enumerate().filter(|_| array.is_some()) {
-                places[*row] = array.filter(|of| element < of.count).map(|of| of.first + element);
+            let Some(array) = arrays.get(group.name.as_str()).filter(|_| !group.bounds.is_empty()) else { continue };
+            for (element, row) in group.rows.iter().enumerate() {
+                places[*row] = (element < array.count).then(|| array.first + element);
             }
         }
         places
@@ -28,11 +28,11 @@ impl Description {
 impl Variable {
     /// Whether its values may be those of a PLC type.
     pub fn is_of(&self, kind: Kind) -> bool {
-        let is_narrow = |types: Types| [false, true].map(|of| types.of(kind, of)).contains(&self.type_name);
+        let has_name = |types: Types| [false, true].map(|of| types.of(kind, of)).contains(&self.type_name);
         let is_real = kind != Kind::Time || self.unit.as_deref() == Some("s");
         match self.kind {
             Some(own) if own == Type::of(kind) && is_real => true,
-            _ => is_narrow(Types::Native) || is_narrow(Types::Wide),
+            _ => has_name(Types::Native) || has_name(Types::Wide),
         }
     }
 

@@ -586,6 +586,9 @@ pub fn value(kind: Type, value: Value) -> Result<f64> {
         (kind, Value::Whole(value)) => match kind.whole() {
             None if value as f64 as i128 == value => self::value(kind, Value::Number(value as f64)),
             None => bail!("it is {}, which does not hold {value}; the nearest number is {}", kind.name(), value as f64),
+            Some((low, high)) if (low..=high).contains(&value) => {
+                bail!("it is {}, {value} has more digits than a number has here", kind.name())
+            }
             Some((low, high)) => bail!("it is {}, {value} is not a whole number from {low} to {high}", kind.name()),
         },
         (Type::Boolean, Value::Boolean(value)) => Ok(f64::from(u8::from(value))),

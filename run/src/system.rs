@@ -195,7 +195,10 @@ impl FromStr for Value {
         match text {
             _ if text.eq_ignore_ascii_case("true") => Ok(Value::Boolean(true)),
             _ if text.eq_ignore_ascii_case("false") => Ok(Value::Boolean(false)),
-            _ => Ok(whole(text).map_or(Value::Number(number(text)?), Value::Whole)),
+            _ => match whole(text) {
+                Some(whole) => Ok(Value::Whole(whole)),
+                None => number(text).map(Value::Number),
+            },
         }
     }
 }
@@ -258,7 +261,7 @@ impl From<&str> for Recorded {
 /// A whole number of at most 64 bits, of which floating-point numbers do not have all neighbours.
 pub(crate) fn whole(text: &str) -> Option<i128> {
     let whole = text.trim().parse::<i128>().ok()?;
-    let is_long = whole.abs() > EXACT && (i64::MIN.into()..=u64::MAX.into()).contains(&whole);
+    let is_long = (i64::MIN.into()..=u64::MAX.into()).contains(&whole) && whole.abs() > EXACT;
     is_long.then_some(whole)
 }
 
@@ -268,6 +271,9 @@ pub(crate) const EXACT: i128 = 1 << 53;
 /// A finite number.
 fn number(text: &str) -> Result<f64> {
     match text.trim().parse::<f64>() {
+        Ok(number) if text.trim().parse::<i128>().is_ok_and(|whole| number as i128 != whole) => {
+            bail!("{text:?} has more digits than a setting holds; the nearest one is {number}")
+        }
         Ok(number) if number.is_finite() => Ok(number),
         _ => bail!("{text:?} is not a finite number (the decimal sign is a point)"),
     }
@@ -279,6 +285,14 @@ mod tests {
 
     fn error<T: FromStr<Err = anyhow::Error> + std::fmt::Debug>(text: &str) -> String {
         format!("{:#}", text.parse::<T>().unwrap_err())
+    }
+
+    #[test]
+    fn a_number_that_no_type_holds_exactly_is_refused() {
+        for text in ["S.SP=18446744073709551617", "S.SP=1@9007199254740993"] {
+            assert!(error::<Setting>(text).contains("has more digits than a setting holds"), "{text}");
+        }
+        assert_eq!("18446744073709551615".parse::<Value>().unwrap(), Value::Whole(u64::MAX.into()));
     }
 
     #[test]

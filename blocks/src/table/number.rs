@@ -40,13 +40,10 @@ const EXACT: f64 = 9_007_199_254_740_992.0;
 /// be given as a signed number, too.
 fn whole(number: f64, kind: Kind) -> Result<Value, &'static str> {
     let scaled = if kind == Kind::LTime { (number * 1e9).round_ties_even() } else { number };
-    let (low, high) = kind.whole().unwrap_or_default();
-    let low = if kind == Kind::DWord { i128::from(i32::MIN) } else { low };
-    if scaled.fract() == 0.0 && scaled.abs() <= EXACT && (low..=high).contains(&(scaled as i128)) {
-        let bits = scaled as i64;
-        return Ok(Value::Whole(kind, if kind == Kind::DWord { i64::from(bits as u32) } else { bits }));
+    if scaled.fract() != 0.0 || scaled.abs() > EXACT {
+        return Err(kind.takes());
     }
-    Err(kind.takes())
+    of_exact(scaled as i128, kind)
 }
 
 /// Whether the number has a finite REAL next to it. The bound lies halfway between the largest REAL and the power of 2
@@ -84,6 +81,16 @@ pub fn exact(value: Value) -> Option<i128> {
     }
 }
 
+/// [`exact`], if the number of [`number`] is another one: an integer of more digits than a double has.
+pub fn beyond_number(value: Value) -> Option<i128> {
+    let scale = match value.kind() {
+        Kind::Time => 1e3,
+        Kind::LTime => 1e9,
+        _ => 1.0,
+    };
+    exact(value).filter(|exact| (number(value) * scale).round() as i128 != *exact)
+}
+
 /// The PLC value of an integer as [`exact`] gives it. The upper half of an unsigned WORD is the negative half of a signed one; a
 /// DWORD may be given as a signed number, too.
 ///
@@ -105,16 +112,6 @@ pub fn of_exact(integer: i128, kind: Kind) -> Result<Value, &'static str> {
             Ok(Value::Whole(kind, if kind == Kind::DWord { i64::from(bits as u32) } else { bits }))
         }
     }
-}
-
-/// The same, if the number of [`number`] is another one: an integer of more digits than a double has.
-pub fn beyond_number(value: Value) -> Option<i128> {
-    let scale = match value.kind() {
-        Kind::Time => 1e3,
-        Kind::LTime => 1e9,
-        _ => 1.0,
-    };
-    exact(value).filter(|exact| (number(value) * scale).round() as i128 != *exact)
 }
 
 /// A REAL for people: the shortest decimals that tell it from its neighbours, with an exponent below 1e-5 and from 1e9 on.

@@ -293,8 +293,7 @@ pub unsafe fn interface<B: Block>(buffer: *mut u8, size: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pointers::ERROR;
-    use crate::pointers::{FATAL, OK};
+    use crate::pointers::{ERROR, FATAL, OK};
     use crate::test_block::Fragile;
 
     #[test]

@@ -358,7 +358,7 @@ impl Instance {
                     }
                     let done = self.set(kind, &[value_reference], &all);
                     if done.is_ok() {
-                        self.arrays[of].set.clone_from(&all);
+                        std::mem::swap(&mut self.arrays[of].set, &mut all);
                     }
                     self.elements = all;
                     done?;

@@ -71,41 +71,48 @@ impl ModelDescription {
         sizes.collect()
     }
 
-    /// Gives the variable at this place, or the element of an array, another start value, and widens its declared range to it: FMI
+    /// Gives variables or elements of arrays, by their places, other start values, and widens their declared ranges to them: FMI
     /// requires that the one lies within the other, but the blocks take any value.
     ///
     /// # Panics
     /// There is no such place.
-    pub(crate) fn set_start(&mut self, place: usize, start: Value) {
-        let sizes = self.sizes();
-        let mut first = 0;
-        let variable = self.model_variables.iter_mut().find_map(|variable| {
-            let element = place - first;
-            let count = elements(variable, &sizes);
-            first += count * (1 + variable.aliases.len());
-            (element < count).then_some((variable, element, count))
-        });
-        let (variable, element, count) = variable.expect("the place of a variable");
-        // The shortest text of a 32-bit number is another one than that of a 64-bit number.
-        let is_narrow = matches!(variable.typed, Typed::Float32(_));
-        match &mut variable.typed {
-            Typed::Float32(own) | Typed::Float64(own) => {
-                let start = if is_narrow { decimal(start) } else { number(start) };
+    pub(crate) fn set_starts(&mut self, starts: Vec<(usize, Value)>) {
+        let (sizes, mut next) = (self.sizes(), 0);
+        let span = |of: &Variable| {
+            let (first, count) = (next, elements(of, &sizes));
+            next += count * (1 + of.aliases.len());
+            (first, count)
+        };
+        let spans: Vec<(usize, usize)> = self.model_variables.iter().map(span).collect();
+        for (place, start) in starts {
+            let at = spans.partition_point(|(first, _)| *first <= place) - 1;
+            let (first, count) = spans[at];
+            set_start(&mut self.model_variables[at], place - first, count, start);
+        }
+    }
+}
+
+/// Gives an element of a variable another start value.
+fn set_start(variable: &mut Variable, element: usize, count: usize, start: Value) {
+    // The shortest text of a 32-bit number is another one than that of a 64-bit number.
+    let is_narrow = matches!(variable.typed, Typed::Float32(_));
+    match &mut variable.typed {
+        Typed::Float32(own) | Typed::Float64(own) => {
+            let start = if is_narrow { decimal(start) } else { number(start) };
+            put(&mut own.start, element, count, start);
+            widen(&mut own.attributes.min, &mut own.attributes.max, start);
+        }
+        Typed::Boolean(own) => put(&mut own.start, element, count, number(start) != 0.0),
+        other => {
+            let bits = exact(start).unwrap_or_default();
+            let start = match other {
+                Typed::UInt16(_) => i128::from(bits as u16),
+                Typed::Int32(_) => i128::from(bits as i32),
+                _ => bits,
+            };
+            if let Some(own) = other.integer_mut() {
                 put(&mut own.start, element, count, start);
                 widen(&mut own.attributes.min, &mut own.attributes.max, start);
-            }
-            Typed::Boolean(own) => put(&mut own.start, element, count, number(start) != 0.0),
-            other => {
-                let bits = exact(start).unwrap_or_default();
-                let start = match other {
-                    Typed::UInt16(_) => i128::from(bits as u16),
-                    Typed::Int32(_) => i128::from(bits as i32),
-                    _ => bits,
-                };
-                if let Some(own) = other.integer_mut() {
-                    put(&mut own.start, element, count, start);
-                    widen(&mut own.attributes.min, &mut own.attributes.max, start);
-                }
             }
         }
     }

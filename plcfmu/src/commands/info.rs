@@ -366,9 +366,10 @@ fn variable_json(variable: &Variable) -> Value {
     let json = |value: Option<f64>| value.map(|value| value_json(variable, value));
     let whole = || variable.exact.iter().copied().map(whole_json);
     let start = || whole().next().or(json(variable.start)).or(variable.start_text.as_ref().map(|text| json!(text)));
-    let starts = || match variable.exact.len() == variable.starts.len() {
-        true => whole().collect(),
-        false => variable.starts.iter().map(|value| value_json(variable, *value)).collect(),
+    // An array may have one value for all its elements.
+    let starts = || match variable.exact.is_empty() {
+        false => whole().cycle().take(variable.starts.len()).collect(),
+        true => variable.starts.iter().map(|value| value_json(variable, *value)).collect(),
     };
     let start = if variable.starts.is_empty() { start() } else { Some(Value::Array(starts())) };
     let mut all = json!({

@@ -6,7 +6,9 @@
 
 use crate::package::merge::Files;
 use anyhow::Result;
-use blocks::Role;
+use blocks::table::arrays::grouped;
+use blocks::{Role, Types};
+use draw::escape::Text;
 use draw::{diagram, picture};
 use modeldescription::Table;
 use run::dialog;
@@ -38,50 +40,50 @@ struct Terminal {
 ///
 /// # Errors
 /// The diagram or the dialog in the documentation of the block is faulty.
-pub fn files(table: &Table) -> Result<Files> {
+pub fn files(table: &Table, types: Types) -> Result<Files> {
     let icon = diagram::icon::svg(table)?;
-    let (terminals, port) = (terminals(table)?, picture::png(PORT)?);
+    let terminals = terminals(table, types)?;
     let mut files = Files::from([
         (format!("{FOLDER}/icon.png"), picture::png(&icon)?),
         (format!("{FOLDER}/icon.svg"), icon.into_bytes()),
         (format!("{FOLDER}/terminalsAndIcons.xml"), xml(&terminals).into_bytes()),
     ]);
     if !terminals.is_empty() {
-        files.insert(format!("{FOLDER}/port.png"), port);
+        files.insert(format!("{FOLDER}/port.png"), picture::png(PORT)?);
         files.insert(format!("{FOLDER}/port.svg"), PORT.as_bytes().to_vec());
     }
     Ok(files)
 }
 
-fn terminals(table: &Table) -> Result<Vec<Terminal>> {
+fn terminals(table: &Table, types: Types) -> Result<Vec<Terminal>> {
     let (roles, _) = dialog::of(table)?;
     let role = |name: &str| table.find(name).map(|row| table.variables[row].role);
-    let is_wired = |name: &str| matches!(role(name), Some(Role::Input | Role::Output));
     let mut terminals: Vec<Terminal> = Vec::new();
-    let mut add = |name: &str, member: &str, variable: &str| {
-        if !is_wired(variable) {
-            return;
-        }
+    let mut add = |name: &str, member: &str, variable: &str, role: Option<Role>| {
+        let Some(role @ (Role::Input | Role::Output)) = role else { return };
         let member = (variable.to_string(), member.to_string());
         match terminals.iter_mut().find(|terminal| terminal.name == name) {
             Some(terminal) => terminal.members.push(member),
             None => {
-                let is_output = role(variable) == Some(Role::Output);
+                let is_output = role == Role::Output;
                 terminals.push(Terminal { name: name.into(), members: vec![member], is_output });
             }
         }
     };
     let values = [("SP", &roles.setpoint), ("PV", &roles.process_value), ("LMN", &roles.manipulated_value)];
     for (name, variable) in values {
-        variable.iter().for_each(|variable| add(name, name, variable));
+        variable.iter().for_each(|variable| add(name, name, variable, role(variable)));
     }
     for (member, variable) in ["UP", "DOWN"].iter().zip(&roles.pulses) {
-        add("PULSES", member, variable);
+        add("PULSES", member, variable, role(variable));
     }
-    for row in &table.variables {
+    let rows = table.variables.iter().map(|row| (row.name.as_str(), (row.kind, row.role)));
+    // An array is one variable, if the types have arrays.
+    for group in grouped(rows, types.has_arrays()) {
         // An element of an array of structures has no place in a terminal's name.
-        if let Some((structure, member)) = row.name.split_once('.').filter(|(structure, _)| !structure.contains('[')) {
-            add(structure, member, &row.name);
+        if let Some((structure, member)) = group.name.split_once('.').filter(|(structure, _)| !structure.contains('['))
+        {
+            add(structure, member, &group.name, Some(table.variables[group.rows[0]].role));
         }
     }
     Ok(terminals)
@@ -100,13 +102,13 @@ fn xml(terminals: &[Terminal]) -> String {
         xml.push_str("  <Terminals>\n");
     }
     for terminal in terminals {
-        let _ = writeln!(xml, "    <Terminal name=\"{}\" matchingRule=\"bus\">", escaped(&terminal.name));
+        let _ = writeln!(xml, "    <Terminal name=\"{}\" matchingRule=\"bus\">", Text(&terminal.name));
         for (variable, member) in &terminal.members {
             let _ = writeln!(
                 xml,
                 "      <TerminalMemberVariable variableName=\"{}\" memberName=\"{}\" variableKind=\"signal\"/>",
-                escaped(variable),
-                escaped(member)
+                Text(variable),
+                Text(member)
             );
         }
         let (x, y) = place(terminal, terminals);
@@ -132,10 +134,6 @@ fn place(terminal: &Terminal, all: &[Terminal]) -> (f64, f64) {
     let number = side().position(|other| other == terminal).unwrap_or_default() as f64;
     let x = if terminal.is_output { HALF } else { -HALF };
     (x, HALF - 2.0 * HALF * (number + 1.0) / (side().count() as f64 + 1.0))
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]
@@ -185,8 +183,8 @@ mod tests {
             ("PV", vec![("PV_IN", "PV")], false),
             ("LMN", vec![("OUT", "LMN")], true),
         ];
-        assert_eq!(names(&terminals(&controller).unwrap()), expected);
-        let xml = xml(&terminals(&controller).unwrap());
+        assert_eq!(names(&terminals(&controller, Types::Native).unwrap()), expected);
+        let xml = xml(&terminals(&controller, Types::Native).unwrap());
         // Two on the left, a third and two thirds from the top; one on the right, in the middle.
         assert!(
             xml.contains(r#"<TerminalGraphicalRepresentation x1="90" y1="-10" x2="110" y2="10" iconBaseName="port"/>"#),
@@ -197,10 +195,20 @@ mod tests {
 
     #[test]
     fn a_structure_in_the_interface_of_a_program_is_a_terminal() {
-        let rows =
-            [("in.a", "input"), ("in.b.c", "input"), ("in.limit", "parameter"), ("p[1].q", "input"), ("x", "output")];
+        let rows = [
+            ("in.a", "input"),
+            ("in.b.c", "input"),
+            ("in.v[0]", "input"),
+            ("in.v[1]", "input"),
+            ("in.limit", "parameter"),
+            ("p[1].q", "input"),
+            ("x", "output"),
+        ];
         let program = table("Runs.", &rows);
-        assert_eq!(names(&terminals(&program).unwrap()), [("in", vec![("in.a", "a"), ("in.b.c", "b.c")], false)]);
+        assert_eq!(
+            names(&terminals(&program, Types::Native).unwrap()),
+            [("in", vec![("in.a", "a"), ("in.b.c", "b.c"), ("in.v", "v")], false)]
+        );
         assert!(xml(&[]).ends_with("</GraphicalRepresentation>\n</fmiTerminalsAndIcons>\n"));
     }
 }

@@ -72,7 +72,7 @@ impl Version {
     pub fn pictures(self, table: &Table) -> Result<Files> {
         match self.fmi {
             Fmi::Two => Ok(Files::from([("model.png".into(), picture::png(&diagram::icon::svg(table)?)?)])),
-            Fmi::Three => terminals::files(table),
+            Fmi::Three => terminals::files(table, self.types.unwrap_or(Types::Native)),
         }
     }
 
