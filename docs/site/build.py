@@ -93,8 +93,8 @@ class Site:
         if self.tested:
             text = self.linked(self.tested, "tests/README.md")
             self.place("tests/tested.md", page("What was tested, on which system", "What the tests gave, promise by promise.", text))
-        for source in re.findall(r"[\w/]+\.md", json.dumps(self.menu())):
-            if (ROOT / source).is_file():
+        for source in sources(self.menu()):
+            if source.endswith(".md") and (ROOT / source).is_file():
                 self.need(source)
         for path in paths:
             self.fmu(path)
@@ -121,9 +121,9 @@ class Site:
         if self.tested:
             place = next(place for place, entry in enumerate(reference) if "tests/README.md" in entry.values())
             reference.insert(place, {"What was tested": "tests/tested.md"})
-        listed = json.dumps(self.config["nav"])
+        listed = set(sources(self.config["nav"]))
         for path in sorted((ROOT / "docs").glob("*.md")):
-            if f'"docs/{path.name}"' not in listed:
+            if f"docs/{path.name}" not in listed:
                 guides.append({first_heading(path.read_text("utf-8")): f"docs/{path.name}"})
         entries = {kind: [{fmu.name: page_of_fmu(fmu.name)} for fmu in self.pages.values() if fmu.kind == kind] for kind in ("block", "plant", "own")}
         blocks[0]["Plants"] += entries["plant"]
@@ -238,6 +238,13 @@ def build(folder):
     done = subprocess.run(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     if done.returncode:
         raise SourceError(f"Zensical has not made the site:\n{done.stdout.split('Traceback')[0]}")
+
+
+def sources(menu):
+    """The sources of a menu's pages, in its order."""
+    for entry in menu:
+        for target in entry.values():
+            yield from [target] if isinstance(target, str) else sources(target)
 
 
 def page(title, description, content, is_found=True):

@@ -11,7 +11,7 @@ use plcfmu::tool::make;
 /// What the site is made for.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
-    /// Where the site will be published, such as `https://example.org/plcfmu/`; for previews, the sitemap and its page 404.html
+    /// Where the site will be published, such as `https://example.org/plcfmu/`; for the sitemap and the page 404.html
     #[arg(long, value_name = "URL")]
     pub address: Option<String>,
     /// Where the sources are published, such as `https://github.com/OWNER/plcfmu`; for links that edit a page
