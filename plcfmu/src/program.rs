@@ -33,8 +33,8 @@ fn with_texts(files: &[PathBuf]) -> Vec<PathBuf> {
 /// # Errors
 /// A folder cannot be read, or has no source.
 pub fn has_source(manifest: &Manifest, file: &Path) -> Result<bool> {
-    let is_same =
-        |of: &PathBuf| matches!((of.canonicalize(), file.canonicalize()), (Ok(one), Ok(other)) if one == other);
+    let file = file.canonicalize().ok();
+    let is_same = |of: &PathBuf| file.is_some() && of.canonicalize().ok() == file;
     Ok(Files::of(&manifest.sources)?.sources.iter().any(is_same))
 }
 

@@ -9,7 +9,7 @@ use crate::home::Home;
 use crate::message::Loop;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use blocks::table::fingerprint;
-use blocks::table::number::{number, to_value};
+use blocks::table::number::{beyond_number, number, to_value};
 use blocks::table::start::{self, Start};
 use blocks::{Types, Value};
 use modeldescription::v3::token;
@@ -83,6 +83,8 @@ impl Original<'_> {
         let setting = |setting: &parameters::Setting| {
             let name = &members[setting.member].name;
             let number = number(setting.value);
+            let more = beyond_number(setting.value);
+            ensure!(more.is_none(), "{name} = {}: {}", start::text(setting.value), setting.value.kind().takes());
             to_value(number, setting.value.kind()).map_err(|why| anyhow!("{name} = {number:?}: {why}"))?;
             Ok((name.clone(), start::text(setting.value)))
         };
@@ -111,8 +113,8 @@ impl Original<'_> {
         let variables = &self.description.variables;
         let other = "it was made from another version of the block";
         // The time is no variable of the block, and texts have no place in a preset.
-        let is_other = |of: &&Variable| of.kind.is_none() || of.causality == Causality::Independent;
-        let count = variables.len() - variables.iter().filter(is_other).count();
+        let is_own = |of: &&Variable| of.kind.is_some() && of.causality != Causality::Independent;
+        let count = variables.iter().filter(is_own).count();
         ensure!(count == block.members.len(), "{other}: it has {count} variables");
         let rows = block.members.iter().map(|member| (member.name.as_str(), (member.kind, member.role)));
         let places = self.description.places(rows).into_iter().zip(&block.members);

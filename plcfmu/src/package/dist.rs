@@ -139,12 +139,12 @@ fn check_replaceable(folder: &Path) -> Result<()> {
 
 /// Joins what was packed on several machines in a new folder.
 fn join(packed: &[PathBuf], new: &Path) -> Result<()> {
-    join_fmus(packed, new)?;
     let newer: Vec<PathBuf> = packed.iter().map(|folder| folder.join(NEWER)).collect();
     if let Some(missing) = newer.iter().find(|folder| !folder.is_dir()) {
         let missing = missing.display();
         bail!("the FMUs of FMI 3.0 are missing in {missing}: pack them with 'cargo xtask fmu --fmi 3 --out {missing}'");
     }
+    join_fmus(packed, new)?;
     join_fmus(&newer, &new.join(NEWER))?;
     for (platform, library) in packed.iter().flat_map(|folder| program_library::all_in(folder)) {
         let place = program_library::place(new, platform);

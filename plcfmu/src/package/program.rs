@@ -379,15 +379,18 @@ fn read(manifest: &Manifest) -> Result<Named> {
         );
         let path = PathBuf::from(&source.file);
         let name = PathBuf::from(path.file_name().context("the name of a source is empty")?);
-        let partner = files.iter().position(|file: &String| are_partners(Path::new(file), &path));
-        let name = match partner {
-            Some(partner) => {
+        let beside = partner(&source.file)
+            .and_then(|name| files.iter().position(|file: &String| file.eq_ignore_ascii_case(&name)));
+        let name = match beside {
+            Some(other) => {
                 let ending = path.extension().unwrap_or_default();
-                Path::new(&sources[partner].file).with_extension(ending).display().to_string()
+                Path::new(&sources[other].file).with_extension(ending).display().to_string()
             }
             None => free(&name, |name| {
+                let other = partner(name);
                 let is_it = |of: &Source| {
-                    of.file.eq_ignore_ascii_case(name) || are_partners(Path::new(&of.file), Path::new(name))
+                    of.file.eq_ignore_ascii_case(name)
+                        || other.as_ref().is_some_and(|other| of.file.eq_ignore_ascii_case(other))
                 };
                 name == FILE || sources.iter().any(is_it)
             }),
@@ -399,14 +402,15 @@ fn read(manifest: &Manifest) -> Result<Named> {
     Ok(Named { manifest: Manifest { sources: names, ..manifest }, sources, files })
 }
 
-/// Whether one is a document in SIMATIC SD and the other its texts, which belong together by their names.
-fn are_partners(one: &Path, other: &Path) -> bool {
-    let ending = |path: &Path| path.extension().unwrap_or_default().to_ascii_lowercase();
-    let is_pair = matches!(
-        (ending(one).to_str(), ending(other).to_str()),
-        (Some("s7dcl"), Some("s7res")) | (Some("s7res"), Some("s7dcl"))
-    );
-    is_pair && one.with_extension("").as_os_str().eq_ignore_ascii_case(other.with_extension("").as_os_str())
+/// The name of the file that belongs to one in SIMATIC SD: of a document its texts, of texts their document.
+fn partner(file: &str) -> Option<String> {
+    let file = Path::new(file);
+    let ending = match file.extension()?.to_ascii_lowercase().to_str()? {
+        "s7dcl" => "s7res",
+        "s7res" => "s7dcl",
+        _ => return None,
+    };
+    Some(file.with_extension(ending).display().to_string())
 }
 
 /// The name of a source in an FMU, where all lie in one folder: `pump.scl`, a second one `pump_2.scl`.

@@ -11,7 +11,6 @@ use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use sha2::{Digest, Sha256};
-use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
@@ -89,9 +88,9 @@ fn is_source(name: &str) -> bool {
 pub fn assemble(sources: &Sources, content: &Content) -> Result<String> {
     let html = source(sources, "index.html")?;
     let mut page = Page { html: html.clone(), scripts: Vec::new() };
-    let styles = RefCell::new(String::new());
+    let mut styles = String::new();
     page.embed(r#"<link rel="stylesheet" href=""#, r#"">"#, |_, file| {
-        *styles.borrow_mut() += &style(sources, file)?;
+        styles += &style(sources, file)?;
         Ok(String::new())
     })?;
     page.embed(r#"<script type="module" async src=""#, r#""></script>"#, |scripts, file| {
@@ -102,7 +101,7 @@ pub fn assemble(sources: &Sources, content: &Content) -> Result<String> {
         Ok(element)
     })?;
     ensure!(!page.scripts.is_empty(), "index.html has no script that begins");
-    let script = styled(&styles.into_inner())? + &script(&modules(sources)?)?;
+    let script = styled(&styles)? + &script(&modules(sources)?)?;
     for (id, bytes) in content.data.iter().chain([&("modules", script.as_bytes())]) {
         let empty = format!(r#"<script type="text/plain" id="{id}"></script>"#);
         let full = empty.replace("><", &format!(">{}<", packed(bytes, content.home)?));
@@ -131,7 +130,7 @@ impl Page {
         &mut self,
         begin: &str,
         end: &str,
-        element: impl Fn(&mut Vec<String>, &str) -> Result<String>,
+        mut element: impl FnMut(&mut Vec<String>, &str) -> Result<String>,
     ) -> Result<()> {
         let mut html = String::new();
         let mut rest = self.html.as_str();
