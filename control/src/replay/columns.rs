@@ -160,10 +160,11 @@ impl Recording {
         }
         self.end = None;
         // Between two calls there are as many rows as before, and the calls are a row earlier.
-        let calls = self.rows - self.between.len();
-        if calls < self.rows {
-            let ratio = (self.rows as f64 / calls as f64).round() as usize;
-            self.between = self.rows_between_calls(ratio).unwrap_or_default();
+        let mut calls = (0..self.rows).filter(|row| !self.between.contains(row));
+        if !self.between.is_empty()
+            && let (Some(first), Some(second)) = (calls.next(), calls.next())
+        {
+            self.between = self.rows_between_calls(second - first).unwrap_or_default();
         }
         self
     }

@@ -356,11 +356,11 @@ fn change(block: &Block, row: usize, value: f64, before: Option<&f64>) -> Change
 }
 
 /// The same, with the reason.
-fn because(change: Change, reason: Why) -> Change {
-    match change {
-        Change::Setting { name, value, before, .. } => Change::Setting { name, value, before, why: Some(reason) },
-        other => other,
+fn because(mut change: Change, reason: Option<Why>) -> Change {
+    if let Change::Setting { why, .. } = &mut change {
+        *why = reason;
     }
+    change
 }
 
 /// Another mode than that of the loop, where the recording does not say it: a manipulated value that moves by itself is that of automatic
@@ -409,7 +409,7 @@ fn time(comparison: &Comparison) -> Vec<Try> {
         && let Some(skipped) = recording.rows_between_calls(rhythm)
     {
         let values = [(block.table.cycle, longer)].into();
-        let changes = vec![because(change(block, block.table.cycle, longer, None), Why::Rhythm(rhythm))];
+        let changes = vec![because(change(block, block.table.cycle, longer, None), Some(Why::Rhythm(rhythm)))];
         tries.tries.push(Try { variant: Variant { values, skipped, ..Variant::default() }, changes });
     }
     let is_other = |spacing: &f64| recording.between.is_empty() && (spacing / own - 1.0).abs() > 0.02;
@@ -512,11 +512,7 @@ impl Tries<'_> {
             let Some((row, own)) = self.own(*row) else { return };
             let of = &self.comparison.block.table.variables[row];
             let Some(value) = held(of.kind, *value).filter(|value| *value != own) else { return };
-            let change = change(self.comparison.block, row, value, None);
-            changes.push(match why {
-                Some(why) => because(change, why),
-                None => change,
-            });
+            changes.push(because(change(self.comparison.block, row, value, None), why));
             variant.values.insert(row, value);
         }
         if !self.tries.iter().any(|other| other.variant == variant) {

@@ -2,7 +2,7 @@
 
 use control::replay::{Change, Conclusion, Replayed, Request, Why, replay};
 use run::component::{Component, Type};
-use run::fmus::Fmus;
+use run::fmus::{Fmus, number_of};
 use run::system::Value;
 use std::fmt::Write;
 use std::path::Path;
@@ -132,17 +132,9 @@ fn named(replayed: &Replayed) -> &[Change] {
     &first.changes
 }
 
-fn number(value: &Value) -> f64 {
-    match value {
-        Value::Boolean(value) => f64::from(u8::from(*value)),
-        Value::Number(value) => *value,
-        Value::Whole(value) => panic!("a setting is the whole number {value}"),
-    }
-}
-
 /// Whether a setting has this value instead of that one, as REALs.
 fn is_setting(change: &Change, of: &str, is: f64, instead_of: f64) -> bool {
-    let is_same = |value: &Value, number_: f64| number(value) as f32 == number_ as f32;
+    let is_same = |value: &Value, number: f64| number_of(*value) as f32 == number as f32;
     matches!(change, Change::Setting { name, value, before, .. }
         if name == of && is_same(value, is) && is_same(before, instead_of))
 }
@@ -463,7 +455,7 @@ fn assert_told(which: fn(&&Wrong) -> bool) {
         let replayed = run(&request(member(wrong.fmu, wrong.file), wrong.recording()));
         let is_true = |suspect: &control::replay::Suspect| {
             let near = |(name, value): &(&str, f64)| {
-                suspect.values.get(*name).is_some_and(|found| (number(found) - value).abs() <= 1e-6 * value.abs())
+                suspect.values.get(*name).is_some_and(|found| (number_of(*found) - value).abs() <= 1e-6 * value.abs())
             };
             suspect.values.len() == wrong.plant.len() && wrong.plant.iter().all(near)
         };
