@@ -184,7 +184,6 @@ impl Reader<'_> {
                 StatementKind::If(arms, rest) => {
                     let outer = self.guards.len();
                     for (condition, body) in arms {
-                        self.expression(*condition);
                         self.guard(*condition);
                         self.statements(body);
                         // What follows runs if it is FALSE.
@@ -194,7 +193,6 @@ impl Reader<'_> {
                     self.guards.truncate(outer);
                 }
                 StatementKind::Case(selector, arms, rest) => {
-                    self.expression(*selector);
                     self.guard(*selector);
                     arms.iter().for_each(|(_, body)| self.statements(body));
                     self.statements(rest);
@@ -205,7 +203,6 @@ impl Reader<'_> {
                     self.statements(body);
                 }
                 StatementKind::While(condition, body) => {
-                    self.expression(*condition);
                     self.guard(*condition);
                     self.statements(body);
                     self.guards.pop();
@@ -225,8 +222,8 @@ impl Reader<'_> {
         }
     }
 
-    fn text(&self, from: Span, to: Span) -> String {
-        self.source.text.get(from.start as usize..to.end as usize).unwrap_or_default().to_string()
+    fn text(&self, span: Span) -> String {
+        self.source.text.get(span.range()).unwrap_or_default().to_string()
     }
 
     /// The variables of expressions, which are noted elsewhere.
@@ -238,9 +235,10 @@ impl Reader<'_> {
 
     /// What follows runs under a condition.
     fn guard(&mut self, condition: ExpressionId) {
+        self.expression(condition);
         let span = self.expressions[condition].span;
         let reads = self.reads([condition]);
-        self.guards.push(Guard { line: self.line(span), text: self.text(span, span), is_negated: false, reads });
+        self.guards.push(Guard { line: self.line(span), text: self.text(span), is_negated: false, reads });
     }
 
     /// `a := b += c`; behind the operator `+=` the target is read, too.
@@ -250,7 +248,7 @@ impl Reader<'_> {
         for (target, _) in targets {
             if let Some((path, is_global)) = self.path(target) {
                 let span = self.expressions[target].span;
-                let text = self.text(span, self.expressions[value].span);
+                let text = self.text(span.to(self.expressions[value].span));
                 self.write(path, is_global, span, text, reads.clone());
             }
         }
@@ -260,7 +258,7 @@ impl Reader<'_> {
     fn writes_of_call(&mut self, call: ExpressionId, instance: Option<(String, bool)>, arguments: &[Argument]) {
         let reads = self.reads(arguments.iter().filter(|of| !of.is_output).map(|of| of.value));
         let span = self.expressions[call].span;
-        let text = self.text(span, span);
+        let text = self.text(span);
         for argument in arguments.iter().filter(|of| of.is_output) {
             let formal = argument.name.as_ref().map(|name| name.text.as_str()).unwrap_or_default();
             let of_instance = instance.as_ref().map(|(instance, is_global)| Named {

@@ -188,18 +188,18 @@ requests! { |home, session|
     /// RATIOFAC from a heating and a cooling step.
     Ratio(of: tune::RatioRequest) -> Ratio = tune::ratio(&of.heating, &of.cooling)?;
     /// The mean of a block's pulses over an input.
-    Characteristic(of: characteristic::Request) -> Characteristics = characteristic::characteristics(home, &of.member)?;
+    Characteristic(of: characteristic::Request) -> Characteristics = home.beside(|| characteristic::characteristics(home, &of.member))?;
     /// The names of a CSV file's columns, as its header has them; what is wrong with the file otherwise.
     Columns {
         /// The file's text.
         text: String,
     } -> Vec<String> = csv::Table::read(&text)?.headers();
     /// A recorded file through the block.
-    Replay(of: replay::Request) -> Replayed = replay::replay(home, &of)?;
+    Replay(of: replay::Request) -> Replayed = home.beside(|| replay::replay(home, &of))?;
     /// The files in which a preset differs from its block's FMU.
     Preset(of: preset::Request) -> Preset = preset::of(home, &of)?;
     /// A file to take away.
-    Export(of: export::Request) -> Exported = export::export(home, session, &of)?;
+    Export(of: export::Request) -> Exported = home.beside(|| export::export(home, session, &of))?;
 }
 
 #[cfg(test)]

@@ -416,7 +416,11 @@ impl Session {
         if call >= MOST_TRIED {
             bail!("call {call} cannot be looked at: the run is made again up to it, {MOST_TRIED} calls at most");
         }
-        Session::default().play(home, Script { calls: call + 1, ..Script::of(record) })?;
+        let mut script = Script { calls: call + 1, ..Script::of(record) };
+        // What was done after that call is not.
+        script.events.retain(|event| event.call <= call);
+        script.exchanges.retain(|exchange| exchange.call <= call);
+        Session::default().play(home, script)?;
         Ok(())
     }
 
@@ -496,7 +500,7 @@ impl Present {
             time: record.time(record.calls().saturating_sub(1)),
             step: record.step,
             values: columns.map(|(place, of)| (of.name.clone(), shown(of.kind, self.row[*place]))).collect(),
-            forced: self.forced.values().map(|of| (record.columns[of.column].name.clone(), of.shown())).collect(),
+            forced: self.forced.iter().map(|(column, of)| (record.columns[*column].name.clone(), of.shown())).collect(),
             failure: record.failure.clone(),
             remarks: std::mem::take(&mut self.remarks),
         }
@@ -538,13 +542,13 @@ impl Present {
         Ok(())
     }
 
-    /// Notes an event; of two events of a variable before one call, the later counts.
+    /// Notes an event; of two events of one kind of a variable before one call, one after the other, the later counts.
     fn note(&mut self, call: usize, column: usize, assignment: Assignment, act: Act) {
         let Assignment { kind, value, .. } = assignment;
         let mut last = self.record.done.iter_mut().rev().take_while(|done| done.call == call);
         match last.find(|done| done.column == column) {
-            Some(done) => (done.value, done.act) = (value, act),
-            None => self.record.done.push(Done { call, column, kind, value, act }),
+            Some(done) if done.act == act => done.value = value,
+            _ => self.record.done.push(Done { call, column, kind, value, act }),
         }
     }
 

@@ -228,6 +228,21 @@ fn what_is_forced_has_its_value_in_every_call_until_it_is_released() {
 }
 
 #[test]
+fn a_release_and_a_value_before_the_same_call_are_both_done_again() {
+    let mut engine = engine();
+    pump_and_tank(&mut engine);
+    ask(&mut engine, json!({"do": "force", "act": "force", "values": {"P1.calls": 5.0}}));
+    ask(&mut engine, json!({"do": "run", "calls": 2}));
+    for (act, value) in [("release", 5.0), ("write", 20.0)] {
+        ask(&mut engine, json!({"do": "force", "act": act, "values": {"P1.calls": value}}));
+    }
+    let state = ask(&mut engine, json!({"do": "run", "calls": 1}));
+    assert_eq!(state["values"]["P1.calls"], 21.0);
+    let again = ask(&mut engine, json!({"do": "same_bits"}));
+    assert_eq!((&again["values"]["P1.calls"], &again["forced"]), (&json!(21.0), &json!({})));
+}
+
+#[test]
 fn what_is_written_once_is_what_the_next_call_goes_on_from() {
     let mut engine = engine();
     pump_and_tank(&mut engine);

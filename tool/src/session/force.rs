@@ -12,18 +12,15 @@ use run::system::Value;
 /// A variable that is forced.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Forced {
-    /// Its column of the record.
-    pub(super) column: usize,
     pub(super) member: usize,
+    /// With the value as the PLC's type holds it.
     assignment: Assignment,
-    /// As the PLC's type holds it.
-    value: f64,
 }
 
 impl Forced {
     /// Its value as a message has it.
     pub(super) fn shown(&self) -> Value {
-        shown(self.assignment.kind, self.value)
+        shown(self.assignment.kind, self.assignment.value)
     }
 }
 
@@ -62,17 +59,17 @@ impl Present {
         let how = match act {
             Act::Set => bail!("{name}: send sets inputs and parameters"),
             Act::Write if self.forced.contains_key(&column) => bail!("{name} is forced: release it first"),
-            Act::Write => Force::Once(of.value),
-            Act::Force => Force::Always(of.value),
+            Act::Write => Force::Once(of.assignment.value),
+            Act::Force => Force::Always(of.assignment.value),
             // Released twice is released.
             Act::Release if !self.forced.contains_key(&column) => return Ok(()),
             Act::Release => Force::Release,
         };
         self.run.force(of.member, of.assignment.reference, how).with_context(|| name.to_string())?;
         self.ramps.remove(&column);
-        self.note(call, column, Assignment { value: of.value, ..of.assignment }, act);
+        self.note(call, column, of.assignment, act);
         match act {
-            Act::Force => self.forced.insert(column, Forced { column, ..of }),
+            Act::Force => self.forced.insert(column, of),
             _ => self.forced.remove(&column),
         };
         Ok(())
@@ -81,7 +78,7 @@ impl Present {
     /// A connected input that is forced has that value, and not the one that its connection gives.
     pub(super) fn show_forced(&mut self) {
         for (column, of) in &self.forced {
-            self.row[*column] = of.value;
+            self.row[*column] = of.assignment.value;
         }
     }
 }
@@ -105,6 +102,6 @@ impl Wired {
         })?;
         let held = to_value(value, row.kind).map_err(|range| anyhow::anyhow!("{name} = {value:?}: {range}"))?;
         let (kind, reference, member) = (reference.kind, reference.variable.value_reference, reference.member);
-        Ok(Forced { column: 0, member, assignment: Assignment { kind, reference, value }, value: number(held) })
+        Ok(Forced { member, assignment: Assignment { kind, reference, value: number(held) } })
     }
 }

@@ -26,6 +26,7 @@
 import { onTheme, paperTheme, swatch, theme } from "tool/charts.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
+import { onceAFrame } from "tool/frame.js";
 import { cursorTime, follow, isZoomed, lookAt, momentText, notes, range, zoom, zoomBy } from "tool/moment.js";
 import { copyInFull, drawnOfEarlier, ofCalls, overlays } from "tool/overlay.js";
 import { CHAIN, choose as takePlant } from "tool/plant.js";
@@ -89,10 +90,6 @@ let marks = [];
 let view = { times: [], values: [], units: [], is_exact: true };
 /** Earlier runs: their curves by run. @type {Map<number, { key: string, view: View }>} */
 const earlier = new Map();
-
-let isScheduled = false;
-let isFetching = false;
-let isStale = false;
 
 /** @param {HTMLElement} content */
 export function mount(content) {
@@ -474,24 +471,13 @@ function placeCursor() {
 /** Draws anew in the next frame, with what the engine has then. */
 function refresh() {
   attribute(following, "aria-pressed", String(!isZoomed()));
-  isStale = true;
-  if (isScheduled || isFetching) return;
-  isScheduled = true;
-  requestAnimationFrame(async () => {
-    isScheduled = false;
-    isStale = false;
-    isFetching = true;
-    try {
-      await fetchCurves();
-      show();
-    } catch (error) {
-      store.say(error);
-    } finally {
-      isFetching = false;
-      if (isStale) refresh();
-    }
-  });
+  soon();
 }
+
+const soon = onceAFrame(async () => {
+  await fetchCurves();
+  show();
+});
 
 /** Gets what is to be seen from the engine. */
 async function fetchCurves() {

@@ -57,6 +57,14 @@ export function write(values) {
  */
 export async function release(names = Object.keys(forced())) {
   const loop = store.loop;
+  if (loop && !store.isLive()) {
+    // The next run begins without them.
+    const kept = Object.entries(forced()).filter(([name]) => !names.includes(name));
+    loop.notes.forced = Object.fromEntries(kept);
+    store.emit("forced");
+    store.emit("settings", []);
+    return;
+  }
   await act("release", Object.fromEntries(names.map((name) => [name, forced()[name]])));
   /** @type {Values} */
   const values = {};

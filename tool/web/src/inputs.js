@@ -80,6 +80,7 @@ function show(group) {
     element("h3", { id: "inputs-title" }, "Inputs"),
     loop && inputs.map((one) => (isSwitch(one) ? boolean(loop, one, group) : numeric(loop, one))),
   );
+  showMoment();
 }
 
 /**

@@ -26,7 +26,7 @@ store.on("loop", () => {
   zoomed = cursor = got = undefined;
 });
 store.on("run", () => {
-  zoomed = undefined;
+  zoomed = got = undefined;
   lookAt(undefined);
 });
 
@@ -73,18 +73,13 @@ async function fetchValues() {
     if (cursor === undefined) store.emit("moment");
     return;
   }
-  const time = timeOf(callAt(cursor));
+  const call = callAt(cursor);
+  const time = timeOf(call);
   const key = `${state.run} ${time}`;
   if (got?.key !== key) {
     isAsking = true;
-    const variables = Object.keys(state.values);
     try {
-      const { values } = await ask({ do: "view", variables, from: time, to: time, points: 2 });
-      const typed = variables.map((name, at) => {
-        const value = values[at][0] ?? "NaN";
-        return [name, typeof state.values[name] === "boolean" ? value === 1 : value];
-      });
-      got = { key, values: Object.fromEntries(typed) };
+      got = { key, values: await valuesAt(call) };
     } catch (error) {
       store.say(error);
     }
@@ -95,6 +90,17 @@ async function fetchValues() {
     }
   }
   store.emit("moment");
+}
+
+/** All values of a call. @param {number} call @returns {Promise<Values>} */
+export async function valuesAt(call) {
+  const [time, all] = [timeOf(call), Object.entries(store.state?.values ?? {})];
+  const { values } = await ask({ do: "view", variables: all.map(([name]) => name), from: time, to: time, points: 2 });
+  const typed = all.map(([name, now], at) => [
+    name,
+    typeof now === "boolean" ? values[at][0] === 1 : (values[at][0] ?? "NaN"),
+  ]);
+  return Object.fromEntries(typed);
 }
 
 /** When the first call was, in seconds. */

@@ -28,7 +28,7 @@ import { byPath, forgetRefused, programOf, refused, translate } from "tool/progr
 import { optionsForm } from "tool/program_options.js";
 import { coloured } from "tool/scl.js";
 import { store } from "tool/store.js";
-import { hexadecimal, isBoolean, isTime, number, plcTime, rounded } from "tool/values.js";
+import { isBoolean, isTime, number, plcText } from "tool/values.js";
 import { whyPanel } from "tool/why.js";
 
 /** The type of what is no number. */
@@ -63,6 +63,8 @@ let why;
 let monitored;
 /** The cursor of which that is. @type {number | undefined} */
 let monitoredAt;
+/** @type {number | undefined} */
+let monitoredRun;
 /** Whether the values are being asked for. */
 let isAsking = false;
 /** @type {string} */
@@ -425,9 +427,12 @@ async function due() {
   try {
     draw();
     const call = time === undefined ? null : callAt(time);
-    if (loop && store.isLive() && (call ?? 0) < MOST_CALLS) {
+    const run = store.state?.run;
+    // What was done in an earlier call does not change.
+    const isKnown = call !== null && monitored !== undefined && monitoredAt === time && monitoredRun === run;
+    if (loop && store.isLive() && (call ?? 0) < MOST_CALLS && !isKnown) {
       const told = await ask({ do: "monitor", member: loop.member, call });
-      if (store.loop === loop) [monitored, monitoredAt] = [told, time];
+      if (store.loop === loop) [monitored, monitoredAt, monitoredRun] = [told, time, run];
     }
   } catch (error) {
     store.say(error);
@@ -567,8 +572,7 @@ function value({ block }, named) {
   const found = find(block, named.path, named.is_global);
   if (!found) return undefined;
   const [kind, now, name] = found;
-  const plain = () => (isTime(kind) ? plcTime(number(now)) : (hexadecimal(now, kind) ?? rounded(now, kind, 7)));
-  const text = kind === TEXT ? `'${now}'` : plain();
+  const text = kind === TEXT ? `'${now}'` : plcText(now, kind);
   return [[named.path, text, kind, name ?? "", name && isForced(name) ? "forced" : ""]];
 }
 

@@ -493,9 +493,9 @@ export const store = {
     const loop = store.loop;
     if (!loop) throw new EngineError("Open or make a loop first.");
     const setup = store.setup();
-    const held = loop.notes.forced ?? {};
     let state = await ask({ do: "start", ...setup });
-    // What is forced is so until it is released.
+    // What is forced is so until it is released; what the loop does not have any more is not.
+    const held = Object.fromEntries(Object.entries(loop.notes.forced ?? {}).filter(([name]) => name in state.values));
     if (Object.keys(held).length > 0) state = await ask({ do: "force", act: "force", values: held });
     store.live = loop;
     loop.runs.push(state.run);
@@ -518,10 +518,10 @@ export const store = {
     await store.take(Promise.resolve(state));
     // What was sent after the last call is in force, and in no state yet.
     const { setup, events } = await ask({ do: "events" });
-    for (const { call, variable: name, value } of events) {
+    for (const { call, variable: name, value, act = "set" } of events) {
       const [member, own] = split(name);
       const setting = member === loop?.member ? loop?.settings[own] : undefined;
-      if (setting && call >= state.calls) setting.sent = setting.value = value;
+      if (setting && act === "set" && call >= state.calls) setting.sent = setting.value = value;
     }
     if (loop && run !== undefined) {
       const { members, connections, step, exchange } = setup;

@@ -17,7 +17,7 @@
 import { element, fill } from "tool/dom.js";
 import { EngineError } from "tool/engine.js";
 import { forcedSpans } from "tool/force.js";
-import { tracks } from "tool/history.js";
+import { placeOf, tracks } from "tool/history.js";
 import { programOf } from "tool/program.js";
 import { variable as fullName, isSettable, store } from "tool/store.js";
 import { save } from "tool/takeaway.js";
@@ -148,11 +148,12 @@ async function observed(loop) {
  * @param {number} calls
  * @returns {[number, number][]}
  */
-function changes({ start }, { calls: at, values }, spans, calls) {
+function changes({ start }, track, spans, calls) {
+  const { calls: at, values } = track;
   const found = new Map(at.map((call, place) => [call, values[place]]));
   if (Object.is(found.get(0), number(start))) found.delete(0);
   for (const [first, end] of spans) {
-    let place = at.findLastIndex((call) => call <= first);
+    let place = placeOf(track, first);
     for (let call = first; call < Math.min(end, calls); call += 1) {
       if (at[place + 1] === call) place += 1;
       found.set(call, values[place]);
@@ -182,7 +183,7 @@ function group(variables, changesOf) {
  * @param {number} last
  */
 function lastOf(all, call, last) {
-  return Math.min(last, ...all.map(({ calls }) => (calls.find((one) => one > call) ?? Infinity) - 1));
+  return Math.min(last, ...all.map((track) => (track.calls[placeOf(track, call) + 1] ?? Infinity) - 1));
 }
 
 /**

@@ -17,6 +17,7 @@ import { clock, numberings, onTheme, swatch, TIME_STEPS, theme, ticks, timeUnit 
 import { attribute, byId, element, fill, svg, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { forcedSpans, isForced } from "tool/force.js";
+import { onceAFrame } from "tool/frame.js";
 import { parts, placeOf, tracks } from "tool/history.js";
 import {
   callAt,
@@ -83,7 +84,6 @@ let before = new Map();
 /** @type {import("./messages").Curves | undefined} */
 let curves;
 
-let [isScheduled, isFetching, isStale] = [false, false, false];
 /** Whether the cursor goes with the pointer. */
 let isPointed = false;
 
@@ -137,11 +137,8 @@ export function mount(content) {
   store.on("cursor", placeCursor);
   store.on("moment", showValues);
   for (const what of ["forced", "compared"]) store.on(what, refresh);
-  for (const [what, by] of /** @type {[string, number][]} */ ([
-    ["key-left", -1],
-    ["key-right", 1],
-  ]))
-    store.on(what, () => isShown() && move(by));
+  store.on("key-left", () => isShown() && move(-1));
+  store.on("key-right", () => isShown() && move(1));
   store.on("key-home", () => isShown() && lookAt(timeOf(0)));
   store.on("key-end", () => isShown() && lookAt(timeOf(lastCall())));
   rebuild();
@@ -232,23 +229,13 @@ function row(signals, palette) {
   return { signals, row: made, values, plot };
 }
 
+const soon = onceAFrame(async () => {
+  await fetchSignals();
+  draw();
+});
+
 function refresh() {
-  isStale = true;
-  if (isScheduled || isFetching || !isShown()) return;
-  isScheduled = true;
-  requestAnimationFrame(async () => {
-    isScheduled = isStale = false;
-    isFetching = true;
-    try {
-      await fetchSignals();
-      draw();
-    } catch (error) {
-      store.say(error);
-    } finally {
-      isFetching = false;
-      if (isStale) refresh();
-    }
-  });
+  if (isShown()) soon();
 }
 
 /** The width of the pictures: what the names leave, as the style has them. */
@@ -490,11 +477,12 @@ function fixed(value) {
 }
 
 function placeCursor() {
-  const time = cursorTime();
+  if (!isShown()) return;
+  const [time, across] = [cursorTime(), width()];
   const [from, to] = range();
-  const at = time === undefined ? Number.NaN : ((time - from) / (to - from)) * width();
-  line.hidden = !(at >= 0 && at <= width());
-  if (!line.hidden) line.style.left = `${list.offsetLeft + list.clientWidth - width() + at}px`;
+  const at = time === undefined ? Number.NaN : ((time - from) / (to - from)) * across;
+  line.hidden = !(at >= 0 && at <= across);
+  if (!line.hidden) line.style.left = `${list.offsetLeft + list.clientWidth - across + at}px`;
   text(badge, momentText());
   badge.hidden = badge.textContent === "";
   const shown = time ?? (store.isLive() ? (store.state?.time ?? 0) : 0);
@@ -564,6 +552,7 @@ function point() {
   });
   diagram.addEventListener("pointercancel", () => {
     drag = undefined;
+    selection.hidden = true;
   });
   addEventListener("pointerup", (event) => {
     if (!drag) return;

@@ -22,7 +22,7 @@ import { programNamed } from "tool/program.js";
 import { called, isSwitch, roles, signals, unitText } from "tool/signals.js";
 import { steps } from "tool/steps.js";
 import { store } from "tool/store.js";
-import { hexadecimal, isTime, number, plcTime, rounded, shown } from "tool/values.js";
+import { number, plcText, shown } from "tool/values.js";
 
 /** So many are shown before the user has chosen, and so many are listed at once. */
 const [MOST_FIRST, MOST_LISTED] = [24, 200];
@@ -106,8 +106,7 @@ export function valueText(value, { type, kind, names }, isNamed = true) {
   const name = isNamed && names.get(number(value));
   if (name) return `${shown(value, type)} ${name}`;
   if (kind === "lane") return shown(number(value) === 1, "BOOL");
-  if (/REAL$/i.test(type)) return rounded(value, type, 5);
-  return isTime(type) ? plcTime(number(value)) : (hexadecimal(value, type) ?? shown(value, type));
+  return plcText(value, type, 5);
 }
 
 /**

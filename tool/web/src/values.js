@@ -100,6 +100,21 @@ export function hexadecimal(value, kind) {
 }
 
 /**
+ * A value of a program as the PLC shows it: a TIME or a bit string in its form, a whole number with all its digits, a number with a
+ * fraction rounded for the eye.
+ *
+ * @param {Value | undefined | null} value
+ * @param {string} kind
+ * @param {number} [digits]
+ */
+export function plcText(value, kind, digits = 7) {
+  if (value === undefined || value === null) return "";
+  if (isTime(kind)) return plcTime(number(value));
+  const isWhole = !/REAL$/i.test(kind) && Number.isInteger(number(value));
+  return hexadecimal(value, kind) ?? (isWhole ? shown(value, kind) : rounded(value, kind, digits));
+}
+
+/**
  * A TIME as the PLC shows it: `T#1M20S500MS`.
  *
  * @param {number} seconds

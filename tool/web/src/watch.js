@@ -12,8 +12,8 @@ import { force, forced, isForced, release, write } from "tool/force.js";
 import { cursorTime, momentText, momentValues } from "tool/moment.js";
 import { programOf } from "tool/program.js";
 import { called, isSwitch, signals, unitText } from "tool/signals.js";
-import { isSettable, split, store, wiredTo } from "tool/store.js";
-import { hexadecimal, isTime, number, plcTime, read, rounded, shown } from "tool/values.js";
+import { isSettable, split, store } from "tool/store.js";
+import { plcText, read, shown } from "tool/values.js";
 
 /** So many names are offered at once. */
 const MOST_OFFERED = 300;
@@ -143,8 +143,7 @@ function row(loop, { name, member, variable }) {
       )
     : element("input", { class: "number", size: 9, autocomplete: "off" });
   attribute(field, "aria-label", `New value of ${called(loop, name)}`);
-  const wire =
-    member === loop.member ? wiredTo(loop, split(name)[1]) : loop.connections.find(([, to]) => to === name)?.[0];
+  const wire = loop.connections.find(([, to]) => to === name)?.[0];
   const given = () => {
     const got = read(field.value, variable);
     field.setCustomValidity("why" in got ? got.why : "");
@@ -204,7 +203,7 @@ function row(loop, { name, member, variable }) {
   rows.push(() => {
     const now = momentValues()[name];
     const isHeld = isForced(name);
-    text(value, now === undefined ? "" : valueText(now, variable.kind));
+    text(value, plcText(now, variable.kind));
     attribute(value, "title", now === undefined ? undefined : shown(now, variable.kind));
     made.classList.toggle("is-forced", isHeld);
     releasing.hidden = !isHeld;
@@ -212,10 +211,4 @@ function row(loop, { name, member, variable }) {
     attribute(setting, "title", wire ? `${wire} sets it in each cycle: force it` : "Once, before the next cycle");
   });
   return made;
-}
-
-/** @param {Value} value @param {string} kind */
-function valueText(value, kind) {
-  if (/REAL$/i.test(kind)) return rounded(value, kind, 7);
-  return isTime(kind) ? plcTime(number(value)) : (hexadecimal(value, kind) ?? shown(value, kind));
 }

@@ -25,11 +25,11 @@ import { element, fill } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { forcedSpans } from "tool/force.js";
 import { placeOf, tracks } from "tool/history.js";
-import { callAt, cursorTime, timeOf } from "tool/moment.js";
+import { callAt, cursorTime, timeOf, valuesAt } from "tool/moment.js";
 import { programNamed } from "tool/program.js";
 import { called } from "tool/signals.js";
 import { isSettable, split, store } from "tool/store.js";
-import { hexadecimal, isTime, number, plcTime, rounded } from "tool/values.js";
+import { plcText } from "tool/values.js";
 
 /** Of later calls it is not known which statements ran. */
 const MOST_CALLS = 20_000;
@@ -107,7 +107,7 @@ async function explained(loop, name, call) {
   const [member, own] = split(name);
   const fmu = member === loop.member ? loop.description.name : loop.members.find((one) => one.name === member)?.fmu;
   const variable = fmu ? (await store.describe(fmu)).variables.find((one) => one.name === own) : undefined;
-  const title = `Why is ${called(loop, name)} ${written(now[name], variable?.kind ?? "")} at ${timeOf(call)} s?`;
+  const title = `Why is ${called(loop, name)} ${plcText(now[name], variable?.kind ?? "")} at ${timeOf(call)} s?`;
   const heading = element("strong", {}, title);
   const since = changed ? ` since ${timeOf(changed)} s` : " since the beginning of the run";
   const says = (/** @type {(string | HTMLElement)[]} */ ...parts) => [heading, element("p", {}, ...parts)];
@@ -136,18 +136,6 @@ async function explained(loop, name, call) {
   for (const one of others.slice(0, MOST_LISTED)) answers.push(statement(loop, member, one, at, "This did not run:"));
   answers.push(element("p", { class: "faint" }, "Values are those at the end of the cycle."));
   return answers;
-}
-
-/** @param {number} call @returns {Promise<Values>} */
-async function valuesAt(call) {
-  const names = Object.entries(store.state?.values ?? {});
-  const variables = names.map(([name]) => name);
-  const { values } = await ask({ do: "view", variables, from: timeOf(call), to: timeOf(call), points: 2 });
-  const typed = names.map(([name, value], at) => [
-    name,
-    typeof value === "boolean" ? values[at][0] === 1 : (values[at][0] ?? "NaN"),
-  ]);
-  return Object.fromEntries(typed);
 }
 
 /** @param {string} member @param {number} call @param {Values} values @returns {Promise<Call>} */
@@ -257,7 +245,7 @@ function operands(loop, member, prefix, names, { values, monitored }) {
     if (key === undefined || seen.has(key)) return [];
     seen.add(key);
     if (own) return [operand(loop, own, values)];
-    return [element("span", { class: "value" }, `${path} ${written(monitored.temps[key], "")}`)];
+    return [element("span", { class: "value" }, `${path} ${plcText(monitored.temps[key], "")}`)];
   });
 }
 
@@ -276,13 +264,6 @@ function operand(loop, name, values) {
   return element(
     "button",
     { type: "button", class: `operand value${look}`, title: `Why ${called(loop, name)}?`, onclick: () => answer(name) },
-    `${called(loop, name)} ${written(value, kind ?? "")}`,
+    `${called(loop, name)} ${plcText(value, kind ?? "")}`,
   );
-}
-
-/** @param {import("./messages").Value | undefined} value @param {string} kind */
-function written(value, kind) {
-  if (value === undefined) return "";
-  if (typeof value === "boolean") return value ? "TRUE" : "FALSE";
-  return isTime(kind) ? plcTime(number(value)) : (hexadecimal(value, kind) ?? rounded(value, kind, 7));
 }

@@ -1,0 +1,30 @@
+/** What is drawn at most once in a frame, and one time after the other. */
+
+import { store } from "tool/store.js";
+
+/**
+ * A function that does some work in the next frame; once more after it, if it is called meanwhile.
+ *
+ * @param {() => Promise<void>} work
+ */
+export function onceAFrame(work) {
+  let [isScheduled, isBusy, isStale] = [false, false, false];
+  const soon = () => {
+    isStale = true;
+    if (isScheduled || isBusy) return;
+    isScheduled = true;
+    requestAnimationFrame(async () => {
+      isScheduled = isStale = false;
+      isBusy = true;
+      try {
+        await work();
+      } catch (error) {
+        store.say(error);
+      } finally {
+        isBusy = false;
+        if (isStale) soon();
+      }
+    });
+  };
+  return soon;
+}
