@@ -5,6 +5,7 @@ FMI 3.0 has no derivatives of inputs, and refuses a step of 0: tests of these ar
 """
 
 import ctypes
+import functools
 from ctypes import byref, c_bool, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 
 import numpy as np
@@ -13,7 +14,7 @@ from fmpy import fmi3
 
 from plcfmu import messages
 
-OK, ERROR = 0, 3
+OK = 0
 
 C_TYPES = {
     "Float32": ctypes.c_float,
@@ -76,9 +77,9 @@ class Library:
         function = getattr(self.dll, NAMES[name])
 
         def call(component, *arguments):
-            given = [c_size_t(of) if type(of) is int and NAMES[name].startswith(("fmi3Ser", "fmi3Des")) else of for of in arguments]
-            given = [c_void_p(of) if type(of) is int else of for of in given]
-            return function(c_void_p(component), *given)
+            # The one number that is no address is a size.
+            kind = c_size_t if NAMES[name].startswith(("fmi3Ser", "fmi3Des")) else c_void_p
+            return function(c_void_p(component), *(kind(of) if type(of) is int else of for of in arguments))
 
         return call
 
@@ -130,13 +131,9 @@ class Library:
         return OK
 
 
-def _accessor(what):
-    return lambda self, component, references, count, values: self.access(what, component, references, count, values)
-
-
 for _of in ("Real", "Integer", "Boolean"):
     for _what in ("Get", "Set"):
-        setattr(Library, f"fmi2{_what}{_of}", _accessor(_what))
+        setattr(Library, f"fmi2{_what}{_of}", functools.partialmethod(Library.access, _what))
 
 
 def as_older_text(text):

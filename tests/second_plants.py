@@ -182,30 +182,6 @@ class THERMO(Plant):
         self.show(T_PER=analog(temperature, self.T_PER_0, self.T_PER_100))
 
 
-class DRIVE(Plant):
-    STARTS = {
-        **{"SP": 0, "RESET": False, "LOAD": 0.0, "N_MAX": 1500.0, "CTRL_TM": 0.1, "ACC_TM": 2.0, "M_MAX": 150.0},
-        **{"ERR_MAX": 75.0, "COAST_TM": 2.0, "CYCLE": 0.01, "SPEED": 0.0, "N_ACT": 0, "TRIP": False, "SP_RPM": 0.0},
-    }
-
-    def restart(self):
-        self.reset = False
-
-    def call(self):
-        setpoint = self.N_MAX * self.SP / 32767
-        is_cleared, self.reset = self.RESET and not self.reset, self.RESET
-        tripped = abs(setpoint - self.SPEED) > self.ERR_MAX or (self.TRIP and not is_cleared)
-        load = limited(self.LOAD, -self.M_MAX, self.M_MAX)
-        low, high = (self.N_MAX / self.ACC_TM * (torque - load) / 100 for torque in (-self.M_MAX, self.M_MAX))
-
-        def slope(x):
-            return [-x[0] / self.COAST_TM if tripped else limited((setpoint - x[0]) / self.CTRL_TM, low, high)]
-
-        (speed,) = integrated(slope, [self.SPEED], self.CYCLE, STEPS)
-        counts = 32767 * speed / self.N_MAX
-        self.show(SPEED=speed, TRIP=tripped, SP_RPM=setpoint, N_ACT=int(counts + math.copysign(0.5, counts)))
-
-
 PLANTS = {plant.__name__: plant for plant in Plant.__subclasses__()}
 
 
@@ -230,20 +206,23 @@ def simulated(tables, record):
     """Runs the description of a loop, read by tomllib: the variables of `record`, by name, a value of each call. Those of plants are the
     ones after it."""
     members = {name: {**oracle.BLOCKS, **PLANTS}[fmu.removesuffix(".fmu")]() for name, fmu in tables["fmus"].items()}
-    for name, value in flat(tables.get("settings", {})).items():
+
+    def owner(name):
         member, variable = name.split(".", 1)
-        set_value(members[member], variable, value)
-    wires = [(source, to) for source, to in flat(tables["connections"]).items()]
-    wires = [(source, to) for source, many in wires for to in (many if isinstance(many, list) else [many])]
+        return members[member], variable
 
     def get(name):
-        member, variable = name.split(".", 1)
-        return members[member].get(variable)
+        member, variable = owner(name)
+        return member.get(variable)
 
     def put(to, value):
-        member, variable = to.split(".", 1)
-        members[member].set(variable, value)
+        member, variable = owner(to)
+        member.set(variable, value)
 
+    for name, value in flat(tables.get("settings", {})).items():
+        set_value(*owner(name), value)
+    connected = flat(tables["connections"]).items()
+    wires = [(source, to) for source, many in connected for to in (many if isinstance(many, list) else [many])]
     for member in members.values():
         member.restart()
     step, exchange = tables["step"], tables.get("exchange", "sequential")
@@ -252,18 +231,17 @@ def simulated(tables, record):
     for call in range(round(tables["stop"] / step)):
         while events and events[0]["time"] < (call + 0.5) * step:
             for name, value in flat(events.pop(0)["set"]).items():
-                member, variable = name.split(".", 1)
-                set_value(members[member], variable, value)
+                set_value(*owner(name), value)
         if exchange == "parallel":
             for (_, to), value in zip(wires, [get(source) for source, _ in wires]):
                 put(to, value)
             # A row has the outputs that the others read in its call.
             for name in record:
                 rows[name].append(get(name))
-        for name, member in members.items():
+        for member in members.values():
             if exchange == "sequential":
                 for source, to in wires:
-                    if to.split(".", 1)[0] == name:
+                    if owner(to)[0] is member:
                         put(to, get(source))
             member.call()
         if exchange == "sequential":

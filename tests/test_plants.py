@@ -8,30 +8,11 @@ import math
 import random
 
 import pytest
-
-G = 9.81
-LITRE_PER_MINUTE = 1 / 60_000
-
-
-def integrated(slope, state, seconds, steps):
-    """The state after a time: Runge and Kutta's classical method of fourth order."""
-    h = seconds / steps
-    for _ in range(steps):
-        k1 = slope(state)
-        k2 = slope([x + h / 2 * k for x, k in zip(state, k1)])
-        k3 = slope([x + h / 2 * k for x, k in zip(state, k2)])
-        k4 = slope([x + h * k for x, k in zip(state, k3)])
-        state = [x + h / 6 * (a + 2 * b + 2 * c + d) for x, a, b, c, d in zip(state, k1, k2, k3, k4)]
-    return state
+from second_plants import G, LITRE_PER_MINUTE, analog, integrated
 
 
 def close(*numbers, abs=1e-6):
     return pytest.approx(numbers if len(numbers) > 1 else numbers[0], rel=1e-7, abs=abs)
-
-
-def analog(value, at_0, at_100):
-    """What PV_PER gets: the nearest count of 0 ... 27648."""
-    return round(min(max(27648 * (value - at_0) / (at_100 - at_0), 0), 27648))
 
 
 @pytest.fixture
