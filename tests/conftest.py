@@ -121,8 +121,10 @@ def packer():
 
 @pytest.fixture(scope="session")
 def packed(packer, tmp_path_factory):
-    """The folder of all FMUs in FMI 3.0 with these types."""
+    """The folder of all FMUs in FMI 3.0 with these types. PLCFMU_FMI3 names one with native types, as PLCFMU_FMUS does for FMI 2.0."""
     folders = {}
+    if given := os.environ.get("PLCFMU_FMI3"):
+        folders["native"] = pathlib.Path(given)
 
     def packed(types="native"):
         if types not in folders:

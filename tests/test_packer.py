@@ -187,13 +187,14 @@ def test_a_block_of_a_vendor_is_made_as_the_readme_of_blocks_says(clone):
     variables = {**os.environ, "CARGO_TARGET_DIR": str(clone.folder / "target"), "CARGO_NET_OFFLINE": "true"}
     tested = subprocess.run(["cargo", "test", "-p", "blocks"], cwd=clone.folder, env=variables, capture_output=True, text=True)
     assert tested.returncode == 0, tested.stdout + tested.stderr
-    packed = clone.pack("SUMP")
-    assert packed.returncode == 0, packed.stderr
+    newer = clone.folder / "newer"
+    for arguments in ([], ["--fmi", "3", "--out", str(newer)]):
+        packed = clone.pack("SUMP", *arguments)
+        assert packed.returncode == 0, packed.stderr
     # The tape on the FMU and on the second text, and random runs of both.
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", "SUMP", "test_tapes.py", "test_random.py"]
-    tested = subprocess.run(
-        command, cwd=clone.folder / "tests", env={**os.environ, "PLCFMU_FMUS": str(clone.fmus)}, capture_output=True, text=True
-    )
+    variables = {**os.environ, "PLCFMU_FMUS": str(clone.fmus), "PLCFMU_FMI3": str(newer)}
+    tested = subprocess.run(command, cwd=clone.folder / "tests", env=variables, capture_output=True, text=True)
     assert tested.returncode == 0, tested.stdout
     assert int(re.search(r"^(\d+) passed", tested.stdout, re.M)[1]) > 4
     (clone.fmus / "SUMP.fmu").unlink()
@@ -235,11 +236,13 @@ def test_a_new_crate_is_built_and_packed_as_it_stands(new_fmu):
     assert description.license is None  # the user has named none
 
 
-def test_the_fmu_of_a_new_crate_passes_the_conformance_tests(new_fmu):
+def test_the_fmu_of_a_new_crate_passes_the_conformance_tests(new_fmu, plcfmu, new_crate, tmp_path):
+    packed = plcfmu("build", "--fmi", "3", "--out", str(tmp_path), cwd=new_crate)
+    assert packed.returncode == 0, packed.stderr
     files = ["test_conformance.py", "test_fmu_state.py", "test_model_description.py", "test_package.py", "test_time.py"]
     # The tests of one FMU each; the others are about certain FMUs of the repository.
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", "MY_PUMP", *files]
-    variables = {**os.environ, "PLCFMU_FMUS": str(new_fmu.parent)}
+    variables = {**os.environ, "PLCFMU_FMUS": str(new_fmu.parent), "PLCFMU_FMI3": str(tmp_path)}
     tested = subprocess.run(command, cwd=ROOT / "tests", env=variables, capture_output=True, text=True)
     assert tested.returncode == 0, tested.stdout
     passed = re.search(r"^(\d+) passed", tested.stdout, re.M)
