@@ -1,6 +1,6 @@
 //! Tag tables in XML, as TIA Portal Openness exports them.
 
-use super::{Constant, Tag, Tags, Wrong, address, literal, one_line};
+use super::{Constant, Tag, Tags, Wrong, address_of, literal, one_line};
 use crate::problem::quoted;
 use crate::source::Source;
 use crate::xml::{self, Element};
@@ -43,12 +43,13 @@ impl Reading {
         let Some(name) = self.text(of, "Name") else { return };
         let Some(ty) = self.text(of, "DataTypeName") else { return };
         let written = attribute(of, "LogicalAddress").unwrap_or_default();
-        self.tags.tags.push(Tag {
-            name,
-            of: ty.trim_matches('"').to_string(),
-            address: address(&written),
-            comment: comment(of),
-        });
+        match address_of(&name, &written) {
+            Ok(address) => {
+                let of_type = ty.trim_matches('"').to_string();
+                self.tags.tags.push(Tag { name, of: of_type, address, comment: comment(of) });
+            }
+            Err(message) => self.wrong.push((of.span(), message)),
+        }
     }
 
     fn constant(&mut self, of: Element) {
