@@ -9,7 +9,7 @@ use crate::ladder::Owner;
 use crate::lexer::Span;
 use crate::parser::Fragments;
 use crate::report::Report;
-use crate::syntax::{Attribute, Block, BlockKind, Name, Tree, Type, TypeKind};
+use crate::syntax::{Attribute, Block, BlockKind, EVENT, Name, Tree, Type, TypeKind};
 use parameters::problem::quoted;
 use parameters::xml::{self, Element};
 use text::Written;
@@ -115,6 +115,9 @@ impl Reader<'_> {
         self.report.locate(extent, block.title());
         if self.attribute(element, "MemoryLayout").is_some_and(|(layout, _)| layout == "Standard") {
             block.attributes.push(Attribute { key: "S7_OPTIMIZED_ACCESS".to_string(), value: "FALSE".to_string() });
+        }
+        if let Some((kind, _)) = self.attribute(element, "SecondaryType") {
+            block.attributes.push(Attribute { key: EVENT.to_string(), value: kind.to_string() });
         }
         if let Some((of, span)) = self.attribute(element, "InstanceOfName") {
             // Instances of blocks of the system are written without quotation marks.
