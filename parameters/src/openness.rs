@@ -44,15 +44,16 @@ pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result
 
 fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Option<Vec<Loop>> {
     let chosen = report.chosen(blocks, options).ok()?;
-    let root = xml::read(report, source)?;
-    let is_block = |child: &&Element| BLOCKS.iter().any(|begin| child.name.starts_with(begin));
-    let mut exported = root.children.iter().filter(is_block).peekable();
-    if root.name != "Document" || exported.peek().is_none() {
+    let document = xml::read(report, source)?;
+    let root = document.root();
+    let is_block = |child: &Element| BLOCKS.iter().any(|begin| child.name().starts_with(begin));
+    let mut exported = root.elements().filter(is_block).peekable();
+    if root.name() != "Document" || exported.peek().is_none() {
         let message = "expected a Document of TIA Portal Openness with an SW.Blocks.InstanceDB or a technology object";
-        if root.name == "Document" {
+        if root.name() == "Document" {
             report.wrong_file(format!("{message}, found none"), None);
         } else {
-            report.wrong(root.span.clone(), format!("{message}, found {}", quoted(&root.name)), None);
+            report.wrong(root.span(), format!("{message}, found {}", quoted(root.name())), None);
         }
         return None;
     }
@@ -70,16 +71,16 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         let of = text("InstanceOfName").filter(|of| of_library.is_none() || is_known(of)).or(of_library);
         let of = of.unwrap_or_default();
         let Some(interface) = block.child("AttributeList").and_then(|list| list.child("Interface")) else {
-            report.remark(Some(block.span.clone()), format!("{} has no interface: skipped", quoted(&name)));
+            report.remark(Some(block.span()), format!("{} has no interface: skipped", quoted(&name)));
             continue;
         };
-        if !block.name.ends_with("DB") {
-            report.remark(Some(block.span.clone()), format!("{} is not a data block: skipped", quoted(&name)));
+        if !block.name().ends_with("DB") {
+            report.remark(Some(block.span()), format!("{} is not a data block: skipped", quoted(&name)));
             continue;
         }
         let before = loops.len();
         if !names.insert(name.clone()) {
-            report.wrong(block.span.clone(), format!("the data block {} is given twice", quoted(&name)), None);
+            report.wrong(block.span(), format!("the data block {} is given twice", quoted(&name)), None);
             continue;
         }
         let types = Types { blocks, chosen: chosen.as_ref() };
@@ -89,10 +90,10 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         if loops.len() == before && !report.is_wrong() {
             let of = if of.is_empty() { String::new() } else { format!(" ({})", quoted(&of)) };
             let message = format!("{}{of} is not an instance of a known block: skipped", quoted(&name));
-            report.remark(Some(block.span.clone()), message);
+            report.remark(Some(block.span()), message);
         }
         if loops.len() > MOST_LOOPS {
-            report.wrong(block.span.clone(), format!("the file has more than {MOST_LOOPS} loops"), None);
+            report.wrong(block.span(), format!("the file has more than {MOST_LOOPS} loops"), None);
             break;
         }
     }
@@ -127,7 +128,7 @@ struct Types<'a> {
 
 impl Types<'_> {
     /// Collects the instance whose sections `parent` holds, or else those among its members.
-    fn instances(&self, report: &mut Report, parent: &Element, at: &Place, of: &str, loops: &mut Vec<Loop>) {
+    fn instances(&self, report: &mut Report, parent: Element, at: &Place, of: &str, loops: &mut Vec<Loop>) {
         let Some(sections) = parent.child("Sections") else { return };
         if let Some(block) = self.named(of).or_else(|| self.by_members(sections)) {
             loops.extend(instance(report, &block, at, sections));
@@ -158,7 +159,7 @@ impl Types<'_> {
 
     /// A block under another name, such as after a migration: all its inputs and parameters are there, with their types, and no
     /// other input.
-    fn by_members(&self, sections: &Element) -> Option<Arc<Block>> {
+    fn by_members(&self, sections: Element) -> Option<Arc<Block>> {
         let inputs: Vec<(&str, &str)> = inputs(sections)
             .map(|member| {
                 (member.attribute("Name").unwrap_or_default(), member.attribute("Datatype").unwrap_or_default())
@@ -201,20 +202,20 @@ fn array(datatype: &str) -> Option<(Vec<String>, &str)> {
 }
 
 /// The start value of a member, in an array that of this element.
-fn start_value<'a>(member: &'a Element, index: &str) -> Option<&'a Element> {
-    let is_own = |element: &&Element| element.attribute("Path") == Some(index);
+fn start_value<'a>(member: Element<'a>, index: &str) -> Option<Element<'a>> {
+    let is_own = |element: &Element| element.attribute("Path") == Some(index);
     let own = member.children("Subelement").find(is_own).and_then(|element| element.child("StartValue"));
     own.or_else(|| member.child("StartValue"))
 }
 
 /// The members of the sections with inputs.
-fn inputs(sections: &Element) -> impl Iterator<Item = &Element> {
-    let is_input = |section: &&Element| matches!(section.attribute("Name"), Some("Input" | "InOut"));
+fn inputs(sections: Element<'_>) -> impl Iterator<Item = Element<'_>> {
+    let is_input = |section: &Element| matches!(section.attribute("Name"), Some("Input" | "InOut"));
     sections.children("Section").filter(is_input).flat_map(|section| section.children("Member"))
 }
 
 /// The loop of one instance; `None` if something is wrong with it, which is reported.
-fn instance(report: &mut Report, block: &Arc<Block>, at: &Place, sections: &Element) -> Option<Loop> {
+fn instance(report: &mut Report, block: &Arc<Block>, at: &Place, sections: Element) -> Option<Loop> {
     let mut one = Loop::new(&at.name, block.clone());
     let mut given = vec![false; block.members.len()];
     let mut is_right = true;
@@ -223,7 +224,7 @@ fn instance(report: &mut Report, block: &Arc<Block>, at: &Place, sections: &Elem
         let index = match named::member(block, member_name) {
             Ok(index) => index,
             Err((message, help)) => {
-                report.wrong(element.span.clone(), message, help);
+                report.wrong(element.span(), message, help);
                 is_right = false;
                 continue;
             }
@@ -238,12 +239,12 @@ fn instance(report: &mut Report, block: &Arc<Block>, at: &Place, sections: &Elem
                 member.kind.name(),
                 quoted(datatype)
             );
-            report.wrong(element.span.clone(), message, None);
+            report.wrong(element.span(), message, None);
             is_right = false;
             continue;
         }
         if std::mem::replace(&mut given[index], true) {
-            report.wrong(element.span.clone(), format!("{} is given twice", member.name), None);
+            report.wrong(element.span(), format!("{} is given twice", member.name), None);
             is_right = false;
             continue;
         }

@@ -40,6 +40,8 @@ pub enum Remedy {
     DeclareConstant(String),
     /// Declare an instance.
     DeclareInstance(String),
+    /// List all names that nothing declares, of which the message names some.
+    ListMissing,
     /// Take a block without statements as a stub.
     Stub(String),
     /// Declare a tag of this type, or a constant.
@@ -62,6 +64,9 @@ impl fmt::Display for Remedy {
             Remedy::DeclareConstant(name) => write!(formatter, "--constant {name}=5 declares it"),
             Remedy::DeclareInstance(name) => {
                 write!(formatter, "say which block it is an instance of: --instance \"{name} : Block\"")
+            }
+            Remedy::ListMissing => {
+                formatter.write_str("plcfmu check with --assume lists all, with what their use tells")
             }
             Remedy::Stub(name) => {
                 write!(formatter, "ask its author for the source, or take its interface alone with --stub {name}")

@@ -40,16 +40,17 @@ pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result
 
 fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Option<Vec<Loop>> {
     let chosen = report.chosen(blocks, options).ok()?;
-    let root = xml::read(report, source)?;
-    if root.name != "ParameterSet" {
-        let message = format!("expected the root element ParameterSet, found {}", quoted(&root.name));
-        report.wrong(root.span, message, None);
+    let document = xml::read(report, source)?;
+    let root = document.root();
+    if root.name() != "ParameterSet" {
+        let message = format!("expected the root element ParameterSet, found {}", quoted(root.name()));
+        report.wrong(root.span(), message, None);
         return None;
     }
     let version = root.attribute("version").unwrap_or_default();
     if !matches!(version, "1.0" | "2.0") {
         let message = format!("expected a ParameterSet of version 1.0 or 2.0, found {}", quoted(version));
-        report.wrong(root.span.clone(), message, None);
+        report.wrong(root.span(), message, None);
         return None;
     }
 
@@ -57,7 +58,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
     for parameter in root.children("Parameters").flat_map(|parameters| parameters.children("Parameter")) {
         match parameter.attribute("name").filter(|name| !name.is_empty()) {
             Some(name) => named.push((name, parameter)),
-            None => report.wrong(parameter.span.clone(), "a Parameter without a name", None),
+            None => report.wrong(parameter.span(), "a Parameter without a name", None),
         }
     }
     let is_listed = is_listed(blocks, named.iter().map(|(name, _)| *name));
@@ -68,13 +69,13 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         let Some(entry) = entry(report, blocks, parameter, own) else { continue };
         let group = name[..name.len() - own.len()].trim_end_matches('.');
         groups.entry(group).or_insert_with(|| {
-            order.push((group, parameter.span.clone()));
+            order.push((group, parameter.span()));
             Vec::new()
         });
         groups.entry(group).or_default().push(entry);
     }
     if order.len() > MOST_LOOPS {
-        report.wrong(root.span, format!("the file has more than {MOST_LOOPS} loops"), None);
+        report.wrong(root.span(), format!("the file has more than {MOST_LOOPS} loops"), None);
         return None;
     }
     let choice = Choice { block: chosen.as_ref(), is_for_one: order.len() == 1 };
@@ -92,31 +93,31 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
 }
 
 /// The value of a Parameter, by its name without the loop that stands before it.
-fn entry<'a>(report: &mut Report, blocks: &[Arc<Block>], parameter: &'a Element, name: &'a str) -> Option<Entry<'a>> {
+fn entry<'a>(report: &mut Report, blocks: &[Arc<Block>], parameter: Element<'a>, name: &'a str) -> Option<Entry<'a>> {
     let types = ["Real", "Integer", "Boolean", "Enumeration", "String", "Binary", "Float64", "Float32"];
-    let Some(value) = parameter.children.iter().find(|child| types.contains(&child.name.as_str())) else {
+    let Some(value) = parameter.elements().find(|child| types.contains(&child.name())) else {
         let message = format!("{}: expected a Real, an Integer or a Boolean, found none", quoted(name));
-        report.wrong(parameter.span.clone(), message, None);
+        report.wrong(parameter.span(), message, None);
         return None;
     };
     let text = value.attribute("value").unwrap_or_default();
-    let given = match value.name.as_str() {
+    let given = match value.name() {
         "Real" | "Integer" | "Float64" | "Float32" => Given::Number(text),
         "Boolean" if matches!(text, "true" | "1") => Given::Bool(true),
         "Boolean" if matches!(text, "false" | "0") => Given::Bool(false),
         "Boolean" => Given::Other(text),
-        _ => Given::Other(&value.name),
+        _ => Given::Other(value.name()),
     };
     if let Some(unit) = value.attribute("unit") {
         let member = blocks.iter().find_map(|block| Some(&block.members[block.find(name)?]));
         let expected = member.and_then(|member| member.shown_unit());
         if let Some(expected) = expected.filter(|expected| *expected != unit) {
             let message = format!("{} is given in {}, but {expected} is expected", quoted(name), quoted(unit));
-            report.wrong(value.span.clone(), message, Some("convert the value: units are not converted here".into()));
+            report.wrong(value.span(), message, Some("convert the value: units are not converted here".into()));
             return None;
         }
     }
-    Some(Entry { name, name_span: parameter.span.clone(), given, span: value.span.clone() })
+    Some(Entry { name, name_span: parameter.span(), given, span: value.span() })
 }
 
 /// Longer names are not searched for the names of blocks' members, in bytes.

@@ -13,7 +13,7 @@ mod sdf;
 mod sheet;
 pub mod workbook;
 
-use crate::problem::{Problem, Problems};
+use crate::problem::{Problem, Problems, quoted};
 use crate::source::Source;
 use std::fmt;
 
@@ -117,10 +117,26 @@ pub fn address(text: &str) -> Option<String> {
     };
     let rest = rest.as_str();
     let digits = rest.trim_start_matches(['X', 'B', 'W', 'D', 'L']);
-    let is_number = digits.starts_with(|c: char| c.is_ascii_digit())
-        && digits.chars().all(|c| c.is_ascii_digit() || c == '.')
+    let (byte, bit) = digits.split_once('.').unwrap_or((digits, "0"));
+    let is_number = byte.bytes().all(|digit| digit.is_ascii_digit())
+        && byte.parse::<u32>().is_ok()
+        && matches!(bit.as_bytes(), [b'0'..=b'7'])
         && rest.len() - digits.len() <= 1;
     (is_number || rest == "*").then(|| format!("%{area}{rest}"))
+}
+
+/// The address of a tag in a table, if it has one; the timers and counters of S5 have theirs in areas of their own.
+fn address_of(name: &str, written: &str) -> Result<Option<String>, String> {
+    let number = written.trim().trim_start_matches('%').strip_prefix(['T', 't', 'C', 'c', 'Z', 'z']).map(str::trim);
+    let is_s5 = number.is_some_and(|number| number.parse::<u32>().is_ok());
+    match address(written) {
+        None if !written.trim().is_empty() && !is_s5 => Err(format!(
+            "the address {} of {} is no input, output or memory, such as %I0.0 or %QW4",
+            quoted(written.trim()),
+            quoted(name)
+        )),
+        address => Ok(address),
+    }
 }
 
 /// A comment in one line.

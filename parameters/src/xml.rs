@@ -1,10 +1,12 @@
-//! XML as a tree with places, bounded: no DTD, and limits for depth, elements and attributes.
+//! XML as a tree with places, bounded: no DTD, and limits for depth, elements, attributes and memory.
 
 use crate::problem::quoted;
 use crate::report::Report;
 use crate::source::Source;
+use quick_xml::events::attributes::Attributes;
 use quick_xml::events::{BytesStart, BytesText, Event};
 use quick_xml::{Reader, Writer, XmlVersion};
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// How deep elements may stand in each other.
@@ -16,47 +18,146 @@ const MOST_ELEMENTS: usize = 500_000;
 /// The most attributes of an element.
 const MOST_ATTRIBUTES: usize = 64;
 
-/// An element. Names have no namespace prefix.
+/// A document, which takes a few bytes for each of its elements: what they say is read in the text when it is asked for.
 #[derive(Debug)]
-pub struct Element {
-    /// Its name.
-    pub name: String,
-    /// The start tag.
-    pub span: Range<usize>,
-    attributes: Vec<(String, String)>,
-    /// The elements in it.
-    pub children: Vec<Element>,
-    text: String,
-    text_span: Range<usize>,
+pub struct Document<'t> {
+    source: &'t str,
+    /// The elements in their order, so that what stands in one follows it.
+    nodes: Vec<Node>,
+    texts: Vec<Text>,
+    /// The values of attributes that are not as they are written, in their order.
+    values: Vec<Value>,
+    /// Texts and values that are not as they are written.
+    resolved: String,
 }
 
-impl Element {
+#[derive(Debug)]
+struct Node {
+    /// The start tag.
+    start: u32,
+    end: u32,
+    /// The next element that does not stand in this one.
+    next: u32,
+    /// One more than the number of its text, or 0.
+    text: u32,
+}
+
+#[derive(Debug)]
+struct Text {
+    /// Where it begins and where its first part ends.
+    place: [u32; 2],
+    /// Its bytes, in the source or among what is resolved.
+    bytes: [u32; 2],
+    is_resolved: bool,
+}
+
+#[derive(Debug)]
+struct Value {
+    /// Where it is written.
+    place: u32,
+    /// Its bytes among what is resolved.
+    bytes: [u32; 2],
+}
+
+/// An element. Names have no namespace prefix.
+#[derive(Clone, Copy, Debug)]
+pub struct Element<'d> {
+    document: &'d Document<'d>,
+    at: usize,
+}
+
+impl<'d> Element<'d> {
+    fn node(self) -> &'d Node {
+        &self.document.nodes[self.at]
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'d str {
+        local(tag(self.document.source, self.span()).0)
+    }
+
+    /// The start tag.
+    pub fn span(self) -> Range<usize> {
+        self.node().start as usize..self.node().end as usize
+    }
+
     /// The value of an attribute.
-    pub fn attribute(&self, name: &str) -> Option<&str> {
-        self.attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value.trim())
+    pub fn attribute(self, name: &str) -> Option<&'d str> {
+        let source = self.document.source;
+        let (own, content) = tag(source, self.span());
+        let mut attributes = Attributes::new(content, own.len());
+        let own = attributes.with_checks(false).flatten().find(|own| own.key.local_name().as_ref() == name)?;
+        let place = offset(source, &own.value);
+        let resolved = self.document.values.binary_search_by_key(&short(place), |value| value.place).ok();
+        let value = match resolved {
+            Some(number) => part(&self.document.resolved, self.document.values[number].bytes),
+            None => &source[place..place + own.value.len()],
+        };
+        Some(value.trim())
+    }
+
+    /// What stands in it.
+    pub fn elements(self) -> impl Iterator<Item = Element<'d>> + Clone + use<'d> {
+        let (document, end) = (self.document, self.node().next as usize);
+        let first = Some(self.at + 1);
+        let numbers = std::iter::successors(first, move |at| document.nodes.get(*at).map(|node| node.next as usize));
+        numbers.take_while(move |at| *at < end).map(move |at| Element { document, at })
     }
 
     /// The first child of this name.
-    pub fn child(&self, name: &str) -> Option<&Element> {
-        self.children.iter().find(|child| child.name == name)
+    pub fn child(self, name: &str) -> Option<Element<'d>> {
+        self.elements().find(|child| child.name() == name)
     }
 
     /// All children of this name.
-    pub fn children<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Element> + use<'a> {
-        self.children.iter().filter(move |child| child.name == name)
+    pub fn children<'n>(self, name: &'n str) -> impl Iterator<Item = Element<'d>> + use<'d, 'n> {
+        self.elements().filter(move |child| child.name() == name)
     }
 
     /// The text in the element, without the white space around it, and its place.
-    pub fn text(&self) -> (&str, Range<usize>) {
-        let is_there = !self.text.trim().is_empty();
-        (self.text.trim(), if is_there { self.text_span.clone() } else { self.span.clone() })
+    pub fn text(self) -> (&'d str, Range<usize>) {
+        let number = (self.node().text as usize).checked_sub(1);
+        match number.and_then(|number| self.document.texts.get(number)) {
+            Some(text) => {
+                let source = if text.is_resolved { &self.document.resolved } else { self.document.source };
+                (part(source, text.bytes).trim(), text.place[0] as usize..text.place[1] as usize)
+            }
+            None => ("", self.span()),
+        }
     }
 }
 
+/// A place of a file, of which none has more than 4 GB.
+fn short(place: usize) -> u32 {
+    place as u32
+}
+
+fn part(text: &str, bytes: [u32; 2]) -> &str {
+    &text[bytes[0] as usize..bytes[1] as usize]
+}
+
+/// Where a part of a text begins.
+fn offset(text: &str, part: &str) -> usize {
+    part.as_ptr() as usize - text.as_ptr() as usize
+}
+
+/// The name in a start tag, and all that stands between its brackets.
+fn tag(source: &str, span: Range<usize>) -> (&str, &str) {
+    let content = source[span].trim_start_matches('<').trim_end_matches('>');
+    let content = content.strip_suffix('/').unwrap_or(content);
+    let end = content.find(|character: char| character.is_ascii_whitespace()).unwrap_or(content.len());
+    (&content[..end], content)
+}
+
+/// A name without its prefix.
+fn local(name: &str) -> &str {
+    name.split_once(':').map_or(name, |(_, local)| local)
+}
+
 /// The root of a document; `None` if it is no XML document within the limits, which is reported.
-pub(crate) fn read(report: &mut Report, source: &Source) -> Option<Element> {
+pub(crate) fn read<'t>(report: &mut Report, source: &'t Source) -> Option<Document<'t>> {
     match tree(&source.text) {
-        Ok(root) => Some(root),
+        Ok(document) => Some(document),
         Err((place, message)) => {
             report.wrong(place..place, message, None);
             None
@@ -64,16 +165,30 @@ pub(crate) fn read(report: &mut Report, source: &Source) -> Option<Element> {
     }
 }
 
-/// The root of a document.
+/// An element whose end has not been read, and its text until then.
+struct Open {
+    node: usize,
+    text: Option<(Range<usize>, Written)>,
+}
+
+/// A text of an element.
+enum Written {
+    /// As it stands in the source.
+    Source(Range<usize>),
+    Resolved(String),
+}
+
+/// The elements of a document.
 ///
 /// # Errors
 /// No XML document within the limits: a byte of the text, and what is wrong there.
-pub fn tree(text: &str) -> Result<Element, (usize, String)> {
-    let mut reader = Reader::from_str(text);
-    let mut open: Vec<Element> = Vec::new();
-    let mut root = None;
-    let mut elements = 0;
-    let at = |position: u64| usize::try_from(position).unwrap_or(usize::MAX);
+pub fn tree(source: &str) -> Result<Document<'_>, (usize, String)> {
+    // The reader leaves a byte order mark out, and does not count it.
+    let first = source.len() - source.trim_start_matches('\u{feff}').len();
+    let mut reader = Reader::from_str(&source[first..]);
+    let mut document = Document::of(source)?;
+    let mut open: Vec<Open> = Vec::new();
+    let at = |position: u64| usize::try_from(position).map_or(usize::MAX, |position| first + position);
     loop {
         let start = at(reader.buffer_position());
         let event =
@@ -81,34 +196,23 @@ pub fn tree(text: &str) -> Result<Element, (usize, String)> {
         let end = at(reader.buffer_position());
         let wrong = |message: String| Err((start, message));
         match event {
-            Event::Start(_) | Event::Empty(_) if open.is_empty() && root.is_some() => {
+            Event::Start(_) | Event::Empty(_) if open.is_empty() && !document.nodes.is_empty() => {
                 return wrong("a second root element: the document ends before it".into());
             }
-            Event::Start(tag) => {
-                elements += 1;
+            Event::Start(_) | Event::Empty(_) if document.nodes.len() == MOST_ELEMENTS => {
+                return wrong(format!("the file has more than {MOST_ELEMENTS} elements"));
+            }
+            Event::Start(_) => {
                 if open.len() == MOST_DEPTH {
                     return wrong(format!("elements are nested more than {MOST_DEPTH} deep"));
                 }
-                open.push(element(&tag, start..end)?);
+                open.push(Open { node: document.element(start..end)?, text: None });
             }
-            Event::Empty(tag) => {
-                elements += 1;
-                let element = element(&tag, start..end)?;
-                match open.last_mut() {
-                    Some(parent) => parent.children.push(element),
-                    None => root = Some(element),
-                }
-            }
-            Event::End(_) => {
-                // The parser has checked that there is a start tag of this name.
-                let element = open.pop();
-                match open.last_mut() {
-                    Some(parent) => parent.children.extend(element),
-                    None => root = element,
-                }
-            }
-            Event::Text(text) => add(&mut open, &text.xml10_content(), start..end)?,
-            Event::CData(text) => add(&mut open, &text.xml10_content(), start..end)?,
+            Event::Empty(_) => drop(document.element(start..end)?),
+            // The parser has checked that there is a start tag of this name.
+            Event::End(_) => open.pop().into_iter().for_each(|element| document.close(element)),
+            Event::Text(text) => document.add(&mut open, text.xml10_content(), start..end)?,
+            Event::CData(text) => document.add(&mut open, text.xml10_content(), start..end)?,
             Event::GeneralRef(entity) => {
                 let known = match entity.resolve_char_ref() {
                     Ok(Some(character)) => Some(character.to_string()),
@@ -117,55 +221,113 @@ pub fn tree(text: &str) -> Result<Element, (usize, String)> {
                 let Some(text) = known else {
                     return wrong(format!("the entity {} is unknown", quoted(&format!("&{};", &*entity))));
                 };
-                add(&mut open, &text, start..end)?;
+                document.add(&mut open, text.into(), start..end)?;
             }
             Event::DocType(_) => return wrong("a document type definition (DTD) is not read: remove it".into()),
             Event::Decl(_) | Event::PI(_) | Event::Comment(_) => {}
             Event::Eof => break,
         }
-        if elements > MOST_ELEMENTS {
-            return wrong(format!("the file has more than {MOST_ELEMENTS} elements"));
-        }
     }
-    match (open.last(), root) {
-        (Some(open), _) => Err((open.span.start, format!("the element {} is not closed", quoted(&open.name)))),
-        (None, Some(root)) => Ok(root),
-        (None, None) => Err((0, "the file has no XML element".into())),
+    match open.last().map(|open| Element { document: &document, at: open.node }) {
+        Some(open) => Err((open.span().start, format!("the element {} is not closed", quoted(open.name())))),
+        None if document.nodes.is_empty() => Err((0, "the file has no XML element".into())),
+        None => Ok(document),
     }
 }
 
-fn element(tag: &BytesStart, span: Range<usize>) -> Result<Element, (usize, String)> {
-    let name = tag.local_name().as_ref().to_string();
-    let wrong = |message: String| (span.start, format!("{}: {message}", quoted(&name)));
-    let mut attributes = Vec::new();
-    for attribute in tag.attributes() {
-        let attribute = attribute.map_err(|error| wrong(error.to_string()))?;
-        let value = attribute.normalized_value(XmlVersion::Explicit1_0).map_err(|error| wrong(error.to_string()))?;
-        if attributes.len() == MOST_ATTRIBUTES {
-            return Err(wrong(format!("the element has more than {MOST_ATTRIBUTES} attributes")));
+impl<'t> Document<'t> {
+    /// A document without elements, with room for those of its text.
+    fn of(source: &'t str) -> Result<Document<'t>, (usize, String)> {
+        if u32::try_from(source.len()).is_err() {
+            return Err((0, "the file has more than 4 GB".into()));
         }
-        attributes.push((attribute.key.local_name().as_ref().to_string(), value.into_owned()));
+        let begins = |pair: &&[u8]| pair[0] == b'<' && !matches!(pair[1], b'/' | b'!' | b'?' | b'<');
+        let count = source.as_bytes().windows(2).filter(begins).count();
+        let nodes = Vec::with_capacity(count.min(MOST_ELEMENTS));
+        Ok(Document { source, nodes, texts: Vec::new(), values: Vec::new(), resolved: String::new() })
     }
-    let text_span = span.clone();
-    Ok(Element { name, span, attributes, children: Vec::new(), text: String::new(), text_span })
-}
 
-fn add(open: &mut [Element], text: &str, span: Range<usize>) -> Result<(), (usize, String)> {
-    match open.last_mut() {
-        Some(element) => {
-            // White space before the text is none of it: in a large file there is some before each element.
-            let own = if element.text.is_empty() { text.trim_start() } else { text };
-            if element.text.is_empty() {
-                element.text_span = span.start + (text.len() - own.len())..span.end;
+    /// The root.
+    pub fn root(&self) -> Element<'_> {
+        Element { document: self, at: 0 }
+    }
+
+    /// Adds an element by its start tag; its number.
+    fn element(&mut self, span: Range<usize>) -> Result<usize, (usize, String)> {
+        let source = self.source;
+        let (name, content) = tag(source, span.clone());
+        let wrong = |message: String| (span.start, format!("{}: {message}", quoted(local(name))));
+        for (count, attribute) in Attributes::new(content, name.len()).enumerate() {
+            let attribute = attribute.map_err(|error| wrong(error.to_string()))?;
+            let value =
+                attribute.normalized_value(XmlVersion::Explicit1_0).map_err(|error| wrong(error.to_string()))?;
+            if count == MOST_ATTRIBUTES {
+                return Err(wrong(format!("the element has more than {MOST_ATTRIBUTES} attributes")));
             }
-            element.text.push_str(own);
-            Ok(())
+            if let Cow::Owned(value) = value {
+                let place = short(offset(source, &attribute.value));
+                let bytes = self.resolve(&value);
+                self.values.push(Value { place, bytes });
+            }
         }
-        None if text.trim().is_empty() => Ok(()),
-        None => Err((
-            span.end - text.trim_start().len(),
-            format!("text outside of the root element: {}", quoted(text.trim())),
-        )),
+        let number = self.nodes.len();
+        self.nodes.push(Node { start: short(span.start), end: short(span.end), next: short(number + 1), text: 0 });
+        Ok(number)
+    }
+
+    fn resolve(&mut self, text: &str) -> [u32; 2] {
+        let start = self.resolved.len();
+        self.resolved.push_str(text);
+        [short(start), short(self.resolved.len())]
+    }
+
+    /// Adds a text to the element that is open.
+    fn add(&self, open: &mut [Open], text: Cow<'_, str>, span: Range<usize>) -> Result<(), (usize, String)> {
+        match open.last_mut() {
+            Some(Open { text: Some((_, before)), .. }) => {
+                if let Written::Source(bytes) = before {
+                    *before = Written::Resolved(self.source[bytes.clone()].to_string());
+                }
+                if let Written::Resolved(before) = before {
+                    before.push_str(&text);
+                }
+                Ok(())
+            }
+            Some(open) => {
+                // White space before the text is none of it: in a large file there is some before each element.
+                let own = text.trim_start();
+                if !own.is_empty() {
+                    let place = span.start + (text.len() - own.len())..span.end;
+                    let written = match text {
+                        Cow::Borrowed(_) => {
+                            let start = offset(self.source, own);
+                            Written::Source(start..start + own.len())
+                        }
+                        Cow::Owned(_) => Written::Resolved(own.to_string()),
+                    };
+                    open.text = Some((place, written));
+                }
+                Ok(())
+            }
+            None if text.trim().is_empty() => Ok(()),
+            None => Err((
+                span.end - text.trim_start().len(),
+                format!("text outside of the root element: {}", quoted(text.trim())),
+            )),
+        }
+    }
+
+    /// Ends an element.
+    fn close(&mut self, element: Open) {
+        if let Some((place, written)) = element.text {
+            let (bytes, is_resolved) = match written {
+                Written::Source(bytes) => ([short(bytes.start), short(bytes.end)], false),
+                Written::Resolved(text) => (self.resolve(&text), true),
+            };
+            self.texts.push(Text { place: [short(place.start), short(place.end)], bytes, is_resolved });
+            self.nodes[element.node].text = short(self.texts.len());
+        }
+        self.nodes[element.node].next = short(self.nodes.len());
     }
 }
 
@@ -222,5 +384,52 @@ pub(crate) fn check(text: &str) -> Result<(), String> {
     match text.chars().find(|character| !is_xml(*character)) {
         Some(character) => Err(format!("XML cannot hold the character {character:?} of {}", quoted(text))),
         None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bytes(document: &Document) -> usize {
+        document.nodes.capacity() * size_of::<Node>()
+            + document.texts.capacity() * size_of::<Text>()
+            + document.values.capacity() * size_of::<Value>()
+            + document.resolved.capacity()
+    }
+
+    /// The smallest elements that there are, with a text, an attribute, an entity: no file takes ten times its size.
+    #[test]
+    fn a_file_of_tiny_elements_takes_little_memory() {
+        for (element, count) in [
+            ("<a/>", 20_000),
+            ("<a></a>", 20_000),
+            ("<a>x</a>", 10_000),
+            ("<a>&lt;</a>", 10_000),
+            ("<a b=\"&lt;\"/>", 10_000),
+        ] {
+            let text = format!("<r>{}</r>", element.repeat(count));
+            let document = tree(&text).unwrap();
+            assert_eq!(document.root().elements().count(), count);
+            // What grows by doubling has its old place and its new one for a moment.
+            let grown = bytes(&document) - document.nodes.capacity() * size_of::<Node>();
+            let most = bytes(&document) + grown / 2;
+            assert!(most < 9 * text.len(), "{element}: {most} bytes for {}", text.len());
+        }
+        // What only looks like elements.
+        assert!(bytes(&Document::of(&"<a".repeat(10_000)).unwrap()) <= 8 * 20_000);
+    }
+
+    #[test]
+    fn values_and_texts_are_resolved_and_keep_their_places() {
+        let text = "\u{feff}<x:r a=\"1\" q:b=\" &lt;2&#10;\"> one &amp; two<c/> three<![CDATA[ <&> ]]></x:r>";
+        let document = tree(text).unwrap();
+        let root = document.root();
+        assert_eq!((root.name(), root.attribute("a"), root.attribute("b")), ("r", Some("1"), Some("<2")));
+        assert_eq!((root.attribute("c"), &text[root.span()][..4]), (None, "<x:r"));
+        assert_eq!(root.text().0, "one & two three <&>");
+        assert_eq!(&text[root.text().1], "one ");
+        let child = root.child("c").unwrap();
+        assert_eq!((child.text(), child.elements().count()), (("", child.span()), 0));
     }
 }

@@ -4,7 +4,7 @@ use crate::compiler::{Compiler, Global, Interface, Parameter, Slot, State};
 use crate::interface::{Shown, Variable};
 use crate::lexer::Span;
 use crate::program::{Argument, At, Binary, Body, Call, Expr, Function, Place, Scalar, Statement, Value, What};
-use crate::syntax::{BlockKind, key};
+use crate::syntax::{BlockKind, EVENT, attribute, key};
 use crate::types::{Elementary, Type};
 use manifest::Task;
 
@@ -13,6 +13,25 @@ const STARTUP: [&str; 2] = ["OB100", "STARTUP"];
 
 /// The organization block that has the lowest priority: all others of an instant come before it.
 const MAIN: [&str; 2] = ["OB1", "MAIN"];
+
+/// The kinds of organization blocks that are called again and again, as SimaticML has them.
+const CYCLIC: [&str; 3] = ["ProgramCycle", "CyclicInterrupt", "SynchronousCycle"];
+
+/// Other organization blocks, which an event calls, by the names that TIA Portal gives them; of some the beginning.
+const EVENTS: [&str; 12] = [
+    "TIME OF DAY",
+    "TIME DELAY",
+    "HARDWARE INTERRUPT",
+    "STATUS",
+    "UPDATE",
+    "PROFILE",
+    "TIME ERROR",
+    "DIAGNOSTIC ERROR",
+    "PULL OR PLUG",
+    "RACK OR STATION",
+    "PROGRAMMING ERROR",
+    "IO ACCESS ERROR",
+];
 
 /// What is run.
 #[derive(Clone, Debug)]
@@ -53,7 +72,7 @@ impl Compiler<'_> {
                 return None;
             }
             (Some(name), []) => vec![(self.target(&name.clone(), "function block")?, 0)],
-            (None, []) => vec![(self.only_target()?, 0)],
+            (None, []) => self.targets()?.into_iter().map(|target| (target, 0)).collect(),
             (None, calls) => {
                 let (main, first): (Vec<&Task>, Vec<&Task>) =
                     calls.iter().partition(|call| MAIN.contains(&key(&call.name).as_str()));
@@ -76,7 +95,9 @@ impl Compiler<'_> {
             }
             _ => (String::new(), Vec::new()),
         };
-        let (Target::Instance(_, of) | Target::Function(of), _) = targets.first()?;
+        // Main comes last, and names what nobody has named.
+        let named = if self.options.calls.is_empty() { targets.last() } else { targets.first() };
+        let (Target::Instance(_, of) | Target::Function(of), _) = named?;
         let block = self.blocks[*of].name.clone();
         Some(Root { cycle, startup, block, instance, variables })
     }
@@ -227,14 +248,53 @@ impl Compiler<'_> {
         }
     }
 
-    /// The one block that is run if none is named: an organization block, or a function block that no other block calls.
-    fn only_target(&mut self) -> Option<Target> {
-        let cyclic: Vec<usize> = self.organization_blocks().filter(|block| !self.is_startup(*block)).collect();
-        let unused: Vec<usize> = self.unused().collect();
-        match (cyclic.as_slice(), unused.as_slice()) {
-            ([block], _) => Some(Target::Function(*block)),
-            ([], [block]) => Some(self.instance_of(*block)),
-            _ => None,
+    /// What is run if nothing is named: the only organization block that is called again and again, or Main and the others; else a
+    /// function block that no other block calls.
+    fn targets(&mut self) -> Option<Vec<Target>> {
+        let all: Vec<usize> = self.organization_blocks().filter(|block| !self.is_startup(*block)).collect();
+        let (mut cyclic, events): (Vec<usize>, Vec<usize>) =
+            all.iter().copied().partition(|block| !self.is_event(*block));
+        if cyclic.is_empty() {
+            let unused: Vec<usize> = self.unused().collect();
+            return match (all.as_slice(), unused.as_slice()) {
+                ([block], _) => Some(vec![Target::Function(*block)]),
+                ([], [block]) => Some(vec![self.instance_of(*block)]),
+                _ => None,
+            };
+        }
+        let is_main = |block: &usize| MAIN.contains(&key(&self.blocks[*block].name).as_str());
+        let main = cyclic.iter().copied().find(is_main);
+        if cyclic.len() > 1 {
+            let main = main?;
+            cyclic.retain(|block| *block != main);
+            for block in &cyclic {
+                let message = format!(
+                    "{} is called as often as {}: the sources do not have its period",
+                    self.blocks[*block].name, self.blocks[main].name
+                );
+                self.warn(self.name_of(*block), message, Some("name both as what is called, each with its cycle"));
+            }
+            cyclic.push(main);
+        }
+        for block in events {
+            let message = format!("{} is not called: its event does not happen here", self.blocks[block].name);
+            self.warn(self.name_of(block), message, Some("name it as what is called, if it is to be"));
+        }
+        Some(cyclic.into_iter().map(Target::Function).collect())
+    }
+
+    /// Whether an organization block is called by an event: as its export says, or as its name tells.
+    fn is_event(&self, block: usize) -> bool {
+        let Interface { name, source, .. } = &self.blocks[block];
+        match source.and_then(|id| attribute(&self.block(id).attributes, EVENT)) {
+            Some(kind) => !CYCLIC.contains(&kind),
+            None => {
+                let name = key(name);
+                let number = name.strip_prefix("OB").and_then(|number| number.parse::<u32>().ok());
+                // OB 30 to 38 are cyclic interrupts, OB 61 to 64 follow a clock.
+                let is_number = |number| matches!(number, 10..=29 | 40..=60 | 65..=99 | 121 | 122);
+                number.is_some_and(is_number) || EVENTS.iter().any(|event| name.starts_with(event))
+            }
         }
     }
 
@@ -250,7 +310,9 @@ impl Compiler<'_> {
     }
 
     fn is_startup(&self, block: usize) -> bool {
-        STARTUP.contains(&key(&self.blocks[block].name).as_str())
+        let Interface { name, source, .. } = &self.blocks[block];
+        let kind = source.and_then(|id| attribute(&self.block(id).attributes, EVENT));
+        kind == Some("Startup") || STARTUP.contains(&key(name).as_str())
     }
 
     fn organization_blocks(&self) -> impl Iterator<Item = usize> {

@@ -9,7 +9,7 @@ use crate::ladder::Owner;
 use crate::lexer::Span;
 use crate::parser::Fragments;
 use crate::report::Report;
-use crate::syntax::{Attribute, Block, BlockKind, Name, Tree, Type, TypeKind};
+use crate::syntax::{Attribute, Block, BlockKind, EVENT, Name, Tree, Type, TypeKind};
 use parameters::problem::quoted;
 use parameters::xml::{self, Element};
 use text::Written;
@@ -21,8 +21,8 @@ pub fn is_it(text: &str) -> bool {
 
 /// The tree of a document.
 pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
-    let root = match xml::tree(text) {
-        Ok(root) => root,
+    let document = match xml::tree(text) {
+        Ok(document) => document,
         Err((at, message)) => {
             report.error(Span { file, start: at as u32, end: at as u32 }, message, Some("export the block again"));
             return Tree::default();
@@ -30,7 +30,7 @@ pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
     };
     let mut reader =
         Reader { file, tree: Tree { is_tia: true, ..Tree::default() }, report, written: Written::new(text.len()) };
-    reader.document(&root);
+    reader.document(document.root());
     reader.tree
 }
 
@@ -43,16 +43,16 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn span(&self, element: &Element) -> Span {
-        Span { file: self.file, start: element.span.start as u32, end: element.span.end as u32 }
+    fn span(&self, element: Element) -> Span {
+        Span { file: self.file, start: element.span().start as u32, end: element.span().end as u32 }
     }
 
     /// An element from its start tag to what it holds last.
-    fn extent(&self, element: &Element) -> Span {
+    fn extent(&self, element: Element) -> Span {
         let mut last = element;
-        let mut end = element.text().1.end.max(element.span.end);
-        while let Some(child) = last.children.last() {
-            end = end.max(child.text().1.end).max(child.span.end);
+        let mut end = element.text().1.end.max(element.span().end);
+        while let Some(child) = last.elements().last() {
+            end = end.max(child.text().1.end).max(child.span().end);
             last = child;
         }
         Span { end: end as u32, ..self.span(element) }
@@ -62,15 +62,15 @@ impl Reader<'_> {
         Fragments { text: self.written.text(), file: self.file, tree: &mut self.tree, report: self.report }
     }
 
-    fn document(&mut self, root: &Element) {
-        if root.name != "Document" {
+    fn document(&mut self, root: Element) {
+        if root.name() != "Document" {
             let message =
-                format!("the root element is {}, not Document: this is no export of a block", quoted(&root.name));
+                format!("the root element is {}, not Document: this is no export of a block", quoted(root.name()));
             self.report.error(self.span(root), message, Some("export the block with Openness, or generate its source"));
             return;
         }
-        for element in &root.children {
-            match element.name.as_str() {
+        for element in root.elements() {
+            match element.name() {
                 "SW.Blocks.FB" => self.block(element, BlockKind::FunctionBlock),
                 "SW.Blocks.FC" => self.block(element, BlockKind::Function),
                 "SW.Blocks.OB" => self.block(element, BlockKind::OrganizationBlock),
@@ -88,7 +88,7 @@ impl Reader<'_> {
     }
 
     /// A value of a block's attributes, with its place.
-    fn attribute<'e>(&self, block: &'e Element, name: &str) -> Option<(&'e str, Span)> {
+    fn attribute<'e>(&self, block: Element<'e>, name: &str) -> Option<(&'e str, Span)> {
         let (text, range) = block.child("AttributeList")?.child(name)?.text();
         (!text.is_empty()).then(|| {
             let span = Span { file: self.file, start: range.start as u32, end: range.end as u32 };
@@ -96,7 +96,7 @@ impl Reader<'_> {
         })
     }
 
-    fn block(&mut self, element: &Element, kind: BlockKind) {
+    fn block(&mut self, element: Element, kind: BlockKind) {
         let Some((name, span)) = self.attribute(element, "Name") else {
             self.report.error(self.span(element), "this block has no Name", Some("export it again"));
             return;
@@ -116,6 +116,9 @@ impl Reader<'_> {
         if self.attribute(element, "MemoryLayout").is_some_and(|(layout, _)| layout == "Standard") {
             block.attributes.push(Attribute { key: "S7_OPTIMIZED_ACCESS".to_string(), value: "FALSE".to_string() });
         }
+        if let Some((kind, _)) = self.attribute(element, "SecondaryType") {
+            block.attributes.push(Attribute { key: EVENT.to_string(), value: kind.to_string() });
+        }
         if let Some((of, span)) = self.attribute(element, "InstanceOfName") {
             // Instances of blocks of the system are written without quotation marks.
             let is_own = self.attribute(element, "InstanceOfType").is_none_or(|(of, _)| of != "SFB");
@@ -131,13 +134,13 @@ impl Reader<'_> {
 }
 
 /// Title and comment of a block.
-fn block_comment(element: &Element) -> String {
+fn block_comment(element: Element) -> String {
     let texts = ["Title", "Comment"].map(|name| multilingual(element, name));
     texts.iter().filter(|text| !text.is_empty()).map(String::as_str).collect::<Vec<_>>().join("\n")
 }
 
 /// A text in the language that is shown: English if there is one, else the first that is not empty.
-fn multilingual(element: &Element, name: &str) -> String {
+fn multilingual(element: Element, name: &str) -> String {
     let Some(list) = element.child("ObjectList") else { return String::new() };
     let texts = list.children("MultilingualText").filter(|text| text.attribute("CompositionName") == Some(name));
     let items =

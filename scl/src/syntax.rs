@@ -306,6 +306,9 @@ pub struct Attribute {
     pub value: String,
 }
 
+/// The attribute of an organization block that says what calls it, as SimaticML has it: `CyclicInterrupt`.
+pub const EVENT: &str = "SECONDARYTYPE";
+
 /// The value of an attribute, without regard to case.
 pub fn attribute<'a>(attributes: &'a [Attribute], key: &str) -> Option<&'a str> {
     attributes.iter().find(|attribute| attribute.key == key).map(|attribute| attribute.value.as_str())

@@ -240,7 +240,8 @@ impl Compiler<'_> {
             kind.iter().take(MOST_NAMES).for_each(|missing| self.tell_missing(missing));
             if let Some(rest) = kind.get(MOST_NAMES) {
                 let (count, what) = (kind.len() - MOST_NAMES, kind[0].what.plural());
-                self.error(rest.span, format!("no source declares {count} more {what}"), None);
+                let message = format!("no source declares {count} more {what}");
+                self.report.error_with(rest.span, message, Some(Remedy::ListMissing));
             }
         }
         self.tell_tags(tags);
@@ -256,7 +257,11 @@ impl Compiler<'_> {
                     all.iter().take(MOST_NAMES).map(|member| format!("{name}.{member}")).collect();
                 members.extend(more(all.len()));
                 let message = format!("no source declares the data block \"{name}\": {}", members.join(", "));
-                return self.error(*span, message, Some("export this DB as source, or declare it in a .scl file"));
+                let help = match more(all.len()) {
+                    Some(_) => Remedy::ListMissing,
+                    None => "export this DB as source, or declare it in a .scl file".into(),
+                };
+                return self.report.error_with(*span, message, Some(help));
             }
             What::Constant => ("constant", Remedy::DeclareConstant(name.clone())),
             What::Type => ("type", sources()),
@@ -277,7 +282,10 @@ impl Compiler<'_> {
         let mut names: Vec<String> = tags.iter().take(MOST_NAMES).map(name).collect();
         names.extend(more(tags.len()));
         let of = first.of().unwrap_or("Bool").to_string();
-        let help = Remedy::DeclareTag { name: first.name.clone(), of };
+        let help = match more(tags.len()) {
+            Some(_) => Remedy::ListMissing,
+            None => Remedy::DeclareTag { name: first.name.clone(), of },
+        };
         self.report.error_with(first.span, format!("no source declares the tags {}", names.join(", ")), Some(help));
     }
 }

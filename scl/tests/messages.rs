@@ -109,6 +109,10 @@ fn what_has_no_value_outside_of_a_plc_is_refused() {
     {
         refused(statement, address);
     }
+    refused(
+        "DEMUX(K := #i, IN := #i, OUT0 => #i);",
+        "DEMUX is not supported; write the output that K selects in a CASE",
+    );
     refused("#i := PEEK(area := 16#84, dbNumber := 1, byteOffset := 0);", "PEEK is not supported; a pointer");
     refused("\"MC_Power\"(Axis := 1);", "MC_POWER talks to the PLC's hardware or system; make its values inputs");
     refused("\"Fill\"();", "no source declares the function \"Fill\"");
@@ -213,6 +217,16 @@ fn names_that_no_source_declares_are_told_with_what_to_do() {
         "\"Motor_DB\"(x := 1);",
         "no source declares the instance \"Motor_DB\"; say which block it is an instance of",
     );
+    // Of many names ten are told, and the command that tells the rest.
+    let many = |name: &str| (1..=12).map(|at| format!("#i := \"{name}{at:02}\";")).collect::<String>();
+    let rest = "and 2 more; plcfmu check with --assume lists all, with what their use tells";
+    refused(&many("Tag"), &format!("\"Tag10\" : INT, {rest}"));
+    refused(&many("Data\".\"m"), &format!("Data.m10, {rest}"));
+    let calls: String = (1..=12).map(|at| format!("\"Other{at:02}\"();")).collect();
+    let (errors, _) = told(&program("", &calls).0, None);
+    assert_eq!(errors.len(), 11);
+    let rest = "no source declares 2 more functions; plcfmu check with --assume lists all";
+    assert!(errors[10].contains(rest), "{}", errors[10]);
     undeclarable(
         "x : \"typeMotor\";",
         "no source declares the type \"typeMotor\"; in TIA Portal: Generate source from blocks",

@@ -208,6 +208,7 @@ pub fn remedy(remedy: &Remedy) -> String {
         Remedy::DeclareInstance(name) => {
             format!("say under Options which block it is an instance of: the tag {name} : Block")
         }
+        Remedy::ListMissing => "open the files that declare them, too".to_string(),
         Remedy::Stub(_) => "ask its author for the source".to_string(),
         Remedy::DeclareTag { name, of } => {
             format!("under Options, the tag {name} : {of} makes it an input or output, {name} = 5 a constant")

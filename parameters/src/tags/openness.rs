@@ -1,18 +1,19 @@
 //! Tag tables in XML, as TIA Portal Openness exports them.
 
-use super::{Constant, Tag, Tags, Wrong, address, literal, one_line};
+use super::{Constant, Tag, Tags, Wrong, address_of, literal, one_line};
 use crate::problem::quoted;
 use crate::source::Source;
 use crate::xml::{self, Element};
 
 /// Reads the tags and the user constants of all tables of a document.
 pub(super) fn read(source: &Source) -> Result<Tags, Vec<Wrong>> {
-    let root = xml::tree(&source.text).map_err(|(place, message)| vec![(place..place, message)])?;
+    let document = xml::tree(&source.text).map_err(|(place, message)| vec![(place..place, message)])?;
+    let root = document.root();
     let mut reading = Reading { tags: Tags::default(), wrong: Vec::new(), tables: 0 };
-    reading.element(&root);
+    reading.element(root);
     if reading.tables == 0 && reading.tags == Tags::default() {
-        let message = format!("expected a Document with an SW.Tags.PlcTagTable, found {}", quoted(&root.name));
-        reading.wrong.push((root.span, message));
+        let message = format!("expected a Document with an SW.Tags.PlcTagTable, found {}", quoted(root.name()));
+        reading.wrong.push((root.span(), message));
     }
     if reading.wrong.is_empty() { Ok(reading.tags) } else { Err(reading.wrong) }
 }
@@ -25,32 +26,33 @@ struct Reading {
 
 impl Reading {
     /// An element, and those in it: the reader of XML bounds how deep they stand.
-    fn element(&mut self, of: &Element) {
-        match of.name.as_str() {
+    fn element(&mut self, of: Element) {
+        match of.name() {
             "SW.Tags.PlcTag" => self.tag(of),
             "SW.Tags.PlcUserConstant" | "SW.Tags.PlcConstant" => self.constant(of),
             // Constants of the system are names of hardware: they have numbers that mean nothing outside of their PLC.
             "SW.Tags.PlcSystemConstant" => {}
             name => {
                 self.tables += usize::from(name == "SW.Tags.PlcTagTable");
-                of.children.iter().for_each(|child| self.element(child));
+                of.elements().for_each(|child| self.element(child));
             }
         }
     }
 
-    fn tag(&mut self, of: &Element) {
+    fn tag(&mut self, of: Element) {
         let Some(name) = self.text(of, "Name") else { return };
         let Some(ty) = self.text(of, "DataTypeName") else { return };
         let written = attribute(of, "LogicalAddress").unwrap_or_default();
-        self.tags.tags.push(Tag {
-            name,
-            of: ty.trim_matches('"').to_string(),
-            address: address(&written),
-            comment: comment(of),
-        });
+        match address_of(&name, &written) {
+            Ok(address) => {
+                let of_type = ty.trim_matches('"').to_string();
+                self.tags.tags.push(Tag { name, of: of_type, address, comment: comment(of) });
+            }
+            Err(message) => self.wrong.push((of.span(), message)),
+        }
     }
 
-    fn constant(&mut self, of: &Element) {
+    fn constant(&mut self, of: Element) {
         let Some(name) = self.text(of, "Name") else { return };
         let Some(value) = self.text(of, "Value") else { return };
         let ty = attribute(of, "DataTypeName").unwrap_or_default();
@@ -58,23 +60,23 @@ impl Reading {
     }
 
     /// The text of an attribute that has to be there.
-    fn text(&mut self, of: &Element, name: &str) -> Option<String> {
+    fn text(&mut self, of: Element, name: &str) -> Option<String> {
         let text = attribute(of, name).filter(|text| !text.is_empty());
         if text.is_none() {
             let whose = attribute(of, "Name").map_or_else(String::new, |name| format!(" {}", quoted(&name)));
-            self.wrong.push((of.span.clone(), format!("{}{whose} has no {name}", of.name)));
+            self.wrong.push((of.span(), format!("{}{whose} has no {name}", of.name())));
         }
         text
     }
 }
 
-fn attribute(of: &Element, name: &str) -> Option<String> {
+fn attribute(of: Element, name: &str) -> Option<String> {
     Some(of.child("AttributeList")?.child(name)?.text().0.to_string())
 }
 
 /// The comment in English if there is one, else in the first language that has a text.
-fn comment(of: &Element) -> String {
-    let is_comment = |text: &&Element| text.attribute("CompositionName") == Some("Comment");
+fn comment(of: Element) -> String {
+    let is_comment = |text: &Element| text.attribute("CompositionName") == Some("Comment");
     let texts =
         of.child("ObjectList").into_iter().flat_map(|list| list.children("MultilingualText")).filter(is_comment);
     let items = texts.flat_map(|text| text.child("ObjectList")).flat_map(|list| list.children("MultilingualTextItem"));

@@ -3,7 +3,7 @@
 //! TIA Portal writes name, address, type, three marks for panels, comment, and the value of a constant, whose address is CONSTANT.
 //! STEP 7 writes name, address, type and comment.
 
-use super::{Constant, Tag, Tags, Wrong, address, literal, one_line};
+use super::{Constant, Tag, Tags, Wrong, address_of, literal, one_line};
 use crate::problem::quoted;
 
 /// Reads a table.
@@ -76,7 +76,7 @@ fn add(tags: &mut Tags, cells: &[String]) -> Result<(), String> {
         tags.constants.push(Constant { name: name.into(), value: literal(of, value) });
     } else if !is_block(place) {
         let of = of.trim_matches('"').to_string();
-        tags.tags.push(Tag { name: name.into(), of, address: address(place), comment: one_line(comment) });
+        tags.tags.push(Tag { name: name.into(), of, address: address_of(name, place)?, comment: one_line(comment) });
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! Tag tables in the sheets of a workbook.
 
-use super::{Constant, Tag, Tags, address, literal, one_line};
+use super::{Constant, Tag, Tags, address_of, literal, one_line};
 use crate::problem::quoted;
 
 /// What a sheet has columns of.
@@ -16,7 +16,7 @@ struct Columns {
 /// headings than those of tags or constants is left out, and `false` is given.
 ///
 /// # Errors
-/// A row without a name, a type or a value: a sentence with its number.
+/// A row without a name, a type or a value, or with another address than tags have: a sentence with its number.
 pub fn of_sheet(rows: &[(u32, Vec<String>)], tags: &mut Tags) -> Result<bool, String> {
     let Some(((_, headings), rows)) = rows.split_first() else { return Ok(false) };
     let column = |heading: &str| headings.iter().position(|cell| cell.trim().eq_ignore_ascii_case(heading));
@@ -38,7 +38,9 @@ pub fn of_sheet(rows: &[(u32, Vec<String>)], tags: &mut Tags) -> Result<bool, St
         }
         if columns.address.is_some() {
             let comment = one_line(cell(columns.comment));
-            tags.tags.push(Tag { name: name.into(), of: of.into(), address: address(cell(columns.address)), comment });
+            let address =
+                address_of(name, cell(columns.address)).map_err(|message| format!("row {number}: {message}"))?;
+            tags.tags.push(Tag { name: name.into(), of: of.into(), address, comment });
         } else if cell(columns.value).is_empty() {
             return Err(format!("row {number}: the constant {} has no value", quoted(name)));
         } else {

@@ -99,6 +99,27 @@ fn rows_of_an_sdf_have_nine_cells_or_four() {
     assert!(wrong(&SDF.replace("\"12\"", "\"\"")).contains("a.sdf:3:1: the constant `BATCHES` has no value"));
 }
 
+/// A tag without its address would be no input and no output, without a word.
+#[test]
+fn a_damaged_address_is_told_with_its_row() {
+    let wrong = |place: &str| table("a.sdf", &SDF.replace("%QW64", place)).unwrap_err().to_string();
+    for damaged in ["%QW6x", "%XW64", "%Q4.8", "%Q1.2.3", "QW", "%QWB4"] {
+        let expected = "of `Speed` is no input, output or memory, such as %I0.0 or %QW4";
+        assert_eq!(wrong(damaged), format!("a.sdf:2:1: the address `{damaged}` {expected}"));
+    }
+    // S5 timers and counters have addresses, too.
+    for (place, address) in [("T 5", None), ("%C12", None), ("", None), ("AB 7", Some("%QB7"))] {
+        let tags = table("a.sdf", &SDF.replace("%QW64", place)).unwrap().tags;
+        assert_eq!(tags[1].address.as_deref(), address, "{place}");
+    }
+    let xml = table("Mixer.xml", &OPENNESS.replace("%I2.5", "%I2.9")).unwrap_err().to_string();
+    assert!(xml.starts_with("Mixer.xml:10:7: the address `%I2.9` of `Lid closed` is no input"), "{xml}");
+    let row = |number, cells: [&str; 3]| (number, cells.map(String::from).to_vec());
+    let rows = [row(1, ["Name", "Data Type", "Logical Address"]), row(3, ["Lid", "Bool", "I2,5"])];
+    let sheet = of_sheet(&rows, &mut Tags::default()).unwrap_err();
+    assert!(sheet.starts_with("row 3: the address `I2,5` of `Lid` is no input"), "{sheet}");
+}
+
 #[test]
 fn sheets_are_known_by_their_headings() {
     let row = |number, cells: &[&str]| (number, cells.iter().map(ToString::to_string).collect::<Vec<_>>());

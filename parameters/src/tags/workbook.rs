@@ -1,6 +1,6 @@
 //! Workbooks (`.xlsx`): the sheets of the spreadsheet parts, as rows of texts.
 
-use crate::xml::{self, Element};
+use crate::xml::{self, Document, Element};
 use std::collections::HashMap;
 
 /// The largest number of a column: a table of tags has ten.
@@ -17,31 +17,37 @@ pub type Rows = Vec<(u32, Vec<String>)>;
 /// # Errors
 /// A part is missing or damaged: a sentence with its path.
 pub fn sheets(part: &mut dyn FnMut(&str) -> Result<Option<String>, String>) -> Result<Vec<(String, Rows)>, String> {
-    let mut tree = |path: &str| -> Result<Option<Element>, String> {
-        let read = |text: String| xml::tree(&text).map_err(|(_, wrong)| format!("{path}: {wrong}"));
-        part(path)?.map(read).transpose()
+    let texts: Vec<String> = match part("xl/sharedStrings.xml")? {
+        Some(text) => tree("xl/sharedStrings.xml", &text)?.root().children("si").map(text_of).collect(),
+        None => Vec::new(),
     };
-    let strings = tree("xl/sharedStrings.xml")?;
-    let texts: Vec<String> = strings.iter().flat_map(|of| of.children("si")).map(text_of).collect();
-    let relations = tree("xl/_rels/workbook.xml.rels")?.ok_or("xl/_rels/workbook.xml.rels is missing")?;
+    let relations = part("xl/_rels/workbook.xml.rels")?.ok_or("xl/_rels/workbook.xml.rels is missing")?;
+    let relations = tree("xl/_rels/workbook.xml.rels", &relations)?;
     let targets: HashMap<&str, &str> = relations
+        .root()
         .children("Relationship")
         .filter_map(|of| Some((of.attribute("Id")?, of.attribute("Target")?)))
         .collect();
-    let workbook = tree("xl/workbook.xml")?.ok_or("xl/workbook.xml is missing")?;
+    let workbook = part("xl/workbook.xml")?.ok_or("xl/workbook.xml is missing")?;
+    let workbook = tree("xl/workbook.xml", &workbook)?;
     let mut sheets = Vec::new();
-    for sheet in workbook.child("sheets").into_iter().flat_map(|sheets| sheets.children("sheet")) {
+    for sheet in workbook.root().child("sheets").into_iter().flat_map(|sheets| sheets.children("sheet")) {
         let (Some(name), Some(id)) = (sheet.attribute("name"), sheet.attribute("id")) else { continue };
         let Some(target) = targets.get(id) else { continue };
         // From the root, or beside the workbook.
         let path = target.strip_prefix('/').map_or_else(|| format!("xl/{target}"), str::to_string);
-        let Some(root) = tree(&path)? else { return Err(format!("{path} is missing")) };
-        sheets.push((name.to_string(), rows(&root, &texts).map_err(|wrong| format!("{path}: {wrong}"))?));
+        let Some(text) = part(&path)? else { return Err(format!("{path} is missing")) };
+        let sheet = tree(&path, &text)?;
+        sheets.push((name.to_string(), rows(sheet.root(), &texts).map_err(|wrong| format!("{path}: {wrong}"))?));
     }
     Ok(sheets)
 }
 
-fn rows(sheet: &Element, texts: &[String]) -> Result<Rows, String> {
+fn tree<'t>(path: &str, text: &'t str) -> Result<Document<'t>, String> {
+    xml::tree(text).map_err(|(_, wrong)| format!("{path}: {wrong}"))
+}
+
+fn rows(sheet: Element, texts: &[String]) -> Result<Rows, String> {
     let mut rows: Rows = Vec::new();
     let all = sheet.child("sheetData").into_iter().flat_map(|data| data.children("row"));
     for row in all {
@@ -70,7 +76,7 @@ fn column(name: &str) -> Option<usize> {
 }
 
 /// The text of a cell: shared, in the cell, a truth, or a number as it is written.
-fn value(cell: &Element, texts: &[String]) -> Result<String, String> {
+fn value(cell: Element, texts: &[String]) -> Result<String, String> {
     let value = cell.child("v").map_or("", |value| value.text().0);
     Ok(match cell.attribute("t") {
         Some("s") => {
@@ -84,7 +90,7 @@ fn value(cell: &Element, texts: &[String]) -> Result<String, String> {
 }
 
 /// The text of a string item: its own, or those of its runs.
-fn text_of(item: &Element) -> String {
+fn text_of(item: Element) -> String {
     let runs = item.children("r").filter_map(|run| run.child("t"));
     item.children("t").chain(runs).map(|text| text.text().0).collect()
 }

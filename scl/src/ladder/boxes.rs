@@ -1,11 +1,11 @@
 //! Boxes that calculate a value, and ENO, which says whether they could.
 
-use super::Element;
 use super::elements::{Failure, Formula};
 use super::flow::Value;
 use super::lower::{Lowerer, numbered};
+use super::{Element, MOST_PINS};
 use crate::lexer::Span;
-use crate::syntax::{Binary, ExpressionId, ExpressionKind, StatementKind, Unary};
+use crate::syntax::{Binary, ExpressionId, ExpressionKind, Statement, StatementKind, Unary};
 use crate::types::Elementary;
 use std::collections::BTreeSet;
 
@@ -75,6 +75,73 @@ impl Lowerer<'_> {
             None => flow,
         };
         self.set(elements, number, "ENO", eno);
+    }
+
+    /// DEMUX: the value goes to the output that K selects, and to ELSE if K is the number of none; the others keep theirs.
+    pub fn demultiplexed(&mut self, elements: &[Element], number: usize) {
+        let element = &elements[number];
+        let span = element.span;
+        let flow = self.flow(element, &["EN"]);
+        let (Some(k), Some(value)) = (self.operand(element, "K"), self.operand(element, "IN")) else { return };
+        let selected = |pin: &str| pin.strip_prefix("OUT").and_then(|number| number.parse::<i64>().ok());
+        for pin in self.result_pins(element, number) {
+            let (message, help) = if pin != "ELSE" && selected(&pin).is_none() {
+                (format!("{} has no pin {}", element.name, pin.to_lowercase()), "draw it again")
+            } else if self.is_awaited(&(number, pin.clone())) {
+                let message = format!("{}: {} leads to another element", element.name, pin.to_lowercase());
+                (message, "write it to a variable, which keeps its value while K selects another output")
+            } else {
+                continue;
+            };
+            self.report.error(span, message, Some(help));
+            return;
+        }
+        let drawn = element.outputs.iter().map(|(pin, _)| pin).chain(&element.open).filter_map(|pin| selected(pin));
+        let card = element.setting("CARD").and_then(|card| card.trim().parse::<i64>().ok());
+        let count = drawn.map(|last| last + 1).chain(card).max().unwrap_or(0).min(MOST_PINS as i64);
+        let roots = self.roots(element.outputs.iter().map(|(_, target)| *target));
+        let flow = self.shared(flow, span);
+        let flow = self.apart(flow, &roots, span);
+        let eno = (element.has_eno && self.has_eno(element, number)).then(|| self.temporary(span));
+        if let Some(eno) = &eno {
+            let no = self.literal("BOOL#FALSE", span);
+            self.push(StatementKind::Let(eno.clone(), Some(Elementary::Bool), Some(no)), span);
+        }
+        self.before_writing(&roots, span);
+        let body = self.aside(|lowerer| {
+            if let Some(eno) = &eno {
+                let limits = [(Binary::GreaterOrEqual, 0), (Binary::Less, count)].map(|(operator, limit)| {
+                    let limit = lowerer.literal(&limit.to_string(), span);
+                    lowerer.binary(operator, k, limit, span)
+                });
+                let is_one = lowerer.binary(Binary::And, limits[0], limits[1], span);
+                lowerer.push(StatementKind::Let(eno.clone(), Some(Elementary::Bool), Some(is_one)), span);
+            }
+            let branches = (0..count).map(|at| {
+                let at_number = lowerer.literal(&at.to_string(), span);
+                let is_selected = lowerer.binary(Binary::Equal, k, at_number, span);
+                (is_selected, lowerer.given_to(element, &format!("OUT{at}"), value))
+            });
+            let branches: Vec<(ExpressionId, Vec<Statement>)> = branches.collect();
+            let otherwise = lowerer.given_to(element, "ELSE", value);
+            if branches.is_empty() {
+                lowerer.code.extend(otherwise);
+            } else {
+                lowerer.push(StatementKind::If(branches, otherwise), span);
+            }
+        });
+        self.only_if(flow.clone(), body, span);
+        let eno = eno.map(|eno| Value { of: Some(self.named(&eno, span)), ..Value::TRUE });
+        self.set(elements, number, "ENO", eno.unwrap_or(flow));
+    }
+
+    /// A value, as the variables at a pin get it.
+    fn given_to(&mut self, element: &Element, pin: &str, value: ExpressionId) -> Vec<Statement> {
+        let value = self.of_pin(element, pin, value);
+        let targets = element.outputs.iter().filter(|(own, _)| own == pin);
+        let assign =
+            |target| Statement { kind: StatementKind::Assign(vec![(target, None)], value), span: element.span };
+        targets.map(|(_, target)| assign(*target)).collect()
     }
 
     pub fn has_eno(&self, element: &Element, number: usize) -> bool {

@@ -56,6 +56,8 @@ pub enum Law {
     Return(Returned),
     /// A box that is executed if EN.
     Box(Formula, Failure),
+    /// IF f THEN the output of the number K := IN, or else ELSE := IN.
+    Demultiplex,
     /// A box that is executed if EN: a function with outputs, called as a statement.
     Statement(&'static str),
     /// Not read; what to draw instead.
@@ -208,6 +210,7 @@ pub const ROWS: &[Row] = &[
     function(&["Limit"], Call("LIMIT", &[], &["MN", "IN", "MX"]), Condition("LIMIT")),
     function(&["Sel"], Call("SEL", &["G"], &["IN0", "IN1"]), Never),
     function(&["Mux"], Call("MUX", &["K"], &["IN*", "INELSE"]), Condition("MUX")),
+    row(&["Demux"], Law::Demultiplex),
     function(&["Shl"], Call("SHL", &["N"], &["IN"]), Never),
     function(&["Shr"], Call("SHR", &["N"], &["IN"]), Never),
     function(&["Rol"], Call("ROL", &["N"], &["IN"]), Never),
@@ -273,6 +276,7 @@ pub fn pin_of(law: Option<Law>, pin: &str) -> &str {
     match (law, pin) {
         (Some(Law::Box(Formula::Call("LIMIT", ..), _)), "MIN") => "MN",
         (Some(Law::Box(Formula::Call("LIMIT", ..), _)), "MAX") => "MX",
+        (Some(Law::Demultiplex), "OUTELSE") => "ELSE",
         (Some(Law::FlipFlop(true)), "R1") => "R",
         (Some(Law::FlipFlop(false)), "S1") => "S",
         (Some(Law::Contact(_) | Law::Coil(_) | Law::Set(_)), "IN_OUT") => "OPERAND",

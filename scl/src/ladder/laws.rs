@@ -103,6 +103,7 @@ impl Lowerer<'_> {
                 self.only_if(flow, body, span);
             }
             Law::Box(formula, failure) => self.boxed(formula, failure, elements, number),
+            Law::Demultiplex => self.demultiplexed(elements, number),
             Law::Statement(name) => {
                 let callee = self.function(name, span);
                 self.statement(callee, elements, number);

@@ -145,41 +145,27 @@ impl Lowerer<'_> {
         }
     }
 
-    /// The elements of a network, each after those whose pins it needs.
+    /// The elements of a network in their order, each after those whose pins it needs.
     fn order(&mut self, network: &Network) -> Vec<usize> {
         let elements = &network.elements;
-        let needed: Vec<Vec<usize>> = elements.iter().map(needed).collect();
-        let mut order = Vec::new();
-        // 1 while what an element needs is looked through, 2 afterwards.
-        let mut state = vec![0u8; elements.len()];
-        for first in 0..elements.len() {
-            let mut open = vec![(first, 0)];
-            while let Some((number, next)) = open.pop() {
-                if state[number] == 2 {
-                    continue;
-                }
-                state[number] = 1;
-                match needed[number].get(next).copied() {
-                    None => {
-                        state[number] = 2;
-                        order.push(number);
-                    }
-                    Some(needed) => {
-                        open.push((number, next + 1));
-                        match state.get(needed) {
-                            Some(0) => open.push((needed, 0)),
-                            Some(1) => {
-                                let message = "the wires form a circle: this element needs its own result";
-                                let help = "put a variable between: a coil writes it, a contact reads it";
-                                self.report.error(elements[number].span, message, Some(help));
-                            }
-                            _ => {}
-                        }
-                    }
-                }
-            }
+        let mut needed: Vec<Vec<usize>> = elements.iter().map(needed).collect();
+        let (any, circles) = each_after_its_needs(0..elements.len(), &needed);
+        for number in circles {
+            let message = "the wires form a circle: this element needs its own result";
+            let help = "put a variable between: a coil writes it, a contact reads it";
+            self.report.error(elements[number].span, message, Some(help));
         }
-        order
+        // What an element needs takes effect in the order of the network, too, not in that of its pins; a junction is where its
+        // first source is.
+        let mut places: Vec<usize> = (0..elements.len()).collect();
+        for number in any.into_iter().filter(|number| is_junction(&elements[*number])) {
+            places[number] = needed[number].iter().map(|needed| places[*needed]).min().unwrap_or(number);
+        }
+        needed.iter_mut().for_each(|needed| needed.sort_by_key(|number| places[*number]));
+        // Nothing takes effect earlier because wires meet: not every format has an element for that.
+        let (junctions, others): (Vec<usize>, Vec<usize>) =
+            (0..elements.len()).partition(|number| is_junction(&elements[*number]));
+        each_after_its_needs(others.into_iter().chain(junctions), &needed).0
     }
 
     /// Whether a pin is still asked for.
@@ -315,7 +301,12 @@ impl Lowerer<'_> {
         let is_asked = |pin: &&str| !matches!(law, Some(Law::Label)) && !self.asked.contains(*pin);
         let input = element.inputs.iter().map(|input| input.pin.as_str()).find(is_asked);
         // The outputs of calls are arguments, and boxes write what they are drawn to.
-        let is_passed = matches!(law, None | Some(Law::Box(..) | Law::Statement(_) | Law::Instance(_) | Law::System));
+        let is_passed = match law {
+            None => true,
+            Some(law) => {
+                matches!(law, Law::Box(..) | Law::Demultiplex | Law::Statement(_) | Law::Instance(_) | Law::System)
+            }
+        };
         let mut outputs = element.outputs.iter().map(|(pin, _)| pin.as_str());
         let output = outputs.find(|pin| !is_passed && !self.given.contains(*pin));
         if let Some(pin) = input.or(output) {
@@ -349,6 +340,45 @@ pub fn numbered(element: &Element) -> Vec<String> {
         element.inputs.iter().filter_map(|input| Some((number(&input.pin)?, input.pin.clone()))).collect();
     pins.sort();
     pins.into_iter().map(|(_, pin)| pin).collect()
+}
+
+/// These elements, each after what it needs, and those that need themselves.
+fn each_after_its_needs(roots: impl Iterator<Item = usize>, needed: &[Vec<usize>]) -> (Vec<usize>, Vec<usize>) {
+    let (mut order, mut circles) = (Vec::new(), Vec::new());
+    // 1 while what an element needs is looked through, 2 afterwards.
+    let mut state = vec![0u8; needed.len()];
+    for root in roots {
+        let mut open = vec![(root, 0)];
+        while let Some((number, next)) = open.pop() {
+            if state[number] == 2 {
+                continue;
+            }
+            state[number] = 1;
+            match needed[number].get(next).copied() {
+                None => {
+                    state[number] = 2;
+                    order.push(number);
+                }
+                Some(needed) => {
+                    open.push((number, next + 1));
+                    match state.get(needed) {
+                        Some(0) => open.push((needed, 0)),
+                        Some(1) => circles.push(number),
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+    (order, circles)
+}
+
+/// Whether an element is a place where wires meet, and no more.
+fn is_junction(element: &Element) -> bool {
+    let mut sources = element.inputs.iter().flat_map(|input| &input.sources);
+    let is_gate = element.call.is_none()
+        && matches!(elements::named(&element.name).map(|row| row.law), Some(Law::Gate(Binary::Or)));
+    is_gate && element.outputs.is_empty() && !sources.any(|source| matches!(source, Source::Operand(_)))
 }
 
 /// The elements whose pins an element needs.

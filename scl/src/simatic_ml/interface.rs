@@ -17,7 +17,7 @@ const ATTRIBUTES: [(&str, &str); 4] = [
 
 impl Reader<'_> {
     /// The interface of a block, of a data block or of a type.
-    pub fn interface(&mut self, element: &Element, block: &mut Block) {
+    pub fn interface(&mut self, element: Element, block: &mut Block) {
         let interface = element.child("AttributeList").and_then(|list| list.child("Interface"));
         let Some(sections) = interface.and_then(|interface| interface.child("Sections")) else {
             if block.kind != BlockKind::DataBlock {
@@ -26,7 +26,7 @@ impl Reader<'_> {
             }
             return;
         };
-        let is_instance = element.name == "SW.Blocks.InstanceDB";
+        let is_instance = element.name() == "SW.Blocks.InstanceDB";
         for section in sections.children("Section") {
             let name = section.attribute("Name").unwrap_or_default();
             let kind = match name {
@@ -69,7 +69,7 @@ impl Reader<'_> {
     }
 
     /// The start values of an instance, as its data block has them.
-    fn starts_of_instance(&mut self, section: &Element, block: &mut Block) {
+    fn starts_of_instance(&mut self, section: Element, block: &mut Block) {
         for element in section.children("Member") {
             let mut parts = Vec::new();
             self.parts(element, &mut Vec::new(), &mut Vec::new(), &mut parts);
@@ -93,12 +93,12 @@ impl Reader<'_> {
         }
     }
 
-    fn name(&self, element: &Element) -> Name {
+    fn name(&self, element: Element) -> Name {
         Name { text: element.attribute("Name").unwrap_or_default().to_string(), span: self.span(element) }
     }
 
     /// A member; the values of an array's elements are told by the array.
-    fn member(&mut self, element: &Element, is_in_array: bool) -> Option<Member> {
+    fn member(&mut self, element: Element, is_in_array: bool) -> Option<Member> {
         let name = self.name(element);
         if name.text.is_empty() {
             self.report.error(name.span, "a member without a name", Some("export the block again"));
@@ -127,7 +127,7 @@ impl Reader<'_> {
         })
     }
 
-    fn type_of(&mut self, element: &Element, is_in_array: bool) -> Option<Type> {
+    fn type_of(&mut self, element: Element, is_in_array: bool) -> Option<Type> {
         let written = element.attribute("Datatype").unwrap_or_default().to_string();
         let span = self.span(element);
         if written.is_empty() {
@@ -143,19 +143,19 @@ impl Reader<'_> {
         // `Array[0..3] of Struct`: the structure's members are the children of the member.
         if upper.starts_with("ARRAY") && upper.trim_end().ends_with(" STRUCT") {
             let bounds = &written[..written.trim_end().len() - " Struct".len()];
-            let range = self.fragment(element.span.start, &format!("{bounds} Bool"));
+            let range = self.fragment(element.span().start, &format!("{bounds} Bool"));
             let of = self.fragments().type_of(range);
             let TypeKind::Array(bounds, _) = of.kind else { return Some(of) };
             let structure = self.structure(element, true);
             return Some(Type { kind: TypeKind::Array(bounds, Box::new(structure)), span });
         }
-        let range = self.fragment(element.span.start, &written);
+        let range = self.fragment(element.span().start, &written);
         let mut of = self.fragments().type_of(range);
         of.span = span;
         Some(of)
     }
 
-    fn structure(&mut self, element: &Element, is_in_array: bool) -> Type {
+    fn structure(&mut self, element: Element, is_in_array: bool) -> Type {
         let members = element.children("Member").filter_map(|member| self.member(member, is_in_array)).collect();
         Type { kind: TypeKind::Struct(members), span: self.span(element) }
     }
@@ -163,7 +163,7 @@ impl Reader<'_> {
     /// The start values of a member and of what it holds, with the paths to them. A structure's own members say theirs themselves.
     fn parts(
         &mut self,
-        element: &Element,
+        element: Element,
         path: &mut Vec<Part>,
         arrays: &mut Vec<usize>,
         into: &mut Vec<(Vec<Part>, ExpressionId)>,
@@ -207,13 +207,13 @@ impl Reader<'_> {
         }
     }
 
-    fn start_value(&mut self, value: &Element) -> Option<ExpressionId> {
+    fn start_value(&mut self, value: Element) -> Option<ExpressionId> {
         let (text, range) = value.text();
         // A symbolic constant may stand there: `"MAX"`.
         if text.is_empty() {
             return None;
         }
-        let range = self.fragment(range.start.min(value.span.start), text);
+        let range = self.fragment(range.start.min(value.span().start), text);
         Some(self.fragments().expression(range))
     }
 }
@@ -252,7 +252,7 @@ fn is_void(of: &Type) -> bool {
     matches!(&of.kind, TypeKind::Name(name, _) if name.eq_ignore_ascii_case("Void"))
 }
 
-fn attributes(element: &Element) -> Vec<Attribute> {
+fn attributes(element: Element) -> Vec<Attribute> {
     let Some(list) = element.child("AttributeList") else { return Vec::new() };
     let attributes = list.children("BooleanAttribute").filter_map(|attribute| {
         let name = attribute.attribute("Name")?;
@@ -262,7 +262,7 @@ fn attributes(element: &Element) -> Vec<Attribute> {
     attributes.collect()
 }
 
-fn comment(element: &Element) -> String {
+fn comment(element: Element) -> String {
     let texts = element.children("Comment").flat_map(|comment| comment.children("MultiLanguageText"));
     shown(
         texts

@@ -21,7 +21,7 @@ enum Node {
 
 impl Reader<'_> {
     /// The statements of a block's networks.
-    pub fn networks(&mut self, block: &Element, owner: &Owner) -> Vec<Statement> {
+    pub fn networks(&mut self, block: Element, owner: &Owner) -> Vec<Statement> {
         let Some(list) = block.child("ObjectList") else { return Vec::new() };
         let mut statements = Vec::new();
         let mut graphs: Vec<Network> = Vec::new();
@@ -31,11 +31,11 @@ impl Reader<'_> {
             network.comment = multilingual(unit, "Comment");
             let attributes = unit.child("AttributeList");
             let source = attributes.and_then(|list| list.child("NetworkSource"));
-            let Some(content) = source.and_then(|source| source.children.first()) else { continue };
+            let Some(content) = source.and_then(|source| source.elements().next()) else { continue };
             let language = attributes.and_then(|list| list.child("ProgrammingLanguage")).map_or("", |of| of.text().0);
             let extent = self.extent(content);
             self.report.locate(extent, ladder::network_title(owner, &network));
-            match content.name.as_str() {
+            match content.name() {
                 "FlgNet" => {
                     self.graph(content, &mut network);
                     if matches!(language, "FBD" | "F_FBD") {
@@ -67,7 +67,7 @@ impl Reader<'_> {
         statements
     }
 
-    fn graph(&mut self, content: &Element, network: &mut Network) {
+    fn graph(&mut self, content: Element, network: &mut Network) {
         for label in content.children("Labels").flat_map(|labels| labels.children("LabelDeclaration")) {
             if let Some(name) = label.child("Label").and_then(|label| label.attribute("Name")) {
                 network.labels.push(Name { text: name.to_string(), span: self.span(label) });
@@ -75,8 +75,8 @@ impl Reader<'_> {
         }
         let mut nodes: HashMap<&str, Node> = HashMap::new();
         let mut uids: HashSet<&str> = HashSet::new();
-        let mut parts: Vec<(u64, &str, &Element)> = Vec::new();
-        for (number, part) in content.children("Parts").flat_map(|parts| &parts.children).enumerate() {
+        let mut parts: Vec<(u64, &str, Element)> = Vec::new();
+        for (number, part) in content.children("Parts").flat_map(Element::elements).enumerate() {
             let Some(uid) = part.attribute("UId") else {
                 self.report.error(self.span(part), "a part without UId", Some("export the block again"));
                 continue;
@@ -86,7 +86,7 @@ impl Reader<'_> {
                 self.report.error(self.span(part), message, Some("export the block again"));
                 continue;
             }
-            match part.name.as_str() {
+            match part.name() {
                 "Access" if part.attribute("Scope") == Some("Label") => {
                     let name = part.child("Label").and_then(|label| label.attribute("Name")).unwrap_or_default();
                     nodes.insert(uid, Node::Label(Name { text: name.to_string(), span: self.span(part) }));
@@ -106,7 +106,7 @@ impl Reader<'_> {
         // Fragments are written in the order of the document.
         let mut elements: Vec<(u64, &str, ladder::Element)> = Vec::new();
         for (order, uid, part) in parts {
-            let element = if part.name == "Call" { self.call(part) } else { self.part(part) };
+            let element = if part.name() == "Call" { self.call(part) } else { self.part(part) };
             elements.push((order, uid, element));
         }
         // Where no wire says another order, elements take effect in that of their numbers.
@@ -120,12 +120,12 @@ impl Reader<'_> {
         }
     }
 
-    fn part(&mut self, part: &Element) -> ladder::Element {
+    fn part(&mut self, part: Element) -> ladder::Element {
         let mut element = ladder::Element::new(part.attribute("Name").unwrap_or_default(), self.span(part));
         element.has_eno = part.attribute("DisabledENO") != Some("true");
-        for child in &part.children {
+        for child in part.elements() {
             let name = child.attribute("Name").unwrap_or_default();
-            match child.name.as_str() {
+            match child.name() {
                 "Negated" => element.negated.push(name.to_uppercase()),
                 "TemplateValue" => element.settings.push((name.to_uppercase(), child.text().0.to_string())),
                 "Instance" => {
@@ -136,7 +136,7 @@ impl Reader<'_> {
                     let (text, range) = child.text();
                     // `OUT := IN1 + IN2` or the sum alone.
                     let text = text.split_once(":=").map_or(text, |(_, value)| value);
-                    let range = self.fragment(range.start.max(child.span.start), text.trim_end_matches([';', ' ']));
+                    let range = self.fragment(range.start.max(child.span().start), text.trim_end_matches([';', ' ']));
                     element.equation = Some(self.fragments().expression(range));
                 }
                 // How it is shown, and types that follow from the operands.
@@ -146,7 +146,7 @@ impl Reader<'_> {
         element
     }
 
-    fn call(&mut self, call: &Element) -> ladder::Element {
+    fn call(&mut self, call: Element) -> ladder::Element {
         let span = self.span(call);
         let Some(info) = call.child("CallInfo") else {
             self.report.error(span, "a call without CallInfo", Some("draw the call again"));
@@ -162,7 +162,7 @@ impl Reader<'_> {
                 Some(self.fragments().expression(range))
             }
             None => {
-                let range = self.fragment(info.span.start, &format!("\"{name}\""));
+                let range = self.fragment(info.span().start, &format!("\"{name}\""));
                 Some(self.fragments().expression(range))
             }
         };
@@ -185,9 +185,10 @@ impl Reader<'_> {
     }
 
     /// One source, and what it is wired to.
-    fn wire(&mut self, wire: &Element, nodes: &HashMap<&str, Node>, network: &mut Network) {
-        let [from, to @ ..] = wire.children.as_slice() else { return };
-        let source = match from.name.as_str() {
+    fn wire(&mut self, wire: Element, nodes: &HashMap<&str, Node>, network: &mut Network) {
+        let mut to = wire.elements();
+        let Some(from) = to.next() else { return };
+        let source = match from.name() {
             "Powerrail" => Some(Source::Rail),
             "IdentCon" | "NameCon" => match from.attribute("UId").and_then(|uid| nodes.get(uid)) {
                 Some(Node::Operand(operand)) => Some(Source::Operand(*operand)),
@@ -216,7 +217,7 @@ impl Reader<'_> {
             if self.is_full(end, &source, nodes, network) {
                 return;
             }
-            match end.name.as_str() {
+            match end.name() {
                 "NameCon" => match end.attribute("UId").and_then(|uid| nodes.get(uid)) {
                     Some(Node::Element(number)) => {
                         let element = &mut network.elements[*number];
@@ -256,7 +257,7 @@ impl Reader<'_> {
     }
 
     /// Whether an element at one of the ends has as many pins as it may have, which is told.
-    fn is_full(&mut self, end: &Element, source: &Source, nodes: &HashMap<&str, Node>, network: &Network) -> bool {
+    fn is_full(&mut self, end: Element, source: &Source, nodes: &HashMap<&str, Node>, network: &Network) -> bool {
         let target = match end.attribute("UId").and_then(|uid| nodes.get(uid)) {
             Some(Node::Element(number)) => Some(*number),
             _ => None,
@@ -277,7 +278,7 @@ impl Reader<'_> {
         full.is_some()
     }
 
-    fn unknown(&mut self, end: &Element) {
+    fn unknown(&mut self, end: Element) {
         let uid = end.attribute("UId").unwrap_or_default();
         let message = format!("a wire goes to UId {}, which the network does not have", quoted(uid));
         self.report.error(self.span(end), message, Some("export the block again"));

@@ -88,15 +88,15 @@ impl Reader<'_> {
     }
 
     /// A variable, a constant or a label as SCL; its bytes.
-    pub fn access(&mut self, access: &Element) -> Range<usize> {
-        let from = access.span.start.max(self.written.end());
+    pub fn access(&mut self, access: Element) -> Range<usize> {
+        let from = access.span().start.max(self.written.end());
         self.write_access(access);
-        self.check_written(access.span.start);
+        self.check_written(access.span().start);
         self.written.since(from)
     }
 
-    fn write_access(&mut self, access: &Element) {
-        let at = access.span.start;
+    fn write_access(&mut self, access: Element) {
+        let at = access.span().start;
         let scope = access.attribute("Scope").unwrap_or_default();
         match scope {
             "Call" | "Expression" => return self.write_children(access),
@@ -116,7 +116,7 @@ impl Reader<'_> {
             return self.write_constant(scope, constant);
         }
         match access.child("Symbol") {
-            Some(symbol) => self.write_path(&symbol.children, scope == "LocalVariable"),
+            Some(symbol) => self.write_path(symbol, scope == "LocalVariable"),
             None => {
                 let what =
                     if scope.is_empty() { "an operand without a scope".into() } else { format!("an operand {scope}") };
@@ -128,7 +128,7 @@ impl Reader<'_> {
     }
 
     /// An absolute address, as SCL has it.
-    fn write_address(&mut self, access: &Element) {
+    fn write_address(&mut self, access: Element) {
         let of = |name: &str| access.child("Address").and_then(|address| address.attribute(name)).unwrap_or_default();
         let area = match of("Area") {
             "Input" | "PeripheryInput" => "I",
@@ -137,21 +137,21 @@ impl Reader<'_> {
             other => {
                 let message = format!("an operand in the area {} is not read", quoted(other));
                 self.report.error(self.span(access), message, Some("use a variable"));
-                return self.written.put(access.span.start, "0");
+                return self.written.put(access.span().start, "0");
             }
         };
         let offset = of("BitOffset").parse::<u32>().unwrap_or(0);
         let width = match Elementary::named(&of("Type").to_uppercase()).map(Elementary::bits) {
-            Some(1) => return self.written.put(access.span.start, &format!("%{area}{}.{}", offset / 8, offset % 8)),
+            Some(1) => return self.written.put(access.span().start, &format!("%{area}{}.{}", offset / 8, offset % 8)),
             Some(8) => "B",
             Some(16) => "W",
             _ => "D",
         };
-        self.written.put(access.span.start, &format!("%{area}{width}{}", offset / 8));
+        self.written.put(access.span().start, &format!("%{area}{width}{}", offset / 8));
     }
 
-    fn write_constant(&mut self, scope: &str, constant: &Element) {
-        let at = constant.span.start;
+    fn write_constant(&mut self, scope: &str, constant: Element) {
+        let at = constant.span().start;
         if let Some(name) = constant.attribute("Name") {
             let name = if scope == "LocalConstant" { format!("#{}", quoted_name(name)) } else { format!("\"{name}\"") };
             return self.written.put(at, &name);
@@ -172,14 +172,14 @@ impl Reader<'_> {
             }
             _ => text.to_string(),
         };
-        self.written.put(range.start.min(value.span.start), &text);
+        self.written.put(range.start.min(value.span().start), &text);
     }
 
     /// The path of a variable: the components of a symbol or an instance.
-    pub fn write_path(&mut self, components: &[Element], is_local: bool) {
+    pub fn write_path(&mut self, parent: Element, is_local: bool) {
         let mut is_first = true;
-        for component in components.iter().filter(|component| component.name == "Component") {
-            let at = component.span.start;
+        for component in parent.children("Component") {
+            let at = component.span().start;
             let name = component.attribute("Name").unwrap_or_default();
             let text = match (is_first, is_local) {
                 (true, true) => format!("#{}", quoted_name(name)),
@@ -195,7 +195,7 @@ impl Reader<'_> {
             }
             if is_array && component.children("Token").any(|token| token.attribute("Text") == Some("[")) {
                 // Statements have the brackets, and what stands between, as tokens.
-                component.children.iter().for_each(|child| self.write_token(child));
+                component.elements().for_each(|child| self.write_token(child));
             } else if is_array {
                 self.written.put(at, "[");
                 for (number, index) in component.children("Access").enumerate() {
@@ -213,58 +213,58 @@ impl Reader<'_> {
             }
         }
         if is_first {
-            let at = components.first().map_or(self.written.end(), |first| first.span.start);
+            let at = parent.elements().next().map_or(self.written.end(), |first| first.span().start);
             self.written.put(at, "0");
         }
     }
 
     /// The instance of a timer, a counter or a call; its bytes.
-    pub fn instance(&mut self, instance: &Element) -> Range<usize> {
-        let from = instance.span.start.max(self.written.end());
-        self.write_path(&instance.children, instance.attribute("Scope") == Some("LocalVariable"));
-        self.check_written(instance.span.start);
+    pub fn instance(&mut self, instance: Element) -> Range<usize> {
+        let from = instance.span().start.max(self.written.end());
+        self.write_path(instance, instance.attribute("Scope") == Some("LocalVariable"));
+        self.check_written(instance.span().start);
         self.written.since(from)
     }
 
     /// Statements in tokens; their bytes.
-    pub fn structured(&mut self, root: &Element) -> Range<usize> {
-        let from = root.span.start.max(self.written.end());
+    pub fn structured(&mut self, root: Element) -> Range<usize> {
+        let from = root.span().start.max(self.written.end());
         let (text, range) = root.text();
-        if root.children.is_empty() && !text.is_empty() {
+        if root.elements().next().is_none() && !text.is_empty() {
             self.written.put(range.start, text);
         }
         self.write_children(root);
-        self.check_written(root.span.start);
+        self.check_written(root.span().start);
         self.written.since(from)
     }
 
-    fn write_children(&mut self, parent: &Element) {
-        for child in &parent.children {
+    fn write_children(&mut self, parent: Element) {
+        for child in parent.elements() {
             self.write_token(child);
         }
     }
 
-    fn write_token(&mut self, token: &Element) {
-        let at = token.span.start;
-        match token.name.as_str() {
+    fn write_token(&mut self, token: Element) {
+        let at = token.span().start;
+        match token.name() {
             "Token" => self.written.put(at, token.attribute("Text").unwrap_or_default()),
             "NewLine" => self.written.put(at, "\n"),
             "Access" => self.write_access(token),
             "CallInfo" => {
                 match token.child("Instance") {
                     Some(instance) => {
-                        self.write_path(&instance.children, instance.attribute("Scope") == Some("LocalVariable"));
+                        self.write_path(instance, instance.attribute("Scope") == Some("LocalVariable"));
                     }
                     None => self.written.put(at, &format!("\"{}\"", token.attribute("Name").unwrap_or_default())),
                 }
-                let others = token.children.iter().filter(|child| child.name != "Instance");
+                let others = token.elements().filter(|child| child.name() != "Instance");
                 let has_bracket = token.children("Token").next().is_some();
                 if !has_bracket {
                     self.written.put(at, "(");
                 }
                 for (number, child) in others.enumerate() {
                     if !has_bracket && number > 0 {
-                        self.written.put(child.span.start, ",");
+                        self.written.put(child.span().start, ",");
                     }
                     self.write_token(child);
                 }

@@ -315,7 +315,7 @@ impl Graph<'_, '_, '_> {
 /// The pins by which the flow enters an element and leaves it.
 fn flow_pins(law: Option<Law>) -> (&'static str, &'static str) {
     match law {
-        None | Some(Law::Box(..) | Law::Statement(_) | Law::System) => ("EN", "ENO"),
+        None | Some(Law::Box(..) | Law::Demultiplex | Law::Statement(_) | Law::System) => ("EN", "ENO"),
         Some(Law::Compare(_) | Law::Range(_) | Law::Valid(_)) => ("PRE", "OUT"),
         Some(Law::Gate(_)) => ("IN1", "OUT"),
         Some(Law::FlipFlop(false)) => ("S", "Q"),

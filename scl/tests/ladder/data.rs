@@ -2,6 +2,9 @@
 
 use super::xml::{self, From, Net, local};
 use super::{Ran, compiled};
+use scl::machine::{Code, Machine};
+use scl::program::Scalar;
+use std::sync::Arc;
 
 /// A document with a data block or a type: `SW.Blocks.GlobalDB`, what stands in its attributes, and its members.
 fn document(of: &str, attributes: &str, section: &str, members: &str) -> String {
@@ -70,4 +73,45 @@ fn instances_have_their_start_values() {
     let options = scl::Options { declared, ..scl::Options::default() };
     let mut ran = Ran::from_compiled(scl::compile(&sources, &options).unwrap());
     assert_eq!([ran.call().get("y"), ran.call().get("y")], [0, 1]);
+}
+
+/// Exports say what calls an organization block, not how often: Main and the others that are called again and again run in each
+/// cycle, Main last; what an event calls does not run.
+#[test]
+fn a_project_with_several_organization_blocks_runs_without_naming_them() {
+    let network = |add: &str| {
+        let source = format!("\"Data\".n := \"Data\".n * 10 + {add};");
+        Net::of_source("", &format!("<StructuredText><Text>{source}</Text></StructuredText>"))
+    };
+    let block = |name: &str, kind: &str, add: &str| {
+        let text = xml::block("OB", name, &[], vec![network(add)], "SCL");
+        (format!("{name}.xml"), text.replace("<Number>", &format!("<SecondaryType>{kind}</SecondaryType><Number>")))
+    };
+    let named = [
+        block("Main", "ProgramCycle", "3"),
+        block("Fast", "CyclicInterrupt", "2"),
+        block("Edge", "HardwareInterrupt", "9"),
+        block("Begin", "Startup", "1"),
+    ];
+    let data = "DATA_BLOCK \"Data\" STRUCT n : DINT; END_STRUCT; BEGIN END_DATA_BLOCK\n\
+                ORGANIZATION_BLOCK \"Diagnostic error interrupt\" BEGIN \"Data\".n := -1; END_ORGANIZATION_BLOCK\n";
+    let mut sources: Vec<(&str, String)> = named.iter().map(|(name, text)| (name.as_str(), text.clone())).collect();
+    sources.push(("data.scl", data.to_string()));
+    let compiled = compiled(&sources).unwrap_or_else(|errors| panic!("{}", errors[0]));
+    let root = compiled.root.clone().unwrap();
+    assert_eq!(root.block, "Main");
+    let warned: Vec<String> = compiled.warnings.iter().map(ToString::to_string).collect();
+    for (file, says) in [
+        ("Fast.xml", "Fast is called as often as Main: the sources do not have its period; name both"),
+        ("Edge.xml", "Edge is not called: its event does not happen here"),
+        ("data.scl", "Diagnostic error interrupt is not called"),
+    ] {
+        assert!(warned.iter().any(|text| text.starts_with(file) && text.contains(says)), "{file}: {warned:#?}");
+    }
+    let mut machine = Machine::new(Arc::new(Code::compile(&compiled.program).unwrap()));
+    let (offset, _) = compiled.program.find("Data.n").unwrap();
+    machine.call(root.startup.unwrap(), 0).unwrap();
+    machine.call(root.cycle, 0).unwrap();
+    machine.call(root.cycle, 100_000_000).unwrap();
+    assert_eq!(machine.get(Scalar::I32, offset).bits() as i32, 12323);
 }

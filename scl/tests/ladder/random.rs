@@ -1,7 +1,7 @@
 //! Random networks, written as LAD and as FBD in SimaticML and in SIMATIC SD, and as SCL by a writer that shares nothing with the
 //! product: equal bits of all variables in each call. What `plcfmu show` prints of them gives the same bits, too.
 //!
-//! `LADDER_NETWORKS=100000 cargo test --release -p scl --test ladder random` makes more.
+//! `LADDER_NETWORKS=100000 cargo test --release -p scl --test ladder random` makes more; `LADDER_PROGRAM=3941` runs that one alone.
 
 mod document;
 mod drawing;
@@ -147,11 +147,7 @@ fn network(random: &mut Random, number: usize) -> Vec<Element> {
             _ => Kind::Call(random.below(2) as usize, read(random), value(random), truth(random)),
         };
         let is_last = random.once_in(8);
-        let mut place = if is_last { 1000 + random.below(1000) } else { at as u64 };
-        // A document has no element where wires meet: nothing is done earlier for it.
-        if let Kind::Or(flows) = &kind {
-            place = flows.iter().flatten().map(|of| elements[*of].place).fold(place, u64::max);
-        }
+        let place = if is_last { 1000 + random.below(1000) } else { at as u64 };
         elements.push(Element { kind, flow: from, place });
     }
     if number + 1 < NETWORKS && random.once_in(3) {
@@ -183,10 +179,15 @@ fn state(ran: &Ran) -> Vec<i64> {
 
 #[test]
 fn random_networks_give_the_same_bits_in_every_language() {
-    let count = std::env::var("LADDER_NETWORKS").ok().and_then(|count| count.parse().ok()).unwrap_or(200usize);
+    let number = |name: &str| std::env::var(name).ok().map(|text| text.parse::<usize>().unwrap());
+    let programs = number("LADDER_NETWORKS").unwrap_or(200).div_ceil(NETWORKS);
+    let only = number("LADDER_PROGRAM");
     let mut random = Random::new(20_261_125);
-    for program in 0..count.div_ceil(NETWORKS) {
+    for program in 0..only.map_or(programs, |only| only + 1) {
         let networks: Vec<Vec<Element>> = (0..NETWORKS).map(|number| network(&mut random, number)).collect();
+        if only.is_some_and(|only| only != program) {
+            continue;
+        }
         let scl = source::source(&networks);
         let of = |name: &'static str, text: String| {
             let compiled = compiled(&[(name, text.clone()), ("others.scl", OTHERS.to_string())]);

@@ -137,6 +137,9 @@ pub fn refused(name: &str) -> Option<(String, String)> {
         let help = "assign the variables themselves: the bytes are the slices .%B0, .%B1, or an AT over them";
         return Some((format!("{name} is not supported"), help.into()));
     }
+    if name == "DEMUX" {
+        return Some(("DEMUX is not supported".into(), "write the output that K selects in a CASE".into()));
+    }
     if name == "FILL" {
         return Some(("FILL is not supported".into(), "use FILL_BLK with the first element of the array".into()));
     }

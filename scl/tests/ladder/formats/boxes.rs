@@ -224,6 +224,45 @@ fn choices() {
     gives(&with_else, int, "Int", &[([0, 5], [5, 1]), ([1, 5], [20, 1]), ([2, 5], [-1, 0]), ([-1, 5], [-1, 0])]);
 }
 
+/// "DEMUX: Demultiplex": the other outputs keep their values; ELSE gets the value, and ENO is FALSE, if K is the number of no output,
+/// of which one is open here.
+#[test]
+fn the_selected_output_alone_is_written() {
+    let sections: Sections = &[
+        ("Input", "k : Int; v : Int; en : Bool"),
+        ("Output", "zero : Int; one : Int; other : Int := -1; ok : Bool; sure : Bool"),
+    ];
+    let mut net = Net::new("");
+    let flow = contact(&mut net, "en");
+    let inner = of_type("SrcType", "Int") + "<TemplateValue Name=\"Card\" Type=\"Cardinality\">3</TemplateValue>";
+    for (part, ok) in [("Demux", "ok"), ("Demux DisabledENO=\"true\"", "sure")] {
+        let demux = net.part(part, &inner, &[("en", flow.clone()), ("k", local("k")), ("in", local("v"))]);
+        for (pin, target) in [("out0", "zero"), ("out1", "one"), ("else", "other")] {
+            net.write(demux, pin, local(target));
+        }
+        coil(&mut net, ok, From::Pin(demux, "eno"));
+    }
+    let pins = "k := #k, in := #v, out0 => #zero, out1 => #one, out2 =>, else => #other";
+    let int = "S7_Templates := \"SrcType := Int\"";
+    let rungs = format!(
+        "RUNG wire#powerrail Contact( #en ) wire#w1 {{ {int}; S7_GenerateENO := \"TRUE\" }} Demux( {pins} ) Coil( #ok ) END_RUNG
+         RUNG wire#w1 {{ {int} }} Demux( {pins} ) Coil( #sure ) END_RUNG"
+    );
+    tape(
+        both(sections, vec![net], &[&rungs], ""),
+        ["k", "v", "en"],
+        ["zero", "one", "other", "ok", "sure"],
+        &[
+            ([0, 5, 1], [5, 0, -1, 1, 1]),
+            ([1, 6, 1], [5, 6, -1, 1, 1]),
+            ([2, 7, 1], [5, 6, -1, 1, 1]),
+            ([3, 8, 1], [5, 6, 8, 0, 1]),
+            ([-1, 9, 1], [5, 6, 9, 0, 1]),
+            ([0, 10, 0], [5, 6, 9, 0, 0]),
+        ],
+    );
+}
+
 /// "SHL", "SHR", "ROL", "ROR", "AND", "OR", "XOR", "INV", "DECO", "ENCO", "SWAP".
 #[test]
 fn words() {

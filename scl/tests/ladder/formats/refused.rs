@@ -108,6 +108,18 @@ fn pins_that_an_element_does_not_have_and_inputs_that_are_open_are_told() {
     }
 }
 
+/// What an output of DEMUX gives while another one is selected no wire can carry.
+#[test]
+fn an_output_of_demux_that_leads_to_an_element_is_told() {
+    let mut net = Net::new("");
+    let demux = net.part("Demux", "", &[("en", From::Rail), ("k", local("n")), ("in", local("n"))]);
+    let copy = net.part("Move", "", &[("en", From::Rail), ("in", From::Pin(demux, "out0"))]);
+    net.write(copy, "out1", local("k"));
+    let (message, line) = error("b.xml", xml::block("FB", "B", SECTIONS, vec![net], "LAD"));
+    assert_eq!(message, "FB B, network 1: Demux: Demux: out0 leads to another element");
+    assert!(line.contains("Demux"), "{line}");
+}
+
 #[test]
 fn parts_without_a_number_of_their_own_are_told() {
     let of = |from: &str, to: &str| {

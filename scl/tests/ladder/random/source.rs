@@ -3,8 +3,17 @@
 use super::{COMPARISONS, Element, Flow, Kind, Number, OF_WORDS, OPERATIONS, SHIFTS, TIMERS, declarations, labels};
 use std::fmt::Write;
 
-/// The elements in the order in which they take effect: by their places, each after what it needs.
+/// The elements in the order in which they take effect: by their places, each after what it needs, of which the earlier comes first.
+/// Where wires meet nothing takes effect: that is as early as the first of them, and comes when it is needed.
 fn order(elements: &[Element]) -> Vec<usize> {
+    fn place(elements: &[Element], at: usize) -> (u64, usize) {
+        let (mut own, mut first) = ((elements[at].place, at), None);
+        if let Kind::Or(flows) = &elements[at].kind {
+            first = flows.iter().flatten().map(|of| place(elements, *of)).min();
+            own = (u64::MAX, at);
+        }
+        first.unwrap_or(own)
+    }
     fn visit(elements: &[Element], at: usize, order: &mut Vec<usize>) {
         if order.contains(&at) {
             return;
@@ -15,11 +24,14 @@ fn order(elements: &[Element]) -> Vec<usize> {
             Kind::FlipFlop(_, _, other) => needed.push(*other),
             _ => {}
         }
-        needed.into_iter().flatten().for_each(|other| visit(elements, other, order));
+        let mut needed: Vec<usize> = needed.into_iter().flatten().collect();
+        needed.sort_by_key(|other| place(elements, *other));
+        needed.into_iter().for_each(|other| visit(elements, other, order));
         order.push(at);
     }
+    let is_junction = |at: &usize| matches!(elements[*at].kind, Kind::Or(_));
     let mut places: Vec<usize> = (0..elements.len()).collect();
-    places.sort_by_key(|at| elements[*at].place);
+    places.sort_by_key(|at| (is_junction(at), elements[*at].place));
     let mut order = Vec::new();
     places.into_iter().for_each(|at| visit(elements, at, &mut order));
     order
