@@ -270,7 +270,7 @@ impl Type {
         }
     }
 
-    /// A number of this type as it is moved.
+    /// A number as its cell: 64-bit integers keep their bits.
     pub fn cell(self, number: f64) -> f64 {
         match self {
             Type::Int64 => f64::from_bits(number as i64 as u64),
@@ -279,7 +279,7 @@ impl Type {
         }
     }
 
-    /// A whole number of this type as it is moved; none if it is not in its range.
+    /// A whole number as its cell, or `None` outside the range of the type.
     pub fn whole_cell(self, number: i128) -> Option<f64> {
         let (low, high) = self.whole()?;
         (low..=high).contains(&number).then(|| match self {
@@ -503,7 +503,7 @@ words! {
         Output "output",
         /// The FMU, for itself.
         Local "local",
-        /// Nobody: it is the time.
+        /// No one: it is the time.
         Independent "independent",
     }
 

@@ -33,7 +33,7 @@ pub struct Preset {
     pub model_name: String,
     /// The GUID.
     pub guid: String,
-    /// The places of variables, of which each element of an array has one, and their start values.
+    /// The places of variables, one for each element of an array, and their start values.
     pub starts: Vec<(usize, Value)>,
     /// The simulation that the FMU proposes.
     pub default_experiment: Option<DefaultExperiment>,
@@ -126,7 +126,7 @@ impl ModelDescription {
     /// within the other, but the blocks take any value.
     ///
     /// # Panics
-    /// A start value is for a variable that there is not.
+    /// A start value names an unknown variable.
     pub fn with(&self, preset: Preset) -> ModelDescription {
         match self {
             ModelDescription::V2(own) => {

@@ -41,7 +41,7 @@ pub struct Roles {
     pub manipulated_value: Option<String>,
     /// The switch to manual mode and the manual value.
     pub manual: Option<(String, String)>,
-    /// GAIN, TI, TD and TM_LAG, as far as there are such.
+    /// GAIN, TI, TD and TM_LAG, as far as the block has them.
     pub controller: Vec<String>,
     /// The switches of the P, I and D action.
     pub structure: Vec<String>,

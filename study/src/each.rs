@@ -41,7 +41,7 @@ impl Reading {
     /// The names of the loops of the table, or their numbers from 1.
     ///
     /// # Errors
-    /// There is no table, there are several that do not belong together, or the study is wrong.
+    /// No table, several that do not belong together, or a faulty study.
     pub fn loops(&self) -> Result<Vec<String>> {
         let study = &self.job.study;
         study.check()?;

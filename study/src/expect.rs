@@ -130,7 +130,7 @@ impl Expectation {
     /// (0 to 100), `min(FIGURE)`, `median(FIGURE)`, `max(FIGURE)` or `mean(FIGURE)`.
     ///
     /// # Errors
-    /// What is wrong with it: there is no such figure, the unit is not that of the figure.
+    /// An unknown figure, or a unit that is not that of the figure.
     pub fn parse(text: &str, figures: &[Quantity]) -> Result<Expectation> {
         let text = text.trim();
         let read = || {

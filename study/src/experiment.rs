@@ -46,7 +46,7 @@ impl Detail {
 pub enum Gives {
     /// The figures.
     Figures,
-    /// The figures that new instances come to, and behind them the process value at the times [`Experiment::trace_times`].
+    /// The figures from new instances, followed by the process value at the times [`Experiment::trace_times`].
     Trace,
 }
 
@@ -190,7 +190,7 @@ impl Experiment {
     /// The values of a run, for each coordinate, as its variables get them.
     ///
     /// # Panics
-    /// There is no such run.
+    /// No such run.
     pub fn point(&self, run: u64) -> Vec<f64> {
         self.axes.point(run)
     }
@@ -350,7 +350,7 @@ impl<C: Reset> Executor<C> {
             |time, values| {
                 kept.push(time, values);
                 if let Some(before) = &before {
-                    // Figures are of calls, see `master`: what nobody reads is in the row of the next time.
+                    // Figures are of calls, see `master`: an output that is not connected is in the row of the next time.
                     for (place, value) in places.iter().zip(&mut row) {
                         *value = if plan.columns[*place].is_unread { values[*place] } else { before[*place] };
                     }

@@ -146,7 +146,7 @@ impl Measures {
     /// Resolves the figures of a study. `roles` are those of the first member, if it has any.
     ///
     /// # Errors
-    /// Which signal, value or limit is wrong, and what to do; there is no figure at all.
+    /// A wrong signal, value or limit, with the remedy, or no figure at all.
     pub fn of(study: &Study, system: &System, names: &Names, roles: Option<&Roles>) -> Result<Measures> {
         let mut columns = Columns { names, columns: Vec::new() };
         let mut measures = Measures {

@@ -33,7 +33,7 @@ pub fn runs_of_sample(axes: usize) -> u64 {
     axes as u64 + 2
 }
 
-/// The indices of each of so many axes for a figure, by the number of its column; none if it does not vary, or if a run has no
+/// The indices of each axis for a figure, by the number of its column; `None` if it does not vary, or if a run has no
 /// value.
 ///
 /// # Errors

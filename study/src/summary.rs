@@ -4,7 +4,7 @@
 //! of n values in ascending order, counted from 0, percentile p is at the place p / 100 (n - 1).
 //!
 //! Which value of a figure is the best, says [`figures::FIGURES`]. Of the other figures the lowest is, but for the least value of a
-//! variable, `FMU.VARIABLE.min`: of this the highest is the best. For `FMU.VARIABLE.mean` and `FMU.VARIABLE.last`, of which neither end is better, the
+//! variable, `FMU.VARIABLE.min`: the highest is the best. For `FMU.VARIABLE.mean` and `FMU.VARIABLE.last`, neither end of which is better, the
 //! highest value counts as the worst.
 
 use crate::columns::Spill;

@@ -30,7 +30,7 @@ pub struct Tuning {
     pub problem: Problem,
     /// The settings that the loop has now, for each search variable.
     pub present: Vec<f64>,
-    /// The figures of a row, [`SENSITIVITY`] behind the others if it is needed.
+    /// The figures of a row, with [`SENSITIVITY`] last if it is needed.
     pub figures: Vec<Quantity>,
     /// The units of the search variables.
     pub units: Vec<Option<String>>,

@@ -121,11 +121,11 @@ pub fn experiment(job: &Job, descriptions: &[&Description], table: Option<&Table
     Experiment::of(job, descriptions, roles.as_ref())
 }
 
-/// Makes runs as it is told on standard input, with the FMUs unpacked in `folder`. If `find` knows all FMUs of a loop, they run in
+/// Makes the runs requested on standard input, with the FMUs unpacked in `folder`. If `find` knows all FMUs of a loop, they run in
 /// this process without their libraries.
 ///
 /// # Errors
-/// There is no standard output, or the other side has ended.
+/// No standard output, or the other side has ended.
 pub fn run(folder: &Path, find: Find) -> Result<()> {
     serve(folder, |channel| {
         let Some(Request::Begin { job, is_prompt, renews, exact_door }) = channel.next()? else {

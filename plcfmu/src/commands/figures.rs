@@ -18,7 +18,7 @@ struct Recorded {
     times: Vec<f64>,
     setpoint: Vec<Option<f64>>,
     process_value: Vec<Option<f64>>,
-    /// Empty if there is none.
+    /// Empty without one.
     manipulated_value: Vec<Option<f64>>,
     /// From which to which value the setpoint step goes, with which the rows begin.
     step: (f64, f64),

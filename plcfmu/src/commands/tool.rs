@@ -103,7 +103,7 @@ struct Opened {
 struct Start {
     /// Parameter files to open.
     files: Vec<File>,
-    /// The FMU of which there is a new loop.
+    /// The FMU for which a new loop is made.
     block: Option<String>,
     /// The FMU that is the plant of every new loop.
     plant: Option<String>,
@@ -134,7 +134,7 @@ fn open(options: &Options, starter: Starter) -> Result<Opened> {
     }
     let folder = folder(options.fmus.as_deref(), has_fmus);
     if let Some(folder) = &folder {
-        // The code of what lies in a usual folder, which nobody has named, does not run.
+        // The code of FMUs in a default folder, which the user did not name, does not run.
         let is_named = options.fmus.is_some() || env::var_os(FMUS).is_some_and(|folder| !folder.is_empty());
         add_folder(&mut fmus, folder, is_named.then_some(&starter))?;
     }

@@ -68,7 +68,7 @@ fn given_library(argument: &str) -> Result<(&'static str, PathBuf)> {
     Ok((platform::folder(platform)?, file.into()))
 }
 
-/// What a user has to be told about the library's licences.
+/// What a user has to know about the library's licences.
 pub const LICENCES: [(&str, &str); 4] = [
     ("LICENSE-MIT", include_str!("../../../LICENSE-MIT")),
     ("LICENSE-APACHE", include_str!("../../../LICENSE-APACHE")),
@@ -264,7 +264,7 @@ fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
 /// programs may be named with `-p`, and is not among them.
 ///
 /// # Errors
-/// There is no such crate.
+/// No such crate.
 pub fn select(workspace: &Workspace, options: &Options) -> Result<Vec<FmuCrate>> {
     const WHAT: &str = "an FMU is made by a package with a cdylib that depends on fmu";
     if workspace.crates.is_empty() {
@@ -351,7 +351,7 @@ fn pack(workspace: &Workspace, built: &Built, plan: &Plan, version: Version, pat
     Ok(bytes.len())
 }
 
-/// The FMU in C: name and content of the file. A law that cannot be read is told, and the FMU has no C.
+/// The FMU in C: name and content of the file. A law that cannot be read is reported, and the FMU has no C.
 fn sources(workspace: &Workspace, built: &Built) -> Result<Option<(String, String)>> {
     let Built { fmu_crate, here, interface, .. } = built;
     if fmu_crate.without_sources {

@@ -98,7 +98,7 @@ fn is_declared(variable: &Variable, value: &str) -> bool {
     }
 }
 
-/// An FMU of which presets are made.
+/// An FMU as the source of presets.
 #[derive(Debug)]
 pub struct Original<R> {
     package: Package<R>,

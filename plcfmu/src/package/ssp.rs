@@ -283,7 +283,7 @@ fn remarks(system: &System, plan: &Plan, elements: &[String]) -> Vec<String> {
     remarks
 }
 
-/// Names as C identifiers, of which none begins another one.
+/// Names as C identifiers, none of which is the beginning of another.
 fn identifiers(names: &[&str]) -> Result<Vec<String>> {
     let mut identifiers: Vec<String> = names.iter().map(|name| identifier(name)).collect();
     // The longest first: a name that begins another one is made longer than it is.

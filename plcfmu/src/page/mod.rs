@@ -95,7 +95,7 @@ struct Variable<'a> {
     range: String,
     start: String,
     description: String,
-    /// HTML; empty if there is no help.
+    /// HTML; empty without help.
     help: String,
     reference: usize,
 }

@@ -85,7 +85,7 @@ impl Known {
         self
     }
 
-    /// Whether nothing is known of its block: it was not made with `fmu::export!`, or nobody may ask its library.
+    /// Whether nothing is known of its block: it was not made with `fmu::export!`, or its library may not be asked.
     pub fn is_foreign(&self) -> bool {
         self.table.is_none()
     }
@@ -194,7 +194,7 @@ impl File {
     }
 }
 
-/// What a page is told of an FMU that it has sent. No code of it has run.
+/// What a page learns about an FMU that it sent. No code of it has run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Inspected {
     name: String,
