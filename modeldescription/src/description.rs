@@ -43,7 +43,7 @@ pub struct Description {
     pub co_simulation: Option<Support>,
     /// What the FMU can do in model exchange, if it supports that.
     pub model_exchange: Option<Support>,
-    /// What the FMU can do in scheduled execution, if it supports that.
+    /// Its capabilities in scheduled execution, if it supports that.
     pub scheduled_execution: Option<Support>,
     /// All units that are used.
     pub units: Vec<Unit>,
@@ -289,7 +289,7 @@ impl Type {
         })
     }
 
-    /// The whole number that a moved value of a type of whole numbers is; none if it is not in the range of the type.
+    /// The whole number in a cell of an integer type, or `None` outside the range of the type.
     pub fn whole_of(self, cell: f64) -> Option<i128> {
         let (low, high) = self.whole()?;
         match self {

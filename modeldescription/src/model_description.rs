@@ -26,7 +26,7 @@ pub enum ModelDescription {
     V3(Box<v3::ModelDescription>),
 }
 
-/// What a preset of an FMU has in place of the original's.
+/// The parts of a preset that replace those of the original.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Preset {
     /// The model's name.
@@ -43,7 +43,7 @@ impl ModelDescription {
     /// The model description of the FMU with this library.
     ///
     /// # Errors
-    /// What the table says that a model description must not: an unknown unit, a start value out of range, a name twice.
+    /// Table entries that a model description forbids: an unknown unit, a start value out of range, a duplicate name.
     pub fn of(interface: &Interface) -> Result<ModelDescription, Error> {
         match interface.version.as_str() {
             v3::FMI_VERSION => v3::ModelDescription::of(interface).map(ModelDescription::from),

@@ -46,7 +46,7 @@ pub fn is_part(path: &Path) -> bool {
     }
 }
 
-/// What to say of a file that is no source, to who means one; `None` if its ending tells nothing.
+/// The message for a file that is no source; `None` if its extension says nothing.
 pub fn instead(file: &Path) -> Option<String> {
     let name = file.display();
     if file.is_dir() {

@@ -26,7 +26,7 @@ use blocks::Role;
 use modeldescription::Table;
 use serde::{Deserialize, Serialize};
 
-/// What the variables of an FMU are in a loop. All names are the FMU's own.
+/// The roles of an FMU's variables in a loop. All names are the FMU's own.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(default)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]

@@ -1,4 +1,4 @@
-//! The FMUs that there are to run: what they are, and instances of them.
+//! The FMUs that can be run: their descriptions, and instances of them.
 
 use crate::component::Component;
 use crate::system::Value;

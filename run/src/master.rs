@@ -359,9 +359,9 @@ struct Running<C> {
     events: usize,
     /// When the next of them is, in seconds; minus infinity if anything is pending.
     next: f64,
-    /// What is set in the next step, after the plan's events.
+    /// The assignments of the next step, after the plan's events.
     pending: Vec<Assignment>,
-    /// What it has said of its events; none if it is not called in Event Mode.
+    /// Its announced events; `None` if it is not called in Event Mode.
     own: Option<events::Own>,
 }
 
@@ -482,7 +482,7 @@ impl<C: Component> Run<C> {
     /// with the old start and step, and observes the same variables of the first member.
     ///
     /// # Errors
-    /// Which of the new FMUs refused what, and its messages. Nothing is replaced then.
+    /// A refusal of a new FMU, with its messages. Nothing is replaced then.
     ///
     /// # Panics
     /// There are not as many components as other members, or something else is observed of the first.

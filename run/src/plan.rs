@@ -541,7 +541,7 @@ fn recorded<'a>(
     Ok(recorded)
 }
 
-/// What is set by giving a variable a value, and a warning if the value lies outside of the range that the FMU declares.
+/// The assignment of a value to a variable, and a warning if the value lies outside the range that the FMU declares.
 ///
 /// # Errors
 /// The variable is connected or cannot be set; the value is of another type.

@@ -1,4 +1,4 @@
-//! What to run: a loop, what varies, and what each run yields.
+//! A study's job: a loop, the axes, and what each run yields.
 
 use run::system::{System, Value};
 use serde::{Deserialize, Serialize};

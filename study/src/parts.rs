@@ -155,7 +155,7 @@ impl Encoded {
     }
 }
 
-/// Opens a part, and reads all of it once to see whether it is whole.
+/// Opens a part, and reads all of it once to check that it is complete.
 ///
 /// # Errors
 /// It is damaged, or of another study; what to do.

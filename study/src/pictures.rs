@@ -40,7 +40,7 @@ pub fn axis(of: &Quantity) -> String {
     }
 }
 
-/// A value of a figure with the digits that its spread tells, and its unit.
+/// A value of a figure with the digits that its spread justifies, and its unit.
 fn told(of: &Distribution, value: f64) -> String {
     let text = told_bare(of, value);
     of.figure.unit.as_ref().map_or_else(|| text.clone(), |unit| format!("{text} {unit}").replace("degC", "°C"))

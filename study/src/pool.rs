@@ -416,7 +416,7 @@ impl Maker<'_> {
             if end == End::Interrupted {
                 return Ok(false);
             }
-            // Which run it was is not known exactly: a few rows may not have been sent.
+            // The run is not known exactly: a few rows may not have been sent.
             let lost = self.slot.run.map_or(64, |run| (2 * FLUSH).as_nanos() / run.as_nanos().max(1) + 1);
             let rest = points.split_off(usize::try_from(lost).unwrap_or(usize::MAX).min(points.len()));
             let mut listening = self.starter.start(true)?.0;

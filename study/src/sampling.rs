@@ -1,4 +1,4 @@
-//! Which samples the distributions have: a function of the seed, the axis and the number of the sample alone.
+//! The samples of the distributions: a function of the seed, the axis and the number of the sample alone.
 //!
 //! - Random: the samples of an axis are words of a ChaCha8 key stream, whose key is the seed and the axis; the number of the
 //!   sample is the position in the stream. An axis that is added after the others does not change their samples.

@@ -23,7 +23,7 @@ const NAMES: [&str; 3] = ["loop", "name", "tag"];
 /// The rows of a file as the values of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {
-    /// The variables, of each row a value for each of them, and the names of the loops, if the file has them.
+    /// The variables, a value of each for every row, and the names of the loops, if the file has them.
     pub axis: Axis,
     /// The parameter file that they are from, for the FMU of this name in the loop.
     pub source: Option<Source>,

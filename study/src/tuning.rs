@@ -309,7 +309,7 @@ fn descriptions(system: &System) -> Result<Vec<Description>> {
     system.members.iter().map(|member| Ok(Package::open(&member.path)?.description)).collect()
 }
 
-/// What is searched for, by the numbers of the figures.
+/// The aim of the search, by the numbers of the figures.
 fn problem(tune: &Tune, figures: &[Quantity]) -> Result<Problem> {
     let figure = |key: &str, name: &String| {
         figures.iter().position(|figure| figure.name == *name).with_context(|| {

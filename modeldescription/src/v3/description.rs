@@ -48,7 +48,7 @@ elements! {
     }, children {
         /// What the FMU can do in model exchange, if it supports that.
         model_exchange: Option<ModelExchange>;
-        /// What the FMU can do in co-simulation, if it supports that.
+        /// Its capabilities in co-simulation, if it supports that.
         co_simulation: Option<CoSimulation>;
         /// What the FMU can do in scheduled execution, if it supports that.
         scheduled_execution: Option<ScheduledExecution>;

@@ -10,7 +10,7 @@ use std::io;
 #[derive(clap::Args, Debug)]
 pub struct Options {}
 
-/// What standard input has: a value of each signal for every row; `null` is not a number.
+/// The content of standard input: a value of each signal for every row; `null` is not a number.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Recorded {

@@ -10,7 +10,7 @@ use parameters::{Block, Format, Loop, Options, Problems, Reading};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Which files are read, and what they do not say themselves.
+/// The files to read, and what they leave unsaid.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Arguments {
     /// Parameter files, folders with such files, or the address of a data block in a PLC; - is standard input

@@ -108,7 +108,7 @@ fn range(text: &str) -> Result<Range<u64>, String> {
 /// Runs a study.
 ///
 /// # Errors
-/// What is wrong and what to do; all runs fail; a run does not meet an expectation; [`Interrupted`].
+/// An error with its remedy; all runs fail; a run does not meet an expectation; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
     ensure_study(&options.study)?;
     let mut reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
@@ -397,7 +397,7 @@ fn ensure_going(pool: &Pool) -> Result<()> {
     Ok(())
 }
 
-/// What a picture needs of a recording: the same, whether all of it is wanted or not.
+/// A recording thinned for a picture, whether or not all of it is wanted.
 fn drawn(recording: Recording) -> Recording {
     let mut thinned = Detail::Drawn.thinned(recording.columns.clone(), recording.times.len());
     recording.rows().for_each(|(time, row)| thinned.push(time, row));

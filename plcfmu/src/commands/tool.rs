@@ -164,7 +164,7 @@ fn add(fmus: &mut Vec<Known>, known: Known) -> Result<()> {
     Ok(())
 }
 
-/// Adds the FMUs of a folder that are ours. Those that have been named before take precedence; presets are passed over.
+/// Adds the FMUs of a folder that are ours. FMUs that were named before take precedence; presets are skipped.
 fn add_folder(fmus: &mut Vec<Known>, folder: &Path, starter: Option<&Starter>) -> Result<()> {
     for path in paths(folder).with_context(|| folder.display().to_string())? {
         let is_named = |known: &Known| path.file_stem().is_some_and(|stem| stem.to_string_lossy() == *known.name);

@@ -104,7 +104,7 @@ fn check_library<R: Read + Seek>(
         bail!("it does not export {missing}");
     }
     let guid = &package.description.guid;
-    // A library with a table holds its GUID as text. Others may compute theirs, or hold none.
+    // A library with a table holds its GUID as text. Others may compute theirs.
     if !binary.has_table {
         return Ok(binary);
     }
@@ -303,7 +303,7 @@ mod tests {
     use modeldescription::Variability;
     use modeldescription::v2::{ModelDescription, write};
 
-    /// What the library of a small block tells of it.
+    /// The description of a small block by its library.
     fn interface() -> Interface {
         let json = r#"{"table":{"name":"PUMP","docs":"Pumps.","cycle":0,"variables":[
             {"name":"CYCLE","description":"x","kind":"TIME","role":"cycle","start":1.0,"min":0.001,"max":null,"unit":null}],

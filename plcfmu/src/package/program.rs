@@ -333,7 +333,7 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
     Ok((path, warnings))
 }
 
-/// What the sources in a packed program tell of it; `None` if the FMU is no program.
+/// A packed program by its sources; `None` if the FMU is no program.
 ///
 /// # Errors
 /// They are damaged.

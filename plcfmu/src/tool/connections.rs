@@ -37,7 +37,7 @@ const UNREAD: Duration = Duration::from_secs(30);
 /// How long to wait when the system has no room for another connection.
 const NO_ROOM: Duration = Duration::from_millis(50);
 
-/// Whether a connection has shown the cookie; an extension of each of its requests.
+/// Whether a connection has presented the cookie; an extension of each of its requests.
 #[derive(Clone, Debug, Default)]
 pub struct Trust(Arc<AtomicBool>);
 

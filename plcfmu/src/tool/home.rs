@@ -35,7 +35,7 @@ pub struct Known {
     /// Its name in the catalogue.
     pub name: String,
     description: Arc<Description>,
-    /// What an FMU that was made with `fmu::export!` tells of its block.
+    /// The description of its block by an FMU that was made with `fmu::export!`.
     table: Option<Arc<Table>>,
     part: Part,
     source: Source,

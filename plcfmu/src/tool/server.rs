@@ -146,7 +146,7 @@ impl Server {
     /// end with it.
     ///
     /// # Errors
-    /// The system cannot tell when the user interrupts it.
+    /// The system does not report an interruption by the user.
     pub fn run(self, page: String, collection: Collection, ready: impl FnOnce()) -> Result<()> {
         let Server { runtime, listener, port, access } = self;
         let (alive, are_over) = mpsc::channel();

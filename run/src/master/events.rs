@@ -1,4 +1,4 @@
-//! What FMUs with Event Mode do at a communication point, before any FMU steps.
+//! Event Mode at a communication point, before any FMU steps.
 
 use super::{Run, Running, at_time};
 use crate::component::{Component, MOST_UPDATES};

@@ -269,7 +269,7 @@ where
         }
     }
 
-    /// The places that a simplex has to know to go on, none if it has converged; and the lowest cost that it knows.
+    /// The places that a simplex needs to continue, empty if it has converged, and the lowest cost so far.
     fn replay(&self, simplex: &Simplex) -> Result<(Vec<Vec<f64>>, f64)> {
         let unknown: Vec<Vec<f64>> =
             simplex.vertices.iter().filter(|place| self.find(place).is_none()).cloned().collect();
