@@ -180,11 +180,24 @@ def exact_sensitivity(gain, ti, td, tm_lag, rise, delay, lags=(120.0, 20.0), cyc
     return ms
 
 
-def test_ms_of_the_example_is_that_of_the_exact_loop(run, tmp_path):
-    done = run("tune-study", EXAMPLES / "studies/furnace_tuning.toml", "--fmus", host.FOLDER, "--out", tmp_path)
+@pytest.fixture(scope="module")
+def example(run, tmp_path_factory):
+    """What the command prints of the guide's example, and the folder of its results."""
+    folder = tmp_path_factory.mktemp("example")
+    done = run("tune-study", EXAMPLES / "studies/furnace_tuning.toml", "--fmus", host.FOLDER, "--out", folder)
     assert done.returncode == 0, done.stderr
-    found, now = ({row["setting"]: float(row[which]) for row in rows(tmp_path / "settings.csv")} for which in ("found", "now"))
-    told = re.search(r"^ms +(\S+) +\S+ +(\S+)", done.stdout, re.M)
+    return done.stdout, folder
+
+
+def test_the_picture_in_the_guide_is_that_of_its_example(example):
+    drawn = (example[1] / "front.png").read_bytes()
+    assert drawn == (EXAMPLES.parent / "docs/tune_study.png").read_bytes(), "renew docs/tune_study.png"
+
+
+def test_ms_of_the_example_is_that_of_the_exact_loop(example):
+    printed, folder = example
+    found, now = ({row["setting"]: float(row[which]) for row in rows(folder / "settings.csv")} for which in ("found", "now"))
+    told = re.search(r"^ms +(\S+) +\S+ +(\S+)", printed, re.M)
     for settings, ms in zip((found, now), told.groups()):
         of_worst = exact_sensitivity(*settings.values(), tm_lag=1.0, rise=360.0, delay=8.0)
         assert float(ms) == pytest.approx(of_worst, rel=0.01)

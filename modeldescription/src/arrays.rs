@@ -82,7 +82,7 @@ fn expand(declared: Vec<Variable>) -> (Vec<Variable>, Vec<Array>) {
     (variables, arrays)
 }
 
-/// The value of an element, of which one stands for all.
+/// The value of an element; a single value stands for all.
 fn at<T: Copy>(values: &[T], element: u64) -> Option<T> {
     if let [all] = values { Some(*all) } else { values.get(element as usize).copied() }
 }

@@ -43,7 +43,7 @@ pub struct Description {
     pub co_simulation: Option<Support>,
     /// What the FMU can do in model exchange, if it supports that.
     pub model_exchange: Option<Support>,
-    /// What the FMU can do in scheduled execution, if it supports that.
+    /// Its capabilities in scheduled execution, if it supports that.
     pub scheduled_execution: Option<Support>,
     /// All units that are used.
     pub units: Vec<Unit>,
@@ -270,7 +270,7 @@ impl Type {
         }
     }
 
-    /// A number of this type as it is moved.
+    /// A number as its cell: 64-bit integers keep their bits.
     pub fn cell(self, number: f64) -> f64 {
         match self {
             Type::Int64 => f64::from_bits(number as i64 as u64),
@@ -279,7 +279,7 @@ impl Type {
         }
     }
 
-    /// A whole number of this type as it is moved; none if it is not in its range.
+    /// A whole number as its cell, or `None` outside the range of the type.
     pub fn whole_cell(self, number: i128) -> Option<f64> {
         let (low, high) = self.whole()?;
         (low..=high).contains(&number).then(|| match self {
@@ -289,7 +289,7 @@ impl Type {
         })
     }
 
-    /// The whole number that a moved value of a type of whole numbers is; none if it is not in the range of the type.
+    /// The whole number in a cell of an integer type, or `None` outside the range of the type.
     pub fn whole_of(self, cell: f64) -> Option<i128> {
         let (low, high) = self.whole()?;
         match self {
@@ -503,7 +503,7 @@ words! {
         Output "output",
         /// The FMU, for itself.
         Local "local",
-        /// Nobody: it is the time.
+        /// No one: it is the time.
         Independent "independent",
     }
 

@@ -19,7 +19,7 @@ pub fn short(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
-/// A number with the digits that a spread of such numbers tells: to a power of ten of at most a fiftieth of it. With at most six
+/// A number with the digits that the spread justifies: to a power of ten of at most a fiftieth of it. With at most six
 /// digits where there is no spread.
 pub fn within(value: f64, spread: f64) -> String {
     let place = (spread / 50.0).log10().floor();

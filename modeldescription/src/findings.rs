@@ -1,9 +1,9 @@
-//! What is wrong with a model description, in sentences, and the rules that the versions of FMI share.
+//! Findings about a model description, as sentences, and the rules that the versions of FMI share.
 
 use std::collections::HashSet;
 use std::fmt::Debug;
 
-/// The most findings of a kind that a check tells; one more sentence counts the rest.
+/// The most findings of a kind in a report; one more sentence counts the rest.
 pub const MOST_FINDINGS: usize = 20;
 
 /// What a check finds, a sentence each.

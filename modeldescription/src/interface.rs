@@ -1,4 +1,4 @@
-//! What a library tells of itself: its block's table, and its side of FMI.
+//! A library's description of itself: its block's table, and its side of FMI.
 
 use crate::description::{Capabilities, LogCategory};
 use crate::error::{Error, shortened};
@@ -7,7 +7,7 @@ use crate::table::{self, Table};
 use blocks::Types;
 use serde::Deserialize;
 
-/// What a library tells of itself.
+/// A library's description of itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interface {
     /// The block's table.

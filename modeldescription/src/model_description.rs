@@ -26,14 +26,14 @@ pub enum ModelDescription {
     V3(Box<v3::ModelDescription>),
 }
 
-/// What a preset of an FMU has in place of the original's.
+/// The parts of a preset that replace those of the original.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Preset {
     /// The model's name.
     pub model_name: String,
     /// The GUID.
     pub guid: String,
-    /// The places of variables, of which each element of an array has one, and their start values.
+    /// The places of variables, one for each element of an array, and their start values.
     pub starts: Vec<(usize, Value)>,
     /// The simulation that the FMU proposes.
     pub default_experiment: Option<DefaultExperiment>,
@@ -43,7 +43,7 @@ impl ModelDescription {
     /// The model description of the FMU with this library.
     ///
     /// # Errors
-    /// What the table says that a model description must not: an unknown unit, a start value out of range, a name twice.
+    /// Table entries that a model description forbids: an unknown unit, a start value out of range, a duplicate name.
     pub fn of(interface: &Interface) -> Result<ModelDescription, Error> {
         match interface.version.as_str() {
             v3::FMI_VERSION => v3::ModelDescription::of(interface).map(ModelDescription::from),
@@ -126,7 +126,7 @@ impl ModelDescription {
     /// within the other, but the blocks take any value.
     ///
     /// # Panics
-    /// A start value is for a variable that there is not.
+    /// A start value names an unknown variable.
     pub fn with(&self, preset: Preset) -> ModelDescription {
         match self {
             ModelDescription::V2(own) => {

@@ -44,7 +44,7 @@ pub struct Row {
     pub name: String,
     /// A short text, on one line.
     pub description: String,
-    /// What one has to know to use it (Markdown); may be empty.
+    /// Instructions for its use (Markdown); may be empty.
     #[serde(default)]
     pub help: String,
     /// Its PLC type.
@@ -291,7 +291,7 @@ fn unknown<E: serde::de::Error>(what: &str, name: &str, known: impl Iterator<Ite
     E::custom(format!("unknown {what} `{}`, expected one of {known}", shortened(name)))
 }
 
-/// Reads what a library tells of itself. An error says where the parser stopped and after which text.
+/// Reads a library's description of itself. An error says where the parser stopped and after which text.
 pub(crate) fn from_json<T: DeserializeOwned>(json: &str) -> Result<T, Error> {
     serde_json::from_str(json).map_err(|error| {
         let line = json.lines().nth(error.line().saturating_sub(1)).unwrap_or("");

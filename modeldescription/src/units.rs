@@ -131,7 +131,7 @@ pub fn product(text: &str) -> String {
     shown(&text.replace("^2", "²").replace(' ', "·"))
 }
 
-/// A word with the sign behind it.
+/// A word for print, with the signs after it.
 fn in_print(word: &str) -> String {
     let name = word.trim_end_matches(|one: char| !one.is_ascii_alphanumeric());
     match name {

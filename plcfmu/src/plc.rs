@@ -207,7 +207,7 @@ fn wrong_place(address: &Address) -> String {
     )
 }
 
-/// Why the item was refused, by the code of the PLC; `end` is the first byte behind what was asked for.
+/// Why the item was refused, by the code of the PLC; `end` is the first byte after the requested ones.
 fn refusal(code: u8, number: u16, end: usize) -> String {
     match code {
         0x03 => format!(

@@ -46,7 +46,7 @@ pub fn is_part(path: &Path) -> bool {
     }
 }
 
-/// What to say of a file that is no source, to who means one; `None` if its ending tells nothing.
+/// The message for a file that is no source; `None` if its extension says nothing.
 pub fn instead(file: &Path) -> Option<String> {
     let name = file.display();
     if file.is_dir() {
@@ -90,7 +90,7 @@ const STUBS: &str = "stubs.scl";
 pub struct Parts {
     /// The sources, named as their files are; last one with stubs, if the manifest names some that no file declares.
     pub sources: Vec<Source>,
-    /// The files, and the tags and constants of the tables behind those that were declared before.
+    /// The files, and the tags and constants of the tables after those declared before.
     pub manifest: Manifest,
     /// The tag tables with their numbers of tags and constants.
     pub tables: Vec<(PathBuf, usize, usize)>,

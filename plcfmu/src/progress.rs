@@ -39,7 +39,7 @@ impl Progress {
         Progress::styled(length, "{bar:30} {pos}/{len} candidates, {eta} left, {msg}")
     }
 
-    /// For `length` runs of this many control cycles, of which `done` are there, with the rate and the time that is left.
+    /// For `length` runs of this many control cycles, `done` of them finished, with the rate and the time left.
     pub fn runs(length: u64, done: u64, cycles: usize) -> Progress {
         let rate = move |state: &ProgressState, to: &mut dyn fmt::Write| {
             // What cannot be written on a terminal needs no other end.

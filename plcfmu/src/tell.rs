@@ -43,7 +43,7 @@ pub fn is_quiet() -> bool {
     IS_QUIET.load(Ordering::Relaxed)
 }
 
-/// What is wrong: a line for each problem of a file, else one for the error with its causes. Differences are printed already.
+/// Prints an error: a line for each problem of a file, else one for the error with its causes. Differences are printed already.
 pub fn error(error: &Error) {
     if let Some(Wrong(problems)) = error.downcast_ref() {
         each_drawn(problems).for_each(|problem| line("error", AnsiColor::Red, &problem));

@@ -19,7 +19,7 @@ impl fmt::Display for Terminated {
 
 impl Error for Terminated {}
 
-/// An FMU whose events do not end after so many updates is at fault.
+/// An FMU that still has events after this many updates is at fault.
 pub const MOST_UPDATES: usize = 100;
 
 /// What an FMU says when its discrete states are updated.
@@ -112,7 +112,7 @@ pub trait Component {
     /// Writes a variable whatever it is, which no FMU allows through its interface.
     ///
     /// # Errors
-    /// There is nothing but the interface.
+    /// The component has no more than its interface.
     fn force(&mut self, _reference: u32, _how: Force) -> Result<()> {
         bail!("only variables of blocks and programs that run without an FMU can be forced")
     }
@@ -142,12 +142,12 @@ pub trait Component {
     fn leave_events(&mut self) -> Result<()> {
         bail!("it has no Event Mode")
     }
-    /// Itself, to stand among the others of [`abreast`](Component::abreast); none, as by default, if there is no such thing.
+    /// Itself, to stand among the others of [`abreast`](Component::abreast); `None`, the default, if it cannot.
     fn any(&mut self) -> Option<&mut dyn Any> {
         None
     }
     /// This one and others of the same kind, a member of each of several runs, as what makes their ordinary steps side by side; none,
-    /// as by default, if there is no such thing.
+    /// the default, if it cannot.
     fn abreast<'a>(&'a mut self, _others: Vec<&'a mut dyn Any>, _wiring: &Wiring) -> Option<Box<dyn Abreast + 'a>> {
         None
     }
@@ -160,7 +160,7 @@ pub trait Component {
 
 /// A member of each of several runs, which make the same steps side by side.
 pub trait Abreast {
-    /// Whether nothing that is checked in a step can fail in this one but the values of inputs.
+    /// Whether this step can fail only because of an input value.
     fn is_ordinary(&self, time: f64, size: f64) -> bool;
     /// Writes the connected inputs, makes a step that is ordinary, and reads what others need, for all runs. `values` has a value of
     /// each run for each place in the values of a run. False if a value is refused; only inputs are written then.

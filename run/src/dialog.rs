@@ -26,7 +26,7 @@ use blocks::Role;
 use modeldescription::Table;
 use serde::{Deserialize, Serialize};
 
-/// What the variables of an FMU are in a loop. All names are the FMU's own.
+/// The roles of an FMU's variables in a loop. All names are the FMU's own.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(default)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
@@ -41,7 +41,7 @@ pub struct Roles {
     pub manipulated_value: Option<String>,
     /// The switch to manual mode and the manual value.
     pub manual: Option<(String, String)>,
-    /// GAIN, TI, TD and TM_LAG, as far as there are such.
+    /// GAIN, TI, TD and TM_LAG, as far as the block has them.
     pub controller: Vec<String>,
     /// The switches of the P, I and D action.
     pub structure: Vec<String>,

@@ -48,7 +48,7 @@ const LARGEST: u64 = 1 << 20;
 /// Reads a parameter file, named as the user names it.
 pub type ReadParameters = fn(&str, &Options) -> Result<Reading>;
 
-/// What is to be said of a parameter file that was read, a sentence each.
+/// Remarks on a parameter file that was read, a sentence each.
 pub fn remarks(reading: &Reading) -> Vec<String> {
     reading.remarks.to_string().lines().map(str::to_string).collect()
 }

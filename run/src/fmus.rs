@@ -1,4 +1,4 @@
-//! The FMUs that there are to run: what they are, and instances of them.
+//! The FMUs that can be run: their descriptions, and instances of them.
 
 use crate::component::Component;
 use crate::system::Value;
@@ -13,19 +13,19 @@ pub trait Fmus {
     /// What an FMU is, as its modelDescription.xml says.
     ///
     /// # Errors
-    /// There is no such FMU, or it cannot be read.
+    /// No such FMU, or it cannot be read.
     fn description(&self, fmu: &str) -> Result<Arc<Description>>;
 
     /// The table of an FMU that was made with `fmu::export!`; a foreign FMU has none.
     ///
     /// # Errors
-    /// There is no such FMU, or it cannot be read.
+    /// No such FMU, or it cannot be read.
     fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>>;
 
     /// A new instance of an FMU.
     ///
     /// # Errors
-    /// There is no such FMU, or it refuses.
+    /// No such FMU, or it refuses.
     fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>>;
 }
 

@@ -12,7 +12,7 @@
 //! has the value that the connected FMUs read in that step. So the row of a controller is what it saw and gave in its call at
 //! that time, and a plant that is connected back to the controller shows what it is at that time. An output that no FMU reads
 //! is recorded as the other outputs of its FMU; if none of them is read, all have the values of that time, before the step.
-//! The last row is that of the end, at which there is no step: outputs have the values that the last step gave, connected
+//! The last row is that of the end, without a step: outputs have the values that the last step gave, connected
 //! inputs those of their outputs.
 //!
 //! An FMU with Event Mode has no place in that order: the values that it gives and gets at a communication point are exchanged
@@ -42,9 +42,9 @@ pub struct Recording {
     pub columns: Vec<Column>,
     /// The time of each row in seconds: the beginning of each step, and the end.
     pub times: Vec<f64>,
-    /// The rows, one behind the other.
+    /// The rows, one after the other.
     values: Vec<f64>,
-    /// Which FMU ended the run before its time, and when. There is no row of the step in which it did.
+    /// The FMU that ended the run early, and when. The step in which it did so has no row.
     pub ended: Option<String>,
 }
 
@@ -119,7 +119,7 @@ pub struct Thinned {
 }
 
 impl Thinned {
-    /// For a run with this many steps, of which about `most` rows are wanted.
+    /// For a run with this many steps and about `most` rows.
     pub fn new(columns: Vec<Column>, steps: usize, most: usize) -> Thinned {
         let every = if steps <= most { 1 } else { (2 * steps).div_ceil(most.max(2)) };
         let extremes = Vec::with_capacity(columns.len());
@@ -334,7 +334,7 @@ pub struct Run<C> {
     at: usize,
     /// When the last step began, in seconds.
     time: f64,
-    /// The values of `observed` of all members, one member behind the other; then once more as they were before the present step.
+    /// The values of `observed` of all members, one member after the other; then once more as they were before the present step.
     values: Vec<f64>,
     /// Where what is recorded is in `values`, for each column of the plan.
     recorded: Vec<usize>,
@@ -359,9 +359,9 @@ struct Running<C> {
     events: usize,
     /// When the next of them is, in seconds; minus infinity if anything is pending.
     next: f64,
-    /// What is set in the next step, after the plan's events.
+    /// The assignments of the next step, after the plan's events.
     pending: Vec<Assignment>,
-    /// What it has said of its events; none if it is not called in Event Mode.
+    /// Its announced events; `None` if it is not called in Event Mode.
     own: Option<events::Own>,
 }
 
@@ -478,11 +478,11 @@ impl<C: Component> Run<C> {
         counts
     }
 
-    /// Replaces all members but the first, which goes on. The new ones begin at the time of the next step; `plan` is theirs,
+    /// Replaces all members but the first, which continues. The new ones begin at the time of the next step; `plan` is theirs,
     /// with the old start and step, and observes the same variables of the first member.
     ///
     /// # Errors
-    /// Which of the new FMUs refused what, and its messages. Nothing is replaced then.
+    /// A refusal of a new FMU, with its messages. Nothing is replaced then.
     ///
     /// # Panics
     /// There are not as many components as other members, or something else is observed of the first.
@@ -776,7 +776,7 @@ impl<C: Component> Running<C> {
     }
 }
 
-// What an error is told to be of. Functions of their own, so that a step that succeeds does not carry their code along.
+// What an error is about. Functions of their own, so that a step that succeeds does not carry their code along.
 
 #[cold]
 #[inline(never)]

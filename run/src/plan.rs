@@ -541,7 +541,7 @@ fn recorded<'a>(
     Ok(recorded)
 }
 
-/// What is set by giving a variable a value, and a warning if the value lies outside of the range that the FMU declares.
+/// The assignment of a value to a variable, and a warning if the value lies outside the range that the FMU declares.
 ///
 /// # Errors
 /// The variable is connected or cannot be set; the value is of another type.
@@ -570,7 +570,7 @@ pub fn assignment(
     Ok((Assignment { kind: reference.kind, reference: variable.value_reference, value: cell }, warning))
 }
 
-/// A value as the variable has it, and as it is moved.
+/// A value in the variable's type, and its cell.
 fn value_and_cell(kind: Type, given: Value) -> Result<(f64, f64)> {
     if let Value::Whole(whole) = given
         && let Some(cell) = kind.whole_cell(whole).filter(|_| kind.is_wide())
@@ -623,7 +623,7 @@ impl<'a> Names<'a> {
     /// The names of a system, whose members have these descriptions.
     ///
     /// # Errors
-    /// There is no member, or two have one name.
+    /// No member, or two of one name.
     pub fn of(system: &'a System, descriptions: &'a [&'a Description]) -> Result<Names<'a>> {
         let members: Vec<&str> = system.members.iter().map(|member| member.name.as_str()).collect();
         assert_eq!(members.len(), descriptions.len(), "each member has a description");

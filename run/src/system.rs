@@ -37,7 +37,7 @@ pub struct System {
     /// The files that it was read from, FMUs apart.
     #[serde(skip)]
     pub sources: Vec<PathBuf>,
-    /// The members that are PLC programs, of which FMUs are made before the run.
+    /// The members that are PLC programs; they are packed as FMUs before the run.
     #[serde(skip)]
     pub programs: BTreeMap<String, Manifest>,
 }
@@ -208,7 +208,7 @@ impl Serialize for Value {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Value::Boolean(value) => serializer.serialize_bool(*value),
-            // JSON's readers have doubles, of which this is none.
+            // JSON's readers have doubles, which cannot hold this number.
             Value::Whole(value) => serializer.collect_str(value),
             Value::Number(value) if value.is_finite() => serializer.serialize_f64(*value),
             Value::Number(value) => serializer.collect_str(value),
@@ -258,7 +258,7 @@ impl From<&str> for Recorded {
     }
 }
 
-/// A whole number of at most 64 bits, of which floating-point numbers do not have all neighbours.
+/// A whole number of at most 64 bits, more than a double holds exactly.
 pub(crate) fn whole(text: &str) -> Option<i128> {
     let whole = text.trim().parse::<i128>().ok()?;
     let is_long = (i64::MIN.into()..=u64::MAX.into()).contains(&whole) && whole.abs() > EXACT;

@@ -312,7 +312,7 @@ impl Trace {
             return Curves { calls: calls.collect(), values, is_exact: true };
         }
         let groups = Groups { first: calls.start, calls: count, count: (points / 2).clamp(1, count.max(1)) };
-        // A bucket of the overview may be wider than a group: the groups behind its first one are empty.
+        // A bucket of the overview may be wider than a group: the groups after its first one are empty.
         let is_there = |group: &usize| {
             let (first, end) = (groups.first_call(*group), groups.first_call(group + 1));
             *group == 0 || end > self.overview.calls || first.next_multiple_of(self.overview.bucket) < end

@@ -64,7 +64,7 @@ struct Resolved {
 enum Values {
     /// A value for all variables, for each point along the axis.
     Shared(Vec<f64>),
-    /// A value for each variable, for each point along the axis, one behind the other.
+    /// A value for each variable, for each point along the axis, one after the other.
     Rows(Vec<f64>),
     Range {
         from: f64,
@@ -200,7 +200,7 @@ impl Axes {
     /// The values of a run, for each coordinate.
     ///
     /// # Panics
-    /// There is no such run.
+    /// No such run.
     pub fn point(&self, run: u64) -> Vec<f64> {
         assert!(run < self.count, "there are {} runs, there is no run {run}", self.count);
         let (grid, sample) = (run / self.samples, run % self.samples);

@@ -30,7 +30,7 @@ impl Spill {
     /// Appends numbers, each as `N` bytes. Gives where they begin.
     ///
     /// # Errors
-    /// There is no room for them.
+    /// No room for them on the disk.
     pub fn append<const N: usize>(&mut self, numbers: impl Iterator<Item = [u8; N]>) -> Result<u64> {
         let (begin, file) = (self.end, self.file.get_mut());
         let append = || {
@@ -89,7 +89,7 @@ pub(crate) struct Columns {
     block: usize,
     /// How many rows there are.
     count: u64,
-    /// Blocks of rows, the columns of each one behind the other.
+    /// Blocks of rows, the columns of each one after the other.
     blocks: Spill,
     /// The columns of the rows after the last block: all of them while they are few.
     last: Vec<Vec<f64>>,
@@ -115,7 +115,7 @@ impl Columns {
     /// Adds a row, with a value for each column.
     ///
     /// # Errors
-    /// There is no room for it.
+    /// No room for it on the disk.
     pub fn push(&mut self, row: impl Iterator<Item = f64>) -> Result<()> {
         if self.last.first().is_some_and(|column| column.len() == self.block) {
             self.blocks.append(self.last.iter().flatten().map(|value| value.to_le_bytes()))?;

@@ -28,7 +28,7 @@ pub struct Tuned {
     pub constraints: Vec<[Option<f64>; 2]>,
     /// Which constraints are active, and which the present settings break: why the figure may be worse than now.
     pub remark: Option<String>,
-    /// Why the settings are not to be used; none if they keep all constraints.
+    /// Why the settings should not be used, or `None` if they meet all constraints.
     pub problem: Option<String>,
 }
 
@@ -41,7 +41,7 @@ impl Reading {
     /// The names of the loops of the table, or their numbers from 1.
     ///
     /// # Errors
-    /// There is no table, there are several that do not belong together, or the study is wrong.
+    /// No table, several that do not belong together, or a faulty study.
     pub fn loops(&self) -> Result<Vec<String>> {
         let study = &self.job.study;
         study.check()?;
@@ -168,7 +168,7 @@ pub fn written_back(source: &Source, variables: &[String], tuned: &[Tuned]) -> R
         let mut one = one.clone();
         for (variable, value) in variables.iter().zip(&tuned.found) {
             let member = own_name(variable, &source.fmu).and_then(|own| one.block.find(own));
-            // What is searched may be a setting of another FMU, which the file does not have.
+            // The search may cover settings of another FMU, which the file does not have.
             let Some(member) = member else { continue };
             let value = to_value(number_of(Value::Number(*value)), one.block.members[member].kind);
             one.set(member, value.map_err(|why| anyhow!("{variable} of {}: {why}", tuned.name))?, Origin::Default);

@@ -6,7 +6,7 @@ use crate::sampling::Permutation;
 use crate::summary::percentile;
 use anyhow::Result;
 
-/// It is of this many runs at most, which are made again; and at least, if there are so many.
+/// The fewest runs that it is drawn from, if the study has as many, and the most; they are made again.
 const RUNS: std::ops::RangeInclusive<u64> = 20..=200;
 
 /// The percentiles of a signal over the runs, at times that are equally far from each other.
@@ -57,7 +57,7 @@ impl Envelope {
             }
             Ok(())
         })?;
-        // Without a process value there is nothing to draw, but the figures are compared.
+        // Without a process value nothing is drawn, but the figures are compared.
         Ok(if times.is_empty() { None } else { Envelope::of_traces(times, &traces) })
     }
 

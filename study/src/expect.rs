@@ -1,4 +1,4 @@
-//! What a user expects of the runs of a study, such as `overshoot < 10 %`.
+//! Expectations of the runs of a study, such as `overshoot < 10 %`.
 //!
 //! ```text
 //! overshoot < 10 %             of each run
@@ -110,7 +110,7 @@ pub(crate) const MOST_RUNS: usize = 10;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Verdict {
     /// The first ten of the runs that fail, and why each does: first those without the figure, then those with the value furthest from
-    /// the bound, at the end those that failed. Empty if the expectation is of all runs together and is met.
+    /// the bound, at the end those that failed. Empty if the expectation is about all runs together and is met.
     pub offending: Vec<(u64, String)>,
     /// How many fail.
     pub count: usize,
@@ -130,7 +130,7 @@ impl Expectation {
     /// (0 to 100), `min(FIGURE)`, `median(FIGURE)`, `max(FIGURE)` or `mean(FIGURE)`.
     ///
     /// # Errors
-    /// What is wrong with it: there is no such figure, the unit is not that of the figure.
+    /// An unknown figure, or a unit that is not that of the figure.
     pub fn parse(text: &str, figures: &[Quantity]) -> Result<Expectation> {
         let text = text.trim();
         let read = || {
@@ -249,7 +249,7 @@ impl Expectation {
         }
     }
 
-    /// Whether all values between these ends keep to the bound, or none does.
+    /// Whether all values between these ends meet the bound, or none does.
     fn is_decided(&self, (low, high): (f64, f64)) -> bool {
         let holds = [low, high].map(|end| self.comparison.holds(end, self.bound));
         match self.comparison {

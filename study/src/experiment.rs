@@ -46,7 +46,7 @@ impl Detail {
 pub enum Gives {
     /// The figures.
     Figures,
-    /// The figures that new instances come to, and behind them the process value at the times [`Experiment::trace_times`].
+    /// The figures from new instances, followed by the process value at the times [`Experiment::trace_times`].
     Trace,
 }
 
@@ -68,7 +68,7 @@ pub struct Experiment {
     pub signals: Signals,
     /// What disturbs the loop.
     pub disturbances: Vec<Set>,
-    /// The loops that the runs are of, if the study has a table of loops with names.
+    /// The loops of the runs, if the study has a table of named loops.
     pub loops: Option<Loops>,
     axes: Axes,
     measures: Measures,
@@ -124,10 +124,10 @@ impl Experiment {
     /// if its library has a table.
     ///
     /// # Errors
-    /// What is wrong with which axis, variable or figure, and what to do.
+    /// A wrong axis, variable or figure, with the remedy.
     pub fn of(job: &Job, descriptions: &[&Description], roles: Option<&Roles>) -> Result<Experiment> {
         let (system, study) = (&job.system, &job.study);
-        // What is wrong with the loop itself is not the axes' fault.
+        // A fault of the loop itself is not one of the axes.
         Plan::of(system, descriptions)?;
         let names = Names::of(system, descriptions)?;
         let axes = Axes::of(study, system, &names)?;
@@ -190,12 +190,12 @@ impl Experiment {
     /// The values of a run, for each coordinate, as its variables get them.
     ///
     /// # Panics
-    /// There is no such run.
+    /// No such run.
     pub fn point(&self, run: u64) -> Vec<f64> {
         self.axes.point(run)
     }
 
-    /// The times of a row that gives the process value; none if that is not known.
+    /// The times of a row's process value; empty if it is unknown.
     pub fn trace_times(&self) -> Vec<f64> {
         let has_loop = self.signals.process_value.is_some();
         traced(self.plan.steps).filter(|_| has_loop).map(|step| self.plan.time(step)).collect()
@@ -317,10 +317,10 @@ impl<C: Reset> Executor<C> {
     }
 
     /// The same with new instances, and with what the run records: the signals of the loop, what figures are taken of, and what
-    /// the system records. `receive` gets it in pieces. Gives the figures; none if an FMU has ended the run.
+    /// the system records. `receive` gets it in pieces. Returns the figures, or `None` if an FMU ended the run.
     ///
     /// # Errors
-    /// Which FMU refused what, when; an error of `receive`.
+    /// A refusal of an FMU, with its time; an error of `receive`.
     ///
     /// # Panics
     /// As [`Executor::row`].
@@ -350,7 +350,7 @@ impl<C: Reset> Executor<C> {
             |time, values| {
                 kept.push(time, values);
                 if let Some(before) = &before {
-                    // Figures are of calls, see `master`: what nobody reads is in the row of the next time.
+                    // Figures are of calls, see `master`: an output that is not connected is in the row of the next time.
                     for (place, value) in places.iter().zip(&mut row) {
                         *value = if plan.columns[*place].is_unread { values[*place] } else { before[*place] };
                     }

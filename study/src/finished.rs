@@ -21,7 +21,7 @@ impl Table {
     /// That of a folder.
     ///
     /// # Errors
-    /// There is no such table, or it cannot be read.
+    /// No such table, or it cannot be read.
     pub fn of(out: &Path, format: Format) -> Result<Table> {
         let path = format.file(out);
         let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();

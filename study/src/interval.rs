@@ -1,4 +1,4 @@
-//! How exactly a sample tells a percentile or a share: intervals that hold the true value with 95 % confidence.
+//! The precision of a percentile or a share: intervals that hold the true value with 95 % confidence.
 //!
 //! They hold for samples that are independent of each other. A Latin hypercube and a Sobol sequence are more even, so that the
 //! true value is nearer in most cases.
@@ -70,7 +70,7 @@ fn ranks(count: usize, share: f64) -> Option<(Option<usize>, Option<usize>)> {
     Some(((low >= 1).then_some(low), (high <= count).then_some(high)))
 }
 
-/// The interval of the share of `hits` in `count`, both from 0 to 1; none of nothing.
+/// The interval of the share of `hits` in `count`, both from 0 to 1; `None` if `count` is 0.
 ///
 /// E. B. Wilson, "Probable inference, the law of succession, and statistical inference", Journal of the American Statistical
 /// Association 22 (1927), pages 209 to 212: it is right for small numbers and for shares near 0 and 1 as well.

@@ -1,4 +1,4 @@
-//! What to run: a loop, what varies, and what each run yields.
+//! A study's job: a loop, the axes, and what each run yields.
 
 use run::system::{System, Value};
 use serde::{Deserialize, Serialize};
@@ -36,7 +36,7 @@ pub struct Study {
     pub values: Vec<Taken>,
     /// What a variable should stay within.
     pub limits: Vec<Limit>,
-    /// The figure by which the summary chooses curves and colours; without it `iae`, or the first figure if there is no `iae`.
+    /// The figure by which the summary chooses curves and colours; by default `iae`, or else the first figure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub main: Option<String>,
 }
@@ -130,7 +130,7 @@ pub enum Along {
         /// The greatest.
         max: f64,
     },
-    /// The normal distribution, cut at `min` and `max` if there are such.
+    /// The normal distribution, cut at `min` and `max` if given.
     Normal {
         /// The mean.
         mean: f64,

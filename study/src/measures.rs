@@ -114,7 +114,7 @@ impl Take {
     }
 }
 
-/// The value beyond all others; not a number if one of them is not.
+/// The extreme value; NaN if any value is.
 fn extreme(values: &[f64], none: f64, is_beyond: impl Fn(f64, f64) -> bool) -> f64 {
     let further = |extreme, value| if is_beyond(value, extreme) || value.is_nan() { value } else { extreme };
     values.iter().copied().fold(none, further)
@@ -146,7 +146,7 @@ impl Measures {
     /// Resolves the figures of a study. `roles` are those of the first member, if it has any.
     ///
     /// # Errors
-    /// Which signal, value or limit is wrong, and what to do; there is no figure at all.
+    /// A wrong signal, value or limit, with the remedy, or no figure at all.
     pub fn of(study: &Study, system: &System, names: &Names, roles: Option<&Roles>) -> Result<Measures> {
         let mut columns = Columns { names, columns: Vec::new() };
         let mut measures = Measures {
@@ -173,7 +173,7 @@ impl Measures {
         Ok(measures)
     }
 
-    /// Rise, overshoot and so on, as far as the loop has the signals.
+    /// Rise, overshoot and so on, if the loop has the signals.
     fn add_loop(&mut self, study: &Study, system: &System, columns: &mut Columns, roles: Option<&Roles>) -> Result<()> {
         let first = system.members.first().map_or("", |member| member.name.as_str());
         let signals = signals(&study.signals, first, roles);

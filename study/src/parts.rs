@@ -66,7 +66,7 @@ impl Rows {
     /// Adds the next row.
     ///
     /// # Errors
-    /// There is no room for it in the folder of temporary files.
+    /// No room for it in the folder of temporary files.
     pub fn push(&mut self, row: &Row) -> Result<()> {
         let bytes = postcard::to_stdvec(row)?;
         self.encoded.write_all(&bytes).with_context(|| {
@@ -125,7 +125,7 @@ struct Part {
     rows: Encoded,
 }
 
-/// Values in the format of postcard, one behind the other, of which a piece is in memory.
+/// Values in the format of postcard, one after the other, with one piece in memory.
 struct Encoded {
     from: Take<File>,
     piece: Vec<u8>,
@@ -134,7 +134,7 @@ struct Encoded {
 }
 
 impl Encoded {
-    /// The next value; none if there is no whole one.
+    /// The next value, or `None` if the rest is incomplete.
     fn next<T: DeserializeOwned>(&mut self) -> Result<Option<T>> {
         loop {
             match postcard::take_from_bytes(&self.piece[self.next..]) {
@@ -155,7 +155,7 @@ impl Encoded {
     }
 }
 
-/// Opens a part, and reads all of it once to see whether it is whole.
+/// Opens a part, and reads all of it once to check that it is complete.
 ///
 /// # Errors
 /// It is damaged, or of another study; what to do.
@@ -210,7 +210,7 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// Those of a study whose results go to `out`. Unless it goes on, old parts are removed.
+    /// Those of a study whose results go to `out`. Unless the study is resumed, old parts are removed.
     ///
     /// # Errors
     /// A part is damaged or of another study; the folder cannot be read or written.
@@ -311,7 +311,7 @@ pub struct Collector<'a> {
 }
 
 impl Collector<'_> {
-    /// For rows of a study that begins or goes on now.
+    /// For rows of a study that begins or is resumed now.
     pub fn new(parts: &mut Parts) -> Collector<'_> {
         let now = Instant::now();
         Collector { parts, first: 0, rows: Rows::default(), began: now, written: now }

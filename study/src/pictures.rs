@@ -26,7 +26,7 @@ const SETTLED: usize = 2;
 /// Percentiles of fewer runs say nothing.
 const FEW_RUNS: usize = 20;
 
-/// A tornado chart has at most so many bars.
+/// The most bars of a tornado chart.
 const MOST_BARS: usize = 16;
 
 /// A correlation below this is not worth a word.
@@ -40,7 +40,7 @@ pub fn axis(of: &Quantity) -> String {
     }
 }
 
-/// A value of a figure with the digits that its spread tells, and its unit.
+/// A value of a figure with the digits that its spread justifies, and its unit.
 fn told(of: &Distribution, value: f64) -> String {
     let text = told_bare(of, value);
     of.figure.unit.as_ref().map_or_else(|| text.clone(), |unit| format!("{text} {unit}").replace("degC", "°C"))
@@ -51,7 +51,7 @@ pub(crate) fn told_bare(of: &Distribution, value: f64) -> String {
     let at = |percent: f64| of.percentiles.iter().find(|(other, _)| *other == percent).map(|(_, value)| *value);
     let spread = at(95.0).zip(at(5.0)).map_or(0.0, |(high, low)| high - low);
     let spread = if spread > 0.0 { spread } else { of.max.zip(of.min).map_or(0.0, |(max, min)| max - min) };
-    // What differs behind the ninth digit differs by rounding.
+    // A difference after the ninth digit is rounding.
     within(value, if spread < value.abs() * 1e-7 { 0.0 } else { spread })
 }
 
@@ -116,7 +116,7 @@ fn have(count: u64) -> String {
 /// How the axes of a coordinate are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Coordinate {
-    /// Its values are told by their ratios.
+    /// Its values are spaced by ratios.
     pub is_logarithmic: bool,
     /// It has a list of values, which are not samples.
     pub is_listed: bool,

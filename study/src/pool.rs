@@ -166,7 +166,7 @@ impl Pool {
         self.starter.renews
     }
 
-    /// How an FMU has crashed or was ended, and what it has printed last; none if there is no such FMU.
+    /// How an FMU crashed or was ended, and what it printed last; `None` if none did.
     pub fn printed(&self) -> Option<String> {
         let printed = self.printed.lock().unwrap_or_else(PoisonError::into_inner);
         printed.as_ref().map(|(_, text)| text.clone())
@@ -186,7 +186,7 @@ impl Pool {
         self.rows_into(count, point, &mut Each(each))
     }
 
-    /// The same for a sink that is also told when there are no rows for a while.
+    /// The same for a sink that is also called when no rows come for a while.
     ///
     /// # Errors
     /// A worker cannot be started, or an error of the sink.
@@ -199,7 +199,7 @@ impl Pool {
         self.make(count, point, Gives::Figures, sink)
     }
 
-    /// The same for rows that are made by new instances and have, behind the figures, the process value at
+    /// The same for rows that are made by new instances and have, after the figures, the process value at
     /// [`Experiment::trace_times`].
     ///
     /// # Errors
@@ -309,7 +309,7 @@ struct Shared {
 }
 
 struct Next {
-    /// The first run that nobody has.
+    /// The first run that no worker has.
     first: u64,
     /// The first that has not been delivered.
     delivered: u64,
@@ -416,7 +416,7 @@ impl Maker<'_> {
             if end == End::Interrupted {
                 return Ok(false);
             }
-            // Which run it was is not known exactly: a few rows may not have been sent.
+            // The run is not known exactly: a few rows may not have been sent.
             let lost = self.slot.run.map_or(64, |run| (2 * FLUSH).as_nanos() / run.as_nanos().max(1) + 1);
             let rest = points.split_off(usize::try_from(lost).unwrap_or(usize::MAX).min(points.len()));
             let mut listening = self.starter.start(true)?.0;

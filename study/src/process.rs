@@ -34,7 +34,7 @@ impl Starter {
     /// # Errors
     /// What is wrong with the job or with an FMU.
     pub fn start(&self, listens: bool) -> Result<(Worker, Ready)> {
-        // What FMUs print in thousands of runs helps nobody, unless one crashes.
+        // What FMUs print in thousands of runs is of no use, unless one crashes.
         let mut worker = Worker(self.child.start(ROLE, if listens { Prints::Kept } else { Prints::Dropped })?);
         let Starter { renews, exact_door, .. } = *self;
         worker.0.send(&Request::Begin { job: self.job.clone(), is_prompt: listens, renews, exact_door });

@@ -409,7 +409,7 @@ fn write_table<const N: usize>(text: &mut String, rows: &[[String; N]]) {
     }
 }
 
-/// A value of a figure in a table: with the digits that its spread tells, and six at most.
+/// A value of a figure in a table: with the digits that its spread justifies, and six at most.
 fn number(of: &Distribution, value: f64) -> String {
     shorter(pictures::told_bare(of, value), short(value))
 }
@@ -533,7 +533,7 @@ struct RunDocument {
 struct ExpectationDocument<'a> {
     expectation: &'a str,
     met: bool,
-    /// Whether there are too few runs to tell.
+    /// Whether the runs are too few to decide.
     undecided: bool,
     /// Of a percentile of samples, the ends of its interval; null where there are too few runs for an end.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -31,7 +31,7 @@ pub struct Row {
 pub struct Loops {
     /// The names, in the order of the table.
     pub names: Vec<String>,
-    /// This many runs one behind the other are of the same loop; 1 or more.
+    /// This many successive runs are of the same loop; 1 or more.
     pub runs: u64,
 }
 
@@ -86,7 +86,7 @@ impl Results {
     /// Adds the next run.
     ///
     /// # Errors
-    /// There is no room for it in the folder of temporary files.
+    /// No room for it in the folder of temporary files.
     ///
     /// # Panics
     /// The point or the row has another number of values than there are columns.

@@ -1,7 +1,7 @@
-//! Which samples the distributions have: a function of the seed, the axis and the number of the sample alone.
+//! The samples of the distributions: a function of the seed, the axis and the number of the sample alone.
 //!
 //! - Random: the samples of an axis are words of a ChaCha8 key stream, whose key is the seed and the axis; the number of the
-//!   sample is the position in the stream. An axis that is added behind the others does not change their samples.
+//!   sample is the position in the stream. An axis that is added after the others does not change their samples.
 //! - Latin hypercube (M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21, 1979): sample `s` of an axis lies in the
 //!   stratum `p(s)` of as many strata as there are samples, at a random place there. The permutation `p` is a Feistel network
 //!   with cycle walking (J. Black, P. Rogaway, "Ciphers with Arbitrary Finite Domains", CT-RSA 2002): nothing is stored, and
@@ -68,7 +68,7 @@ impl Sampler {
     /// The probability of a sample on an axis, from [`LEAST_PROBABILITY`] to 1 - `LEAST_PROBABILITY`. Only axes with a distribution count.
     ///
     /// # Panics
-    /// There is no such sample or axis.
+    /// No such sample or axis.
     pub fn probability(&self, axis: usize, sample: u64) -> f64 {
         assert!(sample < self.samples, "there are {} samples, not {sample}", self.samples);
         match &self.method {

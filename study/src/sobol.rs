@@ -1,4 +1,4 @@
-//! Which axis a figure's variance comes from: Sobol's indices, from a study with `sampling = "saltelli"`.
+//! The axes that cause a figure's variance: Sobol's indices, from a study with `sampling = "saltelli"`.
 //!
 //! The *first-order index* of an axis is the share of the variance that its value alone explains. The *total index* adds all that it does
 //! together with other axes: where it is above the first-order index, the axes interact, and a rank correlation does not show it.
@@ -33,7 +33,7 @@ pub fn runs_of_sample(axes: usize) -> u64 {
     axes as u64 + 2
 }
 
-/// The indices of each of so many axes for a figure, by the number of its column; none if it does not vary, or if a run has no
+/// The indices of each axis for a figure, by the number of its column; `None` if it does not vary, or if a run has no
 /// value.
 ///
 /// # Errors

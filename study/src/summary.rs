@@ -4,7 +4,7 @@
 //! of n values in ascending order, counted from 0, percentile p is at the place p / 100 (n - 1).
 //!
 //! Which value of a figure is the best, says [`figures::FIGURES`]. Of the other figures the lowest is, but for the least value of a
-//! variable, `FMU.VARIABLE.min`: of this the highest is the best. For `FMU.VARIABLE.mean` and `FMU.VARIABLE.last`, of which neither end is better, the
+//! variable, `FMU.VARIABLE.min`: the highest is the best. For `FMU.VARIABLE.mean` and `FMU.VARIABLE.last`, neither end of which is better, the
 //! highest value counts as the worst.
 
 use crate::columns::Spill;
@@ -64,7 +64,7 @@ pub struct Distribution {
     pub max: Option<f64>,
     /// The mean.
     pub mean: Option<f64>,
-    /// The standard deviation of a sample (divided by the count less 1); none for a single run.
+    /// The standard deviation of a sample (divided by the count less 1), or `None` for a single run.
     pub deviation: Option<f64>,
     /// The best run. Of runs with the same value the one with the lower number comes first, here and in all that follows.
     pub best: Option<u64>,
@@ -178,7 +178,7 @@ impl Distribution {
         let order = ascending(&values);
         let sorted: Vec<f64> = order.iter().map(value).collect();
         let figure = results.figures[column].clone();
-        // From both ends the run with the lower number comes first where values are equal.
+        // Equal values are in the order of their runs, from both ends.
         let lowest = || order.iter().map(|run| u64::from(*run));
         let highest = || order.chunk_by(|a, b| value(a) == value(b)).rev().flatten().map(|run| u64::from(*run));
         let is_lower_better = is_lower_better(&figure.name);

@@ -23,7 +23,7 @@ const NAMES: [&str; 3] = ["loop", "name", "tag"];
 /// The rows of a file as the values of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {
-    /// The variables, of each row a value for each of them, and the names of the loops, if the file has them.
+    /// The variables, a value of each for every row, and the names of the loops, if the file has them.
     pub axis: Axis,
     /// The parameter file that they are from, for the FMU of this name in the loop.
     pub source: Option<Source>,
@@ -201,7 +201,7 @@ fn of_parameters(
 }
 
 /// The block of the loops that an FMU can have: the one that it is named as, by its description or its file; else one whose settings
-/// are all variables of the FMU. None if there is no such block.
+/// are all variables of the FMU. `None` without such a block.
 fn of_fmu(system: &System, fmu: &str, loops: &[Loop]) -> Option<String> {
     let path = &system.members.iter().find(|member| member.name == fmu)?.path;
     // What is wrong with an FMU is said when it is loaded. A program has no description yet.

@@ -281,7 +281,7 @@ fn bounded(excess: f64) -> f64 {
     if excess == f64::INFINITY { 1.0 } else { excess / (1.0 + excess) }
 }
 
-/// What is searched for, with figures by their numbers in a row.
+/// The aim of the search, with figures by their numbers in a row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
     /// The figure whose lowest value is the best.

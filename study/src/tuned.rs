@@ -57,7 +57,7 @@ impl Found<'_> {
         (!all.is_empty()).then(|| all.join("; "))
     }
 
-    /// Why there is no result, if there is none.
+    /// Why there is no result, or `None`.
     pub fn problem(&self) -> Option<String> {
         let best = self.best();
         if best.is_feasible() {

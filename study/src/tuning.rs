@@ -30,7 +30,7 @@ pub struct Tuning {
     pub problem: Problem,
     /// The settings that the loop has now, for each search variable.
     pub present: Vec<f64>,
-    /// The figures of a row, [`SENSITIVITY`] behind the others if it is needed.
+    /// The figures of a row, with [`SENSITIVITY`] last if it is needed.
     pub figures: Vec<Quantity>,
     /// The units of the search variables.
     pub units: Vec<Option<String>>,
@@ -309,7 +309,7 @@ fn descriptions(system: &System) -> Result<Vec<Description>> {
     system.members.iter().map(|member| Ok(Package::open(&member.path)?.description)).collect()
 }
 
-/// What is searched for, by the numbers of the figures.
+/// The aim of the search, by the numbers of the figures.
 fn problem(tune: &Tune, figures: &[Quantity]) -> Result<Problem> {
     let figure = |key: &str, name: &String| {
         figures.iter().position(|figure| figure.name == *name).with_context(|| {

@@ -41,7 +41,7 @@ pub const ABREAST: usize = blocks::table::abreast::LANES;
 /// Runs side by side record this many values at most.
 const MOST_RECORDED: usize = 1 << 23;
 
-/// What a worker is to do. The first request is [`Request::Begin`].
+/// A request to a worker. The first one is [`Request::Begin`].
 #[derive(Debug, Deserialize, Serialize)]
 pub enum Request {
     /// Load the FMUs.
@@ -83,7 +83,7 @@ pub type Find = fn(&Description) -> Option<Linked>;
 pub enum Reply {
     /// The FMUs are loaded.
     Ready(Ready),
-    /// What is wrong with the job, or why a curve cannot be made.
+    /// A fault of the job, or a curve that cannot be made.
     Refused(String),
     /// The next rows, in the order of the points. All have come when there are as many as points.
     Rows(Vec<Row>),
@@ -121,11 +121,11 @@ pub fn experiment(job: &Job, descriptions: &[&Description], table: Option<&Table
     Experiment::of(job, descriptions, roles.as_ref())
 }
 
-/// Makes runs as it is told on standard input, with the FMUs unpacked in `folder`. If `find` knows all FMUs of a loop, they run in
+/// Makes the runs requested on standard input, with the FMUs unpacked in `folder`. If `find` knows all FMUs of a loop, they run in
 /// this process without their libraries.
 ///
 /// # Errors
-/// There is no standard output, or the other side has ended.
+/// No standard output, or the other side has ended.
 pub fn run(folder: &Path, find: Find) -> Result<()> {
     serve(folder, |channel| {
         let Some(Request::Begin { job, is_prompt, renews, exact_door }) = channel.next()? else {

@@ -28,6 +28,9 @@ const WORKFLOW: &str = ".github/workflows/release.yml";
 const EXPECTED: &[&str] =
     &["README.md", "LICENSE-APACHE", "LICENSE-MIT", "CONTRIBUTING.md", "CODE_OF_CONDUCT.md", "SECURITY.md"];
 
+/// The crate that a program of somebody else may use. All others are parts of the command, which is made of the whole workspace.
+const LIBRARY: &str = "blocks";
+
 const UNRELEASED: &str = "## [Unreleased]";
 
 /// One thing that a release needs: its name, and what is missing with a remedy.
@@ -54,6 +57,7 @@ pub fn release(workspace: &Workspace, options: &Options) -> Result<()> {
     let mut checks = repository(root, version)?;
     checks.extend(sources.checks(version));
     checks.push(lock(root));
+    checks.push(packs(root));
     let missing = EXPECTED.iter().filter(|name| !root.join(name).is_file()).copied().collect::<Vec<_>>();
     checks.push(Check::new("the files at the top are there", missing.is_empty(), || {
         format!("add {}", missing.join(", "))
@@ -97,11 +101,23 @@ fn repository(root: &Path, version: &str) -> Result<Vec<Check>> {
     ])
 }
 
-/// Whether the lock file fits the manifests: the archives of a release are built with `--locked`.
+/// Whether the lock file fits the manifests: the archives of a release are built with `--locked`. Other commands of cargo ask for the
+/// crates of all platforms, most of which no build has fetched.
 fn lock(root: &Path) -> Check {
-    let metadata =
-        output(workspace::cargo().args(["metadata", "--locked", "--offline", "--format-version=1"]).current_dir(root));
-    Check::new("Cargo.lock fits the manifests", metadata.is_ok(), || "run 'cargo check' and commit Cargo.lock".into())
+    let mut cargo = workspace::cargo();
+    cargo.args(["update", "--workspace", "--locked", "--offline", "--quiet"]).current_dir(root);
+    Check::new("Cargo.lock fits the manifests", output(&mut cargo).is_ok(), || {
+        "run 'cargo check' and commit Cargo.lock".into()
+    })
+}
+
+/// Whether the library compiles from its package alone, which is what `cargo publish --dry-run` asks of a crate.
+fn packs(root: &Path) -> Check {
+    let mut cargo = workspace::cargo();
+    cargo.args(["package", "--quiet", "--offline", "--allow-dirty", "--package", LIBRARY]).current_dir(root);
+    Check::new(format!("the crate {LIBRARY} compiles from its package alone"), output(&mut cargo).is_ok(), || {
+        format!("'cargo package --allow-dirty --package {LIBRARY}' says what it lacks")
+    })
 }
 
 fn git(root: &Path, arguments: &[&str]) -> Result<String> {
@@ -231,6 +247,10 @@ fn by_hand(sources: &Sources, version: &str, is_check: bool) -> String {
          provenance; it needs GitHub Pages switched on (source: GitHub Actions)"
     ));
     steps.push("Upload the wheels to PyPI with an account of the project: python -m twine upload *.whl".into());
+    steps.push(format!(
+        "If other programs are to use the crate {LIBRARY}: set publish = true in {LIBRARY}/Cargo.toml, then cargo publish --package \
+         {LIBRARY}"
+    ));
     steps.push("Sign the command for Windows and macOS, where a certificate is at hand: nothing is signed here".into());
     steps.push("Send compatibility/ to the list of FMI tools: cargo xtask dist --address URL writes the entry".into());
     let steps = steps.iter().enumerate().map(|(number, step)| format!("  {}. {step}", number + 1));
@@ -282,6 +302,41 @@ mod tests {
             "the wheel says what it is",
         ];
         assert_eq!(faults(&other, "0.2.0"), expected);
+    }
+
+    #[test]
+    fn a_library_that_needs_a_file_outside_of_its_folder_does_not_pack() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path();
+        let manifest = "[package]\nname = \"blocks\"\nversion = \"0.1.0\"\nedition = \"2024\"\n";
+        fs::create_dir_all(root.join("blocks/src")).unwrap();
+        fs::write(root.join(MANIFEST), "[workspace]\nmembers = [\"blocks\"]\nresolver = \"3\"\n").unwrap();
+        fs::write(root.join("blocks/Cargo.toml"), manifest).unwrap();
+        fs::write(root.join("outside.txt"), "").unwrap();
+        let faults = ["../../outside.txt", "inside.txt"].map(|file| {
+            fs::write(root.join("blocks/src/inside.txt"), "").unwrap();
+            fs::write(root.join("blocks/src/lib.rs"), format!("const _: &str = include_str!(\"{file}\");\n")).unwrap();
+            packs(root).fault
+        });
+        let remedy = "'cargo package --allow-dirty --package blocks' says what it lacks";
+        assert_eq!(faults, [Some(remedy.to_string()), None]);
+    }
+
+    #[test]
+    fn a_lock_file_of_another_version_is_a_fault() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path();
+        let write = |version: &str| {
+            let text = format!("[package]\nname = \"x\"\nversion = \"{version}\"\nedition = \"2024\"\n");
+            fs::write(root.join(MANIFEST), text).unwrap();
+        };
+        fs::create_dir(root.join("src")).unwrap();
+        fs::write(root.join("src/lib.rs"), "").unwrap();
+        write("0.1.0");
+        run(workspace::cargo().args(["generate-lockfile", "--offline", "--quiet"]).current_dir(root)).unwrap();
+        assert_eq!(lock(root).fault, None);
+        write("0.2.0");
+        assert_eq!(lock(root).fault.as_deref(), Some("run 'cargo check' and commit Cargo.lock"));
     }
 
     /// A repository with the files of a release and one commit of 2026-02-03.

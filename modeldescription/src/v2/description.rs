@@ -44,7 +44,7 @@ elements! {
         /// Model exchange only.
         number_of_event_indicators "numberOfEventIndicators": Option<u32>;
     }, children except "VendorAnnotations" {
-        /// What the FMU can do in model exchange, if it supports that.
+        /// Its capabilities in model exchange, if it supports that.
         model_exchange: Option<ModelExchange>;
         /// What the FMU can do in co-simulation, if it supports that.
         co_simulation: Option<CoSimulation>;

@@ -75,7 +75,7 @@ impl ModelDescription {
     /// requires that the one lies within the other, but the blocks take any value.
     ///
     /// # Panics
-    /// There is no such place.
+    /// No such place.
     pub(crate) fn set_starts(&mut self, starts: Vec<(usize, Value)>) {
         let (sizes, mut next) = (self.sizes(), 0);
         let span = |of: &Variable| {

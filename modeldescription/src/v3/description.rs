@@ -48,7 +48,7 @@ elements! {
     }, children {
         /// What the FMU can do in model exchange, if it supports that.
         model_exchange: Option<ModelExchange>;
-        /// What the FMU can do in co-simulation, if it supports that.
+        /// Its capabilities in co-simulation, if it supports that.
         co_simulation: Option<CoSimulation>;
         /// What the FMU can do in scheduled execution, if it supports that.
         scheduled_execution: Option<ScheduledExecution>;
@@ -364,7 +364,7 @@ words! {
         Output "output",
         /// The FMU, for itself.
         Local "local",
-        /// Nobody: it is the time.
+        /// No one: it is the time.
         Independent "independent",
         /// The host, in Configuration Mode: sizes of arrays depend on it.
         StructuralParameter "structuralParameter",
@@ -421,7 +421,7 @@ impl From<crate::description::Unit> for Unit {
 }
 
 impl From<&Unit> for crate::description::Unit {
-    /// Without the display units that are reciprocal: nobody else knows such.
+    /// Without reciprocal display units, which only FMI 3.0 has.
     fn from(of: &Unit) -> crate::description::Unit {
         let display = |of: &DisplayUnit| crate::description::DisplayUnit {
             name: of.name.clone(),

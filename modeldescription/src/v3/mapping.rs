@@ -254,7 +254,7 @@ fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
     })
 }
 
-/// A WORD or a DWORD as another integer with its bits; a range of the one is none of the other.
+/// A WORD or a DWORD as another integer with its bits, which does not keep a range.
 fn bits(mut own: Integer, of: fn(i128) -> i128) -> Integer {
     own.start.iter_mut().flatten().for_each(|start| *start = of(*start));
     own.attributes = IntegerAttributes::default();

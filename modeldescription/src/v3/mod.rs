@@ -23,7 +23,7 @@ pub use mapping::token;
 /// namespaces are skipped.
 ///
 /// # Errors
-/// What is not such a file, or contradicts itself, in one sentence with the line.
+/// Not such a file, or a contradiction in it, in one sentence with the line.
 pub fn read(bytes: &[u8]) -> Result<ModelDescription, Error> {
     let schema = Schema { version: FMI_VERSION, variables: Variable::NAMES, skipped: Some("Annotations") };
     read_root(bytes, Limits::default(), schema, |description| {

@@ -22,7 +22,7 @@
 //! Attributes and children are written in the order of the lines, which is the schema's, and read in any order. The
 //! struct's [`Default`] has the defaults of the lines.
 //!
-//! [`choices!`] makes an enum of elements of which exactly one occurs, [`words!`] one of the words that an attribute may
+//! [`choices!`] makes an enum of elements that exclude each other, [`words!`] one of the words that an attribute may
 //! have as value.
 
 use super::lexical::Value;
@@ -44,7 +44,7 @@ pub(crate) trait Attributes: Sized {
     fn write(&self, sink: Sink<'_>);
 }
 
-/// An element of the schema, or several of which exactly one occurs.
+/// An element of the schema, or a choice of several.
 pub(crate) trait Element: Sized {
     /// Its name, or the names to choose from.
     const NAMES: &'static [&'static str];

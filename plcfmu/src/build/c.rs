@@ -32,7 +32,7 @@ fn compiler() -> Result<Command> {
 /// Compiles the file of an FMU, and what its library says of itself (JSON), in a folder, to a library there.
 ///
 /// # Errors
-/// There is no compiler, or it refuses the file, with what it says.
+/// No compiler, or it refuses the file, with its message.
 pub fn compile(source: &Path, interface: &str, folder: &Path, suffix: &str) -> Result<PathBuf> {
     let (header, about) = (folder.join(fmu::sources::HEADER_NAME), folder.join("interface.c"));
     fs::write(&header, fmu::sources::HEADER)?;

@@ -41,7 +41,7 @@ const PLATFORMS: [Platform; 10] = [
 const ALIAS: (&str, &str) = ("armv7", "aarch32-linux");
 
 impl Platform {
-    /// This machine: what rustc builds for, when it is not told, in a workspace's folder.
+    /// This machine: the default target of rustc in a workspace's folder.
     ///
     /// # Errors
     /// rustc cannot be run, or FMI has no name for this machine.
@@ -101,7 +101,7 @@ impl Platform {
 /// FMI's name of a platform, from the name that a user gives.
 ///
 /// # Errors
-/// There is no such platform.
+/// No such platform.
 pub fn folder(name: &str) -> Result<&'static str> {
     let name = if name == ALIAS.0 { ALIAS.1 } else { name };
     let found = PLATFORMS.iter().find(|platform| platform.folder == name).map(|platform| platform.folder);

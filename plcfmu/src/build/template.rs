@@ -8,7 +8,7 @@ use std::path::Path;
 /// The sources of `blocks` and `fmu`: path and text.
 const SOURCES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
-/// What else stands in the folder of these sources. `VERSION` in it is that of this program.
+/// The other files beside these sources. `VERSION` in it is that of this program.
 const BESIDE_SOURCES: [(&str, &str); 5] = [
     ("README.md", include_str!("templates/vendored.md")),
     ("LICENSE-MIT", include_str!("../../../LICENSE-MIT")),

@@ -206,7 +206,7 @@ fn examine(file: &Path, starter: Option<&Starter>) -> Verdict {
     verdict
 }
 
-/// What an FMU is, in one line, whatever its texts contain.
+/// A summary of an FMU in one line, whatever its texts contain.
 fn headline(description: &Description) -> String {
     format!(
         "{:?}: FMI {} for {}, {} variables, GUID {:?}",

@@ -21,7 +21,7 @@ pub struct Options {
 /// Does what standard input says until it ends.
 ///
 /// # Errors
-/// There is no such role, or the other side has ended.
+/// No such role, or the other side has ended.
 pub fn run(options: &Options) -> Result<()> {
     match options.role.as_str() {
         simulation::ROLE => simulation::child(&options.folder),

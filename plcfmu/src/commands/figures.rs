@@ -10,7 +10,7 @@ use std::io;
 #[derive(clap::Args, Debug)]
 pub struct Options {}
 
-/// What standard input has: a value of each signal for every row; `null` is not a number.
+/// The content of standard input: a value of each signal for every row; `null` is not a number.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Recorded {
@@ -18,7 +18,7 @@ struct Recorded {
     times: Vec<f64>,
     setpoint: Vec<Option<f64>>,
     process_value: Vec<Option<f64>>,
-    /// Empty if there is none.
+    /// Empty without one.
     manipulated_value: Vec<Option<f64>>,
     /// From which to which value the setpoint step goes, with which the rows begin.
     step: (f64, f64),

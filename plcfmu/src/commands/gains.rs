@@ -170,7 +170,7 @@ pub fn run(options: &Options) -> Result<()> {
     print(&text)
 }
 
-/// A number as it is printed.
+/// A number in print.
 struct Line {
     name: &'static str,
     text: String,

@@ -10,7 +10,7 @@ use parameters::{Block, Format, Loop, Options, Problems, Reading};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Which files are read, and what they do not say themselves.
+/// The files to read, and what they leave unsaid.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Arguments {
     /// Parameter files, folders with such files, or the address of a data block in a PLC; - is standard input
@@ -63,7 +63,7 @@ impl Found {
     /// Tells what is wrong with the loops that could not be read.
     ///
     /// # Errors
-    /// There are such loops; the last error is given and not told.
+    /// Loops that cannot be read; the last error is returned, not printed.
     pub fn finish(mut self) -> Result<()> {
         let Some(last) = self.errors.pop() else { return Ok(()) };
         for error in self.errors {
@@ -93,10 +93,10 @@ impl Arguments {
         Ok(blocks)
     }
 
-    /// The loops of all files that have one of the names; all if there are no names. What is to be said of the files is told.
+    /// The loops of all files with one of the names, or all without names. Remarks on the files are printed.
     ///
     /// # Errors
-    /// There is no such loop, or an option does not go with the files.
+    /// No such loop, or an option that does not suit the files.
     pub fn read(&self, blocks: &[Arc<Block>]) -> Result<Found> {
         let mut found = Found::default();
         for file in &self.files {

@@ -131,7 +131,7 @@ fn functions(binary: &Binary, description: &Description) -> String {
     format!("{count} functions of FMI {}", description.fmi_version)
 }
 
-/// A text from a foreign FMU as it is printed: at most `longest` characters, on one line, without control characters.
+/// A text from a foreign FMU, safe to print: at most `longest` characters, on one line, without control characters.
 fn shown(text: &str, longest: usize) -> String {
     let mut shown = String::new();
     for (place, character) in text.chars().enumerate() {

@@ -1,4 +1,4 @@
-//! `plcfmu preset`: FMUs with the start values of somebody's loops.
+//! `plcfmu preset`: FMUs with the start values of a project's loops.
 
 use super::loops::{self, Arguments};
 use super::{aligned, print, replacing, told_once};
@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 /// Make FMUs that start from the parameters of a PLC project
 ///
 /// A preset is an FMU whose start values are those of a loop: a simulation that sets nothing runs with the plant's parameters. It
-/// needs no compiler, and the library stays as it is. An FMU of a preset refuses to start if its resources/start.txt was
+/// needs no compiler, and the library stays unchanged. An FMU of a preset refuses to start if its resources/start.txt was
 /// changed by hand; `plcfmu check` finds any change. Each preset is started once, in a process of its own: one that the FMU
 /// refuses is not made.
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -58,7 +58,7 @@ fn setting(argument: &str) -> Result<(String, f64)> {
     Ok((name.to_string(), value))
 }
 
-/// An FMU of which presets may be made, and where it is.
+/// An FMU as the source of presets, and its file.
 struct Fmu {
     path: PathBuf,
     original: Original<BufReader<File>>,
@@ -85,7 +85,7 @@ struct Told<'a> {
 /// Makes presets.
 ///
 /// # Errors
-/// What is wrong with the parameters or an FMU, or a loop for whose block there is no FMU. Nothing is written then. A loop that
+/// What is wrong with the parameters or an FMU, or a loop whose block has no FMU. Nothing is written then. A loop that
 /// cannot be read: the presets of the others are written.
 pub fn run(options: &Options) -> Result<()> {
     let mut arguments = options.loops.clone();
@@ -249,7 +249,7 @@ fn make(fmus: &mut [Fmu], loops: &[Loop], options: &Options) -> Result<Vec<Made>
     Ok(made)
 }
 
-/// Refuses loops for whose block there is no FMU, or more than one.
+/// Refuses loops whose block has no FMU, or more than one.
 fn check_blocks(fmus: &[Fmu], loops: &[Loop]) -> Result<()> {
     let of = |block: &str| -> Vec<&Fmu> { fmus.iter().filter(|fmu| fmu.original.block == block).collect() };
     let mut missing: BTreeMap<&str, Vec<&str>> = BTreeMap::new();

@@ -63,7 +63,7 @@ fn block() -> clap::builder::PossibleValuesParser {
 /// Writes a source, or says what a PLC found.
 ///
 /// # Errors
-/// What cannot be written or read; [`Differs`] if the PLC found a difference.
+/// A file that cannot be written or read; [`Differs`] if the PLC found a difference.
 pub fn run(options: &Options) -> Result<()> {
     match &options.read {
         Some(from) => read(from),

@@ -156,7 +156,7 @@ pub fn run(options: &Options) -> Result<()> {
                 Ok(())
             };
             let placed = replacing(file, || temporary::place(file, record, |_| Ok(())));
-            // Why the run has failed says more than that there is no file.
+            // The reason why the run failed says more than the missing file.
             match simulated {
                 Some(Err(error)) => return Err(error),
                 Some(Ok(simulated)) => placed.map(|()| simulated)?,
@@ -252,7 +252,7 @@ fn simulate<'a>(
     Ok(Simulated { kept: recorder.finish()?, steps, ended, took })
 }
 
-/// Of how many rows one is recorded.
+/// Record one row in this many.
 fn every(seconds: f64, plan: &Plan) -> Result<usize> {
     let steps = seconds / plan.step;
     ensure!(

@@ -108,7 +108,7 @@ fn range(text: &str) -> Result<Range<u64>, String> {
 /// Runs a study.
 ///
 /// # Errors
-/// What is wrong and what to do; all runs fail; a run does not meet an expectation; [`Interrupted`].
+/// An error with its remedy; all runs fail; a run does not meet an expectation; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
     ensure_study(&options.study)?;
     let mut reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
@@ -278,7 +278,7 @@ impl pool::Sink for Kept<'_> {
     }
 }
 
-/// The runs that are missing, one behind the other.
+/// The missing runs, in order.
 struct Missing {
     /// How many are before each range, and the range.
     ranges: Vec<(u64, Range<u64>)>,
@@ -304,7 +304,7 @@ impl Missing {
     }
 }
 
-/// The results that a study which goes on has in its folder already; none if there are runs to make.
+/// The results that a resumed study has in its folder already, or `None` if runs are missing.
 fn finished(
     out: &Path,
     options: &Options,
@@ -397,7 +397,7 @@ fn ensure_going(pool: &Pool) -> Result<()> {
     Ok(())
 }
 
-/// What a picture needs of a recording: the same, whether all of it is wanted or not.
+/// A recording thinned for a picture, whether or not all of it is wanted.
 fn drawn(recording: Recording) -> Recording {
     let mut thinned = Detail::Drawn.thinned(recording.columns.clone(), recording.times.len());
     recording.rows().for_each(|(time, row)| thinned.push(time, row));
@@ -454,7 +454,7 @@ fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
     if let Some(file) = &options.junit {
         junit::write(file, report)?;
     }
-    // At the end: until then the older summary has its table, and --resume goes on.
+    // At the end: until then the older summary has its table, and --resume continues.
     for old in Format::value_variants().iter().map(|format| format.file(out)) {
         if has_older && old != options.format.file(out) && old.exists() {
             fs::remove_file(&old).with_context(|| old.display().to_string())?;

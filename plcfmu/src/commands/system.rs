@@ -233,7 +233,7 @@ fn path_of(argument: &str) -> &Path {
     }
 }
 
-/// The settings of signals over time, of which each change is an event.
+/// The settings of signals over time; each change is an event.
 fn signals(file: &str, text: &str) -> Result<Vec<Setting>> {
     let at = |line: usize| Place { file: file.into(), line, column: 1 };
     let mut lines = text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty());
@@ -274,7 +274,7 @@ fn parse<T: FromStr<Err = Error>>(text: &str) -> Result<T, String> {
     text.parse().map_err(|error| format!("{error:#}"))
 }
 
-/// Refuses a file that is nothing that can be run, neither by its name nor by its content. What is wrong with an FMU is told when it
+/// Refuses a file that cannot be run, by its name and its content. What is wrong with an FMU is told when it
 /// is opened.
 fn ensure_fmu(path: &Path) -> Result<()> {
     let is_named = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fmu"));

@@ -103,7 +103,7 @@ struct Opened {
 struct Start {
     /// Parameter files to open.
     files: Vec<File>,
-    /// The FMU of which there is a new loop.
+    /// The FMU for which a new loop is made.
     block: Option<String>,
     /// The FMU that is the plant of every new loop.
     plant: Option<String>,
@@ -134,7 +134,7 @@ fn open(options: &Options, starter: Starter) -> Result<Opened> {
     }
     let folder = folder(options.fmus.as_deref(), has_fmus);
     if let Some(folder) = &folder {
-        // The code of what lies in a usual folder, which nobody has named, does not run.
+        // The code of FMUs in a default folder, which the user did not name, does not run.
         let is_named = options.fmus.is_some() || env::var_os(FMUS).is_some_and(|folder| !folder.is_empty());
         add_folder(&mut fmus, folder, is_named.then_some(&starter))?;
     }
@@ -164,7 +164,7 @@ fn add(fmus: &mut Vec<Known>, known: Known) -> Result<()> {
     Ok(())
 }
 
-/// Adds the FMUs of a folder that are ours. Those that have been named before take precedence; presets are passed over.
+/// Adds the FMUs of a folder that are ours. FMUs that were named before take precedence; presets are skipped.
 fn add_folder(fmus: &mut Vec<Known>, folder: &Path, starter: Option<&Starter>) -> Result<()> {
     for path in paths(folder).with_context(|| folder.display().to_string())? {
         let is_named = |known: &Known| path.file_stem().is_some_and(|stem| stem.to_string_lossy() == *known.name);

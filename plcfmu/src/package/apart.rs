@@ -30,7 +30,7 @@ pub fn run(starter: &Starter, path: &Path) -> Result<()> {
     ask(starter, &Request::Run(path.into())).map(drop)
 }
 
-/// What the library of the FMU at `path` tells of its block. One that has no table is not loaded.
+/// The description of its block by the library of the FMU at `path`. A library without a table is not loaded.
 ///
 /// # Errors
 /// It has no table, cannot be loaded here, or ends its process.

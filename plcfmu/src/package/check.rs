@@ -93,7 +93,7 @@ fn check_library<R: Read + Seek>(
 ) -> Result<Binary> {
     let bytes = package.library(file)?;
     let binary = Binary::read(&bytes)?;
-    // Of a folder that FMI 2.0 does not name, nobody can say what belongs there.
+    // FMI 2.0 does not say what belongs into a folder that it does not name.
     if let Some((_, suffix)) = platform::system(&file.platform) {
         is_for(&binary, &file.platform)?;
         ensure!(file.path.ends_with(suffix), "hosts look for a library whose name ends with {suffix} there");
@@ -104,7 +104,7 @@ fn check_library<R: Read + Seek>(
         bail!("it does not export {missing}");
     }
     let guid = &package.description.guid;
-    // A library with a table holds its GUID as text. Others may compute theirs, or hold none.
+    // A library with a table holds its GUID as text. Others may compute theirs.
     if !binary.has_table {
         return Ok(binary);
     }
@@ -203,7 +203,7 @@ pub fn packed(path: &Path, xml: &ModelDescription, has_host: bool) -> Result<()>
 /// variables can be read. The FMU is unpacked into a temporary folder below `place`.
 ///
 /// # Errors
-/// There is no such library, or a call fails.
+/// No such library, or a call fails.
 pub fn run<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<()> {
     ensure!(
         package.description.co_simulation.is_some(),
@@ -276,7 +276,7 @@ fn run_with_events(fmu: &Fmu, start: f64, step: f64) -> Result<()> {
     instance.terminate()
 }
 
-/// Compares the start values of inputs and parameters, which nobody has set, with those that are declared. A host may read
+/// Compares the start values of inputs and parameters, before any is set, with those that are declared. A host may read
 /// them when the initialization is over.
 fn check_starts(description: &Description, instance: &mut Instance) -> Result<()> {
     for variable in &description.variables {
@@ -303,7 +303,7 @@ mod tests {
     use modeldescription::Variability;
     use modeldescription::v2::{ModelDescription, write};
 
-    /// What the library of a small block tells of it.
+    /// The description of a small block by its library.
     fn interface() -> Interface {
         let json = r#"{"table":{"name":"PUMP","docs":"Pumps.","cycle":0,"variables":[
             {"name":"CYCLE","description":"x","kind":"TIME","role":"cycle","start":1.0,"min":0.001,"max":null,"unit":null}],

@@ -184,7 +184,7 @@ fn names_in_all(folders: &[PathBuf]) -> Result<Vec<String>> {
     Ok(fmus)
 }
 
-/// The platforms of the FMUs in a folder, for each of which there is a library of programs.
+/// The platforms of the FMUs in a folder, each with a library of programs.
 fn platforms_in(folder: &Path) -> Result<BTreeSet<String>> {
     let mut all = BTreeSet::new();
     for name in names(folder, ".fmu")? {

@@ -103,7 +103,7 @@ pub fn remove_stand_in(files: &mut Files) {
     }
 }
 
-/// The files of an FMU with the libraries of one platform only; `None` if it has none for it.
+/// The files of an FMU with the libraries of one platform only, or `None` without such a library.
 pub fn only(files: &Files, platform: &str) -> Option<Files> {
     let folder = format!("binaries/{platform}/");
     let is_kept = |name: &String| !name.starts_with("binaries/") || name.starts_with(&folder);

@@ -68,7 +68,7 @@ fn given_library(argument: &str) -> Result<(&'static str, PathBuf)> {
     Ok((platform::folder(platform)?, file.into()))
 }
 
-/// What a user has to be told about the library's licences.
+/// What a user has to know about the library's licences.
 pub const LICENCES: [(&str, &str); 4] = [
     ("LICENSE-MIT", include_str!("../../../LICENSE-MIT")),
     ("LICENSE-APACHE", include_str!("../../../LICENSE-APACHE")),
@@ -91,10 +91,10 @@ struct Built {
 #[derive(Debug)]
 struct Plan {
     host: Platform,
-    /// What is built for each of FMI's platforms, that of this machine last.
+    /// The build for each of FMI's platforms, that of this machine last.
     built: Vec<(&'static str, Vec<(Platform, Linkage)>)>,
     given: BTreeMap<&'static str, PathBuf>,
-    /// Whether the library for this machine is packed, too, or only built for the table.
+    /// Whether the library for this machine is packed too, or only built for the table.
     has_host: bool,
     /// Whether the library for this machine is linked against this machine's C library.
     is_host_native: bool,
@@ -147,7 +147,7 @@ fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan>
 /// Packs FMUs.
 ///
 /// # Errors
-/// What is wrong and what to do. FMUs that were packed before stay as they are.
+/// An error with its remedy. FMUs that were packed before are kept.
 pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     options.version.check()?;
     let crates = select(workspace, options)?;
@@ -264,7 +264,7 @@ fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
 /// programs may be named with `-p`, and is not among them.
 ///
 /// # Errors
-/// There is no such crate.
+/// No such crate.
 pub fn select(workspace: &Workspace, options: &Options) -> Result<Vec<FmuCrate>> {
     const WHAT: &str = "an FMU is made by a package with a cdylib that depends on fmu";
     if workspace.crates.is_empty() {
@@ -294,7 +294,7 @@ pub fn select(workspace: &Workspace, options: &Options) -> Result<Vec<FmuCrate>>
     Ok(workspace.crates.iter().filter(is_asked).cloned().collect())
 }
 
-/// Whether two names are the same where case and the difference of `-` and `_` do not count.
+/// Whether two names are equal, ignoring case and the difference between `-` and `_`.
 fn is_same(a: &str, b: &str) -> bool {
     a.replace('-', "_").eq_ignore_ascii_case(&b.replace('-', "_"))
 }
@@ -351,7 +351,7 @@ fn pack(workspace: &Workspace, built: &Built, plan: &Plan, version: Version, pat
     Ok(bytes.len())
 }
 
-/// The FMU in C: name and content of the file. A law that cannot be read is told, and the FMU has no C.
+/// The FMU in C: name and content of the file. A law that cannot be read is reported, and the FMU has no C.
 fn sources(workspace: &Workspace, built: &Built) -> Result<Option<(String, String)>> {
     let Built { fmu_crate, here, interface, .. } = built;
     if fmu_crate.without_sources {

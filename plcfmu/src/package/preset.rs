@@ -98,7 +98,7 @@ fn is_declared(variable: &Variable, value: &str) -> bool {
     }
 }
 
-/// An FMU of which presets are made.
+/// An FMU as the source of presets.
 #[derive(Debug)]
 pub struct Original<R> {
     package: Package<R>,
@@ -206,7 +206,7 @@ mod tests {
     use std::io::Cursor;
     use std::sync::Arc;
 
-    /// What the library of a small block tells of it.
+    /// The description of a small block by its library.
     const TABLE: &str = r#"{"table":{"name":"PUMP","docs":"Pumps.","cycle":1,"variables":[
         {"name":"FLOW","description":"x","kind":"REAL","role":"input","start":1.0,"min":0.0,"max":2.0,"unit":null},
         {"name":"CYCLE","description":"x","kind":"TIME","role":"cycle","start":1.0,"min":0.001,"max":null,"unit":null}],

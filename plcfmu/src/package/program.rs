@@ -28,7 +28,7 @@ use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What a user has to be told about the licences of the crates in the library of programs.
+/// What a user has to know about the licences of the crates in the library of programs.
 const NOTICE: (&str, &str) = ("NOTICE-PROGRAM", include_str!("../../NOTICE-PROGRAM"));
 
 /// How a program is packed.
@@ -110,7 +110,7 @@ impl Options {
         Ok(manifest)
     }
 
-    /// An error that names an option, if one is given: there is no program that it could be for.
+    /// Refuses options that need a program; the error names the first one.
     ///
     /// # Errors
     /// An option is given.
@@ -173,7 +173,7 @@ impl Examined {
     }
 }
 
-/// Why there is no FMU of a program.
+/// Why a program has no FMU.
 #[derive(Debug)]
 pub enum Refused {
     /// What is wrong with the sources.
@@ -200,11 +200,11 @@ impl From<Refused> for Error {
     }
 }
 
-/// All that is done with the sources before a library is needed: `check` says what it finds, [`pack`] goes on with it. The sources
+/// All that is done with the sources before a library is needed: `check` reports it, [`pack`] continues with it. The sources
 /// of the manifest are files.
 ///
 /// # Errors
-/// Why there is no FMU of them.
+/// Why they make no FMU.
 pub fn examine(manifest: &Manifest) -> Result<Examined, Refused> {
     let Named { manifest, sources, files } = read(manifest)?;
     // In the FMU they lie side by side; a message names them as the user does.
@@ -242,7 +242,7 @@ fn is_unit(unit: &str) -> bool {
     units::definition(unit).is_some()
 }
 
-/// What the user is told of a program that stops with its start values.
+/// The note about a program that stops with its start values.
 pub fn stops(stop: &str) -> String {
     format!(
         "with its start values the program stops: {stop}; set what this depends on before the first step, or give it another \
@@ -333,7 +333,7 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
     Ok((path, warnings))
 }
 
-/// What the sources in a packed program tell of it; `None` if the FMU is no program.
+/// A packed program by its sources; `None` if the FMU is no program.
 ///
 /// # Errors
 /// They are damaged.

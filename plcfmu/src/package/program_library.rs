@@ -38,7 +38,7 @@ pub fn all_in(folder: &Path) -> BTreeMap<&'static str, PathBuf> {
 /// is written into `folder`; or that of the clone which this command was compiled in, which is built once.
 ///
 /// # Errors
-/// There is none, or it cannot be built, with the reason and what to do.
+/// It is missing or cannot be built, with the reason and the remedy.
 pub fn find(folder: &Path) -> Result<BTreeMap<&'static str, PathBuf>> {
     let own = std::env::current_exe().unwrap_or_default();
     let beside = own.parent().map(Path::to_path_buf);

@@ -81,7 +81,7 @@ fn at(program: &Program, path: &str) -> Option<usize> {
     program.find(path).map(|(offset, _)| offset)
 }
 
-/// The hash of which a GUID is the text.
+/// The hash that a GUID spells.
 fn hash(guid: &str) -> u128 {
     let digits: String = guid.chars().filter(char::is_ascii_hexdigit).collect();
     let hash = u128::from_str_radix(&digits, 16).unwrap_or_default();

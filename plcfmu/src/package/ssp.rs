@@ -17,7 +17,7 @@ use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-/// What each set of start values is called. Ecos applies the set that it is asked for by name.
+/// The name of each set of start values. Ecos applies the set that it is asked for by name.
 pub const PARAMETER_SET: &str = "start";
 
 /// How an SSP file is written.
@@ -77,7 +77,7 @@ struct Component<'a> {
 struct Connector<'a> {
     name: &'a str,
     kind: &'static str,
-    /// None for an enumeration: the type is that of the FMU's variable then.
+    /// `None` for an enumeration, whose type is that of the FMU's variable.
     type_name: Option<&'static str>,
     unit: Option<&'a str>,
 }
@@ -254,7 +254,7 @@ fn units<'a>(components: &[Component], resources: &'a Resources) -> Result<Vec<U
     Ok(definitions)
 }
 
-/// What an SSP file does not hold of this system, and the names that were changed.
+/// The parts of this system that an SSP file cannot hold, and the names that were changed.
 fn remarks(system: &System, plan: &Plan, elements: &[String]) -> Vec<String> {
     let mut remarks = Vec::new();
     for (member, element) in system.members.iter().zip(elements).filter(|(member, element)| member.name != **element) {
@@ -283,7 +283,7 @@ fn remarks(system: &System, plan: &Plan, elements: &[String]) -> Vec<String> {
     remarks
 }
 
-/// Names as C identifiers, of which none begins another one.
+/// Names as C identifiers, none of which is the beginning of another.
 fn identifiers(names: &[&str]) -> Result<Vec<String>> {
     let mut identifiers: Vec<String> = names.iter().map(|name| identifier(name)).collect();
     // The longest first: a name that begins another one is made longer than it is.

@@ -51,7 +51,7 @@ impl Version {
         Ok(())
     }
 
-    /// What a library tells, for an FMU of this version.
+    /// A library's description of itself, for an FMU of this version.
     pub fn of(self, interface: &Interface) -> Interface {
         let version = match self.fmi {
             Fmi::Two => interface.version.clone(),

@@ -55,7 +55,7 @@ impl<'a> Sections<'a> {
 /// Markdown as HTML. Words that are names of variables in `linked` become links to their anchors, where the text names them first.
 ///
 /// # Errors
-/// A formula is not LaTeX as it is understood here.
+/// A formula that is not in the LaTeX understood here.
 pub fn html(markdown: &str, linked: &[&str]) -> Result<String> {
     let mut events = Vec::new();
     let mut fence: Option<(String, String)> = None;
@@ -90,7 +90,7 @@ pub fn html(markdown: &str, linked: &[&str]) -> Result<String> {
     Ok(html.replace("<pre>", r#"<pre tabindex="0">"#))
 }
 
-/// A text as it is printed: a number is not parted from its percent sign or its unit at the end of a line, degC is °C and m2 is m².
+/// A text for print: a line does not end between a number and its percent sign or unit, degC is °C and m2 is m².
 pub fn shown(text: &str) -> String {
     const UNITS: [&str; 14] = ["%", "°C", "K", "s", "ms", "h", "rpm", "min", "m", "cm", "m²", "m³/h", "l/min", "bar"];
     let text = modeldescription::units::shown(text);

@@ -40,7 +40,7 @@ struct Page<'a> {
     sampling: String,
     law: Vec<Section>,
     after_responses: Vec<Section>,
-    /// Where the documentation says that its rules come from.
+    /// The source of its rules, by the documentation.
     origins: Vec<(&'static str, &'static str)>,
     responses: Vec<Drawing>,
     /// Whether one of them has inputs.
@@ -91,11 +91,11 @@ struct Variable<'a> {
     name: &'a str,
     kind: &'a str,
     unit: String,
-    /// Which values make sense; empty where the variable does not say.
+    /// The sensible values; empty if the variable declares none.
     range: String,
     start: String,
     description: String,
-    /// HTML; empty if there is no help.
+    /// HTML; empty without help.
     help: String,
     reference: usize,
 }
@@ -254,7 +254,7 @@ fn characteristic_drawing(
     })
 }
 
-/// Where the documentation says that its rules come from.
+/// The source of its rules, by the documentation.
 fn origins(table: &Table) -> Vec<(&'static str, &'static str)> {
     let is_named = |word: &str| table.docs.contains(&format!("({word}")) || table.docs.contains(&format!(", {word})"));
     laws::ORIGINS.into_iter().filter(|(word, _)| is_named(word)).collect()

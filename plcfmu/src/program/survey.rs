@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// A row lists this many names at most.
 const MOST_NAMES: usize = 10;
 
-/// The kinds of blocks, in the order in which they are told.
+/// The kinds of blocks, in the order of the report.
 const KINDS: [(BlockKind, &str, &str); 5] = [
     (BlockKind::OrganizationBlock, "organization block", "organization blocks"),
     (BlockKind::FunctionBlock, "function block", "function blocks"),

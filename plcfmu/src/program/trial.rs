@@ -117,7 +117,7 @@ impl File {
         format!("{}:{}", place.file, place.line)
     }
 
-    /// The first call at this time or behind it.
+    /// The first call at this time or later.
     fn call(&self, time: &str) -> Result<i64> {
         let time = nanoseconds(time)?;
         Ok((time.max(0) + self.cycle - 1) / self.cycle)

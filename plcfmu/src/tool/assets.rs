@@ -7,7 +7,7 @@ use modeldescription::Table;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// What the ids in a diagram begin with, so that they differ from those of the page.
+/// The prefix of the ids in a diagram, so that they differ from those of the page.
 pub const PREFIX: &str = "diagram-";
 
 /// Sections of a block's documentation that help before the first use.

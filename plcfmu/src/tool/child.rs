@@ -159,10 +159,10 @@ fn kind(number: u8) -> Result<Type> {
     Type::ALL.get(usize::from(number)).copied().context("there is no such type")
 }
 
-/// Runs an FMU as it is told on standard input, unpacked in `folder`.
+/// Runs the FMU unpacked in `folder` as standard input asks.
 ///
 /// # Errors
-/// There is no standard output, or the other side has ended.
+/// No standard output, or the other side has ended.
 pub fn run(folder: &Path) -> Result<()> {
     serve(folder, |channel| {
         let (mut fmu, mut instance) = (None, None);

@@ -37,7 +37,7 @@ const UNREAD: Duration = Duration::from_secs(30);
 /// How long to wait when the system has no room for another connection.
 const NO_ROOM: Duration = Duration::from_millis(50);
 
-/// Whether a connection has shown the cookie; an extension of each of its requests.
+/// Whether a connection has presented the cookie; an extension of each of its requests.
 #[derive(Clone, Debug, Default)]
 pub struct Trust(Arc<AtomicBool>);
 
@@ -86,7 +86,7 @@ async fn answer(stream: TcpStream, routes: Router, trust: Trust) {
     let mut http = http1::Builder::new();
     http.timer(TokioTimer::new()).header_read_timeout(HEAD);
     let mut connection = std::pin::pin!(http.serve_connection(TokioIo::new(Stream { stream, unread: None }), service));
-    // What goes wrong on a connection ends it, and nobody else is told.
+    // An error on a connection ends that connection only.
     if timeout(INTRODUCTION, &mut connection).await.is_err() && trust.is_given() {
         let _ = connection.await;
     }
@@ -144,7 +144,7 @@ mod tests {
 
     const ASK: &[u8] = b"GET /trust HTTP/1.1\r\nHost: x\r\n\r\n";
 
-    /// Runs `test` with a server, on a clock that goes on by itself when nothing else is to be done.
+    /// Runs `test` with a server, on a clock that advances by itself when nothing else is to be done.
     fn with_server<F: Future<Output = ()>>(test: impl FnOnce(std::net::SocketAddr) -> F) {
         let runtime = Builder::new_current_thread().enable_all().start_paused(true).build().unwrap();
         runtime.block_on(async {

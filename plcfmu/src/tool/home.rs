@@ -35,7 +35,7 @@ pub struct Known {
     /// Its name in the catalogue.
     pub name: String,
     description: Arc<Description>,
-    /// What an FMU that was made with `fmu::export!` tells of its block.
+    /// The description of its block by an FMU that was made with `fmu::export!`.
     table: Option<Arc<Table>>,
     part: Part,
     source: Source,
@@ -85,7 +85,7 @@ impl Known {
         self
     }
 
-    /// Whether nothing is known of its block: it was not made with `fmu::export!`, or nobody may ask its library.
+    /// Whether nothing is known of its block: it was not made with `fmu::export!`, or its library may not be asked.
     pub fn is_foreign(&self) -> bool {
         self.table.is_none()
     }
@@ -194,7 +194,7 @@ impl File {
     }
 }
 
-/// What a page is told of an FMU that it has sent. No code of it has run.
+/// What a page learns about an FMU that it sent. No code of it has run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Inspected {
     name: String,

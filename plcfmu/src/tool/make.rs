@@ -43,7 +43,7 @@ pub struct Options {
     pub out: Option<PathBuf>,
 }
 
-/// There is no standard library of Rust for the page, and none can be had.
+/// Rust's standard library for the page is missing and cannot be fetched or compiled.
 #[derive(Clone, Copy, Debug)]
 pub struct Missing;
 

@@ -63,7 +63,7 @@ pub struct Server {
     access: Access,
 }
 
-/// What lets somebody in.
+/// What admits a browser.
 #[derive(Debug)]
 struct Access {
     /// How the path of the page begins, with the port: `http://127.0.0.1:4711/TOKEN/`.
@@ -142,11 +142,11 @@ impl Server {
         &self.access.secret
     }
 
-    /// Serves the page, calls `ready`, and goes on until the user interrupts it. The engines and the processes of foreign FMUs
+    /// Serves the page, calls `ready`, and runs until the user interrupts it. The engines and the processes of foreign FMUs
     /// end with it.
     ///
     /// # Errors
-    /// The system cannot tell when the user interrupts it.
+    /// The system does not report an interruption by the user.
     pub fn run(self, page: String, collection: Collection, ready: impl FnOnce()) -> Result<()> {
         let Server { runtime, listener, port, access } = self;
         let (alive, are_over) = mpsc::channel();
@@ -316,7 +316,7 @@ async fn upload(
 #[derive(Deserialize)]
 struct Accept {
     fmu: String,
-    /// What the page knows, and nobody who has seen an address only.
+    /// A secret that the page knows, but no one who has only seen an address.
     secret: String,
 }
 
@@ -361,7 +361,7 @@ async fn bytes(request: Request, kind: &str, most: usize) -> Result<(HeaderMap, 
     if length.is_some_and(|length| length > most as u64) {
         return Err(too_large());
     }
-    // It also fails if the page is gone: then nobody reads why.
+    // It also fails if the page is gone: then no one reads why.
     let body = timeout(BODY, to_bytes(body, most)).await.map_err(|_| Refusal {
         status: StatusCode::REQUEST_TIMEOUT,
         message: format!("the request did not arrive within {} s", BODY.as_secs()),
@@ -424,7 +424,7 @@ impl Access {
         Ok(address)
     }
 
-    /// Whether this is a code that nobody has used. With the last one, an address for another browser is printed.
+    /// Whether this code is unused. With the last one, an address for another browser is printed.
     fn use_up(&self, code: &str) -> Result<bool> {
         let (is_good, is_last) = {
             let mut codes = self.codes.lock().unwrap_or_else(PoisonError::into_inner);
@@ -468,11 +468,11 @@ impl Shared {
             let tab = tabs.of(id, &self.collection)?;
             let is_at_work = tab.at_work.clone();
             let job: Job = Box::new(move |engine, home| {
-                // Nobody waits for it if the tab has been closed.
+                // No one waits for it if the tab has been closed.
                 let _ = reply.send(act(engine, home));
                 drop(is_at_work);
             });
-            // An engine that is gone drops the job, so that there is no answer.
+            // An engine that is gone drops the job without an answer.
             let _ = tab.jobs.send(job);
             tab.number
         };

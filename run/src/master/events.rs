@@ -1,4 +1,4 @@
-//! What FMUs with Event Mode do at a communication point, before any FMU steps.
+//! Event Mode at a communication point, before any FMU steps.
 
 use super::{Run, Running, at_time};
 use crate::component::{Component, MOST_UPDATES};
@@ -8,7 +8,7 @@ use anyhow::{Result, anyhow};
 /// What an FMU says of its events.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Own {
-    /// When its next event is, in seconds; infinity if there is none that it knows of.
+    /// The time of its next event in seconds, or infinity if it announced none.
     next: f64,
     /// Whether it has to be updated.
     is_needed: bool,
@@ -42,7 +42,7 @@ impl<C: Component> Run<C> {
         }
         while !waiting.is_empty() {
             self.settle(plan, time)?;
-            // An event waits for those of the FMUs that feed it. In a circle, which nobody can begin, the order of the FMUs decides.
+            // An event waits for those of the FMUs that feed it. In a circle, the order of the FMUs decides.
             let feeds = |member: usize| {
                 let sources = plan.members[member].sources.iter().map(|source| source.0);
                 sources.filter(|from| *from != member && waiting.contains(from)).count()

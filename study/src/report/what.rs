@@ -1,4 +1,4 @@
-//! What the page says of what was run: the loop, how to run it again, and the axes.
+//! The report's section on the study itself: the loop, how to run it again, and the axes.
 
 use super::{Report, printable, seen};
 use crate::ran::{Ran, RanFmu, Set};

@@ -2,7 +2,7 @@
 //!
 //! It needs to know each plant. So the loop is run in manual mode, with all its events left out, the manual value steps, and the
 //! process value is recorded: what it does from call to call is the plant, see [`margins`]. Its gain is that between the manual
-//! value and the process value as the controller sees it; what the block does to its manipulated value behind the manual value,
+//! value and the process value as the controller sees it; what the block does to its manipulated value after the manual value,
 //! what is between the FMUs, and pulses with an actuator are in it. Pulses whose period is longer than the time between two calls
 //! count by their mean. If the process value is noisy, a lag with dead time is identified from it instead.
 //!
@@ -79,7 +79,7 @@ impl Linear {
     /// The controller is the first member of the loop, with this table.
     ///
     /// # Errors
-    /// Why there is no linear form of it, and what to do.
+    /// Why it has no linear form, and the remedy.
     pub fn of(job: &Job, table: &Arc<Table>) -> Result<Linear> {
         let member = job.system.members.first().context("there is no controller")?;
         let values = of_member(job, &member.name);
@@ -182,7 +182,7 @@ impl Linear {
     /// Ms with a plant, for settings of the controller on top of the loop's; infinite if the loop is unstable.
     ///
     /// # Errors
-    /// Why there is no linear form of these settings.
+    /// Why these settings have no linear form.
     pub fn sensitivity(&self, plant: &Plant, settings: &Values) -> Result<f64> {
         let margins = margins::of(plant, &self.law(settings)?, self.delay_of_pulses(settings));
         Ok(margins.sensitivity.unwrap_or(f64::INFINITY))
@@ -273,7 +273,7 @@ impl Linear {
     }
 }
 
-/// What to do if there is no linear form.
+/// The remedy without a linear form.
 const SENSITIVITY_UNKNOWN: &str = "Ms is not known for it; remove the constraint of ms, and bound overshoot instead";
 
 impl Identification {

@@ -1,5 +1,5 @@
-//! The search: a start design that fills the space; Nelder and Mead's method from the best candidates, of which only the best one
-//! goes on after a while; then, if there is a front, the same for its other end, and for bounds on the second figure between both.
+//! The search: a start design that fills the space; Nelder and Mead's method from the best candidates, after a while
+//! only from the best one; then, if there is a front, the same for its other end, and for bounds on the second figure between both.
 //!
 //! Several simplices are at work at once, each wanting one candidate at a time; these are evaluated together. A simplex does not
 //! wait: it is computed anew from its beginning, with what is known of all candidates, up to the first one that is not known. So
@@ -209,7 +209,7 @@ where
         }
         let mut simplices: Vec<Simplex> =
             starts.into_iter().map(|place| Simplex::at(place, EDGE, Aim::Objective)).collect();
-        // After a third of the evaluations only the best one goes on.
+        // After a third of the evaluations only the best one continues.
         let known = self.candidates.len();
         self.polish(&simplices, known + limit.saturating_sub(known) / 3)?;
         let costs = simplices.iter().map(|simplex| Ok(self.replay(simplex)?.1)).collect::<Result<Vec<f64>>>()?;
@@ -269,7 +269,7 @@ where
         }
     }
 
-    /// The places that a simplex has to know to go on, none if it has converged; and the lowest cost that it knows.
+    /// The places that a simplex needs to continue, empty if it has converged, and the lowest cost so far.
     fn replay(&self, simplex: &Simplex) -> Result<(Vec<Vec<f64>>, f64)> {
         let unknown: Vec<Vec<f64>> =
             simplex.vertices.iter().filter(|place| self.find(place).is_none()).cloned().collect();

@@ -18,7 +18,7 @@ const MOST_LANES: usize = 10;
 pub struct Picture {
     /// The file's content.
     pub bytes: Vec<u8>,
-    /// The variables for which there is no room.
+    /// The variables without room.
     pub left_out: usize,
 }
 
@@ -50,7 +50,7 @@ pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bo
         let curve = |(at, color): (&usize, Option<usize>)| {
             let Column { name, is_input, kind, .. } = &plan.columns[*at];
             let color = color.unwrap_or_else(|| {
-                // One that no panel has, as long as there are such.
+                // A colour that no panel has, while any is left.
                 let free = |taken: &[usize]| Colors::free(*kind == Type::Boolean, taken);
                 let new = free(&[taken.as_slice(), used.as_slice()].concat());
                 let color = if new < COLOR_COUNT { new } else { free(&taken) };

@@ -18,12 +18,12 @@ const MOST_CALLS: usize = 2_000_000;
 /// A drawing has at most this many points: each two of them are the extremes of a part of the run.
 const POINTS: usize = 8192;
 
-/// Writes the recording while the run goes on, and keeps what is needed at its end.
+/// Writes the recording during the run, and keeps what is needed at its end.
 pub struct Recorder<'a, 'w> {
     kept: Kept<'a>,
     /// The recording as CSV, if it is wanted.
     csv: Option<&'w mut dyn Write>,
-    /// Whether nobody reads the CSV any more.
+    /// Whether the reader of the CSV is gone.
     is_closed: bool,
 }
 
@@ -204,7 +204,7 @@ impl Kept<'_> {
             return Err(format!("no figures: the run has more than {MOST_CALLS} steps, plcfmu study has them"));
         }
         let travel_unit = self.travel_unit.as_deref();
-        // At the end there is no call.
+        // The end has no call.
         let calls = self.times.len().saturating_sub(1);
         let pulses: Vec<Vec<bool>> = self.pulses.iter().map(|(_, values)| values[..calls].to_vec()).collect();
         let [setpoint, value, output] = self.values.each_ref().map(|values| &values[..calls.min(values.len())]);
