@@ -44,6 +44,9 @@ pub(crate) const ROUNDINGS: f64 = 4.0;
 /// The resolution of a double at 1 s, in milliseconds.
 pub(crate) const RESOLUTION: f64 = f64::EPSILON * 1000.0;
 
+/// Up to this fraction of a CYCLE, times that are the same may differ: beyond it, calls could not be told apart.
+const MOST_SAME: f64 = 0.125;
+
 /// No step makes more calls than this: a day at 1 ms is 86 million.
 const MOST_CALLS: f64 = 4_294_967_296.0;
 
@@ -139,19 +142,28 @@ impl Clock {
 
     /// Whether the next call is due at the present time, but for rounding.
     pub fn is_due(&self) -> bool {
-        let magnitude = self.end.abs().max(self.start.abs());
-        let same = SAME * self.cycle + ROUNDINGS * RESOLUTION * magnitude;
-        (self.next - self.tick) as f64 * self.cycle - self.offset <= same
+        (self.next - self.tick) as f64 * self.cycle - self.offset <= self.same()
+    }
+
+    /// By how many milliseconds times may differ from the present one and still be the same.
+    fn same(&self) -> f64 {
+        SAME * self.cycle + ROUNDINGS * RESOLUTION * self.end.abs().max(self.start.abs())
     }
 
     /// Counts a call that is due as made, and says whether there is one.
-    pub fn make_due_call(&mut self) -> bool {
+    ///
+    /// # Errors
+    /// The present time is so far from 0 that calls cannot be told apart.
+    pub fn make_due_call(&mut self) -> Result<bool, Refusal> {
+        if self.same() > MOST_SAME * self.cycle {
+            return Err(no_resolution("the time", self.end, self.period));
+        }
         let is_due = self.is_due();
         if is_due {
             self.next += 1;
             self.ordinary_below = 0;
         }
-        is_due
+        Ok(is_due)
     }
 
     /// Goes from `tc` to `tc + h` (seconds) and says which calls lie in between. If `h` is 0, there are none, and the clock
@@ -175,8 +187,8 @@ impl Clock {
         }
         let magnitude = if tc.abs() > self.start.abs() { tc.abs() } else { self.start.abs() };
         let same = SAME * cycle + ROUNDINGS * RESOLUTION * magnitude;
-        if same > 0.125 * cycle {
-            return Err(no_resolution(tc, self.period));
+        if same > MOST_SAME * cycle {
+            return Err(no_resolution("currentCommunicationPoint", tc, self.period));
         }
         if (self.end - tc) * 1000.0 > same {
             return Err(before_end(tc, self.end));
@@ -241,9 +253,9 @@ fn no_time(tc: f64, h: f64) -> Refusal {
 }
 
 #[cold]
-fn no_resolution(tc: f64, cycle: f64) -> Refusal {
+fn no_resolution(name: &str, time: f64, cycle: f64) -> Refusal {
     format!(
-        "currentCommunicationPoint = {tc:?}: this far from 0, a double no longer distinguishes one CYCLE of {cycle} s from \
+        "{name} = {time:?}: this far from 0, a double no longer distinguishes one CYCLE of {cycle} s from \
          the next; start nearer to 0"
     )
     .into()

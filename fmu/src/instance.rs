@@ -126,12 +126,12 @@ impl<B: Cyclic> Instance<B> {
     /// event.
     ///
     /// # Errors
-    /// A program that stops.
+    /// A program that stops; a time so far from 0 that calls cannot be told apart.
     pub fn update_discrete_states(&mut self) -> Result<Option<f64>, Refusal> {
         if self.handled().is_none() {
             return Ok(None);
         }
-        let next = self.session.handle_event();
+        let next = self.session.handle_event()?;
         self.check_running()?;
         Ok(Some(next))
     }

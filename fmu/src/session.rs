@@ -150,11 +150,14 @@ impl<B: Cyclic> Session<B> {
     }
 
     /// Makes the call that is due at the present time, if there is one. Gives the time of the next in seconds.
-    pub fn handle_event(&mut self) -> f64 {
-        if self.clock.make_due_call() {
+    ///
+    /// # Errors
+    /// The time is so far from 0 that calls cannot be told apart.
+    pub fn handle_event(&mut self) -> Result<f64, Refusal> {
+        if self.clock.make_due_call()? {
             Self::call_once(&mut self.block);
         }
-        self.clock.next_call()
+        Ok(self.clock.next_call())
     }
 
     // The page of the parameter tool is small rather than fast: there, each law is compiled once.

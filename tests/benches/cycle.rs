@@ -9,11 +9,13 @@
 // A host calls C functions.
 #![allow(unsafe_code)]
 
-use blocks::{ContC, Law};
+use blocks::{ContC, Law, Types};
 use fmu::table::Guid;
 use fmu::v2::ffi;
 use host::instance::Type;
+use host::library::v3;
 use libloading::Library;
+use modeldescription::v3::token;
 use std::ffi::{CString, c_int, c_void};
 use std::hint::black_box;
 use std::ptr;
@@ -86,6 +88,95 @@ impl Driven<'_> {
             self.cycles();
         });
         [set, step, get, cycle]
+    }
+}
+
+/// The same controller through FMI 3.0, with its own types: calls within steps, or as events between them.
+struct Newer<'a> {
+    library: v3::Library,
+    instance: Component,
+    inputs: [u32; 2],
+    output: u32,
+    signals: &'a [[f32; 2]],
+    has_events: bool,
+    step: u64,
+}
+
+impl<'a> Newer<'a> {
+    fn new(fmu: &Fmu, signals: &'a [[f32; 2]], has_events: bool) -> Newer<'a> {
+        let library = v3::Library::open(&fmu.path).unwrap_or_else(|error| panic!("{error:#}"));
+        let token = CString::new(token(Guid::<ContC>::TEXT, Types::Native)).unwrap_or_default();
+        let [inputs, output] = [["SP_INT", "PV_IN"], ["LMN"; 2]].map(|names| names.map(|name| fmu.reference(name)));
+        let (name, none) = (c"CONT_C".as_ptr(), ptr::null_mut());
+        // SAFETY: every pointer is NULL or points to what the function takes.
+        let instance = unsafe {
+            let instance = (library.instantiate_co_simulation)(
+                name,
+                token.as_ptr(),
+                ptr::null(),
+                false,
+                false,
+                has_events,
+                true,
+                ptr::null(),
+                0,
+                none,
+                None,
+                None,
+            );
+            let [manual, low] = ["MAN_ON", "LMN_LLM"].map(|name| fmu.reference(name));
+            let mut status = (library.set_boolean)(instance, &raw const manual, 1, &0, 1);
+            status |= (library.set_float32)(instance, &raw const low, 1, &-100.0, 1);
+            status |= (library.enter_initialization_mode)(instance, false, 0.0, 0.0, false, 0.0);
+            status |= (library.exit_initialization_mode)(instance);
+            assert!(status == 0);
+            instance
+        };
+        Newer { library, instance, inputs, output: output[0], signals, has_events, step: 0 }
+    }
+
+    /// Whole control cycles; the last output.
+    fn cycles(&mut self) -> f64 {
+        let (library, instance) = (&self.library, self.instance);
+        let (mut lmn, [mut a, mut b, mut c, mut d, mut e], mut time) = (0.0_f32, [0_u8; 5], 0.0);
+        let (inputs, output) = (self.inputs.as_ptr(), &raw const self.output);
+        for k in 0..CYCLES {
+            let values = self.signals[k % self.signals.len()].as_ptr();
+            let tc = self.step as f64;
+            self.step += 1;
+            // SAFETY: a living instance; arrays as long as counted, and variables of this function.
+            let status = unsafe {
+                let mut status = (library.set_float32)(instance, inputs, 2, values, 2);
+                if self.has_events {
+                    status |= (library.update_discrete_states)(
+                        instance,
+                        &raw mut a,
+                        &raw mut b,
+                        &raw mut c,
+                        &raw mut d,
+                        &raw mut e,
+                        &raw mut time,
+                    );
+                    status |= (library.get_float32)(instance, output, 1, &raw mut lmn, 1);
+                    status |= (library.enter_step_mode)(instance);
+                }
+                status |= (library.do_step)(instance, tc, 1.0, true, &raw mut a, &raw mut b, &raw mut c, &raw mut time);
+                match self.has_events {
+                    true => status | (library.enter_event_mode)(instance),
+                    false => status | (library.get_float32)(instance, output, 1, &raw mut lmn, 1),
+                }
+            };
+            assert!(status == 0);
+            black_box(lmn);
+        }
+        f64::from(lmn)
+    }
+}
+
+impl Drop for Newer<'_> {
+    fn drop(&mut self) {
+        // SAFETY: a living instance, not used again.
+        unsafe { (self.library.free_instance)(self.instance) };
     }
 }
 
@@ -331,6 +422,25 @@ fn main() {
         alone.push(time(CYCLES, || {
             bare();
         }));
+    }
+    let mut newer = [false, true].map(|has_events| Newer::new(fmu, &reals, has_events));
+    let firsts = newer.each_mut().map(|newer| newer.cycles().to_bits());
+    assert!(firsts == [same[0]; 2], "FMI 3.0 computes the same: {firsts:x?}");
+    let mut times = [const { Vec::new() }; 3];
+    for _ in 0..measurements {
+        times[0].push(time(CYCLES, || {
+            black_box(ours.cycles());
+        }));
+        for (newer, times) in newer.iter_mut().zip(&mut times[1..]) {
+            times.push(time(CYCLES, || {
+                black_box(newer.cycles());
+            }));
+        }
+    }
+    let [of_2, rest @ ..] = times.map(|times| summary(times).fastest);
+    println!("one cycle of CONT_C in FMI 3.0           FMU  FMI 2.0  ratio of the fastest");
+    for (name, of_3) in ["calls within steps", "calls as events"].into_iter().zip(rest) {
+        println!("{name:38}{of_3:6.2}ns{of_2:6.2}ns{:6.2}", of_3 / of_2);
     }
     println!("one cycle of CONT_C: set 2 inputs, doStep, get 1 output; {measurements} measurements of {CYCLES} cycles");
     println!("                              median             fastest");

@@ -571,3 +571,13 @@ fn no_step_is_known_to_be_ordinary_near_the_stop_time_or_where_roundings_may_add
     assert!(known(clock(2e8, 1)) && known(clock(-2e8, 1)));
     assert!(!known(clock(3e8, 1)) && !known(clock(-3e8, 1)));
 }
+
+#[test]
+fn an_event_so_far_from_0_that_calls_cannot_be_told_apart_is_refused() {
+    // 2^53 ms: there, a double steps by a millisecond, four of which may lie between two times that are one.
+    let mut clock = Clock::new(9_007_199_254_740.992, f64::INFINITY, Time::ms(1));
+    let refusal = clock.make_due_call().unwrap_err();
+    assert!(refusal.reason().starts_with("the time = 9007199254740.992: this far from 0"), "{}", refusal.reason());
+    let mut clock = Clock::new(0.0, f64::INFINITY, Time::ms(1));
+    assert_eq!([clock.make_due_call().unwrap(), clock.make_due_call().unwrap()], [true, false]);
+}

@@ -6,6 +6,7 @@
 //! - `host.rs`: three instances, and what is checked after every call
 //! - `calls/`: each function with its arguments and its expected answer
 //! - `serialized.rs`: damaged, foreign and forged FMU states
+//! - `newer/`: the same for the 75 functions of FMI 3.0
 //!
 //! `PLCFMU_HOSTILE_CALLS` is the number of calls (over all libraries), `PLCFMU_HOSTILE_SEED` begins another sequence.
 
@@ -15,6 +16,7 @@
 mod calls;
 mod host;
 mod model;
+mod newer;
 mod numbers;
 mod serialized;
 

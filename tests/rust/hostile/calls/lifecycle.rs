@@ -5,22 +5,13 @@ use crate::host::Host;
 use crate::model::{Expected, Model, ok_if};
 use crate::numbers::any_real;
 use std::ffi::c_int;
-use tests::Status;
+use tests::{Random, Status};
 
 impl Host<'_> {
     pub fn setup_experiment(&mut self, turn: &mut Turn) -> Answer {
         let random = &mut *turn.random;
-        let start = match random.below(3) {
-            0 => any_real(random),
-            _ => random.pick(&[0.0, 0.0, 1234.5, -5.0, 1e5, 1e7, 1e9, -1e9, 1e12, 1e18, 1e300]),
-        };
-        let cycle = turn.model.values[self.fmu.cycle as usize].max(0.001);
-        let stop = match random.below(6) {
-            0 => any_real(random),
-            1 => start,
-            2 => start + 20.0 * cycle,
-            _ => start + 1e6 * cycle,
-        };
+        let cycle = turn.model.values[self.fmu.cycle as usize];
+        let (start, stop) = any_experiment(random, cycle);
         let stop_defined: c_int = random.pick(&[0, 0, 1, -1]);
         let tolerance = any_real(random);
         let expected = ok_if(turn.allowed && is_good_experiment(start, stop_defined, stop));
@@ -76,6 +67,22 @@ impl Host<'_> {
     }
 }
 
-fn is_good_experiment(start: f64, stop_defined: c_int, stop: f64) -> bool {
+/// Start and stop time.
+pub fn any_experiment(random: &mut Random, cycle: f64) -> (f64, f64) {
+    let start = match random.below(3) {
+        0 => any_real(random),
+        _ => random.pick(&[0.0, 0.0, 1234.5, -5.0, 1e5, 1e7, 1e9, -1e9, 1e12, 1e18, 1e300]),
+    };
+    let cycle = cycle.max(0.001);
+    let stop = match random.below(6) {
+        0 => any_real(random),
+        1 => start,
+        2 => start + 20.0 * cycle,
+        _ => start + 1e6 * cycle,
+    };
+    (start, stop)
+}
+
+pub fn is_good_experiment(start: f64, stop_defined: c_int, stop: f64) -> bool {
     start.is_finite() && (stop_defined == 0 || stop >= start)
 }

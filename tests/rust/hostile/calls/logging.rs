@@ -5,7 +5,7 @@ use crate::host::Host;
 use crate::model::{Expected, count_of, good_array, ok_if};
 use std::ffi::{CStr, c_char};
 use std::ptr;
-use tests::Status;
+use tests::{Random, Status};
 
 /// The four categories of the FMUs, and two that they do not have.
 const CATEGORIES: [&CStr; 6] =
@@ -14,10 +14,7 @@ const CATEGORIES: [&CStr; 6] =
 impl Host<'_> {
     pub fn set_debug_logging(&mut self, turn: &mut Turn) -> Answer {
         let random = &mut *turn.random;
-        // 6 stands for NULL.
-        let chosen: Vec<usize> = (0..random.below(4)).map(|_| random.pick(&[0, 0, 1, 1, 2, 3, 3, 4, 5, 6])).collect();
-        let pointers: Vec<*const c_char> =
-            chosen.iter().map(|choice| CATEGORIES.get(*choice).map_or(ptr::null(), |text| text.as_ptr())).collect();
+        let (chosen, pointers) = any_categories(random);
         let (count, null) = count_of(random, chosen.len());
         let on = random.pick(&[0, 1, 1, -1]);
         let expected = expected(turn, count, &chosen, null);
@@ -34,6 +31,15 @@ impl Host<'_> {
         }
         turn.unchanged(status, expected, format!("{on}, {count}, {chosen:?}"))
     }
+}
+
+/// Categories by their places, of which 4 and more are none that an FMU has, and what the function takes.
+pub fn any_categories(random: &mut Random) -> (Vec<usize>, Vec<*const c_char>) {
+    // 6 stands for NULL.
+    let chosen: Vec<usize> = (0..random.below(4)).map(|_| random.pick(&[0, 0, 1, 1, 2, 3, 3, 4, 5, 6])).collect();
+    let pointer = |choice: &usize| CATEGORIES.get(*choice).map_or(ptr::null(), |text| text.as_ptr());
+    let pointers = chosen.iter().map(pointer).collect();
+    (chosen, pointers)
 }
 
 fn expected(turn: &Turn, count: usize, chosen: &[usize], null: bool) -> Expected {

@@ -2,12 +2,12 @@
 //! checks what the call wrote, and says what the model knows afterwards.
 
 mod derivatives;
-mod lifecycle;
-mod logging;
+pub mod lifecycle;
+pub mod logging;
 mod states;
 mod status;
-mod step;
-mod values;
+pub mod step;
+pub mod values;
 
 use crate::host::Host;
 use crate::model::{Expected, Model, STATES};

@@ -177,7 +177,7 @@ impl Host<'_> {
 }
 
 /// Texts for STRING[3], STRING[6] and WSTRING[4]: such that fit, that are one character too long, or that are none.
-fn any_text(random: &mut Random) -> Option<&'static CStr> {
+pub fn any_text(random: &mut Random) -> Option<&'static CStr> {
     random.pick(&[
         Some(c""),
         Some(c"No"),
