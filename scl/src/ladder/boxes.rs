@@ -164,8 +164,11 @@ impl Lowerer<'_> {
         element: &Element,
     ) -> Option<(ExpressionId, Option<ExpressionId>)> {
         let span = element.span;
-        let own = element.setting("DESTTYPE").map(str::to_uppercase);
-        let source = element.setting("SRCTYPE").map(str::to_uppercase);
+        let of = |names: [&str; 2]| {
+            let of = names.iter().find_map(|name| element.setting(name))?.to_uppercase();
+            Some(Elementary::named(&of).map_or(of, |of| of.name().to_string()))
+        };
+        let (own, source) = (of(["DESTTYPE", "DEST_TYPE"]), of(["SRCTYPE", "SRC_TYPE"]));
         let mut given: Vec<(String, ExpressionId)> = Vec::new();
         let result = match formula {
             Formula::Same => self.operand(element, "IN")?,

@@ -372,6 +372,22 @@ fn a_return_with_a_value_sets_eno_of_the_block() {
     }
 }
 
+/// "RET: Return", the options True and False: ENO of the block has this value.
+#[test]
+fn a_return_with_a_constant_sets_eno_of_the_block() {
+    let caller = "FUNCTION_BLOCK \"B\"\nVAR_INPUT leave : BOOL; END_VAR\nVAR_OUTPUT eno_of : BOOL; END_VAR\n\
+                  VAR inner : \"Inner\"; END_VAR\nBEGIN\n#inner(leave := #leave, ENO => #eno_of);\nEND_FUNCTION_BLOCK\n";
+    for (part, eno) in [("ReturnTrue", 1), ("ReturnFalse", 0)] {
+        let mut net = Net::new("");
+        let flow = contact(&mut net, "leave");
+        net.part(part, "", &[("in", flow)]);
+        let inner = xml::block("FB", "Inner", &[("Input", "leave : Bool")], vec![net], "LAD");
+        let mut ran = Ran::new(&[("Inner.xml", inner), ("b.scl", caller.to_string())]);
+        assert_eq!(ran.set("leave", 1).call().get("eno_of"), eno, "{part}");
+        assert_eq!(ran.set("leave", 0).call().get("eno_of"), 1, "{part} without flow");
+    }
+}
+
 /// "Programming examples, inverting binary inputs": a negated pin takes the inverted value, whichever pin it is.
 #[test]
 fn every_pin_may_be_negated() {

@@ -148,6 +148,21 @@ fn floating_point() {
     }
 }
 
+/// "SIN" to "ATAN": angles in radians; ENO is FALSE outside of what ACOS and ASIN are defined for.
+#[test]
+fn angles() {
+    for (part, rows) in [
+        ("Sin", &[([0, 0], [0, 1])][..]),
+        ("Cos", &[([0, 0], [1, 1])]),
+        ("Tan", &[([0, 0], [0, 1])]),
+        ("Asin", &[([0, 0], [0, 1]), ([2, 0], [0, 0])]),
+        ("Acos", &[([1, 0], [0, 1]), ([2, 0], [0, 0])]),
+        ("Atan", &[([0, 0], [0, 1])]),
+    ] {
+        gives(&of(part, REAL, ONE), ["Real", "Real"], "Real", rows);
+    }
+}
+
 /// "CONVERT", "ROUND", "CEIL", "FLOOR", "TRUNC": ENO is FALSE if the number does not fit.
 #[test]
 fn conversions() {

@@ -27,6 +27,8 @@ fn elements_that_are_not_read_are_named() {
         ("S_ODT", "S_ODT( s := #a )"),
         ("CuCoil", "CU_Coil( #w )"),
         ("S_CU", "S_CU( cu := #a )"),
+        ("McrA", "McrA()"),
+        ("Save", "Save()"),
     ] {
         let mut net = Net::new("Old");
         net.part(part, "", &[("en", From::Rail)]);

@@ -52,7 +52,7 @@ fn functions_of_texts() {
     );
 }
 
-/// "MOVE_BLK: Move block", "FILL_BLK: Fill block".
+/// "MOVE_BLK: Move block", "FILL_BLK: Fill block", "UMOVE_BLK" and "UFILL_BLK", which nothing interrupts.
 #[test]
 fn blocks_of_memory() {
     let sections: Sections = &[
@@ -60,22 +60,100 @@ fn blocks_of_memory() {
         ("Output", "y : Int; z : Int; done : Bool"),
         ("Static", "from : Array[0..4] of Int; to : Array[0..4] of Int"),
     ];
-    let mut net = Net::new("");
-    let flow = super::contact(&mut net, "f");
-    let fill = net.part("FillBlockI", "", &[("en", flow), ("in", int(7)), ("count", int(2))]);
-    net.write(fill, "out", local("from[1]"));
-    let copy =
-        net.part("MoveBlockI", "", &[("en", From::Pin(fill, "eno")), ("in", local("from[0]")), ("count", int(3))]);
-    net.write(copy, "out", local("to[2]"));
-    coil(&mut net, "done", From::Pin(copy, "eno"));
-    for (from, to) in [("to[2]", "y"), ("to[3]", "z")] {
-        let copy = net.part("Move", "", &[("en", From::Rail), ("in", local(from))]);
-        net.write(copy, "out1", local(to));
+    for (fill_part, copy_part, fill_blk, move_blk) in
+        [("FillBlockI", "MoveBlockI", "Fill_Blk", "Move_Blk"), ("FillBlockU", "MoveBlockU", "UFill_Blk", "UMove_Blk")]
+    {
+        let mut net = Net::new("");
+        let flow = super::contact(&mut net, "f");
+        let fill = net.part(fill_part, "", &[("en", flow), ("in", int(7)), ("count", int(2))]);
+        net.write(fill, "out", local("from[1]"));
+        let copied = [("en", From::Pin(fill, "eno")), ("in", local("from[0]")), ("count", int(3))];
+        let copy = net.part(copy_part, "", &copied);
+        net.write(copy, "out", local("to[2]"));
+        coil(&mut net, "done", From::Pin(copy, "eno"));
+        for (from, to) in [("to[2]", "y"), ("to[3]", "z")] {
+            let copy = net.part("Move", "", &[("en", From::Rail), ("in", local(from))]);
+            net.write(copy, "out1", local(to));
+        }
+        let rungs = format!(
+            "RUNG wire#powerrail Contact( #f ) {fill_blk}( in := 7, count := 2, out => #from[1] )
+             {move_blk}( in := #from[0], count := 3, out => #to[2] ) Coil( #done ) END_RUNG
+             RUNG wire#powerrail Move( in := #to[2], out1 => #y ) Move( in := #to[3], out1 => #z ) END_RUNG"
+        );
+        let rows = [([0], [0, 0, 0]), ([1], [0, 7, 1])];
+        tape(both(sections, vec![net], &[&rungs], ""), ["f"], ["y", "z", "done"], &rows);
     }
-    let rungs = "RUNG wire#powerrail Contact( #f ) Fill_Blk( in := 7, count := 2, out => #from[1] )
-        Move_Blk( in := #from[0], count := 3, out => #to[2] ) Coil( #done ) END_RUNG
-        RUNG wire#powerrail Move( in := #to[2], out1 => #y ) Move( in := #to[3], out1 => #z ) END_RUNG";
-    tape(both(sections, vec![net], &[rungs], ""), ["f"], ["y", "z", "done"], &[([0], [0, 0, 0]), ([1], [0, 7, 1])]);
+}
+
+/// "MAX_LEN", "LOWER_BOUND", "UPPER_BOUND", "T_DIFF: Time difference", "T_COMBINE: Combine times", "TIME_TCK: Read system time",
+/// "RUNTIME: Measure program runtime": calls every 100 ms.
+#[test]
+fn what_variables_and_the_clock_tell() {
+    let sections: Sections = &[
+        ("Output", "most : Int; low : DInt; high : DInt; since : Time; year : UInt; tick : Time; run : LReal"),
+        (
+            "Static",
+            "s : String[10]; list : Array[2..6] of Int; now : DTL := DTL#2026-01-02-01:00:00; \
+             then : DTL := DTL#2026-01-02-00:59:58; both : DTL; day : Date := D#2031-03-04; hour : Time_Of_Day; memory : LReal",
+        ),
+    ];
+    let mut net = Net::new("");
+    let mut boxed = |part: &str, pins: &[(&str, &str)], pin: &'static str, output: &str| {
+        let pins = pins.iter().map(|(pin, name)| (*pin, if *name == "1" { int(1) } else { local(name) }));
+        let pins: Vec<(&str, From)> = [("en", From::Rail)].into_iter().chain(pins).collect();
+        let uid = net.part(part, "", &pins);
+        net.write(uid, pin, local(output));
+    };
+    boxed("MAX_LEN", &[("IN", "s")], "OUT", "most");
+    boxed("LOWER_BOUND", &[("ARR", "list"), ("DIM", "1")], "OUT", "low");
+    boxed("UPPER_BOUND", &[("ARR", "list"), ("DIM", "1")], "OUT", "high");
+    boxed("T_DIFF", &[("IN1", "now"), ("IN2", "then")], "OUT", "since");
+    boxed("T_COMBINE", &[("IN1", "day"), ("IN2", "hour")], "OUT", "both");
+    boxed("Move", &[("in", "both.YEAR")], "out1", "year");
+    boxed("TIME_TCK", &[], "RET_VAL", "tick");
+    boxed("RUNTIME", &[("MEM", "memory")], "RET_VAL", "run");
+    let rungs =
+        "RUNG wire#powerrail MAX_LEN( in := #s, out => #most ) LOWER_BOUND( arr := #list, dim := 1, out => #low )
+        UPPER_BOUND( arr := #list, dim := 1, out => #high ) T_DIFF( in1 := #now, in2 := #then, out => #since ) END_RUNG
+        RUNG wire#powerrail T_COMBINE( in1 := #day, in2 := #hour, out => #both ) Move( in := #both.YEAR, out1 => #year )
+        TIME_TCK( ret_val => #tick ) RUNTIME( mem := #memory, ret_val => #run ) END_RUNG";
+    for (format, mut ran) in both(sections, vec![net], &[rungs], "") {
+        ran.call().call();
+        let found = ["most", "low", "high", "since", "year", "tick"].map(|name| ran.get(name));
+        assert_eq!(found, [10, 2, 6, 2000, 2031, 100], "{format}");
+        assert_eq!(f64::from_bits(ran.bits("run") as u64), 0.1, "{format}");
+    }
+}
+
+/// "S_MOVE: Move character string", "T_CONV: Convert times and extract": the part's types have other names than those of CONVERT.
+#[test]
+fn moves_and_conversions_of_texts_and_times() {
+    let sections: Sections = &[
+        ("Input", "t : Time"),
+        ("Output", "ms : DInt; hour : Bool; len : Int"),
+        ("Static", "s : String[10] := 'abc'; u : String[10]; now : DTL := DTL#2026-01-02-01:00:00; day : Time_Of_Day"),
+    ];
+    let types = |from: &str, to: &str| of_type("src_type", from) + &of_type("dest_type", to);
+    let mut net = Net::new("");
+    let copy = net.part("S_Move", "", &[("en", From::Rail), ("in", local("s"))]);
+    net.write(copy, "out", local("u"));
+    let len = net.part("LEN", "", &[("en", From::Pin(copy, "eno")), ("IN", local("u"))]);
+    net.write(len, "OUT", local("len"));
+    let ms = net.part("T_CONV", &types("Time", "DInt"), &[("en", From::Rail), ("IN", local("t"))]);
+    net.write(ms, "OUT", local("ms"));
+    let day = net.part("T_CONV", &types("DTL", "Time_Of_Day"), &[("en", From::Pin(ms, "eno")), ("IN", local("now"))]);
+    net.write(day, "OUT", local("day"));
+    let one = net.part(
+        "Eq",
+        &of_type("SrcType", "Time_Of_Day"),
+        &[("pre", From::Rail), ("in1", local("day")), ("in2", typed("TOD#1:00:00"))],
+    );
+    coil(&mut net, "hour", From::Pin(one, "out"));
+    let rungs = "RUNG wire#powerrail S_Move( in := #s, out => #u ) LEN( in := #u, out => #len ) END_RUNG
+        RUNG wire#powerrail { S7_Templates := \"[src_type := Time, dest_type := DInt]\" } T_CONV( in := #t, out => #ms )
+        { S7_Templates := \"[src_type := DTL, dest_type := Time_Of_Day]\" } T_CONV( in := #now, out => #day ) END_RUNG
+        RUNG wire#powerrail { S7_Templates := \"SrcType := Time_Of_Day\" } Eq_Contact( in1 := #day, in2 := TOD#1:00:00 ) Coil( #hour ) END_RUNG";
+    tape(both(sections, vec![net], &[rungs], ""), ["t"], ["ms", "hour", "len"], &[([1500], [1500, 1, 3])]);
 }
 
 /// "T_ADD: Add times", "T_SUB: Subtract times": ENO is FALSE if the sum is no TIME.
