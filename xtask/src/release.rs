@@ -28,6 +28,9 @@ const WORKFLOW: &str = ".github/workflows/release.yml";
 const EXPECTED: &[&str] =
     &["README.md", "LICENSE-APACHE", "LICENSE-MIT", "CONTRIBUTING.md", "CODE_OF_CONDUCT.md", "SECURITY.md"];
 
+/// What a package contains besides its sources: cargo takes nothing from outside of its folder.
+const LICENCES: &[&str] = &["LICENSE-APACHE", "LICENSE-MIT"];
+
 /// The crate that a program of somebody else may use. All others are parts of the command, which is made of the whole workspace.
 const LIBRARY: &str = "blocks";
 
@@ -45,6 +48,7 @@ struct Sources {
     citation: String,
     changelog: String,
     wheel: Table,
+    library: Table,
     workflow: String,
 }
 
@@ -57,6 +61,7 @@ pub fn release(workspace: &Workspace, options: &Options) -> Result<()> {
     let mut checks = repository(root, version)?;
     checks.extend(sources.checks(version));
     checks.push(lock(root));
+    checks.push(licences(root));
     checks.push(packs(root));
     let missing = EXPECTED.iter().filter(|name| !root.join(name).is_file()).copied().collect::<Vec<_>>();
     checks.push(Check::new("the files at the top are there", missing.is_empty(), || {
@@ -111,6 +116,15 @@ fn lock(root: &Path) -> Check {
     })
 }
 
+/// Whether the library has the licences in its own folder.
+fn licences(root: &Path) -> Check {
+    let own = |name: &str| fs::read(root.join(LIBRARY).join(name)).ok();
+    let absent: Vec<_> = LICENCES.iter().copied().filter(|name| fs::read(root.join(name)).ok() != own(name)).collect();
+    Check::new(format!("the crate {LIBRARY} has the licences"), absent.is_empty(), || {
+        format!("copy {} to {LIBRARY}/", absent.join(", "))
+    })
+}
+
 /// Whether the library compiles from its package alone, which is what `cargo publish --dry-run` asks of a crate.
 fn packs(root: &Path) -> Check {
     let mut cargo = workspace::cargo();
@@ -133,6 +147,7 @@ impl Sources {
             citation: text(CITATION)?,
             changelog: text(CHANGELOG)?,
             wheel: table(WHEEL)?,
+            library: table(&format!("{LIBRARY}/{MANIFEST}"))?,
             workflow: text(WORKFLOW)?,
         })
     }
@@ -152,10 +167,10 @@ impl Sources {
         let is_version = numbers.len() == 3 && numbers.iter().all(|number| number.parse::<u32>().is_ok());
         let current = self.shared("version").unwrap_or_default();
         let rust = self.shared("rust-version").unwrap_or_default();
-        let project = self.wheel.get("project").and_then(toml::Value::as_table);
-        let wanted = ["description", "readme", "license", "keywords", "classifiers", "requires-python"];
-        let without: Vec<_> =
-            wanted.into_iter().filter(|key| project.is_none_or(|project| !project.contains_key(*key))).collect();
+        let of_wheel = ["description", "readme", "license", "keywords", "classifiers", "requires-python"];
+        let of_wheel = absent(&self.wheel, "project", &of_wheel);
+        let of_library =
+            absent(&self.library, "package", &["description", "license", "keywords", "categories", "rust-version"]);
         vec![
             Check::new("the version has three numbers", is_version, || format!("{version} is not like 0.2.0")),
             Check::new("CITATION.cff has the version of Cargo.toml", cited(&self.citation) == Some(current), || {
@@ -174,11 +189,20 @@ impl Sources {
                 !rust.is_empty() && self.workflow.contains(&format!("rustup toolchain install {rust}.")),
                 || format!("install {rust}.x in {WORKFLOW}"),
             ),
-            Check::new("the wheel says what it is", without.is_empty(), || {
-                format!("add {} to [project] in {WHEEL}", without.join(", "))
+            Check::new("the wheel says what it is", of_wheel.is_empty(), || {
+                format!("add {} to [project] in {WHEEL}", of_wheel.join(", "))
+            }),
+            Check::new(format!("the crate {LIBRARY} says what it is"), of_library.is_empty(), || {
+                format!("add {} to [package] in {LIBRARY}/{MANIFEST}", of_library.join(", "))
             }),
         ]
     }
+}
+
+/// The keys that a table of a manifest lacks.
+fn absent<'a>(manifest: &Table, table: &str, keys: &[&'a str]) -> Vec<&'a str> {
+    let entries = manifest.get(table).and_then(toml::Value::as_table);
+    keys.iter().copied().filter(|key| entries.is_none_or(|entries| !entries.contains_key(*key))).collect()
 }
 
 /// The version in CITATION.cff.
@@ -278,6 +302,10 @@ mod tests {
                 classifiers = []\nrequires-python = \"x\"\n"
                 .parse()
                 .unwrap(),
+            library: "[package]\ndescription = \"x\"\nlicense.workspace = true\nrust-version.workspace = true\n\
+                keywords = []\ncategories = []\n"
+                .parse()
+                .unwrap(),
             workflow: "      - run: rustup toolchain install 1.95.0 --profile minimal\n".into(),
         }
     }
@@ -296,10 +324,12 @@ mod tests {
         other.citation = "version: 0.0.9\n".into();
         other.workflow = "rustup toolchain install 1.94.0".into();
         other.wheel = "[project]\ndescription = \"x\"\n".parse().unwrap();
+        other.library = "[package]\nkeywords = []\n".parse().unwrap();
         let expected = [
             "CITATION.cff has the version of Cargo.toml",
             "the workflow builds with the Rust of Cargo.toml",
             "the wheel says what it is",
+            "the crate blocks says what it is",
         ];
         assert_eq!(faults(&other, "0.2.0"), expected);
     }
@@ -320,6 +350,21 @@ mod tests {
         });
         let remedy = "'cargo package --allow-dirty --package blocks' says what it lacks";
         assert_eq!(faults, [Some(remedy.to_string()), None]);
+    }
+
+    #[test]
+    fn a_licence_that_the_library_lacks_or_that_differs_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path();
+        fs::create_dir(root.join("blocks")).unwrap();
+        for (name, text) in [("LICENSE-APACHE", "a"), ("LICENSE-MIT", "b"), ("blocks/LICENSE-APACHE", "other")] {
+            fs::write(root.join(name), text).unwrap();
+        }
+        assert_eq!(licences(root).fault.as_deref(), Some("copy LICENSE-APACHE, LICENSE-MIT to blocks/"));
+        for name in LICENCES {
+            fs::copy(root.join(name), root.join("blocks").join(name)).unwrap();
+        }
+        assert_eq!(licences(root).fault, None);
     }
 
     #[test]
