@@ -24,7 +24,7 @@ SESSIONS = sorted(path.stem for path in (ROOT / "tests/sessions").glob("*.json")
 # Nothing that one description can say: members are exchanged, nothing runs.
 NO_DESCRIPTION = ("descriptions", "exchange", "refusals")
 
-LARGEST = 1_800_000
+LARGEST = 1_600_000
 
 pytestmark = [
     pytest.mark.skipif(NODE is None, reason="no node: on Debian and Ubuntu 'apt install nodejs'"),

@@ -697,6 +697,26 @@ def test_the_page_opens_what_the_command_line_names(start, open_page):
     sync_api.expect(page.locator("#plant select").first).to_have_value("TANK")
 
 
+def test_a_source_that_is_saved_opens_again_with_its_inputs(start, open_page, tmp_path):
+    text = """FUNCTION_BLOCK "Steps"
+VAR_INPUT step : Int := 1; END_VAR
+VAR_OUTPUT sum : Int; END_VAR
+BEGIN
+  #sum += #step;
+END_FUNCTION_BLOCK
+"""
+    source = tmp_path / "steps.scl"
+    source.write_text(text)
+    page = open_page(start(source))
+    page.locator('[data-input="step"] input.number').fill("5")
+    page.locator('[data-input="step"] input.number').press("Enter")
+    source.write_text(text.replace("#sum += #step", "#sum += 2 * #step"))
+    page.locator(".program .line", has_text="2 * #step").wait_for()
+    page.get_by_role("button", name="One cycle").click()
+    total = "() => moduleOf('tool/store.js').then(({ store }) => store.state?.values['Steps.sum'] === 10)"
+    page.wait_for_function(total)
+
+
 def test_the_page_asks_before_an_fmu_that_is_dropped_runs(tool, open_page, faulty):
     page = open_page(tool)
     names = "async () => (await (await moduleOf('tool/engine.js')).ask({ do: 'catalogue' })).fmus.map(({ name }) => name)"

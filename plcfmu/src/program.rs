@@ -6,14 +6,15 @@ pub mod trial;
 mod workbook;
 
 use ::program::LARGEST;
-use anyhow::{Context, Error, Result, anyhow, bail};
+use ::program::project;
+pub use ::program::project::Parts;
+use anyhow::{Context, Error, Result, anyhow};
 use folder::Files;
 pub use folder::{is_source, test_files};
 use manifest::Manifest;
 use parameters::Source;
 use parameters::problem::drawn;
-use parameters::tags::{self, Declared, Tags};
-use std::collections::HashMap;
+use parameters::tags::{self, Tags};
 use std::path::{Path, PathBuf};
 
 /// The sources, and beside each document in SIMATIC SD (`.s7dcl`) the file with its texts (`.s7res`), where there is one.
@@ -83,19 +84,6 @@ pub fn has_code(file: &Path) -> bool {
     text.lines().any(is_begin)
 }
 
-/// The name of the source of stubs, which is no file.
-const STUBS: &str = "stubs.scl";
-
-/// The files of a program, read.
-pub struct Parts {
-    /// The sources, named as their files are; last one with stubs, if the manifest names some that no file declares.
-    pub sources: Vec<Source>,
-    /// The files, and the tags and constants of the tables after those declared before.
-    pub manifest: Manifest,
-    /// The tag tables with their numbers of tags and constants.
-    pub tables: Vec<(PathBuf, usize, usize)>,
-}
-
 /// Reads the sources and the tag tables of a program: the files of the manifest, and those below its folders.
 ///
 /// # Errors
@@ -107,46 +95,9 @@ pub fn parts(manifest: &Manifest) -> Result<Parts> {
     if sources.is_empty() {
         return Err(anyhow!("there is no source: name files that end in .scl, .udt, .db, .s7dcl, .xml or .awl"));
     }
-    let mut parts = Parts { sources, manifest: Manifest { sources: files, ..manifest.clone() }, tables: Vec::new() };
-    let mut known: HashMap<String, (PathBuf, Declared)> = HashMap::new();
-    for file in tables {
-        let Tags { tags, constants } = table(&file)?;
-        parts.tables.push((file.clone(), tags.len(), constants.len()));
-        let all = tags.into_iter().map(Declared::Tag).chain(constants.into_iter().map(Declared::Constant));
-        for declared in all {
-            let name = match &declared {
-                Declared::Tag(tag) => tag.name.clone(),
-                Declared::Constant(constant) => constant.name.clone(),
-            };
-            match known.get(&name.to_uppercase()) {
-                Some((_, earlier)) if is_same(earlier, &declared) => continue,
-                Some((earlier, _)) => bail!(
-                    "{} and {} declare {name:?} differently: leave one of them out, or correct it",
-                    earlier.display(),
-                    file.display()
-                ),
-                None => {}
-            }
-            match &declared {
-                Declared::Tag(tag) => parts.manifest.declared.push(tag.clone()),
-                Declared::Constant(of) => parts.manifest.constants.push((of.name.clone(), of.value.clone())),
-            }
-            known.insert(name.to_uppercase(), (file.clone(), declared));
-        }
-    }
-    let stubs = stubs(&parts.sources, &parts.manifest);
-    parts.sources.extend(stubs);
-    Ok(parts)
-}
-
-/// Whether two declarations of a name differ in their comments at most.
-fn is_same(one: &Declared, other: &Declared) -> bool {
-    match (one, other) {
-        (Declared::Tag(one), Declared::Tag(other)) => {
-            one.of.eq_ignore_ascii_case(&other.of) && one.address == other.address
-        }
-        (one, other) => one == other,
-    }
+    let tables = tables.iter().map(|file| Ok((file.display().to_string(), table(file)?)));
+    let tables = tables.collect::<Result<Vec<(String, Tags)>>>()?;
+    project::parts(&Manifest { sources: files, ..manifest.clone() }, sources, tables).map_err(Error::msg)
 }
 
 /// Reads a tag table: XML, a workbook, a table of STEP 7, or a list with a line for each tag.
@@ -159,15 +110,6 @@ pub fn table(file: &Path) -> Result<Tags> {
         return workbook::read(bytes).with_context(|| name);
     }
     tags::read(&Source::new(name, bytes)).map_err(|wrong| anyhow!("{}", drawn(&wrong).trim_end()))
-}
-
-/// A source with the stubs that the manifest names and no source declares.
-fn stubs(sources: &[Source], manifest: &Manifest) -> Option<Source> {
-    if manifest.stubs.is_empty() {
-        return None;
-    }
-    let assumptions = scl::assume(sources, manifest, Some(&manifest.stubs));
-    (!assumptions.is_empty()).then(|| Source::new(STUBS, scl::assumed(&assumptions).into_bytes()))
 }
 
 #[cfg(test)]

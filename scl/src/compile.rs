@@ -1,16 +1,17 @@
 //! Sources to a typed program.
 
 use crate::assume::{Assumption, declare};
-use crate::compiler::{BlockId, Compiler};
+use crate::compiler::{BlockId, Compiler, Note};
 use crate::lexer::Span;
+use crate::network::{self, Network};
 use crate::parser;
 use crate::program::{Body, Program, Statement};
 use crate::report::Report;
 use crate::root::Root;
-use crate::syntax::{BlockKind, Tree, key};
+use crate::syntax::{BlockKind, ExpressionId, Tree, key};
 use manifest::{Cpu, Manifest};
 use parameters::{Problems, Remedy, Source};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// A translated program.
 #[derive(Debug)]
@@ -27,6 +28,8 @@ pub struct Compiled {
     pub globals: Vec<crate::interface::Variable>,
     /// What the author should know.
     pub warnings: Vec<Problems>,
+    /// Where a program that is watched notes what its wires carry.
+    pub notes: Vec<Note>,
 }
 
 impl Compiled {
@@ -76,9 +79,24 @@ impl Trees {
 /// # Errors
 /// All errors of all sources, by source.
 pub fn compile(sources: &[Source], options: &Manifest) -> Result<Compiled, Vec<Problems>> {
+    translated(sources, options, false)
+}
+
+/// The same, of which one can see while it runs what the wires of its networks carry. It calculates the same.
+///
+/// # Errors
+/// All errors of all sources, by source.
+pub fn compile_watched(sources: &[Source], options: &Manifest) -> Result<Compiled, Vec<Problems>> {
+    translated(sources, options, true)
+}
+
+fn translated(sources: &[Source], options: &Manifest, is_watched: bool) -> Result<Compiled, Vec<Problems>> {
     let mut report = Report::default();
     let Trees { sources: all, trees, cpu } = Trees::read(sources, options, &mut report);
     let mut compiler = Compiler::new(&all, &trees, cpu, options, report, 0);
+    if is_watched {
+        compiler.watched = wires(&trees);
+    }
     compiler.run();
     compiler.tell_different();
     let (root, candidates) = (compiler.root(), compiler.candidates());
@@ -86,11 +104,26 @@ pub fn compile(sources: &[Source], options: &Manifest) -> Result<Compiled, Vec<P
     let globals = crate::interface::globals(&compiler, instance);
     let globals = compiler.told(globals, Span::default()).unwrap_or_default();
     compiler.tell_undeclared();
-    let Compiler { report, mut program, .. } = compiler;
+    let Compiler { report, mut program, notes, .. } = compiler;
     program.files = all.iter().map(|source| source.file.clone()).collect();
     let has_errors = report.has_errors();
     let (errors, warnings) = report.problems(&all);
-    if has_errors { Err(errors) } else { Ok(Compiled { program, cpu, root, candidates, globals, warnings }) }
+    if has_errors { Err(errors) } else { Ok(Compiled { program, cpu, root, candidates, globals, warnings, notes }) }
+}
+
+/// What the wires of the networks carry: the operands of elements, and what comes out of them.
+fn wires(trees: &[Tree]) -> HashSet<(usize, ExpressionId)> {
+    let all = trees.iter().enumerate().flat_map(|(file, tree)| tree.networks.iter().map(move |(_, of)| (file, of)));
+    let of = |(file, network): (usize, &Network)| {
+        let sources = network.elements.iter().flat_map(|element| &element.inputs).flat_map(|input| &input.sources);
+        let operands = sources.filter_map(|source| match source {
+            network::Source::Operand(operand) => Some(*operand),
+            network::Source::Rail | network::Source::Pin(..) => None,
+        });
+        let carried = network.carried.iter().filter_map(|(_, of)| *of);
+        operands.chain(carried).map(|id| (file, id)).collect::<Vec<_>>()
+    };
+    all.flat_map(of).collect()
 }
 
 /// What sources hold, whatever is wrong with them.
@@ -190,6 +223,8 @@ impl<'a> Compiler<'a> {
             assumes: false,
             undeclared: BTreeMap::new(),
             calls: Vec::new(),
+            watched: HashSet::new(),
+            notes: Vec::new(),
             bytes: 0,
         };
         compiler.collect(copy);

@@ -4,7 +4,7 @@ use crate::copies::Twin;
 use crate::lexer::Span;
 use crate::program::{self, At, Base, Expr, Place, Program};
 use crate::report::Report;
-use crate::syntax::{Block, BlockKind, Expressions, Member, Section, SectionKind, Tree};
+use crate::syntax::{Block, BlockKind, ExpressionId, Expressions, Member, Section, SectionKind, Tree};
 use crate::types::{Elementary, Type};
 use crate::undeclared::{Missing, Undeclared};
 use manifest::{Cpu, Manifest};
@@ -67,6 +67,10 @@ pub struct Compiler<'a> {
     pub undeclared: BTreeMap<String, Undeclared>,
     /// Who calls whom, and where.
     pub calls: Vec<(usize, usize, Span)>,
+    /// The truth values that are noted when they are calculated: the number of the source, and the expression.
+    pub watched: HashSet<(usize, ExpressionId)>,
+    /// Where that is.
+    pub notes: Vec<Note>,
     /// Bytes of all records, against types that no memory holds.
     pub bytes: usize,
 }
@@ -205,6 +209,26 @@ impl Global {
     pub fn place(&self) -> Place {
         Place::of(Base::Memory).member(self.member)
     }
+}
+
+/// Where it is noted what a truth value was when it was calculated: in a local of a function, which is 0 until then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Note {
+    /// The number of the source.
+    pub file: usize,
+    /// The number of the expression in it.
+    pub expression: u32,
+    /// The number of the function.
+    pub function: usize,
+    /// The number of the local, a `U8`.
+    pub local: usize,
+}
+
+impl Note {
+    /// It was FALSE.
+    pub const FALSE: u8 = 1;
+    /// It was TRUE.
+    pub const TRUE: u8 = 2;
 }
 
 /// The result of an expression.

@@ -12,6 +12,7 @@ mod lexer;
 mod library;
 mod lint;
 mod lower;
+mod network;
 mod parser;
 mod report;
 mod root;
@@ -32,7 +33,8 @@ pub mod scl;
 pub mod watch;
 
 pub use assume::Assumption;
-pub use compile::{Compiled, Survey, assume, assumed, compile, survey};
+pub use compile::{Compiled, Survey, assume, assumed, compile, compile_watched, survey};
+pub use compiler::Note;
 pub use manifest::{Cpu, Manifest as Options, Task};
 pub use root::Root;
 pub use syntax::BlockKind;

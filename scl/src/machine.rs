@@ -11,7 +11,7 @@ mod run;
 pub use code::Code;
 
 use crate::program::{At, Scalar, Value};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::sync::Arc;
 
@@ -33,9 +33,14 @@ pub struct Machine {
     /// The instructions that have warned.
     warned: BTreeSet<u32>,
     warnings: Vec<Warning>,
+    /// The locals of functions, if they are kept.
+    kept: Option<Kept>,
     /// The most statements in a call.
     pub budget: u32,
 }
+
+/// The numbers among the locals of functions at the end of their last call, by the function and the address of its instance.
+type Kept = BTreeMap<(usize, u64), Vec<u64>>;
 
 /// Something that a PLC goes on with; told once for each place.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -117,6 +122,7 @@ impl Machine {
             covered: vec![false; code.runs.len()],
             warned: BTreeSet::new(),
             warnings: Vec::new(),
+            kept: None,
             budget: Machine::BUDGET,
             code,
         }
@@ -179,6 +185,17 @@ impl Machine {
         Some(Value::new(ty, *self.registers.get(usize::from(register))?))
     }
 
+    /// From now on the locals of all functions are kept when they return, which takes a little time.
+    pub fn keep_locals(&mut self) {
+        self.kept.get_or_insert_default();
+    }
+
+    /// What a local of a function had when it returned last since [`Machine::forget_coverage`], if it is a number: of a function
+    /// block that of the instance at this address, else the address is 0. `None` if it has not returned.
+    pub fn kept(&self, function: usize, instance: usize, local: usize) -> Option<u64> {
+        self.kept.as_ref()?.get(&(function, instance as u64))?.get(local).copied()
+    }
+
     /// The warnings since the last time that this was called.
     pub fn take_warnings(&mut self) -> Vec<Warning> {
         std::mem::take(&mut self.warnings)
@@ -193,8 +210,9 @@ impl Machine {
         self.code.runs.iter().zip(&self.covered).flat_map(of_run)
     }
 
-    /// No statement counts as run.
+    /// No statement counts as run, and no local is kept.
     pub fn forget_coverage(&mut self) {
+        self.kept.iter_mut().for_each(Kept::clear);
         self.covered.fill(false);
     }
 }

@@ -91,6 +91,11 @@ pub struct At {
     pub line: u32,
 }
 
+impl At {
+    /// Of a statement that a program has only for who watches it: it is not counted, and has no line.
+    pub const NOTE: At = At { file: u16::MAX, line: 0 };
+}
+
 /// The type of a variable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Type {

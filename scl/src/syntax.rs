@@ -1,6 +1,7 @@
 //! The syntax tree.
 
 use crate::lexer::Span;
+use crate::network::Network;
 use crate::types::Elementary;
 
 /// A name without its quotation marks.
@@ -25,7 +26,7 @@ pub fn key(name: &str) -> String {
 }
 
 /// An expression of the tree.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ExpressionId(pub u32);
 
 /// All expressions of a source, so that a deep one needs no stack.
@@ -369,6 +370,8 @@ pub enum Part {
 pub struct Tree {
     /// Its blocks.
     pub blocks: Vec<Block>,
+    /// The networks of the blocks in LAD and FBD, each with the number of its block.
+    pub networks: Vec<(usize, Network)>,
     /// The text of each block, where the format has one for a block alone.
     pub extents: Vec<Span>,
     /// Variables and constants that all blocks see.

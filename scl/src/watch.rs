@@ -3,14 +3,22 @@
 //! This is read off the text alone, so that it is there for a program that has errors, too. A path is written as the FMU names
 //! its variables, `motors[1].fault`; an index that is no constant is the path of a variable in its place, `motors[i].fault`.
 
+mod network;
+
+pub use network::{Element, From, Input, Network, Operand, Output, Shape};
+
+use crate::format::{self, Format};
 use crate::lexer::Span;
-use crate::parser;
 use crate::report::Report;
 use crate::syntax::{
-    Argument, Block, BlockKind, ExpressionId, ExpressionKind, Expressions, Member, Scope, SectionKind, Statement,
-    StatementKind, TypeKind,
+    Argument, Binary, Block, BlockKind, ExpressionId, ExpressionKind, Expressions, Member, Scope, SectionKind, Start,
+    Statement, StatementKind, TypeKind, Unary,
 };
 use parameters::Source;
+use std::collections::HashMap;
+
+/// Temporaries of networks are looked through so deep.
+const DEEPEST: usize = 20;
 
 /// A block with code.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,6 +43,8 @@ pub struct Watched {
     pub temps: Vec<(String, String)>,
     /// Its constants: the name, and the value as it is written.
     pub constants: Vec<(String, String)>,
+    /// Its networks in LAD and FBD.
+    pub networks: Vec<Network>,
 }
 
 /// A variable that a line names.
@@ -101,14 +111,23 @@ pub struct Passed {
 /// The blocks with code of these sources.
 pub fn watched(sources: &[Source]) -> Vec<Watched> {
     let mut found = Vec::new();
-    for (file, source) in sources.iter().enumerate() {
-        let tree = parser::parse(&source.text, file as u32, &mut Report::default());
-        for block in &tree.blocks {
+    let trees = format::trees(sources, &mut Report::default());
+    for ((file, source), tree) in sources.iter().enumerate().zip(&trees) {
+        for (number, block) in tree.blocks.iter().enumerate() {
             if matches!(block.kind, BlockKind::Type | BlockKind::DataBlock) {
                 continue;
             }
-            let (begun, guards) = (start(file, source, block), Vec::new());
-            let mut reader = Reader { source, expressions: &tree.expressions, found: begun, guards };
+            let networks = tree.networks.iter().filter(|(of, _)| *of == number);
+            let networks = networks.map(|(_, of)| network::drawn(of, &tree.expressions, source));
+            let begun = Watched { networks: networks.collect(), ..start(file, source, block, &tree.expressions) };
+            let mut reader = Reader {
+                source,
+                expressions: &tree.expressions,
+                found: begun,
+                guards: Vec::new(),
+                temporaries: HashMap::new(),
+                depth: 0,
+            };
             reader.statements(&block.body);
             found.push(reader.found);
         }
@@ -116,7 +135,7 @@ pub fn watched(sources: &[Source]) -> Vec<Watched> {
     found
 }
 
-fn start(file: usize, source: &Source, block: &Block) -> Watched {
+fn start(file: usize, source: &Source, block: &Block, expressions: &Expressions) -> Watched {
     let written = |span: Span| source.text[span.range()].to_string();
     let of_kind = |kind: SectionKind| {
         let sections = block.sections.iter().filter(move |section| section.kind == kind);
@@ -129,9 +148,11 @@ fn start(file: usize, source: &Source, block: &Block) -> Watched {
         TypeKind::Name(ref name, _) => Some(each(member, name.to_uppercase())),
         _ => None,
     });
+    let is_xml = Format::of(&source.text) == Format::SimaticMl;
     let constants = of_kind(SectionKind::Constant).filter_map(|member| match member.start {
+        Some(Start::Value(value)) if is_xml => Some(each(member, self::written(expressions, &HashMap::new(), value))),
         // What stands between the name and the end of its declaration.
-        Some(crate::syntax::Start::Value(_)) => {
+        Some(Start::Value(_)) => {
             let name = member.names.first()?;
             let rest = written(Span { start: name.span.end, end: source.text.len() as u32, ..name.span });
             let value = rest.split_once(":=")?.1.split(';').next()?.trim().to_string();
@@ -158,6 +179,10 @@ struct Reader<'a> {
     found: Watched,
     /// The conditions of the statement that is read.
     guards: Vec<Guard>,
+    /// What the temporaries of networks stand for, by their names.
+    temporaries: HashMap<String, ExpressionId>,
+    /// How many of them are being looked through.
+    depth: usize,
 }
 
 impl Reader<'_> {
@@ -212,7 +237,10 @@ impl Reader<'_> {
                     self.expression(*condition);
                 }
                 StatementKind::Return(value) => value.iter().for_each(|value| self.expression(*value)),
-                StatementKind::Let(_, _, value) => value.iter().for_each(|value| self.expression(*value)),
+                StatementKind::Let(name, _, value) => {
+                    value.iter().for_each(|value| self.expression(*value));
+                    self.temporaries.extend(value.map(|value| (name.text.clone(), value)));
+                }
                 StatementKind::Exit
                 | StatementKind::Continue
                 | StatementKind::Goto(_)
@@ -222,8 +250,13 @@ impl Reader<'_> {
         }
     }
 
-    fn text(&self, span: Span) -> String {
-        self.source.text.get(span.range()).unwrap_or_default().to_string()
+    /// The text at a place, or in words what is drawn there.
+    fn text(&self, span: Span, drawn: &[ExpressionId]) -> String {
+        if self.found.networks.is_empty() {
+            return self.source.text.get(span.range()).unwrap_or_default().to_string();
+        }
+        let written = |id: &ExpressionId| self::written(self.expressions, &self.temporaries, *id);
+        drawn.iter().map(written).collect::<Vec<_>>().join(" := ")
     }
 
     /// The variables of expressions, which are noted elsewhere.
@@ -238,7 +271,8 @@ impl Reader<'_> {
         self.expression(condition);
         let span = self.expressions[condition].span;
         let reads = self.reads([condition]);
-        self.guards.push(Guard { line: self.line(span), text: self.text(span), is_negated: false, reads });
+        let text = self.text(span, &[condition]);
+        self.guards.push(Guard { line: self.line(span), text, is_negated: false, reads });
     }
 
     /// `a := b += c`; behind the operator `+=` the target is read, too.
@@ -248,7 +282,7 @@ impl Reader<'_> {
         for (target, _) in targets {
             if let Some((path, is_global)) = self.path(target) {
                 let span = self.expressions[target].span;
-                let text = self.text(span.to(self.expressions[value].span));
+                let text = self.text(span.to(self.expressions[value].span), &[target, value]);
                 self.write(path, is_global, span, text, reads.clone());
             }
         }
@@ -258,7 +292,7 @@ impl Reader<'_> {
     fn writes_of_call(&mut self, call: ExpressionId, instance: Option<(String, bool)>, arguments: &[Argument]) {
         let reads = self.reads(arguments.iter().filter(|of| !of.is_output).map(|of| of.value));
         let span = self.expressions[call].span;
-        let text = self.text(span);
+        let text = self.text(span, &[call]);
         for argument in arguments.iter().filter(|of| of.is_output) {
             let formal = argument.name.as_ref().map(|name| name.text.as_str()).unwrap_or_default();
             let of_instance = instance.as_ref().map(|(instance, is_global)| Named {
@@ -284,6 +318,16 @@ impl Reader<'_> {
     /// Notes the variables of an expression. Expressions are at most as deep as the parser allows.
     fn expression(&mut self, id: ExpressionId) {
         let expressions = self.expressions;
+        if let ExpressionKind::Name(Scope::Local, name) = &expressions[id].kind
+            && let Some(of) = self.temporaries.get(&name.text).copied()
+        {
+            self.depth += 1;
+            if self.depth < DEEPEST {
+                self.expression(of);
+            }
+            self.depth -= 1;
+            return;
+        }
         if let Some((path, is_global)) = self.path(id) {
             self.note(expressions[id].span, path, is_global);
             return;
@@ -333,27 +377,101 @@ impl Reader<'_> {
         }
     }
 
-    /// The path of a variable, and whether it begins with one that all blocks see; `None` for anything else.
     fn path(&self, id: ExpressionId) -> Option<(String, bool)> {
-        match &self.expressions[id].kind {
-            ExpressionKind::Name(scope, name) => Some((name.text.clone(), *scope == Scope::Global)),
-            // A slice such as `.%X3` is a part of the variable.
-            ExpressionKind::Member(base, name) if name.text.starts_with('%') => self.path(*base),
-            ExpressionKind::Member(base, name) => {
-                let (base, is_global) = self.path(*base)?;
-                Some((format!("{base}.{}", name.text), is_global))
-            }
-            ExpressionKind::Index(base, indices) => {
-                let (base, is_global) = self.path(*base)?;
-                let index = |id: &ExpressionId| match &self.expressions[*id].kind {
-                    ExpressionKind::Literal(text) => Some(text.clone()),
-                    _ => self.path(*id).map(|(path, _)| path),
-                };
-                let indices = indices.iter().map(index).collect::<Option<Vec<_>>>()?;
-                Some((format!("{base}[{}]", indices.join(",")), is_global))
-            }
-            _ => None,
+        path(self.expressions, id)
+    }
+}
+
+/// The path of a variable, and whether it begins with one that all blocks see; `None` for anything else.
+fn path(expressions: &Expressions, id: ExpressionId) -> Option<(String, bool)> {
+    match &expressions[id].kind {
+        ExpressionKind::Name(scope, name) => Some((name.text.clone(), *scope == Scope::Global)),
+        // A slice such as `.%X3` is a part of the variable.
+        ExpressionKind::Member(base, name) if name.text.starts_with('%') => path(expressions, *base),
+        ExpressionKind::Member(base, name) => {
+            let (base, is_global) = path(expressions, *base)?;
+            Some((format!("{base}.{}", name.text), is_global))
         }
+        ExpressionKind::Index(base, indices) => {
+            let (base, is_global) = path(expressions, *base)?;
+            let index = |id: &ExpressionId| match &expressions[*id].kind {
+                ExpressionKind::Literal(text) => Some(text.clone()),
+                _ => path(expressions, *id).map(|(path, _)| path),
+            };
+            let indices = indices.iter().map(index).collect::<Option<Vec<_>>>()?;
+            Some((format!("{base}[{}]", indices.join(",")), is_global))
+        }
+        _ => None,
+    }
+}
+
+/// An expression in SCL; a temporary of a network is what it stands for, unless that has temporaries itself. Expressions are at most
+/// as deep as the parser and the networks allow.
+fn written(expressions: &Expressions, temporaries: &HashMap<String, ExpressionId>, id: ExpressionId) -> String {
+    let of = |id: ExpressionId| written(expressions, temporaries, id);
+    let inner = |id: ExpressionId| match &expressions[id].kind {
+        ExpressionKind::Binary(..) => format!("({})", of(id)),
+        _ => of(id),
+    };
+    match &expressions[id].kind {
+        ExpressionKind::Literal(text) => match text.as_str() {
+            "BOOL#TRUE" => "TRUE".to_string(),
+            "BOOL#FALSE" => "FALSE".to_string(),
+            _ => text.clone(),
+        },
+        ExpressionKind::Name(Scope::Global, name) => format!("\"{}\"", name.text),
+        ExpressionKind::Name(Scope::Local, name) => match temporaries.get(&name.text) {
+            Some(of) => format!("({})", written(expressions, &HashMap::new(), *of)),
+            None => format!("#{}", name.text),
+        },
+        ExpressionKind::Name(Scope::Bare, name) => name.text.clone(),
+        ExpressionKind::Member(base, name) => format!("{}.{}", of(*base), name.text),
+        ExpressionKind::Index(base, indices) => {
+            let indices: Vec<String> = indices.iter().map(|index| of(*index)).collect();
+            format!("{}[{}]", of(*base), indices.join(", "))
+        }
+        ExpressionKind::Unary(operator, operand) => match operator {
+            Unary::Not => format!("NOT {}", inner(*operand)),
+            Unary::Minus => format!("-{}", inner(*operand)),
+            Unary::Plus => inner(*operand),
+        },
+        ExpressionKind::Binary(operator, left, right) => {
+            // A chain of one operator needs no brackets.
+            let is_chain = matches!(&expressions[*left].kind, ExpressionKind::Binary(of, ..) if of == operator);
+            let left = if is_chain { of(*left) } else { inner(*left) };
+            format!("{left} {} {}", sign(*operator), inner(*right))
+        }
+        ExpressionKind::Call(callee, arguments) => {
+            let argument = |of: &Argument| {
+                let name = of.name.as_ref().map(|name| name.text.as_str()).unwrap_or_default();
+                let between = if of.is_output { "=>" } else { ":=" };
+                let value = written(expressions, temporaries, of.value);
+                if name.is_empty() { value } else { format!("{name} {between} {value}") }
+            };
+            format!("{}({})", of(*callee), arguments.iter().map(argument).collect::<Vec<_>>().join(", "))
+        }
+        ExpressionKind::As(_, inner) | ExpressionKind::Pointer(inner) => of(*inner),
+        ExpressionKind::Address | ExpressionKind::Wrong => "?".to_string(),
+    }
+}
+
+fn sign(operator: Binary) -> &'static str {
+    match operator {
+        Binary::Power => "**",
+        Binary::Multiply => "*",
+        Binary::Divide => "/",
+        Binary::Modulo => "MOD",
+        Binary::Add => "+",
+        Binary::Subtract => "-",
+        Binary::Less => "<",
+        Binary::Greater => ">",
+        Binary::LessOrEqual => "<=",
+        Binary::GreaterOrEqual => ">=",
+        Binary::Equal => "=",
+        Binary::NotEqual => "<>",
+        Binary::And => "AND",
+        Binary::Xor => "XOR",
+        Binary::Or => "OR",
     }
 }
 

@@ -325,6 +325,9 @@ pub struct State {
     pub forced: Values,
     /// What has ended the run: which FMU failed, and its messages.
     pub failure: Option<String>,
+    /// Whether the last calls ended because the condition that they were made with began to hold.
+    #[serde(default)]
+    pub is_met: bool,
     /// What the FMUs and the plan say since the last answer, a sentence each.
     pub remarks: Vec<String>,
 }

@@ -1,30 +1,28 @@
-//! PLC programs in SCL: translated here, run as an FMU of them would, and watched line by line.
+//! PLC programs: translated here, run as an FMU of them would, and watched line by line.
 
+mod drawn;
 mod kept;
+mod project;
 mod roles;
 
 pub use kept::Programs;
 
 use crate::describe::remedy;
 use crate::home::Home;
-use crate::message::{Part, Program, SourceFile, Value, Values};
+use crate::message::{Part, Program, Value, Values};
 use crate::session::Session;
-use anyhow::{Context, Result, ensure};
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
+use anyhow::Result;
 use fmu::cyclic::Cyclic;
 use manifest::{Manifest, Task};
-use modeldescription::{Interface, ModelDescription, Table, shortened, units};
+use modeldescription::{Interface, ModelDescription, Table, units};
 use parameters::{Problems, Source, literal};
-use program::{Loaded, Wrong};
+use program::project::Parts;
+use program::{Loaded, Wrong, survey};
 use run::dialog;
 use scl::watch::{self, Watched};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-
-/// The largest sources, in bytes, all together.
-const LARGEST: usize = 16 << 20;
 
 /// The time between two calls where nothing proposes one, in milliseconds.
 const CYCLE: u32 = 100;
@@ -54,6 +52,24 @@ pub struct Compiled {
     pub blocks: Vec<Block>,
     /// The instances of blocks; first the program itself, whose path is empty.
     pub parts: Vec<Instance>,
+    /// What the files of a project hold, and what they lack: rows of a table. A single source has none.
+    pub survey: Vec<(String, String)>,
+    /// What can be assumed of the names that no source declares; the program is refused without it.
+    pub assumptions: Vec<Assumption>,
+}
+
+/// What can be assumed of a name that no source declares.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Assumption {
+    /// The name.
+    pub name: String,
+    /// What it is taken for, in a sentence.
+    pub what: String,
+    /// Where it is used first: the source, and the line in it.
+    pub place: Option<(String, usize)>,
+    /// Its declaration in SCL.
+    pub text: String,
 }
 
 /// Something about a place of a source.
@@ -104,6 +120,8 @@ pub struct Block {
     pub temps: Vec<(String, String)>,
     /// The values of its constants by name, as they are written.
     pub constants: Vec<(String, String)>,
+    /// Its networks in LAD and FBD.
+    pub networks: Vec<drawn::Network>,
 }
 
 /// A variable that a line names.
@@ -196,6 +214,8 @@ pub struct Monitored {
     pub lines: Vec<(usize, usize)>,
     /// What the program has warned of since it was started, with file and line.
     pub warnings: Vec<String>,
+    /// The truth values in the networks of the block that was asked for, by their numbers. What was not calculated is missing.
+    pub wires: Vec<(u32, bool)>,
 }
 
 /// A program of the catalogue.
@@ -214,13 +234,14 @@ pub struct Kept {
 /// # Errors
 /// A file is not Base64, or they are too large; an option that is none.
 pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compiled> {
-    let sources = sources(&request.files)?;
-    let blocks = watch::watched(&sources);
+    let parts = project::read(&request.files, &request.manifest)?;
+    let Parts { sources, manifest, .. } = &parts;
+    let blocks = watch::watched(sources);
     let (cycle, cycle_from) = match request.manifest.cycle {
         Some(cycle) => (cycle, String::new()),
         None => proposed_cycle(&blocks),
     };
-    let manifest = completed(&request.manifest, &sources, &blocks, cycle);
+    let manifest = completed(manifest, sources, &blocks, cycle);
     let mut compiled = Compiled {
         cycle: f64::from(cycle) / 1000.0,
         cycle_from,
@@ -228,13 +249,19 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compile
         sources: sources.iter().map(|of| SourceText { file: of.file.clone(), text: of.text.clone() }).collect(),
         ..Compiled::default()
     };
-    let loaded = match Loaded::new(&manifest, &sources, |unit| units::definition(unit).is_some()) {
+    if request.files.len() > 1 {
+        let rows = survey::rows(&parts, "");
+        compiled.survey = rows.into_iter().map(|(name, text)| (name.to_string(), text)).collect();
+    }
+    let loaded = match Loaded::watched(&manifest, sources, |unit| units::definition(unit).is_some()) {
         Ok(loaded) => loaded,
         Err(wrong) => {
             refuse(wrong, &mut compiled);
+            compiled.assumptions = assumptions(sources, &manifest);
             return Ok(compiled);
         }
     };
+    let sources = sources.clone();
     compiled.problems = findings(&loaded.warnings, false);
     compiled.block = loaded.block().to_string();
     compiled.parts = loaded
@@ -260,22 +287,30 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compile
     Ok(compiled)
 }
 
-/// What a program that runs in the loop did in its last call, or in an earlier one.
+/// What a program that runs in the loop did in its last call, or in an earlier one. The networks are those of a block in the instance
+/// at a path.
 ///
 /// # Errors
 /// No program runs under this name; the run has no such call, or too many before it.
-pub fn monitor<H: Home>(home: &Programs<H>, session: &Session, member: &str, call: Option<usize>) -> Result<Monitored> {
+pub fn monitor<H: Home>(
+    home: &Programs<H>,
+    session: &Session,
+    member: &str,
+    call: Option<usize>,
+    networks: Option<&(String, String)>,
+) -> Result<Monitored> {
     match call {
-        None => last_call(home, member),
+        None => last_call(home, member, networks),
         Some(call) => home.beside(|| {
             session.again_up_to(home, call)?;
-            last_call(home, member)
+            last_call(home, member, networks)
         }),
     }
 }
 
-fn last_call<H: Home>(home: &Programs<H>, member: &str) -> Result<Monitored> {
+fn last_call<H: Home>(home: &Programs<H>, member: &str, networks: Option<&(String, String)>) -> Result<Monitored> {
     home.with_running(member, |program, texts, warnings| Monitored {
+        wires: networks.map(|(block, path)| program.wires(block, path)).unwrap_or_default(),
         texts: texts
             .iter()
             .enumerate()
@@ -295,24 +330,6 @@ fn last_call<H: Home>(home: &Programs<H>, member: &str) -> Result<Monitored> {
         lines: program.lines().into_iter().map(|(file, line)| (file, line as usize)).collect(),
         warnings: warnings.to_vec(),
     })
-}
-
-fn sources(files: &[SourceFile]) -> Result<Vec<Source>> {
-    let size: usize = files.iter().map(|of| of.content.len() / 4 * 3).sum();
-    ensure!(
-        size <= LARGEST,
-        "the sources are larger than {} MiB: leave out what the program does not use",
-        LARGEST >> 20
-    );
-    ensure!(!files.is_empty(), "there is no source: open files that end in .scl, .udt or .db");
-    let mut sources: Vec<Source> = Vec::new();
-    for SourceFile { file, content } in files {
-        let bytes = STANDARD.decode(content).with_context(|| format!("the content of {file} is not Base64"))?;
-        let is_second = sources.iter().any(|other| other.file.eq_ignore_ascii_case(file));
-        ensure!(!is_second, "two sources are called {}: rename one", shortened(file));
-        sources.push(Source::new(file.as_str(), bytes));
-    }
-    Ok(sources)
 }
 
 /// The time between two calls in milliseconds that the sources propose, and why. It is the period of the OB, which sources do
@@ -358,6 +375,17 @@ fn completed(manifest: &Manifest, sources: &[Source], blocks: &[Watched], cycle:
         block,
         ..manifest.clone()
     }
+}
+
+/// What can be assumed of the names that no source declares.
+fn assumptions(sources: &[Source], manifest: &Manifest) -> Vec<Assumption> {
+    let of = |of: scl::Assumption| {
+        let source = sources.get(of.at.0 as usize);
+        let line = source.map(|source| source.place(of.at.1 as usize..of.at.1 as usize).line);
+        let place = source.map(|source| source.file.clone()).zip(line);
+        Assumption { name: of.name, what: of.what, place, text: of.text }
+    };
+    scl::assume(sources, manifest, None).into_iter().map(of).collect()
 }
 
 fn refuse(wrong: Wrong, compiled: &mut Compiled) {
@@ -426,6 +454,7 @@ fn as_message(of: &Watched) -> Block {
         writes: of.writes.iter().map(write).collect(),
         temps: of.temps.clone(),
         constants: of.constants.clone(),
+        networks: of.networks.iter().map(drawn::as_message).collect(),
     }
 }
 

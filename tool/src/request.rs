@@ -9,7 +9,7 @@ use crate::message::{
 };
 use crate::preset::{self, Preset};
 use crate::program::{self, Compiled, Monitored, Programs};
-use crate::session::Session;
+use crate::session::{Session, Until};
 use crate::{connect, describe, known, signals};
 use anyhow::Result;
 use control::bode::{self, Bode};
@@ -73,7 +73,7 @@ requests! { |home, session|
         /// Its text.
         text: String,
     } -> KnownLoop = known::described(&file, &text)?;
-    /// Translates a PLC program in SCL, and takes it into the catalogue.
+    /// Translates a PLC program, and takes it into the catalogue.
     Compile(of: Program) -> Compiled = program::compile(home, &of)?;
     /// What a program of the present run did in a call, line by line.
     Monitor {
@@ -82,7 +82,10 @@ requests! { |home, session|
         /// The call, from 0; the last one without it. For an earlier one the run is made again up to it.
         #[serde(default)]
         call: Option<usize>,
-    } -> Monitored = program::monitor(home, session, &member, call)?;
+        /// The block whose networks are looked at, and the path of its instance; a function has an empty one.
+        #[serde(default)]
+        networks: Option<(String, String)>,
+    } -> Monitored = program::monitor(home, session, &member, call, networks.as_ref())?;
     /// What a block does with settings, before they are sent.
     Check {
         /// The FMU's name in the catalogue.
@@ -127,7 +130,10 @@ requests! { |home, session|
     Run {
         /// How many, one at least.
         calls: usize,
-    } -> State = session.run(calls)?;
+        /// A condition: the call in which it begins to hold is the last one.
+        #[serde(default)]
+        until: Option<Until>,
+    } -> State = session.run_until(calls, until.as_ref())?;
     /// Makes calls until the loop rests.
     Settle(of: experiment::Settle) -> Settled = experiment::settle(home, session, &of)?;
     /// Brings the loop to rest in automatic mode at a setpoint, from where a step can begin.

@@ -5,6 +5,7 @@
 
 mod force;
 mod script;
+mod until;
 
 use crate::chain::begin_at_the_plant;
 use crate::home::Home;
@@ -22,6 +23,8 @@ use run::trace::Trace;
 use script::Script;
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::sync::Arc;
+
+pub use until::Until;
 
 /// The most calls of a request.
 pub const MOST_CALLS: usize = 100_000;
@@ -346,11 +349,16 @@ impl Session {
     /// # Errors
     /// No call or too many; the run has ended. An FMU that fails is no error: [`State::failure`] says so.
     pub fn run(&mut self, calls: usize) -> Result<State> {
+        Session::check_calls(calls)?;
+        self.present()?.run(calls)?;
+        self.state()
+    }
+
+    fn check_calls(calls: usize) -> Result<()> {
         if !(1..=MOST_CALLS).contains(&calls) {
             bail!("{calls} calls: a request makes 1 to {MOST_CALLS}, ask again for more");
         }
-        self.present()?.run(calls)?;
-        self.state()
+        Ok(())
     }
 
     /// Replaces all members but the first, which goes on.
@@ -502,6 +510,7 @@ impl Present {
             values: columns.map(|(place, of)| (of.name.clone(), shown(of.kind, self.row[*place]))).collect(),
             forced: self.forced.iter().map(|(column, of)| (record.columns[*column].name.clone(), of.shown())).collect(),
             failure: record.failure.clone(),
+            is_met: false,
             remarks: std::mem::take(&mut self.remarks),
         }
     }

@@ -4,13 +4,13 @@
  */
 
 /**
- * What is packed by gzip in base 93: two digits are 13 bits, or 14 where 93 squared has room for them. The digits are the
+ * The bytes of a text in base 93: two digits are 13 bits, or 14 where 93 squared has room for them. The digits are the
  * characters from ! to ~, but for <, which means something in a script. The worker has a copy of its text.
  *
  * @param {string} text
- * @returns {Promise<Uint8Array<ArrayBuffer>>}
+ * @returns {Uint8Array<ArrayBuffer>}
  */
-const unpack = async (text) => {
+const decoded = (text) => {
   const base = 93;
   const digits = new Uint8Array(127);
   for (let code = 33, digit = 0; code < 127; code += 1) if (code !== 60) digits[code] = digit++;
@@ -29,8 +29,140 @@ const unpack = async (text) => {
     }
   }
   if (pairs < text.length) packed[length++] = bits | (digits[text.charCodeAt(pairs)] << count);
-  const stream = new Blob([packed.subarray(0, length)]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return packed.subarray(0, length);
+};
+
+/**
+ * What is packed by gzip.
+ *
+ * @param {string} text
+ * @returns {Promise<Uint8Array<ArrayBuffer>>}
+ */
+const unpack = async (text) => {
+  const stream = new Blob([decoded(text)]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
+};
+
+/**
+ * What is packed by LZMA: its length in 4 bytes, then a stream without a header whose literals know 4 bits of the byte before. The
+ * worker has a copy of its text.
+ *
+ * @param {Uint8Array<ArrayBuffer>} packed
+ * @returns {Uint8Array<ArrayBuffer>}
+ */
+const expand = (packed) => {
+  const size = new DataView(packed.buffer, packed.byteOffset).getUint32(0, true);
+  const out = new Uint8Array(size);
+  // Where the chances of each kind of bit begin: of a state's decisions, of distances, of lengths, of literals.
+  const [isMatch, isRepeat, isOlder, isOldest, isThird, isLong] = [0, 12, 24, 36, 48, 60];
+  const [slots, near, low, lengths, repeats, literals] = [72, 328, 443, 459, 733, 1007];
+  const chances = new Uint16Array(literals + (0x300 << 4)).fill(1024);
+  let at = 5;
+  let range = 0xffffffff;
+  let code = 0;
+  const refill = () => {
+    range = (range << 8) >>> 0;
+    code = ((code << 8) | packed[at++]) >>> 0;
+  };
+  for (let first = 0; first < 4; first += 1) code = ((code << 8) | packed[at++]) >>> 0;
+  const bit = (/** @type {number} */ place) => {
+    const chance = chances[place];
+    const bound = (range >>> 11) * chance;
+    let is = 0;
+    if (code < bound) {
+      range = bound;
+      chances[place] = chance + ((2048 - chance) >> 5);
+    } else {
+      range = (range - bound) >>> 0;
+      code = (code - bound) >>> 0;
+      chances[place] = chance - (chance >> 5);
+      is = 1;
+    }
+    if (range < 0x1000000) refill();
+    return is;
+  };
+  /** A number of so many bits, the high one first. @param {number} place @param {number} count */
+  const number = (place, count) => {
+    let found = 1;
+    for (let each = 0; each < count; each += 1) found = (found << 1) | bit(place + found);
+    return found - (1 << count);
+  };
+  /** The same, the low bit first. @param {number} place @param {number} count */
+  const reversed = (place, count) => {
+    let [found, tree] = [0, 1];
+    for (let each = 0; each < count; each += 1) {
+      const is = bit(place + tree);
+      tree = (tree << 1) | is;
+      found |= is << each;
+    }
+    return found;
+  };
+  const lengthOf = (/** @type {number} */ place) => {
+    if (bit(place) === 0) return number(place + 2, 3);
+    return bit(place + 1) === 0 ? 8 + number(place + 10, 3) : 16 + number(place + 18, 8);
+  };
+  const distanceOf = (/** @type {number} */ length) => {
+    const slot = number(slots + 64 * Math.min(length, 3), 6);
+    if (slot < 4) return slot;
+    const count = (slot >> 1) - 1;
+    const begin = (2 | (slot & 1)) << count;
+    if (slot < 14) return begin + reversed(near + begin - slot, count);
+    let direct = 0;
+    for (let each = 4; each < count; each += 1) {
+      range >>>= 1;
+      const is = code >= range ? 1 : 0;
+      if (is === 1) code = (code - range) >>> 0;
+      direct = (direct << 1) | is;
+      if (range < 0x1000000) refill();
+    }
+    return begin + (direct << 4) + reversed(low, 4);
+  };
+  const before = [0, 0, 0, 0];
+  let state = 0;
+  for (let to = 0; to < size; ) {
+    if (bit(isMatch + state) === 0) {
+      const place = literals + 0x300 * ((to > 0 ? out[to - 1] : 0) >> 4);
+      let symbol = 1;
+      // After a match the byte that would have gone on tells something.
+      for (
+        let match = state > 6 ? out[to - before[0] - 1] : -1;
+        match >= 0 && symbol < 0x100;
+        match = (match << 1) & 0xff
+      ) {
+        const expected = match >> 7;
+        const is = bit(place + ((1 + expected) << 8) + symbol);
+        symbol = (symbol << 1) | is;
+        if (is !== expected) break;
+      }
+      while (symbol < 0x100) symbol = (symbol << 1) | bit(place + symbol);
+      out[to++] = symbol;
+      state = state < 4 ? 0 : state < 10 ? state - 3 : state - 6;
+      continue;
+    }
+    let length = 0;
+    if (bit(isRepeat + state) === 0) {
+      length = lengthOf(lengths);
+      before.unshift(distanceOf(length));
+      before.pop();
+      state = state < 7 ? 7 : 10;
+    } else {
+      if (bit(isOlder + state) === 1) {
+        const which = bit(isOldest + state) === 0 ? 1 : bit(isThird + state) === 0 ? 2 : 3;
+        before.unshift(...before.splice(which, 1));
+      } else if (bit(isLong + state) === 0) {
+        out[to] = out[to - before[0] - 1];
+        to += 1;
+        state = state < 7 ? 9 : 11;
+        continue;
+      }
+      length = lengthOf(repeats);
+      state = state < 7 ? 8 : 11;
+    }
+    const from = to - before[0] - 1;
+    for (let each = 0; each < length + 2; each += 1) out[to + each] = out[from + each];
+    to += length + 2;
+  }
+  return out;
 };
 
 /** @param {string} text */
@@ -61,8 +193,9 @@ globalThis.unpackedElement = async (id) => {
 globalThis.compiledEngine = whole.then(async () => {
   const text = packed("engine");
   if (!text) return undefined;
-  const work = `const unpack = ${unpack};
-onmessage = async ({ data }) => postMessage(await unpack(data).then(WebAssembly.compile).catch(() => null));`;
+  const work = `const decoded = ${decoded};
+const expand = ${expand};
+onmessage = async ({ data }) => postMessage(await WebAssembly.compile(expand(decoded(data))).catch(() => null));`;
   /** @type {WebAssembly.Module | null} */
   const module = await new Promise((done) => {
     const worker = new Worker(script(work));
@@ -73,7 +206,7 @@ onmessage = async ({ data }) => postMessage(await unpack(data).then(WebAssembly.
     worker.onerror = () => done(null);
     worker.postMessage(text);
   }).catch(() => null);
-  return module ?? WebAssembly.compile(await unpack(text));
+  return module ?? WebAssembly.compile(expand(decoded(text)));
 });
 
 await import(script(new TextDecoder().decode(await unpack(packed("modules")))));

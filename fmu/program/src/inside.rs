@@ -1,6 +1,7 @@
 //! What is inside of a program, for tools that show it while it runs.
 
 use crate::{Loaded, Program};
+use scl::Note;
 use scl::program::{At, Body, Type, Value, What};
 
 /// At most this many instances are told.
@@ -15,6 +16,8 @@ pub struct Part {
     pub block: String,
     /// Whether its law is that of a block of [`blocks`], and not in SCL.
     pub is_native: bool,
+    /// Where it lies in the memory.
+    address: usize,
 }
 
 impl Loaded {
@@ -25,28 +28,30 @@ impl Loaded {
 
     /// The instances of blocks, those inside others behind them; first the program itself.
     pub fn parts(&self) -> Vec<Part> {
-        let mut found = vec![Part { path: String::new(), block: self.block.clone(), is_native: false }];
+        let own = Part { path: String::new(), block: self.block.clone(), is_native: false, address: 0 };
+        let mut found = vec![own];
         let memory = self.program.memory;
         for member in &self.program.records[memory].members {
             // The variables of the instance are named without it.
             let is_own = !self.instance.is_empty() && member.name.eq_ignore_ascii_case(&self.instance);
             if let (true, Type::Record(record)) = (is_own, &member.ty) {
-                self.inside(*record, "", &mut found);
+                found[0].address = member.offset;
+                self.inside(*record, "", member.offset, &mut found);
             } else {
-                self.add(&member.ty, &member.name, &mut found);
+                self.add(&member.ty, &member.name, member.offset, &mut found);
             }
         }
         found
     }
 
-    fn inside(&self, record: usize, path: &str, found: &mut Vec<Part>) {
+    fn inside(&self, record: usize, path: &str, address: usize, found: &mut Vec<Part>) {
         for member in &self.program.records[record].members {
             let path = if path.is_empty() { member.name.clone() } else { format!("{path}.{}", member.name) };
-            self.add(&member.ty, &path, found);
+            self.add(&member.ty, &path, address + member.offset, found);
         }
     }
 
-    fn add(&self, ty: &Type, path: &str, found: &mut Vec<Part>) {
+    fn add(&self, ty: &Type, path: &str, address: usize, found: &mut Vec<Part>) {
         if found.len() >= MOST {
             return;
         }
@@ -58,13 +63,16 @@ impl Loaded {
                         Body::Native(name) => (name.to_string(), true),
                         Body::Code(_) => (function.name.clone(), false),
                     };
-                    found.push(Part { path: path.to_string(), block, is_native });
+                    found.push(Part { path: path.to_string(), block, is_native, address });
                 }
-                self.inside(*record, path, found);
+                self.inside(*record, path, address, found);
             }
             Type::Array { of, bounds } if matches!(**of, Type::Record(_)) => {
                 if let [(low, high)] = bounds.as_slice() {
-                    (*low..=*high).for_each(|index| self.add(of, &format!("{path}[{index}]"), found));
+                    let size = self.program.size(of);
+                    for (number, index) in (*low..=*high).enumerate() {
+                        self.add(of, &format!("{path}[{index}]"), address + number * size, found);
+                    }
                 }
             }
             _ => {}
@@ -91,7 +99,25 @@ impl Program {
     #[must_use]
     pub fn watched(mut self) -> Program {
         self.is_watched = true;
+        self.machine.keep_locals();
         self
+    }
+
+    /// What the truth values of a block's networks were when the last call calculated them, in the instance at this path; a function
+    /// has none. Each with the number of its expression in the source; those that were not calculated are missing.
+    pub fn wires(&self, block: &str, path: &str) -> Vec<(u32, bool)> {
+        let parts = self.loaded.parts();
+        let part = parts.iter().find(|part| part.path == path && part.block.eq_ignore_ascii_case(block));
+        let functions = &self.loaded.program.functions;
+        let value = |note: &Note| {
+            let function = &functions[note.function];
+            let is_own = function.name.eq_ignore_ascii_case(block);
+            let address = if function.instance.is_some() { part?.address } else { 0 };
+            let kept = self.machine.kept(note.function, address, note.local).filter(|_| is_own)?;
+            // 0 is one that was not calculated.
+            (kept > 0).then_some((note.expression, kept == u64::from(Note::TRUE)))
+        };
+        self.loaded.notes.iter().filter_map(value).collect()
     }
 
     /// The files and lines of the statements that the last call has run, those of the sources alone; sorted.

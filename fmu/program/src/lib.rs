@@ -9,7 +9,9 @@
 //! ```
 
 mod inside;
+pub mod project;
 mod sources;
+pub mod survey;
 mod table;
 mod wrong;
 
@@ -28,8 +30,8 @@ use fmu::refusal::Refusal;
 use fmu::resources;
 use manifest::{FILE, Manifest};
 use parameters::{Problems, Source};
-use scl::compile;
 use scl::machine::{Code, Machine};
+use scl::{Compiled, Note, compile, compile_watched};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use table::Held;
@@ -45,6 +47,8 @@ pub struct Loaded {
     pub hash: u128,
     /// What the author should know, with file and line.
     pub warnings: Vec<Problems>,
+    /// Where a program that is watched notes what its wires carry.
+    notes: Vec<Note>,
     /// The arrays in the table.
     layout: Option<Layout>,
     program: scl::program::Program,
@@ -72,7 +76,23 @@ impl Loaded {
     /// # Errors
     /// All that is wrong with the sources, with file, line and column; there is no block to be run.
     pub fn new(manifest: &Manifest, sources: &[Source], is_unit: fn(&str) -> bool) -> Result<Loaded, Wrong> {
-        let compiled = compile(sources, manifest).map_err(Wrong::Sources)?;
+        Loaded::of(compile(sources, manifest).map_err(Wrong::Sources)?, manifest, sources, is_unit)
+    }
+
+    /// The same, of which one can see while it runs what the wires of its networks carry. It calculates the same.
+    ///
+    /// # Errors
+    /// Those of [`Loaded::new`].
+    pub fn watched(manifest: &Manifest, sources: &[Source], is_unit: fn(&str) -> bool) -> Result<Loaded, Wrong> {
+        Loaded::of(compile_watched(sources, manifest).map_err(Wrong::Sources)?, manifest, sources, is_unit)
+    }
+
+    fn of(
+        compiled: Compiled,
+        manifest: &Manifest,
+        sources: &[Source],
+        is_unit: fn(&str) -> bool,
+    ) -> Result<Loaded, Wrong> {
         let code = Code::compile(&compiled.program)?;
         let root = compiled.root.as_ref().ok_or_else(|| Wrong::Choice {
             blocks: compiled.candidates.clone(),
@@ -90,6 +110,7 @@ impl Loaded {
             layout: Layout::of(table),
             hash: fingerprint::checksum(&bytes),
             warnings: compiled.warnings,
+            notes: compiled.notes,
             code: Arc::new(code),
             cycle: root.cycle,
             startup: root.startup,

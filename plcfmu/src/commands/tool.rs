@@ -75,7 +75,9 @@ pub fn run(options: &Options) -> Result<()> {
     let url = server.address()?;
     let door = if options.no_browser { None } else { Some(door(&server.address()?)?) };
     let page = start.put_into(&page(&collection)?, server.secret())?;
-    server.run(page, collection, || {
+    let named = options.files.clone();
+    let given = move || named.iter().filter(|path| !is_fmu(path)).map(|path| parameter_file(path)).collect();
+    server.run(page, collection, Box::new(given), || {
         // A closed standard output is no reason to end.
         let _ = print(&format!("{url}\n"));
         eprintln!("Ctrl-C ends it.");
@@ -114,8 +116,7 @@ fn open(options: &Options, starter: Starter) -> Result<Opened> {
     let (mut start, mut presets) = (Start::default(), Vec::new());
     for path in &options.files {
         let shown = || path.display().to_string();
-        let is_fmu = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fmu"));
-        if !is_fmu {
+        if !is_fmu(path) {
             start.files.push(parameter_file(path)?);
         } else if is_preset(path).with_context(shown)? {
             presets.push(path);
@@ -150,6 +151,10 @@ fn open(options: &Options, starter: Starter) -> Result<Opened> {
         start.files.push(file.with_context(|| format!("{}: there is no FMU of its block", path.display()))?);
     }
     Ok(Opened { collection, start })
+}
+
+fn is_fmu(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fmu"))
 }
 
 fn is_preset(path: &Path) -> Result<bool> {

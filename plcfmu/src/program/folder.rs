@@ -2,8 +2,9 @@
 
 use super::workbook;
 use ::program::LARGEST;
+use ::program::project::{self, Kind, SOURCES, TABLES};
 use anyhow::{Context, Result, bail, ensure};
-use parameters::{Source, tags};
+use parameters::Source;
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -13,12 +14,6 @@ const DEEPEST: usize = 32;
 
 /// The most files and folders that are looked at: a project has hundreds.
 const MOST: usize = 100_000;
-
-/// The endings of sources.
-pub const SOURCES: [&str; 7] = ["scl", "udt", "db", "awl", "xml", "s7dcl", "s7res"];
-
-/// The endings of tag tables. Not every such file is one.
-const TABLES: [&str; 3] = ["xml", "xlsx", "sdf"];
 
 /// The files of a program.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -34,14 +29,6 @@ pub fn ending(file: &Path) -> String {
     file.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase()
 }
 
-/// What a file is in a program.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
-    Source,
-    Table,
-    Other,
-}
-
 /// What a file is, by its ending and its content.
 fn kind(file: &Path) -> Kind {
     let content = || {
@@ -49,18 +36,10 @@ fn kind(file: &Path) -> Kind {
         File::open(file).and_then(|file| file.take(LARGEST).read_to_end(&mut bytes)).ok()?;
         Some(bytes)
     };
-    match ending(file).as_str() {
-        "sdf" => Kind::Table,
-        "xlsx" if content().is_some_and(|bytes| workbook::is_table(&bytes)) => Kind::Table,
-        // A project has XML of other kinds, too.
-        "xml" => match content().map(|bytes| Source::new("", bytes).text) {
-            Some(text) if tags::is_table(&text) => Kind::Table,
-            Some(text) if text.contains("<SW.") => Kind::Source,
-            _ => Kind::Other,
-        },
-        ending if SOURCES.contains(&ending) => Kind::Source,
-        _ => Kind::Other,
+    if ending(file) == "xlsx" && !content().is_some_and(|bytes| workbook::is_table(&bytes)) {
+        return Kind::Other;
     }
+    project::kind(&file.to_string_lossy(), || content().map(|bytes| Source::new("", bytes).text))
 }
 
 /// Whether a file is a tag table.

@@ -1,23 +1,11 @@
 //! What a folder holds of a program, and what it lacks, as a table.
 
-use super::{Parts, folder, parts};
+use super::parts;
+use ::program::project::Parts;
+use ::program::survey::{counted, rows};
 use anyhow::Result;
 use manifest::Manifest;
-use scl::{BlockKind, Survey};
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
-
-/// A row lists this many names at most.
-const MOST_NAMES: usize = 10;
-
-/// The kinds of blocks, in the order of the report.
-const KINDS: [(BlockKind, &str, &str); 5] = [
-    (BlockKind::OrganizationBlock, "organization block", "organization blocks"),
-    (BlockKind::FunctionBlock, "function block", "function blocks"),
-    (BlockKind::Function, "function", "functions"),
-    (BlockKind::DataBlock, "data block", "data blocks"),
-    (BlockKind::Type, "type", "types"),
-];
+use std::path::PathBuf;
 
 /// The table of a program that is named by a folder; `None` if only files are named.
 ///
@@ -35,76 +23,9 @@ pub fn of(named: &[PathBuf], parts: &Parts) -> Option<String> {
     if !named.iter().any(|path| path.is_dir()) {
         return None;
     }
-    let Parts { sources, manifest, tables } = parts;
-    let survey = scl::survey(sources, manifest);
     let folder: Vec<String> = named.iter().map(|path| path.display().to_string()).collect();
-    let files: Vec<&str> = sources.iter().map(|source| source.file.as_str()).collect();
-    let mut lines = vec![format!("{}: {}", folder.join(", "), counted(files.len(), "source", "sources"))];
-    lines.extend(rows(&survey, &files).into_iter().map(|(name, text)| format!("  {name:<12}{text}")));
-    if !tables.is_empty() {
-        let (tags, constants) = tables.iter().fold((0, 0), |(tags, constants), of| (tags + of.1, constants + of.2));
-        let used = match manifest.declared.is_empty() {
-            true => String::new(),
-            false => format!(", {} in use", survey.tags),
-        };
-        let constants = match constants {
-            0 => String::new(),
-            count => format!("; {}", counted(count, "constant", "constants")),
-        };
-        let of = counted(tables.len(), "table", "tables");
-        lines.push(format!("  {:<12}{}{used}{constants}, of {of}", "tags", counted(tags, "tag", "tags")));
-    }
-    lines.extend(missing(&survey).into_iter().map(|text| format!("  {:<12}{text}", "missing")));
+    let mut lines = vec![format!("{}: {}", folder.join(", "), counted(parts.sources.len(), "source", "sources"))];
+    let rows = rows(parts, ": --assume lists them");
+    lines.extend(rows.into_iter().map(|(name, text)| format!("  {name:<12}{text}")));
     Some(lines.join("\n") + "\n")
-}
-
-fn counted(count: usize, one: &str, several: &str) -> String {
-    format!("{count} {}", if count == 1 { one } else { several })
-}
-
-/// The blocks by the form of their sources: data blocks and types have rows of their own.
-fn rows(survey: &Survey, files: &[&str]) -> Vec<(&'static str, String)> {
-    let mut forms: BTreeMap<&'static str, Vec<BlockKind>> = BTreeMap::new();
-    for (kind, _, file) in &survey.blocks {
-        let form = match kind {
-            BlockKind::DataBlock => "data blocks",
-            BlockKind::Type => "types",
-            _ => form(files.get(*file).copied().unwrap_or_default()),
-        };
-        forms.entry(form).or_default().push(*kind);
-    }
-    let text = |kinds: Vec<BlockKind>| {
-        let count = |of: BlockKind| kinds.iter().filter(|kind| **kind == of).count();
-        let of = |(kind, one, several): &(BlockKind, &str, &str)| match count(*kind) {
-            0 => None,
-            count => Some(counted(count, one, several)),
-        };
-        KINDS.iter().filter_map(of).collect::<Vec<_>>().join(", ")
-    };
-    forms.into_iter().map(|(form, kinds)| (form, text(kinds))).collect()
-}
-
-/// The form of a source, by its ending.
-fn form(file: &str) -> &'static str {
-    match folder::ending(Path::new(file)).as_str() {
-        "xml" => "SimaticML",
-        "s7dcl" => "SIMATIC SD",
-        "awl" => "AWL",
-        _ => "SCL",
-    }
-}
-
-/// What is missing, a line for each kind.
-fn missing(survey: &Survey) -> Vec<String> {
-    let kinds: BTreeSet<&str> = survey.missing.iter().map(|(_, kind)| *kind).collect();
-    let line = |kind: &str| {
-        let names: Vec<String> =
-            survey.missing.iter().filter(|(_, of)| *of == kind).map(|(name, _)| format!("\"{name}\"")).collect();
-        let more = match names.len().saturating_sub(MOST_NAMES) {
-            0 => String::new(),
-            more => format!(", and {more} more: --assume lists them"),
-        };
-        format!("{} {kind}: {}{more}", names.len(), names[..names.len().min(MOST_NAMES)].join(", "))
-    };
-    kinds.into_iter().map(line).collect()
 }

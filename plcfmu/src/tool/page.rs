@@ -10,6 +10,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use lzma_rust2::{EncodeMode, LzmaOptions, LzmaWriter, MfType};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs;
@@ -29,6 +30,12 @@ const PALETTE: (&str, &str) = ("palette.css", draw::palette::STYLE);
 /// How many digits a character of packed data may be.
 const BASE: usize = 93;
 
+/// The element with the program of the page, which has most of its bytes.
+const ENGINE: &str = "engine";
+
+/// How many bits of the byte before tell the next one in a [`compact`] text; `boot.js` knows it, too.
+const CONTEXT: u32 = 4;
+
 /// How often the compressor of a page goes over its data: more gain less than a hundredth of a percent.
 const ITERATIONS: u64 = 5;
 
@@ -46,8 +53,8 @@ pub enum Home {
 pub struct Content<'a> {
     /// Which engine it asks.
     pub home: Home,
-    /// The content of the elements `<script type="text/plain" id="...">` by their id: `assets`, `engine` (WebAssembly). Packed by
-    /// gzip and written in base 93. An element that is not named stays empty.
+    /// The content of the elements `<script type="text/plain" id="...">` by their id: `assets`, `engine` (WebAssembly). Packed, and
+    /// written in base 93. An element that is not named stays empty.
     pub data: &'a [(&'a str, &'a [u8])],
 }
 
@@ -104,7 +111,8 @@ pub fn assemble(sources: &Sources, content: &Content) -> Result<String> {
     let script = styled(&styles)? + &script(&modules(sources)?)?;
     for (id, bytes) in content.data.iter().chain([&("modules", script.as_bytes())]) {
         let empty = format!(r#"<script type="text/plain" id="{id}"></script>"#);
-        let full = empty.replace("><", &format!(">{}<", packed(bytes, content.home)?));
+        let text = if *id == ENGINE { base93(&compact(bytes)?) } else { packed(bytes, content.home)? };
+        let full = empty.replace("><", &format!(">{text}<"));
         page.replace(&empty, &full)?;
     }
     if content.home == Home::Server {
@@ -320,6 +328,29 @@ pub fn packed(bytes: &[u8], home: Home) -> Result<String> {
     Ok(base93(&gzip))
 }
 
+/// Packed by LZMA, a quarter smaller than by gzip: the length in 4 bytes, the low one first, then the stream without a header. A
+/// browser unpacks gzip itself and this by a script of the page, in a worker.
+///
+/// # Errors
+/// None that is known: it is written into memory.
+fn compact(bytes: &[u8]) -> Result<Vec<u8>> {
+    let length = u32::try_from(bytes.len()).context("the engine is too large")?;
+    let options = LzmaOptions {
+        dict_size: length.max(1 << 16),
+        lc: CONTEXT,
+        lp: 0,
+        pb: 0,
+        mode: EncodeMode::Normal,
+        nice_len: LzmaOptions::NICE_LEN_MAX,
+        mf: MfType::Bt4,
+        depth_limit: 512,
+        preset_dict: None,
+    };
+    let mut writer = LzmaWriter::new_no_header(length.to_le_bytes().to_vec(), &options, false)?;
+    writer.write_all(bytes)?;
+    Ok(writer.finish()?)
+}
+
 /// Two digits for 13 bits, the low digit and the low bits first; for 14 bits where 93 squared has room for them. The digits are
 /// the characters from ! to ~ but for <, which means something in a script of HTML.
 fn base93(bytes: &[u8]) -> String {
@@ -463,6 +494,14 @@ mod tests {
         // 456, the last that has room, with a 1 as its 14th bit: 8648 = 92 93 + 92; then two bits.
         assert_eq!(base93(&[0xc8, 0x21]), text(&[92, 92, 0]));
         assert_eq!((base93(&[]), base93(&[92]), base93(&[93])), (String::new(), text(&[92, 0]), text(&[0, 1])));
+    }
+
+    #[test]
+    fn the_engine_is_packed_with_its_length_first_and_gets_smaller() {
+        let code: Vec<u8> = (0..60_000_u32).map(|at| (at * at >> 7) as u8).collect();
+        let packed = compact(&code).unwrap();
+        assert_eq!(packed[..5], [0x60, 0xea, 0, 0, 0]);
+        assert!(packed.len() < code.len() / 2, "{}", packed.len());
     }
 
     #[test]

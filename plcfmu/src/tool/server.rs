@@ -7,7 +7,7 @@
 //! anything is a POST of a type, and with a header, that a page from elsewhere may not send without being asked, which it never is.
 
 use crate::tool::connections::{self, Trust};
-use crate::tool::home::{Collection, FmuHome};
+use crate::tool::home::{Collection, File, FmuHome};
 use anyhow::{Context, Result, anyhow, ensure};
 use axum::body::{Bytes, to_bytes};
 use axum::extract::{Query, Request, State};
@@ -23,6 +23,7 @@ use axum::routing::{get, post};
 use axum::{Extension, Router};
 use host::hexadecimal;
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -85,8 +86,12 @@ struct Shared {
     access: Access,
     page: String,
     collection: Arc<Collection>,
+    given: Box<Given>,
     tabs: Mutex<Tabs>,
 }
+
+/// Reads the files that the command has named, as they are now.
+pub type Given = dyn Fn() -> Result<Vec<File>> + Send + Sync;
 
 /// The tabs that have an engine.
 struct Tabs {
@@ -147,7 +152,7 @@ impl Server {
     ///
     /// # Errors
     /// The system does not report an interruption by the user.
-    pub fn run(self, page: String, collection: Collection, ready: impl FnOnce()) -> Result<()> {
+    pub fn run(self, page: String, collection: Collection, given: Box<Given>, ready: impl FnOnce()) -> Result<()> {
         let Server { runtime, listener, port, access } = self;
         let (alive, are_over) = mpsc::channel();
         let shared = Arc::new(Shared {
@@ -155,6 +160,7 @@ impl Server {
             access,
             page,
             collection: Arc::new(collection),
+            given,
             tabs: Mutex::new(Tabs { tabs: Vec::new(), engines: 0, alive }),
         });
         let routes = routes(&shared);
@@ -210,6 +216,7 @@ fn routes(shared: &Arc<Shared>) -> Router {
         .route(&format!("/{token}/upload"), post(upload))
         .route(&format!("/{token}/accept"), post(accept))
         .route(&format!("/{token}/close"), post(close))
+        .route(&format!("/{token}/given"), post(given))
         .route_layer(middleware::from_fn_with_state(shared.clone(), known_browser))
         .route(&format!("/{token}/open"), get(open))
         .layer(middleware::from_fn_with_state(shared.clone(), guard))
@@ -337,6 +344,27 @@ async fn close(State(shared): State<Arc<Shared>>, request: Request) -> Result<St
     let id = tab(&headers)?;
     shared.tabs.lock().unwrap_or_else(PoisonError::into_inner).tabs.retain(|tab| tab.id != id);
     Ok(StatusCode::NO_CONTENT)
+}
+
+/// What the page has of the files that the command has named.
+#[derive(Deserialize)]
+struct Version {
+    /// A hash of them.
+    hash: String,
+}
+
+/// The files that the command has named, if they have changed. One that an editor is just writing cannot be read, and is asked for again.
+async fn given(State(shared): State<Arc<Shared>>, request: Request) -> Result<Response, Refusal> {
+    let (_, body) = text(request).await?;
+    let known: Version = serde_json::from_str(&body).map_err(|error| Refusal::bad(error.to_string()))?;
+    let files = (shared.given)().and_then(|files| Ok(serde_json::to_string(&files)?));
+    let Ok(files) = files else { return Ok(StatusCode::NO_CONTENT.into_response()) };
+    let hash = hexadecimal::digits(&Sha256::digest(&files));
+    if hash == known.hash {
+        return Ok(StatusCode::NO_CONTENT.into_response());
+    }
+    let changed = format!("{{\"hash\":\"{hash}\",\"files\":{files}}}");
+    Ok(([(CONTENT_TYPE, "application/json")], changed).into_response())
 }
 
 /// The headers and the body of a request that has to be JSON.

@@ -67,7 +67,7 @@ impl Lowerer<'_> {
             if let (true, Some(carried)) = (self.is_awaited(&(number, pin.clone())), carried) {
                 let carried = self.of_pin(element, &pin, carried);
                 let value = Value { of: Some(carried), ..Value::TRUE };
-                self.values.insert((number, pin), value);
+                self.carry((number, pin), value);
             }
         }
         let eno = match eno {

@@ -106,7 +106,7 @@ impl Lowerer<'_> {
                 let value = self.member(instance, &pin, span);
                 let value = self.of_pin(element, &pin, value);
                 let value = self.value(value);
-                self.values.insert((number, pin), value);
+                self.carry((number, pin), value);
             }
         }
         if let Some(eno) = eno {
@@ -219,7 +219,7 @@ impl Lowerer<'_> {
         for (pin, temporary) in carried {
             if self.is_awaited(&(number, pin.clone())) {
                 let value = self.of_pin(element, &pin, temporary);
-                self.values.insert((number, pin), Value { of: Some(value), ..Value::TRUE });
+                self.carry((number, pin), Value { of: Some(value), ..Value::TRUE });
             }
         }
         self.set(elements, number, "ENO", eno.unwrap_or(flow));

@@ -1,7 +1,8 @@
 //! Values on wires: expressions that wait to be used, and are kept in a temporary before what they read is written.
 
-use super::lower::{Lowerer, Pin};
+use super::lower::Lowerer;
 use crate::lexer::Span;
+use crate::network::Pin;
 use crate::syntax::{
     Argument, Binary, ExpressionId, ExpressionKind, Expressions, Name, Scope, Statement, StatementKind, Unary, key,
 };

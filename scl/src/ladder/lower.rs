@@ -4,6 +4,7 @@ use super::elements::Law;
 use super::flow::{Value, Values, shown};
 use super::{Element, Network, Source, elements};
 use crate::lexer::Span;
+use crate::network::Pin;
 use crate::report::Report;
 use crate::syntax::{Binary, Block, ExpressionId, ExpressionKind, Name, SectionKind, Statement, StatementKind, Tree};
 use parameters::problem::quoted;
@@ -43,9 +44,6 @@ impl Owner {
     }
 }
 
-/// A pin of an element.
-pub type Pin = (usize, String);
-
 /// The translation of the networks of a block.
 pub struct Lowerer<'a> {
     pub owner: &'a Owner,
@@ -66,10 +64,12 @@ pub struct Lowerer<'a> {
     /// The pins of the element that its law asked for, and those that it gave a value to.
     asked: BTreeSet<String>,
     given: BTreeSet<String>,
+    /// What the pins carry, for who looks at the network while it runs.
+    carried: Vec<(Pin, Option<ExpressionId>)>,
 }
 
 /// The statements of a network.
-pub fn lower(network: &Network, owner: &Owner, tree: &mut Tree, report: &mut Report) -> Vec<Statement> {
+pub fn lower(network: &mut Network, owner: &Owner, tree: &mut Tree, report: &mut Report) -> Vec<Statement> {
     let mut lowerer = Lowerer {
         owner,
         tree,
@@ -83,9 +83,12 @@ pub fn lower(network: &Network, owner: &Owner, tree: &mut Tree, report: &mut Rep
         spans: network.elements.iter().map(|element| element.span).collect(),
         asked: BTreeSet::new(),
         given: BTreeSet::new(),
+        carried: Vec::new(),
     };
     lowerer.network(network);
-    lowerer.code
+    let Lowerer { code, carried, .. } = lowerer;
+    network.carried = carried;
+    code
 }
 
 /// Title and comment of a network, which are kept.
@@ -260,8 +263,14 @@ impl Lowerer<'_> {
             self.assign(target, from, element.span);
         }
         if self.is_awaited(&pin) {
-            self.values.insert(pin, value);
+            self.carry(pin, value);
         }
+    }
+
+    /// Sets what a pin carries.
+    pub fn carry(&mut self, pin: Pin, value: Value) {
+        self.carried.push((pin.clone(), value.of));
+        self.values.insert(pin, value);
     }
 
     /// A value that is used more than once: a single variable may be read again.

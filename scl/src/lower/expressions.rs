@@ -1,10 +1,10 @@
 //! Expressions.
 
 use super::Lowerer;
-use crate::compiler::Operand;
+use crate::compiler::{Note, Operand};
 use crate::constant::{self, Literal};
 use crate::lexer::Span;
-use crate::program::{self, Base, Expr, Place, Value};
+use crate::program::{self, At, Base, Convert, Expr, Place, Scalar, Value};
 use crate::syntax::{ExpressionId, ExpressionKind};
 use crate::types::{Elementary, Type};
 
@@ -14,6 +14,30 @@ pub const DTL_BYTES: usize = 12;
 impl Lowerer<'_, '_> {
     /// An expression; `expected` is the type of what it is assigned to alone.
     pub fn operand(&mut self, id: ExpressionId, expected: Option<Elementary>) -> Operand {
+        let operand = self.calculated(id, expected);
+        self.noted(id, operand)
+    }
+
+    /// A truth value that is watched, which is noted when it is calculated.
+    fn noted(&mut self, id: ExpressionId, operand: Operand) -> Operand {
+        let (Operand::Value(Elementary::Bool, _), Some(block)) = (&operand, self.block) else { return operand };
+        if !self.compiler.watched.contains(&(self.file, id)) {
+            return operand;
+        }
+        let Operand::Value(of, value) = operand else { return operand };
+        let function = self.compiler.blocks[block].function;
+        let place = self.temp(program::Type::Scalar(Scalar::U8));
+        self.compiler.notes.push(Note { file: self.file, expression: id.0, function, local: self.locals.len() - 1 });
+        let number = Expr::Convert(Convert::Value, Scalar::Bool, Scalar::U8, Box::new(value), At::default());
+        let reached = Box::new(Expr::Const(Note::FALSE.into()));
+        let number = Expr::Binary(program::Binary::Add, Scalar::U8, Box::new(number), reached, At::default());
+        let note = program::Statement { at: At::NOTE, what: program::What::Assign(place.clone(), number) };
+        let (load, truth) = (Expr::Load(Scalar::U8, place), Expr::Const(Note::TRUE.into()));
+        let value = Expr::Binary(program::Binary::Eq, Scalar::U8, Box::new(load), Box::new(truth), At::default());
+        Operand::Value(of, Expr::After(vec![note], Box::new(value)))
+    }
+
+    fn calculated(&mut self, id: ExpressionId, expected: Option<Elementary>) -> Operand {
         let expressions = self.expressions();
         let span = expressions[id].span;
         match &expressions[id].kind {
@@ -27,13 +51,17 @@ impl Lowerer<'_, '_> {
                 let mut chain = Vec::new();
                 let mut first = id;
                 while let ExpressionKind::Binary(operator, left, right) = &expressions[first].kind {
-                    chain.push((*operator, *right, expressions[first].span));
+                    chain.push((*operator, *right, first));
                     first = *left;
                 }
                 let mut left = self.operand(first, None);
-                for (operator, right, span) in chain.into_iter().rev() {
+                for (operator, right, whole) in chain.into_iter().rev() {
                     let right = self.operand(right, None);
-                    left = self.binary(operator, left, right, span);
+                    left = self.binary(operator, left, right, expressions[whole].span);
+                    // The caller notes the whole.
+                    if whole != id {
+                        left = self.noted(whole, left);
+                    }
                 }
                 left
             }

@@ -304,6 +304,10 @@ pub struct Code {
     pub(crate) registers: usize,
     /// The registers of the numbers among the locals of each function.
     pub(crate) locals: Vec<Vec<Option<Register>>>,
+    /// The register with the address of the instance, of each function that works on one.
+    pub(crate) instances: Vec<Option<Register>>,
+    /// The functions with code in the order of their instructions, each with its first one.
+    pub(crate) owners: Vec<(Target, usize)>,
     /// The most calls inside one another.
     pub(crate) depth: usize,
     /// The lines of the statements.

@@ -52,6 +52,8 @@ impl Code {
             Home::Reference(_) | Home::Memory(_) => None,
         };
         code.locals = homes.iter().map(|(_, homes)| homes.iter().map(register).collect()).collect();
+        let instance = |(of, function): (&(Register, _), &Function)| function.instance.map(|_| of.0);
+        code.instances = homes.iter().zip(&program.functions).map(instance).collect();
         let ends = |end: fn(&Space) -> usize, least| spaces.iter().map(end).max().unwrap_or(0).max(least);
         code.registers = ends(|space| space.registers, 1);
         code.depth = ends(|space| space.depth, 0);
@@ -155,6 +157,7 @@ impl<'a> Compiler<'a> {
         let first = self.code.ops.len();
         let mut scope = self.scope(function, body, space)?;
         self.code.entries[number] = first as Target;
+        self.code.owners.push((first as Target, number));
         self.prologue(&scope);
         self.statements(&mut scope, body).map_err(|error| {
             let file = program.files.get(usize::from(scope.at.file)).map_or("", String::as_str);

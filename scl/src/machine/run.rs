@@ -1,7 +1,7 @@
 //! The instructions at work.
 
 use super::code::{Bounds, Op, Part, Register};
-use super::{Cause, Code, Machine, Stop, Warning};
+use super::{Cause, Code, Kept, Machine, Stop, Warning};
 use crate::program::{At, Binary, Scalar, Value};
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 impl Machine {
     /// Runs from an instruction to the end of its function.
     pub(super) fn run(&mut self, entry: u32, now: i64) -> Result<(), Stop> {
-        let Machine { code, memory, registers, returns, room, covered, warned, warnings, .. } = self;
+        let Machine { code, memory, registers, returns, room, covered, warned, warnings, kept, .. } = self;
         // Slices in variables of their own are faster than fields of the machine.
         let (code, memory, registers) = (&**code, &mut memory[..], &mut registers[..]);
         let ops = &code.ops[..];
@@ -137,10 +137,15 @@ impl Machine {
                     returns.push(next);
                     next = to;
                 }
-                Op::Return => match returns.pop() {
-                    Some(caller) => next = caller,
-                    None => return Ok(()),
-                },
+                Op::Return => {
+                    if let Some(kept) = kept {
+                        keep(code, registers, op, kept);
+                    }
+                    match returns.pop() {
+                        Some(caller) => next = caller,
+                        None => return Ok(()),
+                    }
+                }
                 Op::Native { law, instance } => {
                     let (law, size) = code.natives[usize::from(law)];
                     let instance = &mut memory[address!(instance)..][..size];
@@ -151,6 +156,17 @@ impl Machine {
             }
         }
     }
+}
+
+/// Keeps the numbers among the locals of a function that returns.
+#[cold]
+fn keep(code: &Code, registers: &[u64], op: u32, kept: &mut Kept) {
+    let owner = code.owners.partition_point(|(first, _)| *first <= op).checked_sub(1);
+    let Some((_, function)) = owner.and_then(|owner| code.owners.get(owner)) else { return };
+    let value = |register: Option<Register>| register.map_or(0, |register| registers[usize::from(register)]);
+    let values = kept.entry((*function, value(code.instances[*function]))).or_default();
+    values.clear();
+    values.extend(code.locals[*function].iter().map(|register| value(*register)));
 }
 
 /// Copies and comparisons of whole variables.

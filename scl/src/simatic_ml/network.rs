@@ -41,7 +41,7 @@ impl Reader<'_> {
                     if matches!(language, "FBD" | "F_FBD") {
                         jump_always(&mut network);
                     }
-                    statements.extend(ladder::lower(&network, owner, &mut self.tree, self.report));
+                    statements.extend(ladder::lower(&mut network, owner, &mut self.tree, self.report));
                     graphs.push(network);
                 }
                 "StructuredText" => {
@@ -64,6 +64,8 @@ impl Reader<'_> {
             }
         }
         ladder::lint(&graphs, owner, &self.tree.expressions, self.report);
+        let number = self.tree.blocks.len();
+        self.tree.networks.extend(graphs.into_iter().map(|network| (number, network)));
         statements
     }
 

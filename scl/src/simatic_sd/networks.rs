@@ -47,8 +47,8 @@ impl Parser<'_> {
                     let written = self.rungs();
                     // Where a part of a network could not be read, the rest says little.
                     if self.report.errors() == before {
-                        let network = self.graph(written, network, &variables);
-                        statements.extend(lower(&network, &owner, &mut self.tree, self.report));
+                        let mut network = self.graph(written, network, &variables);
+                        statements.extend(lower(&mut network, &owner, &mut self.tree, self.report));
                         graphs.push(network);
                     }
                 }
@@ -63,6 +63,8 @@ impl Parser<'_> {
             self.report.locate(begin.to(self.before()), place);
         }
         lint(&graphs, &owner, &self.tree.expressions, self.report);
+        let number = self.tree.blocks.len();
+        self.tree.networks.extend(graphs.into_iter().map(|network| (number, network)));
         statements
     }
 

@@ -1,6 +1,7 @@
 //! The example in LAD does what its form in SCL does.
 
 use super::{Ran, compiled};
+use parameters::Source;
 use scl::Compiled;
 use scl::random::Random;
 use scl::scl::Dialect;
@@ -64,4 +65,39 @@ fn the_interlocks_in_lad_have_the_bits_of_those_in_scl() {
         faults += states[0][1];
     }
     assert!((100..1900).contains(&faults), "{faults} calls with a fault");
+}
+
+#[test]
+fn both_formats_are_drawn_as_the_same_networks() {
+    let drawn = |names: &[&str]| {
+        let read = |name: &&str| {
+            let path = format!("{}/../examples/programs/{name}", env!("CARGO_MANIFEST_DIR"));
+            Source::new(*name, std::fs::read(path).unwrap())
+        };
+        let sources: Vec<Source> = names.iter().map(read).collect();
+        let block = scl::watch::watched(&sources).remove(0);
+        let network = |of: &scl::watch::Network| {
+            let above =
+                |of: &scl::watch::Element| of.above.as_ref().map(|above| above.text.clone()).unwrap_or_default();
+            let mut elements: Vec<String> =
+                of.elements.iter().map(|of| format!("{:?} {:?} {}", of.shape, of.sign, above(of))).collect();
+            elements.retain(|of| !of.starts_with("Junction"));
+            elements.sort();
+            (of.title.clone(), of.has_rail, elements)
+        };
+        block.networks.iter().map(network).collect::<Vec<_>>()
+    };
+    let document = drawn(&["interlock.s7dcl", "interlock.s7res"]);
+    assert_eq!(drawn(&["interlock.xml"]), document);
+    let (title, has_rail, elements) = &document[3];
+    assert_eq!((title.as_str(), has_rail), ("Run", &true));
+    let expected = [
+        "Coil \"\" #run",
+        "Contact \"\" #run",
+        "Contact \"\" #start",
+        "Contact \"/\" #fault",
+        "Contact \"/\" #low",
+        "Contact \"/\" #stop",
+    ];
+    assert_eq!(elements, &expected);
 }

@@ -13,7 +13,7 @@ mod xml;
 use parameters::{Problems, Source};
 use scl::machine::{Code, Machine};
 use scl::program::{Scalar, Type, Value};
-use scl::{Compiled, Options, compile};
+use scl::{Compiled, Options, compile, compile_watched};
 use std::sync::Arc;
 use xml::Net;
 
@@ -21,10 +21,18 @@ use xml::Net;
 struct Ran {
     compiled: Compiled,
     machine: Machine,
+    /// The same program, watched: it does the same.
+    watched: Option<Machine>,
     now: i64,
 }
 
 fn compiled(sources: &[(&str, String)]) -> Result<Compiled, Vec<Problems>> {
+    compiled_as(compile, sources)
+}
+
+type Compile = fn(&[Source], &Options) -> Result<Compiled, Vec<Problems>>;
+
+fn compiled_as(compile: Compile, sources: &[(&str, String)]) -> Result<Compiled, Vec<Problems>> {
     let sources: Vec<Source> =
         sources.iter().map(|(name, text)| Source::new(*name, text.clone().into_bytes())).collect();
     // What no random network happens to call must not be run in its place.
@@ -38,14 +46,19 @@ impl Ran {
     #[track_caller]
     fn new(sources: &[(&str, String)]) -> Ran {
         match compiled(sources) {
-            Ok(compiled) => Ran::from_compiled(compiled),
+            Ok(compiled) => {
+                let watched = compiled_as(compile_watched, sources).unwrap_or_else(|errors| panic!("{}", errors[0]));
+                let mut watched = Machine::new(Arc::new(Code::compile(&watched.program).unwrap()));
+                watched.keep_locals();
+                Ran { watched: Some(watched), ..Ran::from_compiled(compiled) }
+            }
             Err(errors) => panic!("{}", errors[0]),
         }
     }
 
     fn from_compiled(compiled: Compiled) -> Ran {
         let machine = Machine::new(Arc::new(Code::compile(&compiled.program).unwrap()));
-        Ran { compiled, machine, now: 0 }
+        Ran { compiled, machine, watched: None, now: 0 }
     }
 
     /// A function block with these sections and networks in LAD.
@@ -75,7 +88,13 @@ impl Ran {
 
     /// A call 100 ms after the last one.
     fn call(&mut self) -> &mut Ran {
-        self.machine.call(self.compiled.root.as_ref().unwrap().cycle, self.now).unwrap();
+        let cycle = self.compiled.root.as_ref().unwrap().cycle;
+        if let Some(watched) = &mut self.watched {
+            watched.state_mut().copy_from_slice(self.machine.state());
+            watched.call(cycle, self.now).unwrap();
+        }
+        self.machine.call(cycle, self.now).unwrap();
+        assert!(self.watched.as_ref().is_none_or(|watched| watched.state() == self.machine.state()));
         self.now += 100_000_000;
         self
     }

@@ -287,3 +287,129 @@ fn an_earlier_call_is_looked_at_and_the_run_goes_on() {
     assert_eq!(ask(&mut engine, json!({"do": "run", "calls": 1}))["values"]["P1.calls"], 9.0);
     assert_eq!(lines(&mut engine, Value::Null), (json!(true), true));
 }
+
+/// Holds itself until it is stopped; the third network is jumped over while it does not run.
+const HOLD: &str = "FUNCTION_BLOCK \"Hold\"
+VAR_INPUT start : Bool; stop : Bool; END_VAR
+VAR_OUTPUT run : Bool; count : Int; END_VAR
+    { S7_Language := \"LAD\"; }
+    NETWORK
+        RUNG wire#powerrail
+            Contact( #start )
+            wire#w1
+            I_Contact( #stop )
+            Coil( #run )
+        END_RUNG
+        RUNG wire#powerrail
+            Contact( #run )
+        END_RUNG wire#w1
+    END_NETWORK
+    { S7_Language := \"LAD\"; }
+    NETWORK
+        RUNG wire#powerrail
+            I_Contact( #run )
+            JumpCoil( end )
+        END_RUNG
+    END_NETWORK
+    { S7_Language := \"LAD\"; }
+    NETWORK
+        RUNG wire#powerrail
+            Contact( #start )
+            { S7_Templates := \"DestType := Int\" }
+            Inc( #count )
+        END_RUNG
+    END_NETWORK
+    { S7_Language := \"LAD\"; }
+    NETWORK
+        Label( end )
+        RUNG wire#powerrail
+            Contact( #stop )
+            Coil( #run )
+        END_RUNG
+    END_NETWORK
+END_FUNCTION_BLOCK
+";
+
+#[test]
+fn a_wire_carries_what_it_did_when_the_call_calculated_it() {
+    let mut engine = engine();
+    let compiled = compile(&mut engine, &[("hold.s7dcl", HOLD)], json!({"cycle": 0.1}));
+    assert_eq!(compiled["problems"], json!([]));
+    let networks = compiled["blocks"][0]["networks"].clone();
+    assert_eq!((&networks[0]["has_rail"], networks.as_array().unwrap().len()), (&json!(true), 4));
+    let first = &networks[0]["elements"];
+    let shapes: Vec<_> = first.as_array().unwrap().iter().map(|of| (of["shape"].clone(), of["sign"].clone())).collect();
+    assert_eq!(shapes[..3], [("contact", ""), ("contact", "/"), ("coil", "")].map(|(a, b)| (json!(a), json!(b))));
+    let junction = &first[4];
+    assert_eq!(
+        (&junction["shape"], junction["inputs"][0]["sources"].as_array().unwrap().len()),
+        (&json!("junction"), 2)
+    );
+    ask(&mut engine, json!({"do": "start", "members": [{"name": "H", "fmu": "Hold"}], "connections": []}));
+    let mut call = |start: bool, stop: bool| {
+        ask(&mut engine, json!({"do": "send", "values": {"H.start": start, "H.stop": stop}}));
+        ask(&mut engine, json!({"do": "run", "calls": 1}));
+        let told = ask(&mut engine, json!({"do": "monitor", "member": "H", "networks": ["Hold", ""]}));
+        let wires = told["wires"].as_array().unwrap().clone();
+        move |wire: &Value| wires.iter().find(|one| one[0] == *wire).map(|one| one[1] == json!(true))
+    };
+    let operand = |element: &Value| element["above"]["wire"].clone();
+    let out = |element: &Value| element["outputs"][0]["wire"].clone();
+    // At its beginning the contact of run is still open; at the end of the call run is TRUE.
+    let at = call(true, false);
+    let seen = [operand(&first[0]), operand(&first[3]), out(&first[1])].map(|wire| at(&wire));
+    assert_eq!(seen, [Some(true), Some(false), Some(true)]);
+    assert_eq!(at(&operand(&networks[2]["elements"][0])), Some(true));
+    let at = call(false, true);
+    let seen = [operand(&first[0]), operand(&first[3]), out(&first[1])].map(|wire| at(&wire));
+    assert_eq!(seen, [Some(false), Some(false), Some(false)]);
+    // The jump leads over the third network, of which nothing can be told.
+    assert_eq!(at(&operand(&networks[2]["elements"][0])), None);
+    assert_eq!(at(&operand(&networks[3]["elements"][0])), Some(true));
+}
+
+#[test]
+fn a_project_has_its_tags_and_a_list_of_what_is_assumed() {
+    let mut engine = engine();
+    let main = "ORGANIZATION_BLOCK \"Main\"\nBEGIN\n  \"Lamp\" := \"Start\" AND \"Ready\";\nEND_ORGANIZATION_BLOCK\n";
+    let tags = "\"Start\",\"%I0.0\",\"Bool\",\"\",\"\",\"\",\"\",\"\",\"\"\n\"Lamp\",\"%Q0.0\",\"Bool\",\"\",\"\",\"\",\"\",\"\",\"\"\n";
+    let refused = compile(&mut engine, &[("Main.scl", main), ("tags.sdf", tags)], json!({}));
+    assert_eq!(refused["fmu"], Value::Null);
+    let survey = json!([
+        ["SCL", "1 organization block"],
+        ["tags", "2 tags, 2 in use, of 1 table"],
+        ["missing", "1 tags: \"Ready\""],
+    ]);
+    assert_eq!(refused["survey"].as_array().map(Vec::len), survey.as_array().map(Vec::len), "{}", refused["survey"]);
+    assert_eq!((&refused["survey"][0], &refused["survey"][1]), (&survey[0], &survey[1]));
+    let assumptions = refused["assumptions"].as_array().unwrap();
+    assert_eq!((assumptions.len(), &assumptions[0]["name"]), (1, &json!("Ready")));
+    assert_eq!(assumptions[0]["place"], json!(["Main.scl", 3]));
+    let assumed = assumptions[0]["text"].as_str().unwrap();
+    let files = [("Main.scl", main), ("tags.sdf", tags), ("assumed.scl", assumed)];
+    let accepted = compile(&mut engine, &files, json!({}));
+    assert_eq!((&accepted["fmu"], accepted["assumptions"].as_array().map(Vec::len)), (&json!("Main"), Some(0)));
+    let described = ask(&mut engine, json!({"do": "describe", "fmu": "Main"}));
+    let roles: Vec<_> =
+        described["variables"].as_array().unwrap().iter().map(|of| (&of["name"], &of["role"])).collect();
+    for expected in [("Start", "input"), ("Ready", "input"), ("Lamp", "output")] {
+        assert!(roles.contains(&(&json!(expected.0), &json!(expected.1))), "{roles:?}");
+    }
+}
+
+#[test]
+fn a_run_ends_in_the_call_in_which_a_condition_begins_to_hold() {
+    let mut engine = engine();
+    compile(&mut engine, &[("pump.scl", PUMP)], json!({"cycle": 0.5}));
+    ask(&mut engine, json!({"do": "start", "members": [{"name": "P1", "fmu": "Pump"}], "connections": []}));
+    let until = json!({"variable": "P1.calls", "sign": ">=", "value": 7.0});
+    let mut run = |calls: usize| ask(&mut engine, json!({"do": "run", "calls": calls, "until": until}));
+    let state = run(100);
+    assert_eq!((&state["calls"], &state["is_met"]), (&json!(7), &json!(true)));
+    // It holds already, and does not begin to hold again.
+    let state = run(5);
+    assert_eq!((&state["calls"], &state["is_met"]), (&json!(12), &json!(false)));
+    let wrong = json!({"do": "run", "calls": 1, "until": {"variable": "P1.calls", "sign": "!=", "value": 0.0}});
+    let answer = engine.message(&wrong.to_string());
+    assert!(answer.contains("compares nothing: write =, <>, >, >=, < or <="), "{answer}");
+}

@@ -163,6 +163,17 @@ function content(answer) {
 }
 
 /**
+ * The files that the command was given, if they differ from a version.
+ *
+ * @param {string} hash of the version
+ * @returns {Promise<{ hash: string, files: { file: string, content: string }[] } | undefined>}
+ */
+export async function given(hash) {
+  const answer = await post("given", "application/json", JSON.stringify({ hash }));
+  return answer ? JSON.parse(answer) : undefined;
+}
+
+/**
  * @param {string} where
  * @param {string} type
  * @param {BodyInit} body

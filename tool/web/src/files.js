@@ -9,6 +9,7 @@
 
 import { recordingOf } from "tool/csv.js";
 import { accept, ask, EngineError, fromBase64, toBase64, unpacked, upload, whereIsTheEngine } from "tool/engine.js";
+import { unpackedFiles } from "tool/folder.js";
 import { openKnown } from "tool/known.js";
 import { openSources, withPrograms } from "tool/machine.js";
 import { sourcesAmong } from "tool/program.js";
@@ -32,7 +33,7 @@ const BEGINNING = /(?<!END_)DATA_BLOCK|"\s*:\s*\{|<SW\.Blocks\./gi;
 export async function openFiles(files) {
   /** @type {File[]} */
   const texts = [];
-  for (const file of files) {
+  for (const file of await unpackedFiles(files)) {
     const why = await whyNoText(file);
     if (why) refuse(file.name, why);
     else texts.push(file);
@@ -97,8 +98,8 @@ async function attempt(file, act) {
   }
 }
 
-/** Files that are no text: an FMU, and the dump of a data block. */
-const BINARY = /\.(fmu|bin|dump)$/i;
+/** Files that are no text: an FMU, the dump of a data block, a workbook. */
+const BINARY = /\.(fmu|bin|dump|xlsx)$/i;
 /** So much of a file tells it, in bytes. */
 const BEGIN = 4096;
 
@@ -121,12 +122,17 @@ async function whyNoText(file) {
     : "It is not a text: open a parameter file, a program in SCL, a recording or an FMU.";
 }
 
+/** Opens files as the command gives them. @param {{ file: string, content: string }[]} given */
+export async function openSaved(given) {
+  await openFiles(given.map(({ file, content }) => new File([fromBase64(content)], file)));
+}
+
 /** Opens the files that were given to the command, if there are any. */
 export async function openGiven() {
   if (!document.getElementById("files")?.textContent?.trim()) return;
   /** @type {{ file: string, content: string }[]} */
   const given = JSON.parse(new TextDecoder().decode(await unpacked("files")));
-  await openFiles(given.map(({ file, content }) => new File([fromBase64(content)], file)));
+  await openSaved(given);
   const block = document.querySelector('meta[name="plcfmu-open"]')?.getAttribute("content");
   if (block && store.loops.length === 0) await store.add(block, block);
 }

@@ -4,6 +4,7 @@ import { byId, element, fill, text } from "tool/dom.js";
 import { EngineError } from "tool/engine.js";
 import { describedBlock, openFiles, readAgain, take, underWork } from "tool/files.js";
 import { cards, live, showRecorded } from "tool/first.js";
+import { dropped } from "tool/folder.js";
 import { forget, keptSessions } from "tool/kept.js";
 import { openKnown } from "tool/known.js";
 import { goOn } from "tool/session.js";
@@ -175,7 +176,13 @@ function showExamples(within) {
 /** The three ways in. */
 function doors() {
   const program = element("input", {
-    ...{ type: "file", id: "open-program", class: "visually-hidden", multiple: true, accept: ".scl,.udt,.db" },
+    ...{
+      type: "file",
+      id: "open-program",
+      class: "visually-hidden",
+      multiple: true,
+      accept: ".scl,.udt,.db,.xml,.s7dcl,.s7res,.xlsx,.sdf,.zip",
+    },
     onchange: async () => {
       const files = [...(program.files ?? [])];
       program.value = "";
@@ -205,7 +212,7 @@ function doors() {
     element(
       "label",
       { class: "door button", for: "open-program" },
-      words("Run my program", "SCL with its types: live values beside each line"),
+      words("Run my program", "SCL, LAD, FBD, or a whole project: drop its folder or zip"),
     ),
   );
 }
@@ -258,7 +265,7 @@ function mountDrop() {
     document.body.classList.remove("is-dropping");
     if (!isOfFiles(event)) return;
     event.preventDefault();
-    await openFiles([...(event.dataTransfer?.files ?? [])]);
+    if (event.dataTransfer) await openFiles(await dropped(event.dataTransfer));
   });
 }
 

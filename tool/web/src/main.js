@@ -17,6 +17,7 @@ import { mount as monitor } from "tool/monitor.js";
 import { mount as panels } from "tool/panels.js";
 import { mount as parameters } from "tool/parameters.js";
 import { mount as plant } from "tool/plant.js";
+import { watchFiles } from "tool/reload.js";
 import { mount as replay } from "tool/replay.js";
 import { mount as run } from "tool/run.js";
 import { mount as runs } from "tool/runs.js";
@@ -69,6 +70,7 @@ try {
   await openGiven();
   await openLink();
   store.emit("ready");
+  await watchFiles();
 } catch (error) {
   store.say(error);
 }

@@ -6,6 +6,17 @@ export type Values = Record<string, Value>;
 /** How a variable is set. */
 export type Act = "set" | "write" | "force" | "release";
 
+/** What can be assumed of a name that no source declares. */
+export type Assumption = {
+/** The name. */
+name: string,
+/** What it is taken for, in a sentence. */
+what: string,
+/** Where it is used first: the source, and the line in it. */
+place: [string, number] | null,
+/** Its declaration in SCL. */
+text: string, };
+
 /** A block with code. */
 export type Block = {
 /** Which of the sources it is in, from 0. */
@@ -23,7 +34,9 @@ writes: Array<Write>,
 /** The types of its temporaries by name. */
 temps: Array<[string, string]>,
 /** The values of its constants by name, as they are written. */
-constants: Array<[string, string]>, };
+constants: Array<[string, string]>,
+/** Its networks in LAD and FBD. */
+networks: Array<Network>, };
 
 /** Open loops over the frequencies that the calls of the controller can show. */
 export type Bode = {
@@ -134,7 +147,11 @@ sources: Array<SourceText>,
 /** The blocks with code, in the order of the sources. */
 blocks: Array<Block>,
 /** The instances of blocks; first the program itself, whose path is empty. */
-parts: Array<Instance>, };
+parts: Array<Instance>,
+/** What the files of a project hold, and what they lack: rows of a table. A single source has none. */
+survey: Array<[string, string]>,
+/** What can be assumed of the names that no source declares; the program is refused without it. */
+assumptions: Array<Assumption>, };
 
 /** What a recording says of a block. */
 export type Conclusion = "equal" | "differs" | "cause" | "likely_cause" | "ambiguous" | "unexplained";
@@ -197,6 +214,21 @@ groups: Array<Group>, };
 
 /** Why equal outputs say nothing about a controller's settings. */
 export type Doubt = { "not_recorded": Array<string> } | "manual" | { "manual_in_loop": string };
+
+/** An element of a network. */
+export type Element = {
+/** How it looks in LAD: `contact`, `compare`, `coil`, `box`, `junction`. In FBD all are boxes. */
+shape: "contact" | "compare" | "coil" | "box" | "junction",
+/** The sign in it, or the title of its box. */
+sign: string,
+/** Its line, from 1. */
+line: number,
+/** What stands above it: its operand, its instance, or the label of a jump. */
+above: Operand | null,
+/** Its input pins, without what stands above it. */
+inputs: Array<Input>,
+/** Its output pins. */
+outputs: Array<Output>, };
 
 /** An FMU of the catalogue. */
 export type Entry = {
@@ -354,6 +386,15 @@ help: string | null,
 /** Whether there is no program because of it. */
 is_error: boolean, };
 
+/** Where a wire comes from: an operand, the output pin of an element, else the power rail. */
+export type From = {
+/** The variable or the constant. */
+operand: Operand | null,
+/** The number of the element in its network. */
+element: number | null,
+/** The name of the output pin. */
+pin: string, };
+
 /** Settings that belong together. */
 export type Group = {
 /** Its title. */
@@ -410,6 +451,15 @@ data: Data,
 method: Method,
 /** Whether the plant integrates. */
 is_integrating: boolean, };
+
+/** An input pin. */
+export type Input = {
+/** Its name in capitals. */
+pin: string,
+/** Whether its value is negated. */
+is_negated: boolean,
+/** What is wired to it: the OR of these. */
+sources: Array<From>, };
 
 /** An instance of a block. */
 export type Instance = {
@@ -520,7 +570,9 @@ texts: { [key in string]: string },
 /** The lines that were run: which of the sources, from 0, and the line. */
 lines: Array<[number, number]>,
 /** What the program has warned of since it was started, with file and line. */
-warnings: Array<string>, };
+warnings: Array<string>,
+/** The truth values in the networks of the block that was asked for, by their numbers. What was not calculated is missing. */
+wires: Array<[number, boolean]>, };
 
 /** A variable that a line names. */
 export type Named = {
@@ -530,6 +582,23 @@ line: number,
 path: string,
 /** Whether it is a variable that all blocks see. */
 is_global: boolean, };
+
+/** A network in LAD or FBD. */
+export type Network = {
+/** Its number in the block, from 1. */
+number: number,
+/** Its title, or nothing. */
+title: string,
+/** Its comment, or nothing. */
+comment: string,
+/** Its first line, from 1. */
+line: number,
+/** The labels at its beginning. */
+labels: Array<string>,
+/** Whether a power rail feeds it: it is in LAD. */
+has_rail: boolean,
+/** Its elements. */
+elements: Array<Element>, };
 
 /** An input that needs a connection, until something goes to it. */
 export type Open = {
@@ -554,6 +623,30 @@ phase_margin: number | null,
 phase_crossover: number | null,
 /** Where the phase margin is read, in radians per second. */
 gain_crossover: number | null, };
+
+/** A variable, a constant or a label. */
+export type Operand = {
+/** As it is written. */
+text: string,
+/** The path of a variable; anything else has none. */
+path: string | null,
+/** Whether it is a variable that all blocks see. */
+is_global: boolean,
+/** The number of its truth value in what is told of a call. */
+wire: number | null, };
+
+/** An output pin. */
+export type Output = {
+/** Its name in capitals. */
+pin: string,
+/** Whether its value is negated. */
+is_negated: boolean,
+/** The variables that it is written to. */
+targets: Array<Operand>,
+/** The number of its truth value in what is told of a call. */
+wire: number | null,
+/** Whether it carries what the power rail does. */
+is_rail: boolean, };
 
 /** What an FMU is in a loop. */
 export type Part = "controller" | "plant" | "other";
@@ -773,7 +866,9 @@ text: string, } | { "do": "compile" } & Program | { "do": "monitor",
 /** Its name in the loop. */
 member: string,
 /** The call, from 0; the last one without it. For an earlier one the run is made again up to it. */
-call?: number | null, } | { "do": "check",
+call?: number | null,
+/** The block whose networks are looked at, and the path of its instance; a function has an empty one. */
+networks?: [string, string] | null, } | { "do": "check",
 /** The FMU's name in the catalogue. */
 fmu: string,
 /** Its settings; the others have their start values. */
@@ -795,7 +890,9 @@ to: number,
 /** How long it takes. */
 seconds: number, } | { "do": "run",
 /** How many, one at least. */
-calls: number, } | { "do": "settle" } & Settle | { "do": "rest_at" } & RestAt | { "do": "exchange",
+calls: number,
+/** A condition: the call in which it begins to hold is the last one. */
+until?: Until | null, } | { "do": "settle" } & Settle | { "do": "rest_at" } & RestAt | { "do": "exchange",
 /** The new members. */
 members: Array<Member>,
 /** All connections. */
@@ -953,6 +1050,8 @@ values: Values,
 forced: Values,
 /** What has ended the run: which FMU failed, and its messages. */
 failure: string | null,
+/** Whether the last calls ended because the condition that they were made with began to hold. */
+is_met: boolean,
 /** What the FMUs and the plan say since the last answer, a sentence each. */
 remarks: Array<string>, };
 
@@ -1087,6 +1186,15 @@ sensitivity?: number | null,
 gain_margin?: number | null,
 /** In degrees. */
 phase_margin?: number | null, };
+
+/** A condition. */
+export type Until = {
+/** `MEMBER.VARIABLE` */
+variable: string,
+/** How it is compared: `=`, `<>`, `>`, `>=`, `<`, `<=`. */
+sign: "=" | "<>" | ">" | ">=" | "<" | "<=",
+/** With what; TRUE is 1. */
+value: number, };
 
 /** A value as the user writes it. */
 export type Value = boolean | number | "NaN" | "inf" | "-inf";

@@ -1,6 +1,6 @@
 /**
  * A program as its author knows it: the source with marks where something is wrong, and, while it runs, with the present values
- * beside each line that names variables. Values that have changed since the last picture are marked; a line that the last call has
+ * beside each line that names variables; networks are drawn. Values that have changed since the last picture are marked; a line that the last call has
  * run has a bar at its number.
  *
  * @typedef {import("./messages").Block} Block
@@ -19,13 +19,16 @@
  * @property {string} shown what its values are, as text
  */
 
+import { blockTree } from "tool/block_tree.js";
 import { byId, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { isForced } from "tool/force.js";
+import { follow, ladder } from "tool/ladder.js";
 import { openWith } from "tool/machine.js";
 import { callAt, cursorTime, momentText, momentValues } from "tool/moment.js";
 import { byPath, forgetRefused, programOf, refused, translate } from "tool/program.js";
 import { optionsForm } from "tool/program_options.js";
+import { assumptionsForm, surveyTable } from "tool/project.js";
 import { coloured } from "tool/scl.js";
 import { store } from "tool/store.js";
 import { isBoolean, isTime, number, plcText } from "tool/values.js";
@@ -49,6 +52,12 @@ let showing;
 let file = 0;
 /** The instance that is watched, by the name of its block in capitals. @type {Map<string, string>} */
 const chosen = new Map();
+/** Of which sources the text is shown although they have networks, by their names. @type {Set<string>} */
+const asText = new Set();
+/** The block whose networks are drawn. @type {Block | undefined} */
+let drawnBlock;
+/** The block that was chosen last. @type {string | undefined} */
+let looked;
 /** @type {Line[]} */
 let lines = [];
 /** @type {HTMLElement} */
@@ -65,6 +74,8 @@ let monitored;
 let monitoredAt;
 /** @type {number | undefined} */
 let monitoredRun;
+/** The networks of which it is. */
+let monitoredOf = "";
 /** Whether the values are being asked for. */
 let isAsking = false;
 /** @type {string} */
@@ -148,7 +159,10 @@ function draw() {
     return;
   }
   const stop = stopped();
-  const key = JSON.stringify([showing.compiled.fmu, file, [...chosen], stop, store.loop?.id, refused() !== undefined]);
+  const key = JSON.stringify([
+    ...[showing.compiled.fmu, file, [...chosen], stop, store.loop?.id, refused() !== undefined],
+    [[...asText], looked],
+  ]);
   // What is refused has no name of its own.
   if (key === drawn && !refused()) return;
   drawn = key;
@@ -160,6 +174,8 @@ function draw() {
     return;
   }
   const scroll = sheet?.isConnected ? sheet.scrollTop : 0;
+  const networked = withNetworks();
+  drawnBlock = asText.has(source.file) || stop || refused() ? undefined : networked;
   sheet = element("div", { class: "source", tabindex: 0, role: "region", "aria-label": `Source ${source.file}` });
   const texts = source.text.split(/\r\n|\n|\r/);
   const looks = coloured(texts);
@@ -176,7 +192,12 @@ function draw() {
     if (value instanceof HTMLElement) store.emit("why", value.dataset.name);
   });
   // Which block runs is a question, and no error.
-  fill(body, head(), why, compiled.candidates.length > 1 ? null : problems(compiled.problems), sheet);
+  fill(
+    body,
+    ...[head(), why, surveyTable(compiled), assumptionsForm(showing.program, compiled, again)],
+    compiled.candidates.length > 1 ? null : problems(compiled.problems),
+    drawnBlock ? ladder(drawnBlock) : sheet,
+  );
   sheet.scrollTop = scroll;
   if (stop) lines[stop.line - 1]?.row.scrollIntoView({ block: "center" });
   update();
@@ -189,8 +210,10 @@ function head() {
   const isRefused = compiled.fmu === null;
   const files = element(
     "select",
-    { "aria-label": "Source", hidden: compiled.sources.length < 2 },
-    compiled.sources.map((one, at) => element("option", { value: at, selected: at === file }, one.file)),
+    { "aria-label": "Source" },
+    compiled.sources.map((one, at) =>
+      isText(one) ? null : element("option", { value: at, selected: at === file }, one.file),
+    ),
   );
   files.addEventListener("change", () => {
     file = Number(files.value);
@@ -218,8 +241,12 @@ function head() {
     "div",
     { class: "row program-head" },
     element("strong", {}, isRefused ? (choices.length > 0 ? "Which block runs?" : "Not translated") : compiled.block),
-    compiled.sources.length < 2 ? element("span", { class: "faint" }, compiled.sources[0]?.file) : files,
+    compiled.sources.filter((one) => !isText(one)).length < 2
+      ? element("span", { class: "faint" }, compiled.sources[0]?.file)
+      : files,
+    isRefused ? null : blockTree(compiled, look),
     isRefused ? null : instances(compiled),
+    isRefused || !withNetworks() ? null : textButton(compiled.sources[file].file),
     badge,
     choices,
     both,
@@ -231,6 +258,42 @@ function head() {
         store.loop && programOf(store.loop) ? "Back to the program that runs" : "Close",
       ),
   );
+}
+
+/** The block of the source that is shown which has networks: the one that was chosen or is run, else the first one. */
+function withNetworks() {
+  const all = showing?.compiled.blocks.filter((one) => one.file === file && one.networks.length > 0) ?? [];
+  return all.find(({ name }) => name === looked) ?? all.find((one) => one === runBlock()) ?? all[0];
+}
+
+/** Shows a block, in one of its instances. @param {string} name @param {string | undefined} path */
+function look(name, path) {
+  const of = showing?.compiled.blocks.find((one) => same(one.name, name));
+  if (!of) return;
+  file = of.file;
+  looked = of.name;
+  if (path !== undefined) chosen.set(name.toUpperCase(), path);
+  openedAt = 0;
+  draw();
+  if (!drawnBlock) lines[of.line - 1]?.row.scrollIntoView({ block: "start" });
+  due();
+}
+
+/** Whether a source has the texts of a document alone, which are shown with it. @param {{ file: string }} of */
+function isText({ file: name }) {
+  return /\.s7res$/i.test(name);
+}
+
+/** Shows the text in place of the networks. @param {string} name */
+function textButton(name) {
+  const isShown = asText.has(name);
+  const change = () => {
+    if (isShown) asText.delete(name);
+    else asText.add(name);
+    draw();
+    due();
+  };
+  return element("button", { type: "button", "aria-pressed": String(isShown), onclick: change }, "Text");
 }
 
 /** @param {Program} program */
@@ -320,6 +383,12 @@ function goTo({ file: name, place }) {
   if (at >= 0 && at !== file) {
     file = at;
     draw();
+  }
+  const network = drawnBlock?.networks.findLast(({ line }) => line <= place[0]);
+  for (const one of body.querySelectorAll(".network")) {
+    const isIt = one instanceof HTMLElement && Number(one.dataset.network) === network?.number;
+    one.classList.toggle("is-target", isIt);
+    if (isIt) one.scrollIntoView({ block: "center" });
   }
   const row = lines[place[0] - 1]?.row;
   row?.scrollIntoView({ block: "center" });
@@ -428,11 +497,15 @@ async function due() {
     draw();
     const call = time === undefined ? null : callAt(time);
     const run = store.state?.run;
+    /** @type {[string, string] | null} */
+    const networks = drawnBlock ? [drawnBlock.name, instanceOf(drawnBlock) ?? ""] : null;
+    const of = String(networks);
     // What was done in an earlier call does not change.
-    const isKnown = call !== null && monitored !== undefined && monitoredAt === time && monitoredRun === run;
+    const isSame = monitoredAt === time && monitoredRun === run && monitoredOf === of;
+    const isKnown = call !== null && monitored !== undefined && isSame;
     if (loop && store.isLive() && (call ?? 0) < MOST_CALLS && !isKnown) {
-      const told = await ask({ do: "monitor", member: loop.member, call });
-      if (store.loop === loop) [monitored, monitoredAt, monitoredRun] = [told, time, run];
+      const told = await ask({ do: "monitor", member: loop.member, call, networks });
+      if (store.loop === loop) [monitored, monitoredAt, monitoredRun, monitoredOf] = [told, time, run, of];
     }
   } catch (error) {
     store.say(error);
@@ -468,17 +541,18 @@ function monitoredNow() {
 
 /** Shows the values of the lines that can be seen. */
 function update() {
-  if (!sheet?.isConnected || !showing || refused()) return;
+  if (!showing || refused() || !badge) return;
   const state = store.isLive() ? store.state : undefined;
   text(badge, momentText());
   badge.hidden = cursorTime() === undefined;
   const isNext = shownState !== state;
   shownState = state;
-  const run = new Set(
-    monitoredNow()
-      ?.lines.filter(([of]) => of === file)
-      .map(([, at]) => at),
-  );
+  const run = new Set((state && monitoredNow())?.lines.filter(([of]) => of === file).map(([, at]) => at));
+  if (drawnBlock) {
+    const wires = new Map(state && monitoredNow()?.wires);
+    follow({ wires, lines: run, value: (path, isGlobal) => (state ? pinValue(path, isGlobal) : undefined) });
+  }
+  if (!sheet?.isConnected) return;
   const top = sheet.getBoundingClientRect();
   openAtCode();
   bringRunLines(run, top);
@@ -574,6 +648,15 @@ function value({ block }, named) {
   const [kind, now, name] = found;
   const text = kind === TEXT ? `'${now}'` : plcText(now, kind);
   return [[named.path, text, kind, name ?? "", name && isForced(name) ? "forced" : ""]];
+}
+
+/** The value of a variable in the block whose networks are drawn. @param {string} path @param {boolean} isGlobal */
+function pinValue(path, isGlobal) {
+  const found = find(drawnBlock, path, isGlobal);
+  if (!found) return undefined;
+  const [kind, now, name] = found;
+  const shown = kind === TEXT ? `'${now}'` : plcText(now, kind);
+  return { text: shown, name, isForced: name !== undefined && isForced(name) };
 }
 
 /**

@@ -1,5 +1,5 @@
 /**
- * PLC programs in SCL: sources that are dropped are translated by the engine, which has them in its catalogue from then on, and run
+ * PLC programs: sources that are dropped are translated by the engine, which has them in its catalogue from then on, and run
  * as a loop. What was refused is kept to be shown at its lines.
  *
  * @typedef {import("./messages").Compiled} Compiled
@@ -8,13 +8,19 @@
  */
 
 import { ask, EngineError, toBase64 } from "tool/engine.js";
+import { pathOf } from "tool/folder.js";
 import { isSettable, store } from "tool/store.js";
 import { isBoolean } from "tool/values.js";
+import { unzippedAll } from "tool/zip.js";
 
-/** Sources of a program, and what tells one that is executed from data alone, which may be a parameter file. */
-const SOURCE = /\.(scl|udt|db)$/i;
-const CODE = /^[ \t]*(FUNCTION_BLOCK|ORGANIZATION_BLOCK|FUNCTION)\b/im;
+/** Files of a program, its tag tables included, and what tells one that is executed from data alone, which may be a parameter file. */
+const SOURCE = /\.(scl|udt|db|xml|s7dcl|s7res|xlsx|sdf)$/i;
+const CODE = /^[ \t\ufeff]*(FUNCTION_BLOCK|ORGANIZATION_BLOCK|FUNCTION)\b|<SW\.Blocks\.(FB|FC|OB)\b/im;
+/** The parts of a workbook that hold its tables. */
+const WORKBOOK = /^xl\/.*\.(xml|rels)$/;
 const LARGEST = 16_000_000;
+/** So many sources are named where it says what a loop was made of. */
+const MOST_NAMED = 4;
 /** As many curves as the picture has room for, numbers and Booleans. */
 const [MOST_NUMBERS, MOST_SWITCHES] = [4, 8];
 
@@ -62,7 +68,9 @@ export async function sourcesAmong(files) {
     const bytes = new Uint8Array(await file.arrayBuffer());
     // Of UTF-16 every other byte is a NUL.
     const text = new TextDecoder("latin1").decode(bytes).replaceAll("\0", "");
-    if (CODE.test(text)) return [sources, files.filter((one) => !sources.includes(one))];
+    if (!CODE.test(text)) continue;
+    // A project has files of other kinds, too, which nobody has opened by themselves.
+    return [sources, files.filter((one) => !sources.includes(one) && pathOf(one) === undefined)];
   }
   return [[], files];
 }
@@ -75,9 +83,15 @@ export async function sourcesAmong(files) {
 export async function sourcesOf(files) {
   /** @type {import("./messages").SourceFile[]} */
   const sources = [];
+  const content = (/** @type {Uint8Array} */ bytes) => toBase64(bytes);
   for (const file of files) {
     if (file.size > LARGEST) throw new EngineError(`${file.name} is larger than ${LARGEST / 1e6} MB: leave it out.`);
-    sources.push({ file: file.name, content: toBase64(new Uint8Array(await file.arrayBuffer())) });
+    const isTwice = files.some((one) => one !== file && one.name.toLowerCase() === file.name.toLowerCase());
+    const name = isTwice ? (pathOf(file)?.replaceAll("/", "_") ?? file.name) : file.name;
+    if (/\.xlsx$/i.test(name)) {
+      const parts = await unzippedAll(file, (path) => WORKBOOK.test(path), LARGEST);
+      for (const [path, bytes] of parts) sources.push({ file: `${name}/${path}`, content: content(bytes) });
+    } else sources.push({ file: name, content: content(new Uint8Array(await file.arrayBuffer())) });
   }
   return sources;
 }
@@ -147,12 +161,9 @@ export async function admit(program) {
 /** @param {Compiled} compiled */
 async function opened(compiled) {
   const name = freeName(compiled.block);
-  const loop = await store.add(
-    name,
-    compiled.fmu ?? "",
-    undefined,
-    compiled.sources.map(({ file }) => file).join(", "),
-  );
+  const files = compiled.sources.map(({ file }) => file).filter((file) => !/\.s7res$/i.test(file));
+  const origin = files.length > MOST_NAMED ? `${files.length} sources` : files.join(", ");
+  const loop = await store.add(name, compiled.fmu ?? "", undefined, origin);
   showOutputs(loop);
   if (compiled.cycle_from)
     store.say(`${compiled.block} is called every ${compiled.cycle} s: ${compiled.cycle_from}. Options change it.`);

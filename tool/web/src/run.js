@@ -242,7 +242,7 @@ async function run() {
       }
       const calls = Math.max(Math.min(due, chunk, MOST_CALLS), 1);
       const begun = performance.now();
-      if (isUntilRest) {
+      if (isUntilRest && !store.loop?.notes.breakpoint) {
         const rests = await store.settle(calls, clock.calls * step());
         if (rests && running === mine) {
           ended = rests;

@@ -543,13 +543,17 @@ export const store = {
   },
 
   /**
-   * Makes calls; a run is begun if there is none of the shown loop.
+   * Makes calls; a run is begun if there is none of the shown loop. It pauses in the call in which its breakpoint begins to hold.
    *
    * @param {number} calls
    */
   async calls(calls) {
     if (!store.isLive()) await store.begin();
-    return store.take(ask({ do: "run", calls }));
+    const { text, condition } = store.loop?.notes.breakpoint ?? {};
+    await store.take(ask({ do: "run", calls, until: condition }));
+    if (!store.state?.is_met) return;
+    store.emit("pause");
+    store.say(`Paused: ${text}.`);
   },
 
   /**

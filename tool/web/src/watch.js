@@ -7,6 +7,7 @@
  * @typedef {import("tool/store.js").Work} Work
  */
 
+import { breakpointField } from "tool/breakpoint.js";
 import { attribute, element, fill, tableHead, text } from "tool/dom.js";
 import { force, forced, isForced, release, write } from "tool/force.js";
 import { cursorTime, momentText, momentValues } from "tool/moment.js";
@@ -45,7 +46,7 @@ export function mount(content) {
   releaseAll = element("button", { type: "button", class: "release-all", onclick: () => tried(release) });
   head = element("span", { class: "faint" });
   body = element("div", { class: "wide" });
-  fill(content, element("div", { class: "row" }, adding, offers, releaseAll, head), body);
+  fill(content, element("div", { class: "row" }, adding, offers, releaseAll, breakpointField(), head), body);
   for (const what of ["loop", "plant"]) store.on(what, build);
   for (const what of ["state", "moment", "forced"]) store.on(what, refresh);
   build();

@@ -14,6 +14,7 @@
  * @property {number} source the number of its source
  * @property {string} text of its source
  * @property {string} prefix of the instance in which it stands
+ * @property {[string, string][]} constants of its block, with their values
  *
  * @typedef {object} Call what is known of a call
  * @property {number} call
@@ -169,6 +170,7 @@ function writesOf(compiled, own) {
         return {
           write,
           prefix,
+          constants: block.constants,
           source: block.file,
           ...compiled.sources[block.file],
           path: plain(prefix + write.path),
@@ -194,8 +196,8 @@ function writesOf(compiled, own) {
  * @param {string} title
  */
 function statement(loop, member, of, at, title) {
-  const { write, file, prefix } = of;
-  const reads = (/** @type {Named[]} */ names) => operands(loop, member, prefix, names, at);
+  const { write, file } = of;
+  const reads = (/** @type {Named[]} */ names) => operands(loop, member, of, names, at);
   const line = (/** @type {number} */ line, /** @type {string} */ text) =>
     element(
       "button",
@@ -231,21 +233,23 @@ function wordOf({ line, is_negated: isNegated }, { text }) {
 /**
  * @param {Work} loop
  * @param {string} member
- * @param {string} prefix
+ * @param {Found} of
  * @param {Named[]} names
  * @param {Call} at
  */
-function operands(loop, member, prefix, names, { values, monitored }) {
+function operands(loop, member, { prefix, constants }, names, { values, monitored }) {
   const known = new Map(Object.keys(values).map((name) => [plain(name), name]));
   const seen = new Set();
   return names.flatMap(({ path, is_global: isGlobal }) => {
     const own = known.get(plain(`${member}.${isGlobal ? "" : prefix}${path}`));
     const temp = prefix ? undefined : Object.keys(monitored.temps).find((one) => plain(one) === plain(path));
-    const key = own ?? temp;
+    const constant = constants.find(([name]) => plain(name) === plain(path));
+    const key = own ?? temp ?? constant?.[0];
     if (key === undefined || seen.has(key)) return [];
     seen.add(key);
     if (own) return [operand(loop, own, values)];
-    return [element("span", { class: "value" }, `${path} ${plcText(monitored.temps[key], "")}`)];
+    if (temp) return [element("span", { class: "value" }, `${path} ${plcText(monitored.temps[temp], "")}`)];
+    return [element("span", { class: "value", title: "A constant" }, `${path} ${constant?.[1]}`)];
   });
 }
 

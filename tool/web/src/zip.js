@@ -50,6 +50,29 @@ export async function unzipped(archive, path, limit) {
 }
 
 /**
+ * The contents of the files in an archive by their paths.
+ *
+ * @param {Blob} archive
+ * @param {(path: string) => boolean} isWanted
+ * @param {number} limit the largest size of all contents in bytes
+ * @returns {Promise<Map<string, Uint8Array<ArrayBuffer>>>}
+ * @throws {Error} it is no archive, or it is too large
+ */
+export async function unzippedAll(archive, isWanted, limit) {
+  const { directory, files } = await opened(archive);
+  /** @type {Map<string, Uint8Array<ArrayBuffer>>} */
+  const contents = new Map();
+  let rest = limit;
+  for (const [path, entry] of files) {
+    if (!isWanted(path)) continue;
+    const bytes = await content(archive, directory, entry, rest);
+    rest -= bytes.length;
+    contents.set(path, bytes);
+  }
+  return contents;
+}
+
+/**
  * An archive with other files in place of some, and without others. What stays is copied as it is packed.
  *
  * @param {Blob} archive

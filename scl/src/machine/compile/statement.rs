@@ -4,14 +4,16 @@ use super::place::Location;
 use super::{Compiler, Home, Scope, wrong_type};
 use crate::machine::code::{Op, Register, Target};
 use crate::program::walk::call_runs_statements;
-use crate::program::{Argument, Base, Body, Call, Expr, For, Place, Scalar, Statement, Type, What};
+use crate::program::{Argument, At, Base, Body, Call, Expr, For, Place, Scalar, Statement, Type, What};
 
 impl Compiler<'_> {
     pub(super) fn statements(&mut self, scope: &mut Scope, list: &[Statement]) -> Result<(), String> {
         let line = scope.at;
         for statement in list.iter().filter(|statement| !matches!(statement.what, What::Comment(_))) {
-            scope.at = statement.at;
-            self.mark(scope);
+            if statement.at != At::NOTE {
+                scope.at = statement.at;
+                self.mark(scope);
+            }
             let begin = scope.next;
             self.statement(scope, &statement.what)?;
             scope.next = begin;

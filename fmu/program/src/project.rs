@@ -1,0 +1,111 @@
+//! The files of a project as a program: which of them belong to one, and what tag tables and stubs add to its sources.
+
+use manifest::Manifest;
+use parameters::Source;
+use parameters::tags::{self, Declared, Tags};
+use std::collections::HashMap;
+
+/// The endings of sources.
+pub const SOURCES: [&str; 7] = ["scl", "udt", "db", "awl", "xml", "s7dcl", "s7res"];
+
+/// The endings of tag tables. Not every such file is one.
+pub const TABLES: [&str; 3] = ["xml", "xlsx", "sdf"];
+
+/// The name of the source of stubs, which is no file.
+const STUBS: &str = "stubs.scl";
+
+/// What a file is in a program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Kind {
+    Source,
+    Table,
+    Other,
+}
+
+/// The ending of a file in small letters.
+pub fn ending(file: &str) -> String {
+    let name = file.rsplit(['/', '\\']).next().unwrap_or_default();
+    name.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase()
+}
+
+/// What a file is, by its ending and, where that says too little, its text. A workbook counts as a table.
+pub fn kind(file: &str, text: impl FnOnce() -> Option<String>) -> Kind {
+    match ending(file).as_str() {
+        "sdf" | "xlsx" => Kind::Table,
+        // A project has XML of other kinds, too.
+        "xml" => match text() {
+            Some(text) if tags::is_table(&text) => Kind::Table,
+            Some(text) if text.contains("<SW.") => Kind::Source,
+            _ => Kind::Other,
+        },
+        ending if SOURCES.contains(&ending) => Kind::Source,
+        _ => Kind::Other,
+    }
+}
+
+/// The files of a program, read.
+#[derive(Clone, Debug)]
+pub struct Parts {
+    /// The sources; last one with stubs, if the manifest names some that no file declares.
+    pub sources: Vec<Source>,
+    /// What was given, and behind what it declares the tags and constants of the tables.
+    pub manifest: Manifest,
+    /// The tag tables with their numbers of tags and constants.
+    pub tables: Vec<(String, usize, usize)>,
+}
+
+/// Puts sources and tag tables together. What the manifest declares counts.
+///
+/// # Errors
+/// Two tables declare a name differently.
+pub fn parts(manifest: &Manifest, sources: Vec<Source>, tables: Vec<(String, Tags)>) -> Result<Parts, String> {
+    let mut parts = Parts { sources, manifest: manifest.clone(), tables: Vec::new() };
+    let mut known: HashMap<String, (String, Declared)> = HashMap::new();
+    for (file, Tags { tags, constants }) in tables {
+        parts.tables.push((file.clone(), tags.len(), constants.len()));
+        let all = tags.into_iter().map(Declared::Tag).chain(constants.into_iter().map(Declared::Constant));
+        for declared in all {
+            let name = match &declared {
+                Declared::Tag(tag) => tag.name.clone(),
+                Declared::Constant(constant) => constant.name.clone(),
+            };
+            match known.get(&name.to_uppercase()) {
+                Some((_, earlier)) if is_same(earlier, &declared) => continue,
+                Some((earlier, _)) => {
+                    return Err(format!(
+                        "{earlier} and {file} declare {name:?} differently: leave one of them out, or correct it"
+                    ));
+                }
+                None => {}
+            }
+            match &declared {
+                Declared::Tag(tag) => parts.manifest.declared.push(tag.clone()),
+                Declared::Constant(of) => parts.manifest.constants.push((of.name.clone(), of.value.clone())),
+            }
+            known.insert(name.to_uppercase(), (file.clone(), declared));
+        }
+    }
+    let stubs = stubs(&parts.sources, &parts.manifest);
+    parts.sources.extend(stubs);
+    Ok(parts)
+}
+
+/// Whether two declarations of a name differ in their comments at most.
+fn is_same(one: &Declared, other: &Declared) -> bool {
+    match (one, other) {
+        (Declared::Tag(one), Declared::Tag(other)) => {
+            one.of.eq_ignore_ascii_case(&other.of) && one.address == other.address
+        }
+        (one, other) => one == other,
+    }
+}
+
+/// A source with the stubs that the manifest names and no source declares.
+fn stubs(sources: &[Source], manifest: &Manifest) -> Option<Source> {
+    if manifest.stubs.is_empty() {
+        return None;
+    }
+    let assumptions = scl::assume(sources, manifest, Some(&manifest.stubs));
+    (!assumptions.is_empty()).then(|| Source::new(STUBS, scl::assumed(&assumptions).into_bytes()))
+}

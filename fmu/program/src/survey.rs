@@ -1,0 +1,92 @@
+//! What the files of a project hold of a program, and what they lack, as a table.
+
+use crate::project::{self, Parts};
+use scl::{BlockKind, Survey};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A row lists this many names at most.
+const MOST_NAMES: usize = 10;
+
+/// The kinds of blocks, in the order of the report.
+const KINDS: [(BlockKind, &str, &str); 5] = [
+    (BlockKind::OrganizationBlock, "organization block", "organization blocks"),
+    (BlockKind::FunctionBlock, "function block", "function blocks"),
+    (BlockKind::Function, "function", "functions"),
+    (BlockKind::DataBlock, "data block", "data blocks"),
+    (BlockKind::Type, "type", "types"),
+];
+
+/// The rows of the table: what is told of, and what is told. `rest` says where the names are that a row leaves out.
+pub fn rows(parts: &Parts, rest: &str) -> Vec<(&'static str, String)> {
+    let Parts { sources, manifest, tables } = parts;
+    let survey = scl::survey(sources, manifest);
+    let files: Vec<&str> = sources.iter().map(|source| source.file.as_str()).collect();
+    let mut rows = blocks(&survey, &files);
+    if !tables.is_empty() {
+        let (tags, constants) = tables.iter().fold((0, 0), |(tags, constants), of| (tags + of.1, constants + of.2));
+        let used = match manifest.declared.is_empty() {
+            true => String::new(),
+            false => format!(", {} in use", survey.tags),
+        };
+        let constants = match constants {
+            0 => String::new(),
+            count => format!("; {}", counted(count, "constant", "constants")),
+        };
+        let of = counted(tables.len(), "table", "tables");
+        rows.push(("tags", format!("{}{used}{constants}, of {of}", counted(tags, "tag", "tags"))));
+    }
+    rows.extend(missing(&survey, rest).into_iter().map(|text| ("missing", text)));
+    rows
+}
+
+/// A number of things.
+pub fn counted(count: usize, one: &str, several: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { several })
+}
+
+/// The blocks by the form of their sources: data blocks and types have rows of their own.
+fn blocks(survey: &Survey, files: &[&str]) -> Vec<(&'static str, String)> {
+    let mut forms: BTreeMap<&'static str, Vec<BlockKind>> = BTreeMap::new();
+    for (kind, _, file) in &survey.blocks {
+        let form = match kind {
+            BlockKind::DataBlock => "data blocks",
+            BlockKind::Type => "types",
+            _ => form(files.get(*file).copied().unwrap_or_default()),
+        };
+        forms.entry(form).or_default().push(*kind);
+    }
+    let text = |kinds: Vec<BlockKind>| {
+        let count = |of: BlockKind| kinds.iter().filter(|kind| **kind == of).count();
+        let of = |(kind, one, several): &(BlockKind, &str, &str)| match count(*kind) {
+            0 => None,
+            count => Some(counted(count, one, several)),
+        };
+        KINDS.iter().filter_map(of).collect::<Vec<_>>().join(", ")
+    };
+    forms.into_iter().map(|(form, kinds)| (form, text(kinds))).collect()
+}
+
+/// The form of a source, by its ending.
+fn form(file: &str) -> &'static str {
+    match project::ending(file).as_str() {
+        "xml" => "SimaticML",
+        "s7dcl" => "SIMATIC SD",
+        "awl" => "AWL",
+        _ => "SCL",
+    }
+}
+
+/// What is missing, a line for each kind.
+fn missing(survey: &Survey, rest: &str) -> Vec<String> {
+    let kinds: BTreeSet<&str> = survey.missing.iter().map(|(_, kind)| *kind).collect();
+    let line = |kind: &str| {
+        let names: Vec<String> =
+            survey.missing.iter().filter(|(_, of)| *of == kind).map(|(name, _)| format!("\"{name}\"")).collect();
+        let more = match names.len().saturating_sub(MOST_NAMES) {
+            0 => String::new(),
+            more => format!(", and {more} more{rest}"),
+        };
+        format!("{} {kind}: {}{more}", names.len(), names[..names.len().min(MOST_NAMES)].join(", "))
+    };
+    kinds.into_iter().map(line).collect()
+}

@@ -1,0 +1,274 @@
+//! The networks of a block as they are drawn: elements with their pins, and which noted value each wire carries.
+
+use super::{path, written};
+use crate::ladder::elements::{self, Law};
+use crate::lexer::Span;
+use crate::network::{self, Source};
+use crate::syntax::{Binary, ExpressionId, Expressions};
+use parameters::Source as Text;
+use std::collections::HashMap;
+
+/// A network.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Network {
+    /// Its number in the block, from 1.
+    pub number: u32,
+    /// Its title, or nothing.
+    pub title: String,
+    /// Its comment, or nothing.
+    pub comment: String,
+    /// Its first line, from 1.
+    pub line: usize,
+    /// The labels at its beginning.
+    pub labels: Vec<String>,
+    /// Whether a power rail feeds it, as in LAD.
+    pub has_rail: bool,
+    /// Its elements, those before it that it needs.
+    pub elements: Vec<Element>,
+}
+
+/// How an element of LAD looks; in FBD all are boxes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// Two bars with a sign between them, and the operand above.
+    Contact,
+    /// The same with one operand above and one below.
+    Compare,
+    /// Round brackets with a sign between them, and the operand above.
+    Coil,
+    /// A rectangle with pins.
+    Box,
+    /// Wires that come together.
+    Junction,
+}
+
+/// An element.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Element {
+    /// How it looks.
+    pub shape: Shape,
+    /// The sign in it, or the title of its box.
+    pub sign: String,
+    /// Its line, from 1.
+    pub line: usize,
+    /// What stands above it: its operand, its instance, or the label of a jump.
+    pub above: Option<Operand>,
+    /// Its input pins, without what stands above it.
+    pub inputs: Vec<Input>,
+    /// Its output pins.
+    pub outputs: Vec<Output>,
+}
+
+/// A variable, a constant or a label.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Operand {
+    /// As it is written.
+    pub text: String,
+    /// The path of a variable, and whether all blocks see it.
+    pub path: Option<(String, bool)>,
+    /// The number under which its value is noted, if it is read as a truth value.
+    pub wire: Option<u32>,
+}
+
+/// An input pin.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Input {
+    /// Its name in capitals.
+    pub pin: String,
+    /// Whether its value is negated.
+    pub is_negated: bool,
+    /// What is wired to it: the OR of these.
+    pub sources: Vec<From>,
+}
+
+/// What is wired to an input pin.
+#[derive(Clone, Debug, PartialEq)]
+pub enum From {
+    /// The power rail.
+    Rail,
+    /// A variable or a constant.
+    Operand(Operand),
+    /// The output pin of an element: its number in the network, and the name of the pin.
+    Pin(usize, String),
+}
+
+/// An output pin.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// Its name in capitals.
+    pub pin: String,
+    /// Whether its value is negated.
+    pub is_negated: bool,
+    /// The variables that it is written to.
+    pub targets: Vec<Operand>,
+    /// The number under which its value is noted; what is wired to nothing has none, and the power rail either.
+    pub wire: Option<u32>,
+    /// Whether it carries what the power rail does.
+    pub is_rail: bool,
+}
+
+/// A network as it is drawn.
+pub(super) fn drawn(of: &network::Network, expressions: &Expressions, source: &Text) -> Network {
+    let line = |span: Span| source.place(span.range()).line;
+    let is_fed = |element: &network::Element| {
+        let mut sources = element.inputs.iter().flat_map(|input| &input.sources);
+        !matches!(law(element), Some(Law::Jump(_) | Law::Return(_)))
+            && sources.any(|source| matches!(source, Source::Rail))
+    };
+    let has_rail = of.elements.iter().any(is_fed);
+    let elements = of.elements.iter().enumerate().map(|(number, element)| {
+        let operand = |id: ExpressionId| operand(expressions, id);
+        let above = above(element, expressions);
+        let inputs = element.inputs.iter().filter(|input| !is_above(element, &input.pin));
+        Element {
+            shape: shape(element, has_rail),
+            sign: sign(element, has_rail),
+            line: line(element.span),
+            inputs: inputs
+                .map(|input| Input {
+                    pin: input.pin.clone(),
+                    is_negated: element.negated.contains(&input.pin),
+                    sources: input
+                        .sources
+                        .iter()
+                        .map(|from| match from {
+                            Source::Rail => From::Rail,
+                            Source::Operand(id) => From::Operand(operand(*id)),
+                            Source::Pin(number, pin) => From::Pin(*number, pin.to_uppercase()),
+                        })
+                        .collect(),
+                })
+                .collect(),
+            outputs: outputs(of, number, element, &operand),
+            above,
+        }
+    });
+    Network {
+        number: of.number,
+        title: of.title.clone(),
+        comment: of.comment.clone(),
+        line: line(of.span),
+        labels: of.labels.iter().map(|label| label.text.clone()).collect(),
+        has_rail,
+        elements: elements.collect(),
+    }
+}
+
+fn law(element: &network::Element) -> Option<Law> {
+    elements::named(&element.name).map(|row| row.law).filter(|_| element.call.is_none())
+}
+
+fn operand(expressions: &Expressions, id: ExpressionId) -> Operand {
+    Operand { text: written(expressions, &HashMap::new(), id), path: path(expressions, id), wire: Some(id.0) }
+}
+
+/// Whether what an input pin gets stands above the element.
+fn is_above(element: &network::Element, pin: &str) -> bool {
+    match law(element) {
+        Some(Law::Compare(_)) => pin == "IN1",
+        Some(Law::TimerCoil(_) | Law::TimerFunction(_)) => matches!(pin, "OPERAND" | "TIMER"),
+        _ => pin == "OPERAND",
+    }
+}
+
+fn above(element: &network::Element, expressions: &Expressions) -> Option<Operand> {
+    if let Some(label) = &element.label {
+        return Some(Operand { text: label.text.clone(), path: None, wire: None });
+    }
+    let mut inputs = element.inputs.iter().filter(|input| is_above(element, &input.pin));
+    let of_pin = inputs.next().and_then(|input| match input.sources.first() {
+        Some(Source::Operand(id)) => Some(*id),
+        _ => None,
+    });
+    let is_function = element.call.as_ref().is_some_and(|call| call.is_function);
+    of_pin.or(element.called.filter(|_| !is_function)).map(|id| operand(expressions, id))
+}
+
+/// The output pins that lead somewhere, in the order in which they are drawn.
+fn outputs(
+    of: &network::Network,
+    number: usize,
+    element: &network::Element,
+    operand: &dyn Fn(ExpressionId) -> Operand,
+) -> Vec<Output> {
+    let mut outputs: Vec<Output> = Vec::new();
+    let pins = element.outputs.iter().map(|(pin, _)| pin).chain(&element.open);
+    let carried = of.carried.iter().filter(|((of, _), _)| *of == number);
+    for pin in carried.clone().map(|((_, pin), _)| pin).chain(pins) {
+        if outputs.iter().any(|output| output.pin == *pin) {
+            continue;
+        }
+        // What a pin carries may be set again where it is written to a variable.
+        let carries = carried.clone().find(|((_, own), _)| own == pin).map(|(_, carries)| *carries);
+        let targets = element.outputs.iter().filter(|(own, _)| own == pin);
+        outputs.push(Output {
+            pin: pin.clone(),
+            is_negated: element.negated.contains(pin),
+            targets: targets.map(|(_, target)| operand(*target)).collect(),
+            wire: carries.flatten().map(|id| id.0),
+            is_rail: carries == Some(None),
+        });
+    }
+    outputs
+}
+
+fn shape(element: &network::Element, has_rail: bool) -> Shape {
+    match law(element) {
+        Some(Law::Contact(_) | Law::EdgeContact(_) | Law::Not) => Shape::Contact,
+        Some(Law::Valid(_)) if element.inputs.iter().any(|input| input.pin == "OPERAND") => Shape::Contact,
+        Some(Law::Compare(_)) => Shape::Compare,
+        Some(Law::Gate(Binary::Or)) if has_rail => Shape::Junction,
+        Some(
+            Law::Coil(_)
+            | Law::Set(_)
+            | Law::SetField(_)
+            | Law::EdgeCoil(_)
+            | Law::TimerCoil(_)
+            | Law::TimerFunction(_)
+            | Law::Jump(_)
+            | Law::Return(_),
+        ) => Shape::Coil,
+        _ => Shape::Box,
+    }
+}
+
+fn sign(element: &network::Element, has_rail: bool) -> String {
+    let edge = |is_rising| if is_rising { "P" } else { "N" };
+    // SimaticML negates the operand.
+    let is_operand_negated = element.negated.iter().any(|pin| pin == "OPERAND");
+    let sign = match law(element) {
+        Some(Law::Contact(is_negated)) => ["", "/"][usize::from(is_negated != is_operand_negated)],
+        Some(Law::EdgeContact(is_rising) | Law::EdgeCoil(is_rising)) => edge(is_rising),
+        Some(Law::EdgeOfFlow(is_rising)) => ["N_TRIG", "P_TRIG"][usize::from(is_rising)],
+        Some(Law::Not) => "NOT",
+        Some(Law::Compare(operator)) => match operator {
+            Binary::Equal => "==",
+            Binary::NotEqual => "<>",
+            Binary::Greater => ">",
+            Binary::GreaterOrEqual => ">=",
+            Binary::Less => "<",
+            _ => "<=",
+        },
+        Some(Law::Range(is_inside)) => ["OUT_RANGE", "IN_RANGE"][usize::from(is_inside)],
+        Some(Law::Valid(is_valid)) => ["NOT_OK", "OK"][usize::from(is_valid)],
+        Some(Law::Gate(Binary::And)) => "&",
+        Some(Law::Gate(Binary::Xor)) => "XOR",
+        Some(Law::Gate(_)) => ">=1",
+        Some(Law::Coil(is_negated)) => match (is_negated != is_operand_negated, has_rail) {
+            (false, true) => "",
+            (false, false) => "=",
+            (true, _) => "/",
+        },
+        Some(Law::Set(is_set)) => ["R", "S"][usize::from(is_set)],
+        Some(Law::SetField(is_set)) => ["RESET_BF", "SET_BF"][usize::from(is_set)],
+        Some(Law::FlipFlop(is_set_dominant)) => ["SR", "RS"][usize::from(is_set_dominant)],
+        Some(Law::Instance(kind) | Law::TimerCoil(kind)) => kind,
+        Some(Law::TimerFunction("RESET_TIMER")) => "RT",
+        Some(Law::TimerFunction(_)) => "PT",
+        Some(Law::Jump(is_if_true)) => ["JMPN", "JMP"][usize::from(is_if_true)],
+        Some(Law::Return(_)) => "RET",
+        _ if element.call.is_some() => return element.name.clone(),
+        _ => return elements::named(&element.name).map_or(&*element.name, |row| row.names[0]).to_uppercase(),
+    };
+    sign.to_string()
+}

@@ -1,0 +1,62 @@
+//! Breakpoints: a run that ends where a condition begins to hold.
+
+use super::{Present, Session};
+use crate::message::State;
+use anyhow::{Result, bail};
+use serde::{Deserialize, Serialize};
+
+/// A condition.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(deny_unknown_fields)]
+pub struct Until {
+    /// `MEMBER.VARIABLE`
+    pub variable: String,
+    /// How it is compared: `=`, `<>`, `>`, `>=`, `<`, `<=`.
+    #[cfg_attr(test, ts(type = "\"=\" | \"<>\" | \">\" | \">=\" | \"<\" | \"<=\""))]
+    pub sign: String,
+    /// With what; TRUE is 1.
+    pub value: f64,
+}
+
+impl Session {
+    /// Makes calls, at most as many, up to the one in which the condition begins to hold.
+    ///
+    /// # Errors
+    /// There is no run, or it has failed; there are too many calls; the condition names no variable of the run.
+    pub fn run_until(&mut self, calls: usize, until: Option<&Until>) -> Result<State> {
+        let Some(until) = until else { return self.run(calls) };
+        Session::check_calls(calls)?;
+        let is_met = self.present()?.run_until(calls, until)?;
+        Ok(State { is_met, ..self.state()? })
+    }
+}
+
+impl Present {
+    fn run_until(&mut self, calls: usize, until: &Until) -> Result<bool> {
+        let (column, wanted) = (self.record.column(&until.variable)?, until.value);
+        let compare: fn(f64, f64) -> bool = match until.sign.as_str() {
+            "=" => |now, wanted| now == wanted,
+            "<>" => |now, wanted| now != wanted,
+            ">" => |now, wanted| now > wanted,
+            ">=" => |now, wanted| now >= wanted,
+            "<" => |now, wanted| now < wanted,
+            "<=" => |now, wanted| now <= wanted,
+            sign => bail!("{sign:?} compares nothing: write =, <>, >, >=, < or <="),
+        };
+        self.is_running()?;
+        let mut held = self.run.steps() > 0 && compare(self.row[column], wanted);
+        for _ in 0..calls {
+            self.call();
+            let holds = compare(self.row[column], wanted);
+            if self.record.failure.is_some() {
+                break;
+            }
+            if holds && !held {
+                return Ok(true);
+            }
+            held = holds;
+        }
+        Ok(false)
+    }
+}

@@ -1,0 +1,71 @@
+/**
+ * The blocks and instances of a program as a tree: which of them is looked at.
+ *
+ * @typedef {import("./messages").Compiled} Compiled
+ * @typedef {import("./messages").Instance} Instance
+ */
+
+import { element } from "tool/dom.js";
+
+/** The tree that is open stays open when the program is drawn anew. */
+let isOpen = false;
+
+/**
+ * The tree, folded; a program of one block has none.
+ *
+ * @param {Compiled} compiled
+ * @param {(block: string, path: string | undefined) => void} choose
+ */
+export function blockTree({ parts, blocks, sources }, choose) {
+  const named = (/** @type {string} */ name) => blocks.find((one) => one.name.toUpperCase() === name.toUpperCase());
+  const own = parts.filter((part) => named(part.block));
+  // What has no instance: functions, and organization blocks beside the one that is run.
+  const others = blocks.filter((block) => !own.some((part) => part.block.toUpperCase() === block.name.toUpperCase()));
+  if (own.length + others.length < 2) return null;
+  const entry = (/** @type {string} */ text, /** @type {string} */ block, /** @type {string | undefined} */ path) => {
+    const at = named(block);
+    const title = at && `${sources[at.file].file}, line ${at.line}`;
+    return element("button", { type: "button", class: "plain", title, onclick: () => choose(block, path) }, text);
+  };
+  /** Those directly below a path: no other instance lies between. @param {Instance} of @returns {Instance[]} */
+  const below = (of) =>
+    own.filter(
+      (part) =>
+        part !== of &&
+        within(part.path, of.path) &&
+        !own.some((one) => one !== of && one !== part && within(one.path, of.path) && within(part.path, one.path)),
+    );
+  /** @param {Instance} of @returns {HTMLElement} */
+  const branch = (of) => {
+    const inner = below(of);
+    const text = of.path ? `${of.path}: ${of.block}` : of.block;
+    return element("li", {}, entry(text, of.block, of.path), inner.length > 0 && list(inner));
+  };
+  /** @param {Instance[]} of @returns {HTMLElement} */
+  const list = (of) => element("ul", {}, of.map(branch));
+  const fold = element(
+    "details",
+    { class: "options block-tree", open: isOpen },
+    element("summary", {}, "Blocks"),
+    element(
+      "div",
+      { class: "program-options" },
+      list(own.filter(({ path }) => path === "")),
+      others.length > 0 &&
+        element(
+          "ul",
+          {},
+          others.map(({ name }) => element("li", {}, entry(name, name, undefined))),
+        ),
+    ),
+  );
+  fold.addEventListener("toggle", () => {
+    isOpen = fold.open;
+  });
+  return fold;
+}
+
+/** Whether a path lies in that of an instance. @param {string} path @param {string} of */
+function within(path, of) {
+  return of === "" ? path !== "" : path.startsWith(`${of}.`);
+}

@@ -1,0 +1,75 @@
+/** Files of folders and of ZIP archives: what is dropped or chosen as a whole. */
+
+import { EngineError } from "tool/engine.js";
+import { unzippedAll } from "tool/zip.js";
+
+/** A project has hundreds of files. */
+const MOST_FILES = 5000;
+const LARGEST = 32_000_000;
+
+/** The paths of files that were found in a folder or in an archive. @type {WeakMap<File, string>} */
+const paths = new WeakMap();
+
+/** The path of a file, if it is one of a folder or an archive. @param {File} file */
+export function pathOf(file) {
+  return paths.get(file) ?? (file.webkitRelativePath || undefined);
+}
+
+/**
+ * The files that are dropped, those below folders included. Entries must be taken before anything is waited for.
+ *
+ * @param {DataTransfer} transfer
+ */
+export async function dropped(transfer) {
+  const entries = [...transfer.items].map((item) => item.webkitGetAsEntry());
+  const files = [...transfer.files];
+  if (!entries.some((entry) => entry?.isDirectory)) return files;
+  /** @type {File[]} */
+  const found = [];
+  for (const entry of entries) if (entry) await collect(entry, found);
+  return found;
+}
+
+/** @param {FileSystemEntry} entry @param {File[]} found */
+async function collect(entry, found) {
+  if (entry.name.startsWith(".")) return;
+  if (found.length > MOST_FILES)
+    throw new EngineError(`The folder has more than ${MOST_FILES} files: drop the folder of the program.`);
+  if (entry.isFile) {
+    const file = await new Promise((done, failed) => /** @type {FileSystemFileEntry} */ (entry).file(done, failed));
+    const path = entry.fullPath.replace(/^\//, "");
+    if (path.includes("/")) paths.set(file, path);
+    found.push(file);
+    return;
+  }
+  const reader = /** @type {FileSystemDirectoryEntry} */ (entry).createReader();
+  for (;;) {
+    // A browser gives a hundred at a time.
+    const some = await new Promise((done, failed) => reader.readEntries(done, failed));
+    if (some.length === 0) return;
+    for (const one of some) await collect(one, found);
+  }
+}
+
+/**
+ * The files, with those in archives in the place of these.
+ *
+ * @param {Iterable<File>} files
+ */
+export async function unpackedFiles(files) {
+  /** @type {File[]} */
+  const all = [];
+  for (const file of files) {
+    if (!/\.zip$/i.test(file.name)) {
+      all.push(file);
+      continue;
+    }
+    const parts = await unzippedAll(file, (path) => !/(^|\/)[.]|\/$|^__MACOSX/.test(path), LARGEST);
+    for (const [path, content] of parts) {
+      const one = new File([content], path.slice(path.lastIndexOf("/") + 1));
+      paths.set(one, path);
+      all.push(one);
+    }
+  }
+  return all;
+}

@@ -1,0 +1,309 @@
+/**
+ * LAD and FBD as networks with power flow: what conducts in the call that is looked at is in the accent colour, what does not is
+ * thin, and what cannot be told is neither. What a wire carried is the engine's note of the call; values are those at its end.
+ *
+ * @typedef {import("./messages").Block} Block
+ * @typedef {import("./messages").From} From
+ * @typedef {import("./messages").Operand} Operand
+ * @typedef {import("tool/ladder_layout.js").Placed} Placed
+ *
+ * @typedef {object} Told what is known of the call
+ * @property {Map<number, boolean>} wires truth values by their numbers
+ * @property {Set<number>} lines that ran
+ * @property {(path: string, isGlobal: boolean) => { text: string, name: string | undefined, isForced: boolean } | undefined} value
+ */
+
+import { element, fill, svg, text } from "tool/dom.js";
+import { cut, FLOW, layout, operandsOf, RAIL } from "tool/ladder_layout.js";
+import { store } from "tool/store.js";
+
+/** So much smaller a network that does not fit is drawn. */
+const SMALLEST = 0.75;
+
+/** What follows the call: each puts its element in the look that it has then. @type {((told: Told) => void)[]} */
+let followers = [];
+/** The variable that is selected. @type {Operand | undefined} */
+let selected;
+/** @type {HTMLElement} */
+let bar;
+/** @type {Told | undefined} */
+let told;
+/** @type {Block} */
+let block;
+
+/**
+ * The networks of a block.
+ *
+ * @param {Block} of
+ * @returns {HTMLElement}
+ */
+export function ladder(of) {
+  followers = [];
+  if (block?.name !== of.name) selected = undefined;
+  block = of;
+  told = undefined;
+  bar = element("div", { class: "row ladder-bar", role: "status" });
+  const list = element("div", {
+    class: "networks",
+    tabindex: 0,
+    role: "region",
+    "aria-label": `Networks of ${of.name}`,
+  });
+  fill(list, of.networks.map(network));
+  showBar();
+  return element("div", { class: "ladder" }, bar, list);
+}
+
+/** Shows what is known of a call. @param {Told} now */
+export function follow(now) {
+  told = now;
+  for (const each of followers) each(now);
+  showBar();
+}
+
+/** @param {import("./messages").Network} of */
+function network(of) {
+  const { placed, wires, width, height, rail } = layout(of);
+  const lines = of.elements.map(({ line }) => line);
+  /** Whether the network was run, as far as it is known. @param {Told} now */
+  const isRun = (now) =>
+    lines.some((line) => now.lines.has(line)) ||
+    of.elements.some(({ outputs }) => outputs.some(({ wire }) => wire !== null && now.wires.has(wire)));
+  /** What a wire carries; nothing if that is not known. @param {From} from @param {Told} now @returns {boolean | undefined} */
+  const truth = (from, now) => {
+    if (from.operand) return from.operand.wire === null ? undefined : now.wires.get(from.operand.wire);
+    if (from.element === null) return isRun(now) || undefined;
+    const output = of.elements[from.element].outputs.find(({ pin }) => pin === from.pin);
+    if (output?.is_rail) return isRun(now) || undefined;
+    return output?.wire === null || output?.wire === undefined ? undefined : now.wires.get(output.wire);
+  };
+  const drawing = svg("svg", {
+    ...{ width, height, viewBox: `0 0 ${width} ${height}`, class: "network-drawing" },
+    // A wide one gets smaller before it is scrolled.
+    style: `min-width: ${Math.round(width * SMALLEST)}px`,
+    ...{ role: "group", "aria-label": `Network ${of.number}` },
+  });
+  if (rail) {
+    const line = svg("path", { class: "rail", d: `M${RAIL} ${rail[0]}V${rail[1]}` });
+    followers.push((now) => look(line, isRun(now) || undefined));
+    drawing.append(line);
+  }
+  for (const { from, path, dots } of wires) {
+    const line = svg("path", { class: "wire", d: path });
+    const marks = dots.map(([cx, cy]) => svg("circle", { class: "dot", cx, cy, r: 2.5 }));
+    followers.push((now) => {
+      for (const one of [line, ...marks]) look(one, truth(from, now));
+    });
+    drawing.append(line, ...marks);
+  }
+  for (const one of placed) drawing.append(...part(one, (from, now) => truth(from, now)));
+  const title = `Network ${of.number}${of.title ? `: ${of.title}` : ""}`;
+  return element(
+    "section",
+    { class: "network", "data-network": of.number },
+    element("h3", {}, title),
+    of.comment && element("p", { class: "faint" }, of.comment),
+    of.labels.length > 0 && element("p", {}, of.labels.map((label) => `${label}:`).join(" ")),
+    element("div", { class: "wide" }, drawing),
+  );
+}
+
+/** @param {Element} of @param {boolean | undefined} truth */
+function look(of, truth) {
+  of.classList.toggle("is-on", truth === true);
+  of.classList.toggle("is-off", truth === false);
+}
+
+/**
+ * The drawing of an element.
+ *
+ * @param {Placed} of
+ * @param {(from: From, now: Told) => boolean | undefined} truth
+ * @returns {SVGElement[]}
+ */
+function part(of, truth) {
+  const { part, x, y } = of;
+  if (of.look === "junction") return [];
+  if (of.look === "box") return box(of);
+  const middle = x + of.width / 2;
+  const flow = y + FLOW;
+  const [left, right] = [middle - of.inner / 2, middle + of.inner / 2];
+  const isCoil = of.look === "coil";
+  const shape = isCoil
+    ? `M${left + 6} ${flow - 11}a14 14 0 0 0 0 22M${right - 6} ${flow - 11}a14 14 0 0 1 0 22`
+    : `M${left} ${flow - 11}v22M${right} ${flow - 11}v22`;
+  const symbol = svg(
+    "g",
+    { class: "symbol" },
+    svg("path", { d: shape }),
+    part.sign === "/" && !isCoil
+      ? svg("path", { d: `M${middle - 6} ${flow + 10}L${middle + 6} ${flow - 10}` })
+      : svg("text", { x: middle, y: flow + 4, "text-anchor": "middle" }, part.sign),
+  );
+  const [before, after] = [
+    `M${x} ${flow}H${isCoil ? left + 1 : left}`,
+    `M${isCoil ? right - 1 : right} ${flow}H${x + of.width}`,
+  ];
+  const [lead, trail] = [svg("path", { class: "wire", d: before }), svg("path", { class: "wire", d: after })];
+  const input = of.inputs[0]?.input;
+  const out = of.outputs[0]?.output;
+  const isLast = isCoil && !out;
+  followers.push((now) => {
+    const all = (input?.sources ?? []).map((from) => truth(from, now));
+    const into = all.includes(true) ? true : all.every((one) => one === false) ? false : undefined;
+    const carried = out?.wire === null || out?.wire === undefined ? undefined : now.wires.get(out.wire);
+    look(lead, into);
+    look(trail, out ? carried : into);
+    look(symbol, isCoil ? into : (conducts(part, now) ?? carried));
+  });
+  const second = of.inputs.slice(1).flatMap((pin) => (pin.input ? operandsOf(pin.input) : []));
+  return [
+    lead,
+    ...(isLast ? [] : [trail]),
+    symbol,
+    ...(part.above ? name(part.above, middle, y + 14, "middle") : []),
+    ...second.slice(0, 1).flatMap((one) => name(one, middle, flow + 26, "middle")),
+  ];
+}
+
+/**
+ * Whether a contact would conduct with its operand as it was, whatever flowed to it.
+ *
+ * @param {import("./messages").Element} part
+ * @param {Told} now
+ */
+function conducts({ shape, sign, above }, now) {
+  const is = above?.wire === null || above === null ? undefined : now.wires.get(above.wire ?? -1);
+  if (shape !== "contact" || is === undefined) return undefined;
+  return sign === "" ? is : sign === "/" ? !is : undefined;
+}
+
+/** @param {Placed} of @returns {SVGElement[]} */
+function box(of) {
+  const { part, x, y, left, inner, height } = of;
+  const [from, to] = [x + left, x + left + inner];
+  const top = y + FLOW - 28;
+  const drawn = [
+    svg("rect", { class: "box", x: from, y: top, width: inner, height: y + height - top, rx: 3 }),
+    svg("text", { class: "box-title", x: (from + to) / 2, y: top + 13, "text-anchor": "middle" }, cut(part.sign)),
+    ...(part.above ? name(part.above, (from + to) / 2, y + 12, "middle", true) : []),
+  ];
+  for (const { y: at, input } of of.inputs) {
+    if (!input) continue;
+    const level = y + at;
+    drawn.push(svg("text", { class: "pin", x: from + 5, y: level + 4 }, input.pin.toLowerCase()));
+    if (input.is_negated) drawn.push(svg("circle", { class: "negation", cx: from - 3, cy: level, r: 3 }));
+    for (const operand of operandsOf(input).slice(0, 1)) drawn.push(...name(operand, from - 6, level - 1, "end"));
+  }
+  for (const { y: at, output } of of.outputs) {
+    if (!output) continue;
+    const level = y + at;
+    drawn.push(svg("text", { class: "pin", x: to - 5, y: level + 4, "text-anchor": "end" }, output.pin.toLowerCase()));
+    if (output.is_negated) drawn.push(svg("circle", { class: "negation", cx: to + 3, cy: level, r: 3 }));
+    for (const operand of output.targets.slice(0, 1)) drawn.push(...name(operand, to + 6, level - 1, "start"));
+  }
+  return drawn;
+}
+
+/**
+ * The name of a variable with its value below it.
+ *
+ * @param {Operand} operand
+ * @param {number} x
+ * @param {number} y
+ * @param {"start" | "middle" | "end"} anchor
+ * @param {boolean} [isInline] whether there is no room for a value
+ * @returns {SVGElement[]}
+ */
+function name(operand, x, y, anchor, isInline = false) {
+  const label = svg("text", { x, y, "text-anchor": anchor, class: "operand" }, cut(operand.text));
+  label.append(svg("title", {}, operand.text));
+  if (!operand.path) return [label];
+  const value = svg("text", { x, y: y + 14, "text-anchor": anchor, class: "value" });
+  const choose = () => {
+    selected = operand;
+    showBar();
+    for (const one of document.querySelectorAll(".network .operand"))
+      one.classList.toggle("is-selected", one.firstChild?.textContent === label.firstChild?.textContent);
+  };
+  label.addEventListener("click", choose);
+  label.addEventListener("keydown", (event) => {
+    if (event.key !== "Enter" && event.key !== " ") return;
+    event.preventDefault();
+    event.stopPropagation();
+    choose();
+  });
+  for (const [key, of] of [
+    ["role", "button"],
+    ["tabindex", "0"],
+  ])
+    label.setAttribute(key, of);
+  label.classList.toggle("is-selected", selected?.text === operand.text);
+  followers.push((now) => {
+    const found = now.value(operand.path ?? "", operand.is_global);
+    const noted = operand.wire === null ? undefined : now.wires.get(operand.wire);
+    const shown = noted === undefined ? (found?.text ?? "") : noted ? "TRUE" : "FALSE";
+    text(value, shown);
+    value.classList.toggle("is-forced", found?.isForced === true);
+    look(value, shown === "TRUE" ? true : shown === "FALSE" ? false : undefined);
+  });
+  return isInline ? [label] : [label, value];
+}
+
+/** What can be done with the variable that is selected. */
+function showBar() {
+  const path = selected?.path;
+  if (!selected || !path) {
+    fill(bar, element("span", { class: "faint" }, "Click a name: why it has its value, where it is used."));
+    return;
+  }
+  const found = told?.value(path, selected.is_global);
+  const name = found?.name;
+  const used = block.networks.filter(({ elements }) =>
+    elements.some((one) => names(one).includes(selected?.text ?? "")),
+  );
+  const watch = () => {
+    const loop = store.loop;
+    if (loop && name && !(loop.notes.watch ?? []).includes(name))
+      loop.notes.watch = [...(loop.notes.watch ?? []), name];
+    store.emit("plant");
+    store.emit("show", "watch");
+  };
+  const go = (/** @type {number} */ number) =>
+    bar.parentElement?.querySelector(`[data-network="${number}"]`)?.scrollIntoView({ block: "nearest" });
+  const key = `${selected.text} ${found?.text} ${name}`;
+  if (bar.dataset.shown === key) return;
+  bar.dataset.shown = key;
+  fill(
+    bar,
+    element("strong", {}, selected.text),
+    found ? element("span", {}, found.text) : null,
+    name && element("button", { type: "button", onclick: () => store.emit("why", name) }, "Why"),
+    name && element("button", { type: "button", onclick: watch }, "Watch"),
+    element("span", { class: "faint" }, "network"),
+    used.map(({ number, elements }) => {
+      const isWritten = elements.some((one) => writes(one).includes(selected?.text ?? ""));
+      const words = isWritten ? `Network ${number} writes it` : `Network ${number} reads it`;
+      return element(
+        "button",
+        { type: "button", class: "plain", title: words, "aria-label": words, onclick: () => go(number) },
+        isWritten ? `${number} (writes)` : String(number),
+      );
+    }),
+  );
+}
+
+/** What an element writes, as text. @param {import("./messages").Element} of */
+function writes({ shape, sign, above, outputs }) {
+  const isWriter = shape === "coil" || ["SR", "RS", "INC", "DEC"].includes(sign);
+  return [
+    ...(isWriter && above ? [above.text] : []),
+    ...outputs.flatMap(({ targets }) => targets.map((one) => one.text)),
+  ];
+}
+
+/** All that an element names. @param {import("./messages").Element} of */
+function names(of) {
+  const read = of.inputs.flatMap((input) => operandsOf(input).map((one) => one.text));
+  return [...writes(of), ...read, ...(of.above ? [of.above.text] : [])];
+}
