@@ -470,7 +470,8 @@ async function showControls() {
 function followSettings(names) {
   for (const name of names) {
     const setting = store.loop?.settings[name];
-    if (setting) fields.get(name)?.(setting.sent);
+    // A disturbance is named with its member.
+    if (store.loop && setting) (fields.get(name) ?? fields.get(variable(store.loop, name)))?.(setting.sent);
   }
   scheduleDone();
 }
