@@ -222,3 +222,22 @@ def test_a_ramp_brings_the_drive_to_its_speed_and_the_run_ends_when_it_is_there(
     speeds = [0.0, *rows[f"{drive}.SPEED"][:-1]]
     assert [float(value) for value in shown[f"{drive}.SPEED"]] == pytest.approx(speeds, abs=1e-4)
     assert not any(rows[f"{drive}.TRIP"]) and rows[f"{drive}.SPEED"][-1] == pytest.approx(20_000 * 1500 / 32767, abs=0.01)
+
+
+def test_disv_of_the_controller_is_a_disturbance_with_figures(open_tool):
+    page = open_with(open_tool, "CONT_C", "HEATER", GAIN=0.7, TI=130)
+    set_now(page, "setpoint", 60)
+    page.locator("#run").get_by_role("checkbox", name="Manual").uncheck()
+    run_calls(page, 600)
+    choice = page.locator("#run").get_by_label("Disturbance", exact=True)
+    # Those of the plant come first.
+    assert [name.split(".")[-1] for name in choice.locator("option").all_inner_texts()] == ["DOOR", "T_AMB", "DISV"]
+    choice.select_option(index=2)
+    set_now(page, "disturbance", 5)
+    run_calls(page, 300)
+    told = page.evaluate("async () => (await moduleOf('tool/engine.js')).ask({ do: 'figures' })")
+    # The step from 20 to 60 °C has its last call before DISV, which is 5 % from the call at 600 s on.
+    figures = {figure["key"]: figure["value"] for figure in told["figures"]}
+    assert (told["step"]["start"], told["step"]["duration"], figures["settling"]) == (0, 599, 133)
+    assert told["disturbance"]["by"] == [{"variable": "LOOP.DISV", "time": 600, "before": 0, "value": 5}]
+    assert figures["disturbed_peak"] == pytest.approx(4.385, abs=0.001) and figures["peak"] == 40
