@@ -182,6 +182,34 @@ class THERMO(Plant):
         self.show(T_PER=analog(temperature, self.T_PER_0, self.T_PER_100))
 
 
+class DRIVE(Plant):
+    STARTS = {
+        **{"SP": 0, "RESET": False, "LOAD": 0.0, "N_MAX": 1500.0, "CTRL_TM": 0.1, "ACC_TM": 2.0, "M_MAX": 150.0},
+        **{"ERR_MAX": 75.0, "COAST_TM": 2.0, "CYCLE": 0.01},
+        **{"SPEED": 0.0, "N_ACT": 0, "TRIP": False, "SP_RPM": 0.0, "TORQUE": 0.0},
+    }
+
+    def restart(self):
+        self.was_reset = False
+
+    def call(self):
+        target = self.N_MAX * self.SP / 32767
+        starts_again, self.was_reset = self.RESET and not self.was_reset, self.RESET
+        is_tripped = (self.TRIP and not starts_again) or abs(target - self.SPEED) > self.ERR_MAX
+        load = limited(self.LOAD, -self.M_MAX, self.M_MAX)
+        percent = abs(self.N_MAX) / self.ACC_TM / 100
+
+        def slope(x):
+            if is_tripped:
+                return [-x[0] / self.COAST_TM]
+            return [limited((target - x[0]) / self.CTRL_TM, percent * (-self.M_MAX - load), percent * (self.M_MAX - load))]
+
+        (speed,) = integrated(slope, [self.SPEED], self.CYCLE, STEPS)
+        torque = 0.0 if is_tripped else load + slope([speed])[0] / percent
+        counts = 32767 * speed / self.N_MAX
+        self.show(SP_RPM=target, TRIP=is_tripped, SPEED=speed, TORQUE=torque, N_ACT=int(counts + math.copysign(0.5, counts)))
+
+
 PLANTS = {plant.__name__: plant for plant in Plant.__subclasses__()}
 
 

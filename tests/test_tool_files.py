@@ -271,6 +271,23 @@ def test_before_a_file_is_saved_every_difference_of_each_loop_is_shown(page):
     assert saved(page, "Save two.awl") == text.replace("4.0", "5.0").replace("T#30S", "T#44S")
 
 
+def test_before_a_file_is_saved_a_loop_that_stays_in_manual_mode_is_named(page):
+    open_file(page, "two.awl", data_block("A", GAIN="4.0", MAN_ON="TRUE") + data_block("B", GAIN="6.0", MAN_ON="TRUE"))
+    page.get_by_role("button", name="A", exact=True).click()
+    field(page, "GAIN").wait_for()
+    page.click("#away-button")
+    told = page.locator(".content-of-file .note li")
+    # Nothing of the file is touched: nothing is said.
+    assert told.count() == 0
+    page.keyboard.press("Escape")
+    page.locator("#run").get_by_role("checkbox", name="Manual").click()
+    page.click("#away-button")
+    told.first.wait_for()
+    assert told.all_inner_texts() == ["MAN_ON is TRUE in the saved file: the controller begins in manual mode."]
+    page.get_by_role("checkbox", name="also MAN_ON as in the run").check()
+    told.first.wait_for(state="detached")
+
+
 def test_a_file_with_changes_is_closed_after_a_question_and_can_be_opened_again(page):
     open_file(page, "two.awl", data_block("A", GAIN="4.0") + data_block("B", GAIN="6.0"))
     page.get_by_role("button", name="A", exact=True).click()

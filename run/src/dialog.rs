@@ -49,7 +49,7 @@ pub struct Roles {
     pub pulses: Vec<String>,
     /// The settings of the pulse former: period, shortest pulse, ratio.
     pub pulse_former: Vec<String>,
-    /// The inputs of a plant that disturb it.
+    /// What disturbs the loop: inputs of a plant, and what a controller adds to its output.
     pub disturbances: Vec<String>,
     /// The limits of the manipulated value: high, low.
     pub limits: Option<(String, String)>,

@@ -7,7 +7,7 @@
 use crate::describe::describe;
 use crate::home::Home;
 use crate::message::{State, Values};
-use crate::session::{MOST_CALLS, Session};
+use crate::session::{MOST_CALLS, Record, Session};
 use crate::signals::{self, Signals};
 use anyhow::{Context, Result, bail, ensure};
 use control::identify::{self, Data, Identified, Method, Model, means_of_pulses, resolution};
@@ -29,6 +29,8 @@ const WATCHED: usize = 200;
 const BAND: f64 = 0.04;
 /// So often a swing crosses its mean in two periods.
 const CROSSINGS: usize = 4;
+/// Of a loop without a process value so many variables are watched at most.
+const MOST_WATCHED: usize = 200;
 /// A swing that has become this many times as wide still grows.
 const GROWN: f64 = 1.01;
 /// It has moved if it is this many times the noise away.
@@ -134,7 +136,7 @@ pub struct Settled {
 }
 
 /// Makes calls until process value and manipulated value rest since the user has done something last, or on the whole do so where they
-/// swing evenly. A loop whose process value is not known never rests.
+/// swing evenly. Of a loop whose process value is not known, such as a ramp before a drive, everything that is recorded has to rest.
 ///
 /// # Errors
 /// No call or too many; the run has ended.
@@ -147,24 +149,46 @@ pub fn settle(home: &dyn Home, session: &mut Session, request: &Settle) -> Resul
         left -= calls;
         let record = session.record(None)?;
         let done = record.done().last().map_or(0.0, |done| record.time(done.call));
-        let signals = |from| Signals::of(home, record, from, None);
-        let resting = signals(Some(request.from.max(done))).ok().filter(|last| {
-            watched = last.times.len();
-            let rests = |values: &[f64], all: &[f64]| is_at_rest(values, SETTLED) && has_settled(values, all);
+        let resting = Watched::of(home, record, Some(request.from.max(done))).filter(|last| {
+            watched = last.values.first().map_or(0, Vec::len);
+            let rests = |(values, all): (&Vec<f64>, &Vec<f64>)| is_at_rest(values, SETTLED) && has_settled(values, all);
             watched >= WATCHED
-                && signals(None).is_ok_and(|all| {
-                    rests(&last.process_value, &all.process_value)
-                        && rests(&last.manipulated_value, &all.manipulated_value)
-                })
+                && Watched::of(home, record, None).is_some_and(|all| last.values.iter().zip(&all.values).all(rests))
         });
         if resting.is_some() || left == 0 || state.failure.is_some() {
             let resting = resting.filter(|_| state.failure.is_none());
-            let swings = match &resting {
-                Some(watched) => swings(&watched.process_value, &signals(None)?.process_value),
-                None => false,
-            };
+            let all = resting.as_ref().and_then(|_| Watched::of(home, record, None));
+            let swings = resting.iter().zip(&all).any(|(last, all)| {
+                last.values.iter().zip(&all.values).take(last.swinging).any(|(values, all)| swings(values, all))
+            });
             return Ok(Settled { is_at_rest: resting.is_some() && !swings, swings, state });
         }
+    }
+}
+
+/// What has to rest.
+struct Watched {
+    /// The values of each variable, in the same calls.
+    values: Vec<Vec<f64>>,
+    /// The first so many of them are the ones that a loop swings in.
+    swinging: usize,
+}
+
+impl Watched {
+    /// Process value and manipulated value; of a loop without them everything that is recorded. Nothing if that is too much.
+    fn of(home: &dyn Home, record: &Record, from: Option<f64>) -> Option<Watched> {
+        if let Ok(signals) = Signals::of(home, record, from, None) {
+            return Some(Watched { values: vec![signals.process_value, signals.manipulated_value], swinging: 1 });
+        }
+        let columns = record.columns().len();
+        let calls = record.calls_between(from, None);
+        let calls = calls.start.max(record.trace().exact().start)..calls.end;
+        let values = |column| record.trace().column(column, calls.clone()).collect::<Vec<_>>();
+        // A member that was exchanged has no values any more.
+        let is_there = |values: &Vec<f64>| values.last().is_none_or(|last| !last.is_nan());
+        let values: Vec<_> =
+            if columns > MOST_WATCHED { Vec::new() } else { (0..columns).map(values).filter(is_there).collect() };
+        (!values.is_empty()).then_some(Watched { swinging: values.len(), values })
     }
 }
 

@@ -67,6 +67,15 @@ impl Signal {
         if self.is_boolean { 0.0 } else { self.written.resolution(value / self.scale) * self.scale }
     }
 
+    /// Whether its last digit leaves more than one REAL open: nothing moves by the digits of a value that is written in full.
+    pub(super) fn is_rounded(&self) -> bool {
+        let is_open = |value: &f64| {
+            let resolution = self.resolution(*value);
+            [value - resolution, value + resolution].iter().any(|other| *other as f32 != *value as f32)
+        };
+        self.is_measured && self.values.iter().any(is_open)
+    }
+
     /// How far a computed value may be off: what the digits of the recording leave open, and never less than REAL does.
     pub(super) fn tolerance(&self, value: f64) -> f64 {
         self.resolution(value).max(self.rounding)

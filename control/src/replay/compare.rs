@@ -127,7 +127,7 @@ impl Comparison<'_> {
             spread: vec![0.0; outputs.len()],
             outputs,
         };
-        let is_measured = self.recording.inputs.iter().any(|input| input.is_measured);
+        let is_measured = self.recording.inputs.iter().any(Signal::is_rounded);
         let is_held = variant.beginning == Beginning::Held;
         if outcome.different() == 0 || self.tolerance.is_some() || !(is_measured || is_held) {
             return Ok(outcome);

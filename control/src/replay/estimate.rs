@@ -20,6 +20,12 @@ const PARTS: [f64; 6] = [0.002, 0.01, 0.05, 0.1, 0.25, 0.5];
 const DIVISIONS: usize = 24;
 /// The points of a grid where an interval cannot be divided.
 const POINTS: usize = 40;
+/// The points of a grid of two settings, in each of them.
+const PAIR_POINTS: i32 = 11;
+/// How much narrower each grid of two settings is than the one before.
+const NARROWER: f64 = 0.4;
+/// The narrowest grid of two settings, as a part of their values.
+const FINEST: f64 = 1e-3;
 /// The steps of least squares.
 const STEPS: usize = 14;
 /// The most digits of a value that is taken for one that a user has typed.
@@ -35,6 +41,8 @@ pub(super) struct Search<'a> {
     pub(super) rows: usize,
     /// How many calls may still be made.
     left: Cell<usize>,
+    /// How many a run makes.
+    calls: usize,
     /// By how much an output is divided.
     scales: Vec<f64>,
 }
@@ -60,16 +68,17 @@ impl<'a> Search<'a> {
             deviation.max(1e-3 * mean.abs()).max(1e-9)
         };
         let scales = comparison.recording.outputs.iter().map(scale).collect();
-        Search { comparison, rows, left: Cell::new(most), scales }
+        let calls = rows - comparison.recording.between.range(..rows).count();
+        Search { comparison, rows, left: Cell::new(most), calls, scales }
     }
 
     /// Whether there are calls left.
     pub(super) fn may_go_on(&self) -> bool {
-        self.left.get() > self.rows
+        self.left.get() > self.calls
     }
 
     fn spend(&self, runs: usize) {
-        self.left.set(self.left.get().saturating_sub(runs * self.rows));
+        self.left.set(self.left.get().saturating_sub(runs * self.calls));
     }
 
     /// What differs, row by row.
@@ -121,6 +130,11 @@ impl<'a> Search<'a> {
         Some(variant)
     }
 
+    /// Whether other values do as well as those found: equal outputs stay equal.
+    fn does_as_well(&self, found: &Found, other: &Variant) -> bool {
+        if found.error == 0.0 && !self.has_numbers() { self.error(other) == 0.0 } else { self.fits(other) }
+    }
+
     /// The settings with numbers that the recording does not have, that are in use and that change something.
     pub(super) fn candidates(&self, base: &Found) -> Vec<usize> {
         let (block, recording) = (self.comparison.block, self.comparison.recording);
@@ -137,7 +151,11 @@ impl<'a> Search<'a> {
         };
         let changes = |row: &usize| {
             let own = self.value(&base.variant, *row);
-            let others = if own == 0.0 { vec![self.span() * 0.1, 1.0] } else { vec![own * 1.3, own * 0.7] };
+            let mut others = if own == 0.0 { vec![self.span() * 0.1, 1.0] } else { vec![own * 1.3, own * 0.7] };
+            if block.table.variables[*row].kind == Kind::Time {
+                // The block counts a short time in calls.
+                others.extend([1.0, 10.0].map(|calls| own + calls * block.settings[block.table.cycle]));
+            }
             let mut others = others.into_iter().filter_map(|value| self.with(&base.variant, *row, value));
             others.any(|variant| (self.error(&variant) - base.error).abs() > INSENSITIVE * base.error)
         };
@@ -176,7 +194,7 @@ impl<'a> Search<'a> {
     }
 
     /// Whether an output is a number, which changes with every change of a setting.
-    fn has_numbers(&self) -> bool {
+    pub(super) fn has_numbers(&self) -> bool {
         self.comparison.recording.outputs.iter().any(|of| !of.is_boolean)
     }
 
@@ -245,6 +263,31 @@ impl<'a> Search<'a> {
         });
         let best = found.min_by(|a, b| a.error.total_cmp(&b.error))?;
         Some(self.snapped(self.polished(best, &[row]), &[row]))
+    }
+
+    /// The best values of two settings where nothing but switches is recorded, on grids that become finer: the number of pulses is a stair
+    /// that has no slope.
+    pub(super) fn two(&self, base: &Found, rows: &[usize; 2]) -> Option<Found> {
+        let mut best = base.clone();
+        let mut width = FACTORS[FACTORS.len() - 3].ln();
+        while width > FINEST && best.error > 0.0 && self.may_go_on() {
+            let centre = rows.map(|row| self.value(&best.variant, row));
+            let half = PAIR_POINTS / 2;
+            let factor = |number: i32| (width * f64::from(number) / f64::from(half)).exp();
+            for (a, b) in (-half..=half).flat_map(|a| (-half..=half).map(move |b| (a, b))) {
+                let with = |variant: &Variant, place: usize, number: i32| {
+                    self.with(variant, rows[place], centre[place] * factor(number))
+                };
+                let variant = with(&best.variant, 0, a).and_then(|variant| with(&variant, 1, b));
+                let Some(variant) = variant else { continue };
+                let error = self.error(&variant);
+                if error < best.error {
+                    best = Found { variant, error };
+                }
+            }
+            width *= NARROWER;
+        }
+        rows.iter().all(|row| best.variant.values.contains_key(row)).then_some(best)
     }
 
     /// Least squares over one or two settings, from where they are.
@@ -332,7 +375,7 @@ impl<'a> Search<'a> {
             let start = Found { error: self.error(&variant), variant };
             let after = self.polished(start, &[row]).variant;
             let (before, now) = (self.value(&found.variant, row), self.value(&after, row));
-            (now - before).abs() > NEAR * before.abs() && self.fits(&after)
+            (now - before).abs() > NEAR * before.abs() && self.does_as_well(found, &after)
         };
         others.iter().filter(|other| **other != row).filter(is_confused).copied().collect()
     }
@@ -343,8 +386,9 @@ impl<'a> Search<'a> {
         let own = self.value(&found.variant, row);
         let widest = |sign: f64| {
             let values = WIDTHS.iter().map(|width| own + sign * width * own.abs());
-            let mut fitting = values
-                .filter(|value| self.with(&found.variant, row, *value).is_some_and(|variant| self.fits(&variant)));
+            let mut fitting = values.filter(|value| {
+                self.with(&found.variant, row, *value).is_some_and(|other| self.does_as_well(found, &other))
+            });
             fitting.next().unwrap_or(own)
         };
         (widest(-1.0), widest(1.0))

@@ -179,7 +179,8 @@ impl<'a> Block<'a> {
                     true
                 }
             };
-            if is_called && !variant.skipped.contains(&row) {
+            let is_called = is_called && !variant.skipped.contains(&row);
+            if is_called {
                 let context = || format!("line {} of the recording", recording.lines[row]);
                 if row > 0 && variant.doubled.contains(&row) {
                     // Nobody has written what was measured then: something between the rows.
@@ -201,7 +202,9 @@ impl<'a> Block<'a> {
                     calls.step().with_context(context)?;
                 }
             }
-            calls.read(&groups, &mut now)?;
+            if is_called || row == 0 {
+                calls.read(&groups, &mut now)?;
+            }
             for (all, now) in computed.iter_mut().zip(&now) {
                 all.push(*now);
             }

@@ -145,7 +145,8 @@ impl Diagnosis<'_> {
             if error(&ones) < error(&found) {
                 found = ones;
             }
-            if found.iter().any(|(_, one)| search.fits(&one.variant)) || !search.may_go_on() {
+            let is_exact = |one: &Found| one.error == 0.0 || search.has_numbers() && search.fits(&one.variant);
+            if found.iter().any(|(_, one)| is_exact(one)) || !search.may_go_on() {
                 break;
             }
         }
@@ -171,7 +172,7 @@ impl Diagnosis<'_> {
             Some(Tried::estimated(outcome, changes(rows, of), rows.to_vec()))
         };
         tried.extend(found.iter().filter_map(|(row, of)| estimate(&[*row], of)));
-        keep_fewest(&mut tried);
+        self.keep_likeliest(&mut tried);
         let singles = fitting(&tried);
         if singles > 0 {
             let sure = singles == 1 && self.is_told(&mut tried, &candidates);
@@ -179,11 +180,57 @@ impl Diagnosis<'_> {
         }
         let mut two = self.two_discrete(&tried);
         let is_of_controller = |row: &usize| block.roles.controller.contains(&block.table.variables[*row].name);
-        let (mut best, others): (Vec<usize>, Vec<usize>) =
-            found.iter().map(|(row, _)| *row).partition(is_of_controller);
-        best.extend(others);
-        best.truncate(MOST_PAIRED);
-        // A switch, a limit or a sign, and a number besides.
+        let (usual, others): (Vec<usize>, Vec<usize>) = found.iter().map(|(row, _)| *row).partition(is_of_controller);
+        let pair = |base: &Found, a: usize, b: usize| {
+            let best = self.pair(base, &found, [a, b])?;
+            estimate(&[a, b], &search.snapped(best, &[a, b]))
+        };
+        // The settings of the controller first, and with each beginning: one of them alone says little of how it began.
+        for beginning in self.comparison.beginnings(base.variant.beginning) {
+            let variant = Variant { beginning, ..base.variant.clone() };
+            let base = Found { error: search.error(&variant), variant };
+            two.extend(pairs(&usual).filter_map(|[a, b]| pair(&base, a, b)));
+            if fitting(&two) > 0 {
+                break;
+            }
+        }
+        two.extend(self.besides(&tried, &base, &is_changed));
+        let best: Vec<usize> = usual.iter().chain(&others).copied().take(MOST_PAIRED).collect();
+        let is_new = |rows: &[usize; 2]| rows.iter().any(|row| others.contains(row));
+        two.extend(pairs(&best).filter(is_new).filter_map(|[a, b]| pair(&base, a, b)));
+        self.keep_likeliest(&mut two);
+        let pairs = fitting(&two);
+        let sure = pairs == 1 && self.is_told(&mut two, &candidates);
+        tried.extend(two);
+        Ok((tried, sure))
+    }
+
+    /// The best values of two settings; nothing if they explain too little.
+    fn pair(&self, base: &Found, found: &[(usize, Found)], rows: [usize; 2]) -> Option<Found> {
+        let search = &self.search;
+        if !search.may_go_on() {
+            return None;
+        }
+        let beginning = base.variant.beginning;
+        let of = |row: &usize| found.iter().find(|(other, _)| other == row).map(|(_, of)| of.clone());
+        let one = |of: Found| {
+            let variant = Variant { beginning, ..of.variant };
+            Found { error: search.error(&variant), variant }
+        };
+        let starts = [Some(base.clone()), of(&rows[0]).map(one), of(&rows[1]).map(one)].into_iter().flatten();
+        let all: Vec<Found> = match search.has_numbers() {
+            true => starts.map(|start| search.polished(start, &rows)).collect(),
+            false => search.two(base, &rows).into_iter().collect(),
+        };
+        let best = all.into_iter().min_by(|a, b| a.error.total_cmp(&b.error))?;
+        let has_both = rows.iter().all(|row| best.variant.values.contains_key(row));
+        (has_both && best.error < GOOD * base.error).then_some(best)
+    }
+
+    /// A switch, a limit or a sign, and a number besides.
+    fn besides(&self, tried: &[Tried], base: &Found, is_changed: &dyn Fn(&usize, &Found) -> bool) -> Vec<Tried> {
+        let (search, block) = (&self.search, self.comparison.block);
+        let mut two = Vec::new();
         let mut discrete: Vec<&Tried> = tried.iter().filter(|of| !of.is_estimate && !of.rows.is_empty()).collect();
         discrete.sort_by(|a, b| search.error(&a.outcome.variant).total_cmp(&search.error(&b.outcome.variant)));
         for of in discrete.into_iter().take(3) {
@@ -201,23 +248,21 @@ impl Diagnosis<'_> {
                 }
             }
         }
-        for (number, a) in best.iter().enumerate() {
-            for b in best[number + 1..].iter().filter(|_| search.may_go_on()) {
-                let of = |row: &usize| found.iter().find(|(other, _)| other == row).map(|(_, of)| of.clone());
-                let starts = [Some(base.clone()), of(a), of(b)].into_iter().flatten();
-                let both = starts.map(|start| search.polished(start, &[*a, *b]));
-                let Some(best) = both.min_by(|a, b| a.error.total_cmp(&b.error)) else { continue };
-                let has_both = [a, b].iter().all(|row| best.variant.values.contains_key(row));
-                if has_both && best.error < GOOD * base.error {
-                    two.extend(estimate(&[*a, *b], &search.snapped(best, &[*a, *b])));
-                }
-            }
+        two
+    }
+
+    /// Leaves out what changes more than another explanation does: a limit that explains everything needs no second one. Where nothing
+    /// but switches is recorded, it leaves out what needs a tolerance, too, if another explanation needs none.
+    fn keep_likeliest(&self, tried: &mut Vec<Tried>) {
+        let fits = |of: &Tried| of.outcome.different() == 0 && !of.rows.is_empty();
+        let is_exact = |of: &Tried| of.outcome.largest() == 0.0;
+        if !self.search.has_numbers() && tried.iter().any(|of| fits(of) && is_exact(of)) {
+            tried.retain(|of| !fits(of) || is_exact(of));
         }
-        keep_fewest(&mut two);
-        let pairs = fitting(&two);
-        let sure = pairs == 1 && self.is_told(&mut two, &candidates);
-        tried.extend(two);
-        Ok((tried, sure))
+        let sets: Vec<Vec<usize>> = tried.iter().filter(|of| fits(of)).map(|of| of.rows.clone()).collect();
+        let is_less =
+            |set: &Vec<usize>, of: &Tried| set.len() < of.rows.len() && set.iter().all(|row| of.rows.contains(row));
+        tried.retain(|of| !fits(of) || !sets.iter().any(|set| is_less(set, of)));
     }
 
     /// Two changes at once that are known beforehand.
@@ -319,13 +364,9 @@ impl Diagnosis<'_> {
     }
 }
 
-/// Leaves out what changes more than another explanation does: a limit that explains everything needs no second one.
-fn keep_fewest(tried: &mut Vec<Tried>) {
-    let fits = |of: &Tried| of.outcome.different() == 0 && !of.rows.is_empty();
-    let sets: Vec<Vec<usize>> = tried.iter().filter(|of| fits(of)).map(|of| of.rows.clone()).collect();
-    let is_less =
-        |set: &Vec<usize>, of: &Tried| set.len() < of.rows.len() && set.iter().all(|row| of.rows.contains(row));
-    tried.retain(|of| !fits(of) || !sets.iter().any(|set| is_less(set, of)));
+/// Each two of them.
+fn pairs(rows: &[usize]) -> impl Iterator<Item = [usize; 2]> {
+    rows.iter().enumerate().flat_map(|(number, a)| rows[number + 1..].iter().map(move |b| [*a, *b]))
 }
 
 /// Whether it changes settings of the controller alone, which are changed most often.

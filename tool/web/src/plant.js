@@ -81,14 +81,17 @@ export function sensorOf(loop) {
 }
 
 /**
- * The inputs by which a user disturbs the loop: `PLANT.DOOR`.
+ * The inputs by which a user disturbs the loop, `PLANT.DOOR`, those of the plant first.
  *
  * @param {Work} loop
  * @returns {Promise<{ name: string, variable: Variable, value: Value }[]>}
  */
 export async function disturbances(loop) {
   const found = [];
-  for (const member of loop.members) {
+  // A controller without a plant has no loop to disturb.
+  const own =
+    loop.members.length > 0 ? [{ name: loop.member, fmu: loop.description.name, values: valuesOf(loop, "sent") }] : [];
+  for (const member of [...loop.members, ...own]) {
     const description = await store.describe(member.fmu);
     for (const name of description.roles.disturbances) {
       const variable = description.variables.find((one) => one.name === name);

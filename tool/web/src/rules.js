@@ -9,6 +9,9 @@ import { element, tableHead, text } from "tool/dom.js";
 import { unitText } from "tool/signals.js";
 import { rounded, shown } from "tool/values.js";
 
+/** The band in which a step counts as settled, as a part of it. */
+const SETTLED = 0.02;
+
 /**
  * All rules side by side.
  *
@@ -153,6 +156,25 @@ export function settingsTable(loop, answer) {
       facts.map(([name, title, value]) => element("div", { title }, element("dt", {}, name), element("dd", {}, value))),
     ),
   );
+}
+
+/**
+ * What to know of the settling time where the dead band is wider than the band in which a step counts as settled: the process value rests
+ * anywhere in it.
+ *
+ * @param {Work} loop
+ * @param {Tuned["predicted"]} predicted
+ * @returns {string[]}
+ */
+export function deadBandRemarks(loop, { setpoint }) {
+  const name = loop.description.roles.dead_band ?? "";
+  const width = Number(loop.settings[name]?.value ?? 0);
+  const height = Math.abs((setpoint.at(-1) ?? 0) - (setpoint[0] ?? 0));
+  if (!(width > SETTLED * height)) return [];
+  const [band, least] = [SETTLED * height, width / SETTLED].map((one) => rounded(one, "LREAL", 3));
+  return [
+    `${name} is wider than the band of ${band} to both sides in which this step counts as settled: the process value rests anywhere in the dead band, and a run settles earlier or later than predicted. A step of more than ${least} tells the settling time.`,
+  ];
 }
 
 /**

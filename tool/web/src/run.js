@@ -470,7 +470,8 @@ async function showControls() {
 function followSettings(names) {
   for (const name of names) {
     const setting = store.loop?.settings[name];
-    if (setting) fields.get(name)?.(setting.sent);
+    // A disturbance is named with its member.
+    if (store.loop && setting) (fields.get(name) ?? fields.get(variable(store.loop, name)))?.(setting.sent);
   }
   scheduleDone();
 }
@@ -519,13 +520,10 @@ function disturbanceControl(disturbing) {
   const list = element(
     "select",
     { "aria-label": "Disturbance", title: "Disturbance" },
-    disturbing.map(({ name }, number) =>
-      element(
-        "option",
-        { value: number },
-        disturbing.every((one) => split(one.name)[0] === split(name)[0]) ? split(name)[1] : name,
-      ),
-    ),
+    disturbing.map(({ name }, number) => {
+      const isOnly = disturbing.every((one) => one.name === name || split(one.name)[1] !== split(name)[1]);
+      return element("option", { value: number }, isOnly ? split(name)[1] : name);
+    }),
   );
   const showOne = () => {
     const { name, variable, value } = disturbing[at];

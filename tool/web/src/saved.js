@@ -28,6 +28,19 @@ function isChanged(one) {
 }
 
 /**
+ * Whether the saved file has a loop in manual mode, and its run or its other settings are to be kept: in the PLC it controls nothing then.
+ *
+ * @param {Work} loop
+ * @param {boolean} withTried
+ */
+function staysManual(loop, withTried) {
+  const [name] = loop.description.roles.manual ?? [];
+  const mode = name === undefined ? undefined : loop.settings[name];
+  if (!mode || (withTried ? mode.sent : (mode.file ?? mode.start)) !== true) return false;
+  return Object.values(loop.settings).some(isChanged);
+}
+
+/**
  * Shows what will be saved.
  *
  * @param {HTMLElement} within
@@ -40,6 +53,7 @@ export function showSaved(within, loops, withTried) {
   const isAlone = loops.length === 1;
   const title = (/** @type {Work} */ loop, /** @type {string} */ name) => (isAlone ? name : `${loop.name}: ${name}`);
   const unsent = all.filter(({ one }) => isEdited(one));
+  const manual = loops.filter((loop) => staysManual(loop, withTried));
   const apply = async () => {
     for (const loop of loops) await store.send(undefined, loop);
   };
@@ -87,5 +101,18 @@ export function showSaved(within, loops, withTried) {
           ),
         ),
     changed.length > MOST && element("p", { class: "faint" }, `and ${changed.length - MOST} more`),
+    manual.length > 0 &&
+      element(
+        "ul",
+        { class: "note" },
+        manual.slice(0, MOST).map((loop) => {
+          const name = loop.description.roles.manual?.[0] ?? "";
+          return element(
+            "li",
+            {},
+            `${title(loop, name)} is TRUE in the saved file: the controller begins in manual mode.`,
+          );
+        }),
+      ),
   );
 }

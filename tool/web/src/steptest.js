@@ -7,7 +7,7 @@
 import { ask } from "tool/engine.js";
 import { controlledValue } from "tool/signals.js";
 import { runValue, source, store, variable, wiredTo } from "tool/store.js";
-import { number } from "tool/values.js";
+import { number, same } from "tool/values.js";
 
 /** A setpoint that is nearer to the process value, as a part of both, is no step. */
 const LEAST = 1e-3;
@@ -28,7 +28,8 @@ export async function userStep(loop, typed, model) {
   const goal = aim && source(aim) !== "start" ? number(aim.sent) : Number.NaN;
   const to = typed.to === "" ? goal : Number(typed.to);
   // The step to where the setpoint is has been made, or is about to be; another one begins where the loop is now.
-  const isNext = typed.to !== "" && to !== goal;
+  // What is typed may have more digits than the block holds.
+  const isNext = typed.to !== "" && !(aim && same(aim.variable.kind, to, goal));
   const before = await restBefore(loop, goal, isNext);
   const from = typed.from === "" ? before.processValue : Number(typed.from);
   const isStep = Math.abs(to - from) > LEAST * Math.max(Math.abs(from), Math.abs(to));

@@ -743,7 +743,7 @@ export function wiredTo(loop, name) {
  * @returns {Values}
  */
 function named(loop, values) {
-  const members = new Set(loop.members.map((member) => member.name));
+  const members = new Set([loop.member, ...loop.members.map((member) => member.name)]);
   const full = Object.entries(values).map(([name, value]) => [
     name in loop.settings || !members.has(split(name)[0]) ? variable(loop, name) : name,
     value,

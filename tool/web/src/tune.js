@@ -14,7 +14,7 @@ import { draw } from "tool/charts.js";
 import { chooser } from "tool/csv.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
-import { applyRow, rulesTable, settingsTable } from "tool/rules.js";
+import { applyRow, deadBandRemarks, rulesTable, settingsTable } from "tool/rules.js";
 import { units, unitText } from "tool/signals.js";
 import { userStep } from "tool/steptest.js";
 import { store, valuesOf, wiredTo } from "tool/store.js";
@@ -712,7 +712,7 @@ function showRules(rows, chosen, place) {
       answer ? settingsTable(loop, answer) : element("p", { class: "error" }, chosen?.refusal ?? "Choose a rule."),
       element("div", { class: "rules wide" }, table),
     ),
-    answer ? remarksOf(answer.remarks) : null,
+    answer ? remarksOf([...answer.remarks, ...deadBandRemarks(loop, answer.predicted)]) : null,
   );
   const again = focused && resultPlace.querySelector(`[data-rule="${focused}"]`);
   if (again instanceof HTMLElement) again.focus();
