@@ -498,7 +498,7 @@ mod tests {
 
     #[test]
     fn the_engine_is_packed_with_its_length_first_and_gets_smaller() {
-        let code: Vec<u8> = (0..60_000_u32).map(|at| (at * at >> 7) as u8).collect();
+        let code: Vec<u8> = (0..60_000_u32).map(|at| ((at * at) >> 7) as u8).collect();
         let packed = compact(&code).unwrap();
         assert_eq!(packed[..5], [0x60, 0xea, 0, 0, 0]);
         assert!(packed.len() < code.len() / 2, "{}", packed.len());
