@@ -238,8 +238,8 @@ def test_hostile_calls_are_refused_by_the_c_of_the_blocks_as_the_standard_says(p
     with zipfile.ZipFile(tmp_path / "test-only/COUNTER.fmu") as fmu:
         (libraries / f"lib{name.lower()}").write_bytes(fmu.read(f"binaries/{fmpy.platform}/{name}"))
     environment = {**os.environ, "PLCFMU_LIBRARIES": str(libraries), "PLCFMU_HOSTILE_CALLS": "50000"}
-    # As `cargo xtask test` does, so that nothing is compiled anew.
-    tests = ["cargo", "test", "--workspace", "--test", "hostile", "--", "--nocapture"]
+    # As `cargo xtask test` does, so that nothing is compiled anew. The C has no functions of FMI 3.0.
+    tests = ["cargo", "test", "--workspace", "--test", "hostile", "--", "--nocapture", "--skip", "newer"]
     told = run(*tests, cwd=ROOT, env=environment)
     assert "test result: ok. 7 passed" in told and told.count("calls on instances") == len(BLOCKS), told
 
