@@ -94,7 +94,7 @@ const VERDICTS: [(Kind, Option<usize>, &str); 6] = [
     (Kind::EndRow, None, "=l+++l?"),
     (Kind::EndRow, Some(3), "=l+++l?"),
     (Kind::FasterClock, None, "=l+++l?"),
-    (Kind::FasterClock, Some(3), "=l++++?"),
+    (Kind::FasterClock, Some(3), "=l+++l?"),
     (Kind::Parallel, None, "=l+++l?"),
     (Kind::Parallel, Some(3), "=l+++l?"),
 ];

@@ -920,7 +920,7 @@ export type RestAt = {
 /** The setpoint, in its unit. */
 setpoint: number, };
 
-/** What the variables of an FMU are in a loop. All names are the FMU's own. */
+/** The roles of an FMU's variables in a loop. All names are the FMU's own. */
 export type Roles = {
 /** The setpoint that a user changes. */
 setpoint: string | null,
@@ -932,7 +932,7 @@ shown_process_value: string | null,
 manipulated_value: string | null,
 /** The switch to manual mode and the manual value. */
 manual: [string, string] | null,
-/** GAIN, TI, TD and TM_LAG, as far as there are such. */
+/** GAIN, TI, TD and TM_LAG, as far as the block has them. */
 controller: Array<string>,
 /** The switches of the P, I and D action. */
 structure: Array<string>,
@@ -940,7 +940,7 @@ structure: Array<string>,
 pulses: Array<string>,
 /** The settings of the pulse former: period, shortest pulse, ratio. */
 pulse_former: Array<string>,
-/** The inputs of a plant that disturb it. */
+/** What disturbs the loop: inputs of a plant, and what a controller adds to its output. */
 disturbances: Array<string>,
 /** The limits of the manipulated value: high, low. */
 limits: [string, string] | null,

@@ -334,7 +334,10 @@ fn no_sequence_of_calls_breaks_a_library_of_fmi_3() {
     }
     let foreign = some_state(fmu_of("counter"));
     for fmu in all {
-        for types in [Types::Native, Types::Wide] {
+        // With native types an array is one variable; the model knows single values.
+        let names = fmu.variables.iter().map(|row| &row.name).chain(fmu.texts.iter().map(|text| &text.name));
+        let has_arrays = names.into_iter().any(|name| name.ends_with(']'));
+        for types in [Types::Native, Types::Wide].into_iter().filter(|types| !(has_arrays && types.has_arrays())) {
             let foreign = [foreign.clone(), some_state(fmu)];
             let mut seen: Seen = [[[0; 2]; STATES.len()]; ALLOWED.len()];
             let config =
