@@ -126,7 +126,7 @@ pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
         }
         writeln!(page, "</ul>")?;
     }
-    run(&mut page, report, &description.roles)?;
+    run(&mut page, report, &fmu, &description.roles)?;
     compared(&mut page, &report.compared)?;
     if let Some(record) = report.record {
         plants(&mut page, home, record)?;
@@ -160,8 +160,8 @@ fn fmu_of(home: &dyn Home, block: &str) -> Result<String> {
     Ok(found.with_context(|| format!("there is no FMU of the block {block:?} here"))?.name)
 }
 
-/// Figures and curves.
-fn run(page: &mut String, report: &Report, roles: &Roles) -> Result<()> {
+/// Figures and curves of a controller, which is this FMU.
+fn run(page: &mut String, report: &Report, fmu: &str, roles: &Roles) -> Result<()> {
     if let Some(figures) = report.figures {
         let step = figures.step.as_ref().map_or_else(String::new, |step| {
             let unit = with_unit(step.to, report.units[0]);
@@ -181,6 +181,11 @@ fn run(page: &mut String, report: &Report, roles: &Roles) -> Result<()> {
             }
         }
         writeln!(page, "</dl>")?;
+        let later = report.record.map(|record| changed_after(record, figures.to, fmu, roles)).unwrap_or_default();
+        if !later.is_empty() {
+            let later = later.join(", ");
+            writeln!(page, "<p>Settings changed after this step: {}.</p>", Text(&later))?;
+        }
         if !figures.remarks.is_empty() {
             writeln!(page, "<ul>")?;
             for remark in &figures.remarks {
@@ -203,6 +208,23 @@ fn run(page: &mut String, report: &Report, roles: &Roles) -> Result<()> {
         writeln!(page, "<h2>Curves</h2>\n<figure>{drawing}</figure>")?;
     }
     Ok(())
+}
+
+/// The settings of a controller, which is this FMU, that were changed from this time on.
+fn changed_after(record: &Record, time: f64, fmu: &str, roles: &Roles) -> Vec<String> {
+    let Some(member) = record.setup().members.iter().find(|member| member.fmu == fmu) else { return Vec::new() };
+    let own = |variable: &str| -> Option<String> {
+        let name = variable.strip_prefix(&member.name)?.strip_prefix('.')?;
+        roles.controller.iter().chain(&roles.structure).find(|own| *own == name).cloned()
+    };
+    let events = record.events().events;
+    let later = events.iter().filter(|event| event.time >= time);
+    later
+        .filter_map(|event| {
+            let name = own(&event.variable)?;
+            Some(format!("{name} {} at {} s", shown_alone(event.value), short(event.time)))
+        })
+        .collect()
 }
 
 /// A figure with three significant digits and its unit, `degC^2 s` as `°C²·s`.
