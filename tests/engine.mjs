@@ -3,21 +3,17 @@
 
 import { readFileSync } from "node:fs";
 import { createInterface } from "node:readline";
-import { gunzipSync } from "node:zlib";
 
 const page = readFileSync(process.argv[2], "utf8");
-const [, packed] = page.match(/<script type="text\/plain" id="engine">([^<]*)</);
-// Base 93: two digits are 13 bits, or 14 where there is room for them.
-const digit = Object.fromEntries(Array.from({ length: 94 }, (_, at) => String.fromCharCode(33 + at)).filter((one) => one !== "<").map((one, at) => [one, at]));
-const bytes = [];
-let [bits, count] = [0, 0];
-for (const [low, high] of packed.match(/..?/g)) {
-  const value = digit[low] + 93 * (digit[high] ?? 0);
-  bits |= value << count;
-  count += high === undefined ? 8 - count : (value & 8191) < 93 * 93 - 8192 ? 14 : 13;
-  for (; count > 7; count -= 8, bits >>= 8) bytes.push(bits & 255);
-}
-const engine = new WebAssembly.Module(gunzipSync(Buffer.from(bytes)));
+const text = (id) => page.match(new RegExp(`<script type="text/plain" id="${id}">([^<]*)<`))?.[1] ?? "";
+// The page's own script unpacks the engine; its modules need a browser.
+globalThis.document = {
+  readyState: "complete",
+  getElementById: (id) => ({ textContent: id === "modules" ? "" : text(id) }),
+};
+const boot = page.match(/<script type="module" async>(.*?)<\/script>/s)[1];
+await import(`data:text/javascript,${encodeURIComponent(boot)}`).catch(() => undefined);
+const engine = await globalThis.compiledEngine;
 if (process.argv[3] === "--terminals") {
   console.log(JSON.stringify([WebAssembly.Module.imports(engine), WebAssembly.Module.exports(engine)]));
   process.exit();
