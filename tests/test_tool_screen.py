@@ -10,6 +10,7 @@ import re
 import pytest
 
 import test_tool_run
+from test_palette import COLORS
 from test_tool_run import browser, manual, open_tool, run_calls, saved, set_now, tool  # noqa: F401
 from tool import new_loop, show_tab
 
@@ -391,6 +392,13 @@ def own_texts():
             words = re.sub(r"\$\{[^{}]*\}", "", found[1] or found[2] or (found[3] if path.suffix == ".html" else "") or "")
             if " " in words.strip() or words[:1].isupper():
                 yield f"{path.name}:{code[: found.start()].count(chr(10)) + 1}", words
+
+
+def test_curves_have_the_colours_of_the_palette(open_tool):
+    page = open_tool()
+    for name in ("curve-1-light", "curve-2-dark", "run-1-light"):
+        color = page.evaluate("name => getComputedStyle(document.documentElement).getPropertyValue(name)", f"--{name}")
+        assert color.strip() == COLORS[name]
 
 
 def test_the_page_speaks_the_words_of_the_trade_and_passes_no_option_to_its_user():

@@ -173,7 +173,7 @@ export function deadBandRemarks(loop, { setpoint }) {
   if (!(width > SETTLED * height)) return [];
   const [band, least] = [SETTLED * height, width / SETTLED].map((one) => rounded(one, "LREAL", 3));
   return [
-    `${name} is wider than the band of ${band} to both sides in which this step counts as settled: the process value rests anywhere in the dead band, and a run settles earlier or later than predicted. A step of more than ${least} tells the settling time.`,
+    `${name} is wider than the band of ${band} to both sides in which this step counts as settled: the process value can stay anywhere in the dead band, and a run settles earlier or later than predicted. A step of more than ${least} tells the settling time.`,
   ];
 }
 
