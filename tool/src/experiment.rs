@@ -30,7 +30,7 @@ const BAND: f64 = 0.04;
 /// So often a swing crosses its mean in two periods.
 const CROSSINGS: usize = 4;
 /// Of a loop without a process value so many variables are watched at most.
-const MOST_WATCHED: usize = 200;
+const MOST_VARIABLES: usize = 200;
 /// A swing that has become this many times as wide still grows.
 const GROWN: f64 = 1.01;
 /// It has moved if it is this many times the noise away.
@@ -187,7 +187,7 @@ impl Watched {
         // A member that was exchanged has no values any more.
         let is_there = |values: &Vec<f64>| values.last().is_none_or(|last| !last.is_nan());
         let values: Vec<_> =
-            if columns > MOST_WATCHED { Vec::new() } else { (0..columns).map(values).filter(is_there).collect() };
+            if columns > MOST_VARIABLES { Vec::new() } else { (0..columns).map(values).filter(is_there).collect() };
         (!values.is_empty()).then_some(Watched { swinging: values.len(), values })
     }
 }

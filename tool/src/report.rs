@@ -181,7 +181,7 @@ fn run(page: &mut String, report: &Report, fmu: &str, roles: &Roles) -> Result<(
             }
         }
         writeln!(page, "</dl>")?;
-        let later = report.record.map(|record| changed_after(record, figures.to, fmu, roles)).unwrap_or_default();
+        let later = report.record.map(|record| changed_after(record, figures.from, fmu, roles)).unwrap_or_default();
         if !later.is_empty() {
             let later = later.join(", ");
             writeln!(page, "<p>Settings changed after this step: {}.</p>", Text(&later))?;
@@ -210,7 +210,7 @@ fn run(page: &mut String, report: &Report, fmu: &str, roles: &Roles) -> Result<(
     Ok(())
 }
 
-/// The settings of a controller, which is this FMU, that were changed from this time on.
+/// The settings of a controller, which is this FMU, that were changed after a time.
 fn changed_after(record: &Record, time: f64, fmu: &str, roles: &Roles) -> Vec<String> {
     let Some(member) = record.setup().members.iter().find(|member| member.fmu == fmu) else { return Vec::new() };
     let own = |variable: &str| -> Option<String> {
@@ -218,13 +218,11 @@ fn changed_after(record: &Record, time: f64, fmu: &str, roles: &Roles) -> Vec<St
         roles.controller.iter().chain(&roles.structure).find(|own| *own == name).cloned()
     };
     let events = record.events().events;
-    let later = events.iter().filter(|event| event.time >= time);
-    later
-        .filter_map(|event| {
-            let name = own(&event.variable)?;
-            Some(format!("{name} {} at {} s", shown_alone(event.value), short(event.time)))
-        })
-        .collect()
+    let later = events.iter().filter(|event| event.time > time).filter_map(|event| {
+        let name = own(&event.variable)?;
+        Some(format!("{name} {} at {} s", shown_alone(event.value), short(event.time)))
+    });
+    later.collect()
 }
 
 /// A figure with three significant digits and its unit, `degC^2 s` as `°C²·s`.

@@ -332,7 +332,7 @@ pub fn packed(bytes: &[u8], home: Home) -> Result<String> {
 /// browser unpacks gzip itself and this by a script of the page, in a worker.
 ///
 /// # Errors
-/// None that is known: it is written into memory.
+/// More than 4 GiB.
 fn compact(bytes: &[u8]) -> Result<Vec<u8>> {
     let length = u32::try_from(bytes.len()).context("the engine is too large")?;
     let options = LzmaOptions {

@@ -310,12 +310,10 @@ impl Lowerer<'_> {
         let is_asked = |pin: &&str| !matches!(law, Some(Law::Label)) && !self.asked.contains(*pin);
         let input = element.inputs.iter().map(|input| input.pin.as_str()).find(is_asked);
         // The outputs of calls are arguments, and boxes write what they are drawn to.
-        let is_passed = match law {
-            None => true,
-            Some(law) => {
-                matches!(law, Law::Box(..) | Law::Demultiplex | Law::Statement(_) | Law::Instance(_) | Law::System)
-            }
-        };
+        let is_passed = matches!(
+            law,
+            None | Some(Law::Box(..) | Law::Demultiplex | Law::Statement(_) | Law::Instance(_) | Law::System)
+        );
         let mut outputs = element.outputs.iter().map(|(pin, _)| pin.as_str());
         let output = outputs.find(|pin| !is_passed && !self.given.contains(*pin));
         if let Some(pin) = input.or(output) {

@@ -21,10 +21,10 @@ impl fmt::Debug for Call {
     }
 }
 
-/// An FMU state that the host holds.
-pub struct Saved {
+/// An FMU state that the host holds, with what a model knows of it.
+pub struct Saved<M = Model> {
     pub pointer: Pointer,
-    pub model: Model,
+    pub model: M,
     pub bytes: Vec<u8>,
 }
 
@@ -46,7 +46,7 @@ pub struct Slot {
     probe: Pointer,
 }
 
-const CATEGORIES: [&str; 4] = ["logStatusError", "logStatusDiscard", "logStatusFatal", "logAdvice"];
+pub const CATEGORIES: [&str; 4] = ["logStatusError", "logStatusDiscard", "logStatusFatal", "logAdvice"];
 const ADVICE: usize = 3;
 
 /// How often each function gave a status other than fmi2Error, and fmi2Error, by state.

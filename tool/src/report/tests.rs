@@ -120,14 +120,17 @@ fn a_report_has_curves_with_axes_and_units_and_what_was_done() {
 fn a_report_says_which_settings_were_changed_after_the_step_of_its_figures() {
     let mut session = session("C");
     let now = of("C", vec![setting("GAIN", 3.5, None)]);
-    let figures = Figures { from: 25.0, to: 49.5, ..Figures::default() };
-    let made = |session: &Session| {
+    let made = |session: &Session, to: f64| {
+        let figures = Figures { from: 25.0, to, ..Figures::default() };
         made(&Report { record: session.record(None).ok(), figures: Some(&figures), ..report(&now) })
     };
-    assert!(!made(&session).contains("Settings changed"));
+    assert!(!made(&session, 49.5).contains("Settings changed"));
     session.send(&Values::from([("C.GAIN".to_string(), Value::Number(3.5))])).unwrap();
-    let page = made(&session);
-    assert!(page.contains("<p>Settings changed after this step: GAIN 3.5 at 50 s.</p>"), "{page}");
+    // At the end of the time that the figures are of, and within it.
+    for to in [49.5, 75.0] {
+        let page = made(&session, to);
+        assert!(page.contains("<p>Settings changed after this step: GAIN 3.5 at 50 s.</p>"), "{page}");
+    }
 }
 
 #[test]

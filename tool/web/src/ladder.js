@@ -71,11 +71,11 @@ function network(of) {
     of.elements.some(({ outputs }) => outputs.some(({ wire }) => wire !== null && now.wires.has(wire)));
   /** What a wire carries; nothing if that is not known. @param {From} from @param {Told} now @returns {boolean | undefined} */
   const truth = (from, now) => {
-    if (from.operand) return from.operand.wire === null ? undefined : now.wires.get(from.operand.wire);
+    if (from.operand) return noted(from.operand, now);
     if (from.element === null) return isRun(now) || undefined;
     const output = of.elements[from.element].outputs.find(({ pin }) => pin === from.pin);
     if (output?.is_rail) return isRun(now) || undefined;
-    return output?.wire === null || output?.wire === undefined ? undefined : now.wires.get(output.wire);
+    return noted(output, now);
   };
   const drawing = svg("svg", {
     ...{ width, height, viewBox: `0 0 ${width} ${height}`, class: "network-drawing" },
@@ -96,7 +96,7 @@ function network(of) {
     });
     drawing.append(line, ...marks);
   }
-  for (const one of placed) drawing.append(...part(one, (from, now) => truth(from, now)));
+  for (const one of placed) drawing.append(...part(one, truth));
   const title = `Network ${of.number}${of.title ? `: ${of.title}` : ""}`;
   return element(
     "section",
@@ -106,6 +106,17 @@ function network(of) {
     of.labels.length > 0 && element("p", {}, of.labels.map((label) => `${label}:`).join(" ")),
     element("div", { class: "wide" }, drawing),
   );
+}
+
+/**
+ * What was noted of an operand or an output pin; nothing if that was not calculated.
+ *
+ * @param {{ wire: number | null } | null | undefined} of
+ * @param {Told} now
+ */
+function noted(of, now) {
+  const number = of?.wire ?? undefined;
+  return number === undefined ? undefined : now.wires.get(number);
 }
 
 /** @param {Element} of @param {boolean | undefined} truth */
@@ -151,7 +162,7 @@ function part(of, truth) {
   followers.push((now) => {
     const all = (input?.sources ?? []).map((from) => truth(from, now));
     const into = all.includes(true) ? true : all.every((one) => one === false) ? false : undefined;
-    const carried = out?.wire === null || out?.wire === undefined ? undefined : now.wires.get(out.wire);
+    const carried = noted(out, now);
     look(lead, into);
     look(trail, out ? carried : into);
     look(symbol, isCoil ? into : (conducts(part, now) ?? carried));
@@ -173,7 +184,7 @@ function part(of, truth) {
  * @param {Told} now
  */
 function conducts({ shape, sign, above }, now) {
-  const is = above?.wire === null || above === null ? undefined : now.wires.get(above.wire ?? -1);
+  const is = noted(above, now);
   if (shape !== "contact" || is === undefined) return undefined;
   return sign === "" ? is : sign === "/" ? !is : undefined;
 }
@@ -233,16 +244,13 @@ function name(operand, x, y, anchor, isInline = false) {
     event.stopPropagation();
     choose();
   });
-  for (const [key, of] of [
-    ["role", "button"],
-    ["tabindex", "0"],
-  ])
-    label.setAttribute(key, of);
+  label.setAttribute("role", "button");
+  label.setAttribute("tabindex", "0");
   label.classList.toggle("is-selected", selected?.text === operand.text);
   followers.push((now) => {
     const found = now.value(operand.path ?? "", operand.is_global);
-    const noted = operand.wire === null ? undefined : now.wires.get(operand.wire);
-    const shown = noted === undefined ? (found?.text ?? "") : noted ? "TRUE" : "FALSE";
+    const truth = noted(operand, now);
+    const shown = truth === undefined ? (found?.text ?? "") : truth ? "TRUE" : "FALSE";
     text(value, shown);
     value.classList.toggle("is-forced", found?.isForced === true);
     look(value, shown === "TRUE" ? true : shown === "FALSE" ? false : undefined);

@@ -550,7 +550,11 @@ function update() {
   const run = new Set((state && monitoredNow())?.lines.filter(([of]) => of === file).map(([, at]) => at));
   if (drawnBlock) {
     const wires = new Map(state && monitoredNow()?.wires);
-    follow({ wires, lines: run, value: (path, isGlobal) => (state ? pinValue(path, isGlobal) : undefined) });
+    follow({
+      wires,
+      lines: run,
+      value: (path, isGlobal) => (state ? valueNow(drawnBlock, path, isGlobal) : undefined),
+    });
   }
   if (!sheet?.isConnected) return;
   const top = sheet.getBoundingClientRect();
@@ -643,20 +647,23 @@ function lastName(path) {
  * @returns {[string, string, string, string, string][] | undefined}
  */
 function value({ block }, named) {
-  const found = find(block, named.path, named.is_global);
+  const found = valueNow(block, named.path, named.is_global);
+  return found && [[named.path, found.text, found.kind, found.name ?? "", found.isForced ? "forced" : ""]];
+}
+
+/**
+ * The present value of a variable: its type, the value as text, its name if the run has it, and whether it is forced.
+ *
+ * @param {Block | undefined} block
+ * @param {string} path
+ * @param {boolean} isGlobal
+ */
+function valueNow(block, path, isGlobal) {
+  const found = find(block, path, isGlobal);
   if (!found) return undefined;
   const [kind, now, name] = found;
   const text = kind === TEXT ? `'${now}'` : plcText(now, kind);
-  return [[named.path, text, kind, name ?? "", name && isForced(name) ? "forced" : ""]];
-}
-
-/** The value of a variable in the block whose networks are drawn. @param {string} path @param {boolean} isGlobal */
-function pinValue(path, isGlobal) {
-  const found = find(drawnBlock, path, isGlobal);
-  if (!found) return undefined;
-  const [kind, now, name] = found;
-  const shown = kind === TEXT ? `'${now}'` : plcText(now, kind);
-  return { text: shown, name, isForced: name !== undefined && isForced(name) };
+  return { kind, text, name, isForced: name !== undefined && isForced(name) };
 }
 
 /**

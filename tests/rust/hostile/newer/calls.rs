@@ -2,11 +2,12 @@
 
 use super::model::{Model, held};
 use super::typed::{Typed, with_type};
-use super::{Answer, Host, OK, Saved, Turn};
+use super::{Answer, Host, OK, Turn};
 use crate::calls::lifecycle::{any_experiment, is_good_experiment};
 use crate::calls::logging::any_categories;
 use crate::calls::step::{any_step, step_expected};
 use crate::calls::values::any_text;
+use crate::host::Saved;
 use crate::model::{Expected, count_of, good_array, holds, ok_if};
 use host::library::Pointer;
 use std::ffi::{CStr, c_char, c_int};
@@ -286,7 +287,7 @@ impl Host<'_> {
         Answer { status, expected: ok_if(turn.allowed && is_good), arguments, after }
     }
 
-    fn saved(&self, turn: &Turn) -> &[Saved] {
+    fn saved(&self, turn: &Turn) -> &[Saved<Model>] {
         self.slots[turn.place].as_ref().map_or(&[], |slot| &slot.saved)
     }
 

@@ -9,6 +9,7 @@ mod foreign;
 mod model;
 mod typed;
 
+use crate::host::{CATEGORIES, Saved};
 use crate::model::Expected;
 use crate::serialized::some_state;
 use blocks::Types;
@@ -49,13 +50,6 @@ unsafe extern "C" fn log(environment: Pointer, status: c_int, category: *const c
     entries.borrow_mut().push((status, category.into_owned(), message.into_owned()));
 }
 
-/// A state that the host holds.
-pub struct Saved {
-    pub pointer: Pointer,
-    pub model: Model,
-    pub bytes: Vec<u8>,
-}
-
 /// A living instance.
 pub struct Slot {
     pub instance: Pointer,
@@ -71,7 +65,7 @@ pub struct Slot {
     pub model: Model,
     /// The whole instance, serialized after the last call.
     pub bytes: Vec<u8>,
-    pub saved: Vec<Saved>,
+    pub saved: Vec<Saved<Model>>,
     probe: Pointer,
 }
 
@@ -124,8 +118,6 @@ pub struct Host<'a> {
 
 /// How often each function succeeded, and was refused, by state.
 type Seen = [[[u64; 2]; STATES.len()]; ALLOWED.len()];
-
-const CATEGORIES: [&str; 4] = ["logStatusError", "logStatusDiscard", "logStatusFatal", "logAdvice"];
 
 impl<'a> Host<'a> {
     fn new(fmu: &'static Fmu, types: Types, foreign_blobs: &'a [Vec<u8>], seen: &'a mut Seen) -> Host<'a> {
