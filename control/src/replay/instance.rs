@@ -163,6 +163,8 @@ impl<'a> Block<'a> {
         let mut computed: Vec<Vec<f64>> = outputs.iter().map(|_| Vec::with_capacity(rows)).collect();
         let mut now = vec![0.0; outputs.len()];
         let groups = self.groups(&outputs);
+        let recorded = recording.inputs.iter().enumerate();
+        let written: Vec<_> = recorded.filter(|(_, of)| !variant.values.contains_key(&of.row)).collect();
         for row in 0..rows {
             let is_called = match variant.beginning {
                 Beginning::Restart => row > 0,
@@ -184,19 +186,15 @@ impl<'a> Block<'a> {
                 let context = || format!("line {} of the recording", recording.lines[row]);
                 if row > 0 && variant.doubled.contains(&row) {
                     // Nobody has written what was measured then: something between the rows.
-                    for (number, of) in recording.inputs.iter().enumerate().filter(|(_, of)| of.is_measured) {
+                    for &(number, of) in written.iter().filter(|(_, of)| of.is_measured) {
                         let share = jitter.map_or(0.5, |seed| 0.5 + 0.5 * sign(seed, row, number));
                         let (before, after) = (input(number, row - 1), input(number, row));
-                        if !variant.values.contains_key(&of.row) {
-                            calls.set(of.row, before + share * (after - before)).with_context(context)?;
-                        }
+                        calls.set(of.row, before + share * (after - before)).with_context(context)?;
                     }
                     calls.step().with_context(context)?;
                 }
-                for (number, of) in recording.inputs.iter().enumerate() {
-                    if of.is_tunable && !variant.values.contains_key(&of.row) {
-                        calls.set(of.row, input(number, row)).with_context(context)?;
-                    }
+                for &(number, of) in written.iter().filter(|(_, of)| of.is_tunable) {
+                    calls.set(of.row, input(number, row)).with_context(context)?;
                 }
                 for _ in 0..=variant.more_calls {
                     calls.step().with_context(context)?;
