@@ -2,10 +2,14 @@
 outside of its folder."""
 
 import json
+import pathlib
+import shutil
 import subprocess
 
 import host
 import pytest
+
+EXAMPLES = pathlib.Path(__file__).parents[1] / "examples/programs"
 
 MOTOR = """FUNCTION_BLOCK "Motor"
 VAR_INPUT start : BOOL; stop : BOOL; END_VAR
@@ -84,6 +88,9 @@ def folder(tmp_path_factory):
     (folder / "link.scl").symlink_to(outside / "secret.scl")
     (folder / "up").symlink_to(outside)
     (folder / "nowhere").symlink_to(outside / "new")
+    (folder / "sd").mkdir()
+    shutil.copy(EXAMPLES / "interlock.s7dcl", folder / "sd")
+    (folder / "sd/interlock.s7res").symlink_to(outside / "secret.scl")
     for number, source in enumerate(["../secret.scl", "link.scl", str(outside / "secret.scl")]):
         (folder / f"sub/{number}.toml").write_text(f'sources = ["../{source}"]\ncycle = "1s"\n[[case]]\nname = "a"\nsteps = []\n')
         (folder / f"{number}_loop.toml").write_text(f'[fmus.B]\nsources = ["{source}"]\ncycle = "1s"\n')
@@ -181,6 +188,11 @@ def test_no_path_leads_out_of_the_folder(client, folder, tool, arguments):
     (told,), is_error = client.call(tool, **arguments)
     assert is_error and ("lies outside of" in told or "is the address of a PLC" in told), told
     assert sorted(path.name for path in folder.parent.iterdir()) == before
+
+
+def test_no_file_beside_another_leads_out_of_the_folder(client):
+    """The texts of a document would be read with it; here they are a link."""
+    assert json.loads(client.call("check", files=["sd"])[0][0])["errors"] == []
 
 
 @pytest.mark.parametrize(
