@@ -78,6 +78,8 @@ CALLS = {
     "prove": [("prove PLANTED.fmu --out=p.scl", False, False)],
     # It serves until it is interrupted; what is run there is the next test.
     "tool": [("tool", False, False), ("tool --fmus=.", False, True), ("tool PLANTED.fmu", False, True)],
+    # It answers a client, which test_mcp.py is: its tool `run` is the command.
+    "mcp": [("mcp", False, False)],
     "help": [("help params", False, False)],
 }
 EACH = [(call, *runs) for calls in CALLS.values() for call, *runs in calls]
@@ -137,7 +139,7 @@ def test_each_command_is_tried(command):
 
 def test_those_commands_are_named_that_run_code(command):
     """By SECURITY.md and --help, and no other."""
-    runs = {name for name, calls in CALLS.items() if any(any(runs) for _, *runs in calls)}
+    runs = {name for name, calls in CALLS.items() if any(any(runs) for _, *runs in calls)} | {"mcp"}
     text = (pathlib.Path(__file__).parents[1] / "SECURITY.md").read_text()
     paragraph = text.split("## What is not a fault\n")[1].split("No other command runs code of an FMU.")[0]
     assert set(re.findall(r"`plcfmu ([a-z-]+)", paragraph)) == runs

@@ -31,6 +31,8 @@ CALLS = {
     "help": [["help"]],
     "info": [["info", "{fmus}/CONT_C.fmu"]],
     "manual": [["manual", "--out=pages"]],
+    # Without a client it ends at once.
+    "mcp": [["mcp"]],
     "merge": [["merge", "{fmus}/CONT_C.fmu", "{fmus}/CONT_C.fmu", "--out=JOINED.fmu"]],
     "new": [["new", "own"], ["new", "press", "--scl"]],
     "params": [["params", "plant.awl", "--out=plant.json"]],
@@ -46,7 +48,7 @@ CALLS = {
 }
 
 # They are called wrongly: what they need comes from another program.
-REFUSE = ("child", "figures")
+REFUSE = ("child", "figures", "mcp")
 
 STUDY = """
 loop = "tank_loop.toml"

@@ -40,6 +40,9 @@ def schema(name):
         ("info", ["info", *FMUS]),
         ("info", ["info", str(host.FOLDER / "PROCESS.fmu"), "preset.fmu"]),
         ("check", ["check", "--run", FMUS[0], "bad.fmu"]),
+        ("check_program", ["check", "bad.scl"]),
+        ("check_program", ["check", str(ROOT / "examples/programs/tank.scl")]),
+        ("test", ["test", str(ROOT / "examples/programs/tank.toml")]),
         ("run", ["run", *FMUS, *LOOP, *STEP, "--set=CONT_C.SP_INT=80@20", "--step=1", "--stop=40", "--out=o.csv"]),
         ("run", ["run", FMUS[1], "--stop=2"]),
         ("params", ["params", "loops.awl"]),
@@ -51,6 +54,7 @@ def schema(name):
 )
 def test_what_is_printed_as_json_is_as_documented(plcfmu, tmp_path, name, given):
     (tmp_path / "bad.fmu").write_bytes(b"no archive")
+    (tmp_path / "bad.scl").write_text('FUNCTION_BLOCK "B"\nBEGIN\n"Lamp" := 5 +;\nEND_FUNCTION_BLOCK\n')
     block = 'DATA_BLOCK "{}" CONT_C BEGIN GAIN := {}; END_DATA_BLOCK\n'
     (tmp_path / "loops.awl").write_text(block.format("TIC1", "2.0") + block.format("TIC2", "2.0"))
     (tmp_path / "other.awl").write_text(block.format("TIC1", "2.5"))

@@ -3,6 +3,8 @@
 use clap::{CommandFactory, Parser, Subcommand};
 use host::child::COMMAND;
 use host::package::temporary;
+#[cfg(feature = "mcp")]
+use plcfmu::commands::mcp;
 #[cfg(feature = "server")]
 use plcfmu::commands::tool;
 use plcfmu::commands::{
@@ -14,8 +16,8 @@ use std::process::ExitCode;
 
 /// Which commands run code of FMUs, and when.
 const NATIVE_CODE: &str = "\
-Native code of FMUs runs in a process of its own, in run, check --run, study, tune-study, and in tool when a loop is started. preset \
-starts each preset once. params, preset and tool also load an FMU of a block of your own that is named, to read its table. No other \
+Native code of FMUs runs in a process of its own, in run, check --run, study, tune-study, in tool when a loop is started, and in mcp \
+when its client calls run. preset starts each preset once. params, preset and tool also load an FMU of a block of your own that is named, to read its table. No other \
 command runs any.";
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
@@ -62,6 +64,8 @@ enum Command {
     Merge(merge::Options),
     Preset(preset::Options),
     Prove(prove::Options),
+    #[cfg(feature = "mcp")]
+    Mcp(mcp::Options),
     #[cfg(feature = "server")]
     Tool(tool::Options),
     /// Run foreign code for another process of plcfmu
@@ -98,6 +102,8 @@ fn main() -> ExitCode {
         Command::Merge(options) => merge::run(&options),
         Command::Preset(options) => preset::run(&options),
         Command::Prove(options) => prove::run(&options),
+        #[cfg(feature = "mcp")]
+        Command::Mcp(options) => mcp::run(&options),
         #[cfg(feature = "server")]
         Command::Tool(options) => tool::run(&options),
         Command::Child(options) => child::run(&options),

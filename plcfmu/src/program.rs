@@ -22,7 +22,10 @@ fn with_texts(files: &[PathBuf]) -> Vec<PathBuf> {
     let mut all: Vec<PathBuf> = Vec::new();
     for file in files {
         let texts = file.with_extension("s7res");
-        let is_beside = folder::ending(file) == "s7dcl" && texts.is_file() && !files.contains(&texts);
+        // A link to texts elsewhere is left out, as the links below a folder are.
+        let folder_of = |file: &Path| file.canonicalize().ok()?.parent().map(Path::to_path_buf);
+        let is_beside = texts.is_file() && folder_of(&texts) == folder_of(file);
+        let is_beside = folder::ending(file) == "s7dcl" && is_beside && !files.contains(&texts);
         all.push(file.clone());
         all.extend(is_beside.then_some(texts));
     }

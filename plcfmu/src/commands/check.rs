@@ -8,13 +8,15 @@ use crate::package::check::{STEPS, check};
 use crate::package::program::{self as packing, Refused};
 use crate::program::{self, survey};
 use crate::tell::plain;
-use anyhow::{Error, Result, anyhow, bail};
+use anyhow::{Error, Result, anyhow, bail, ensure};
 use host::child::Starter;
 use host::machine::Fault;
 use host::package::Package;
 use modeldescription::{Description, shortened};
 use parameters::problem::drawn;
+use parameters::{Problem, Problems};
 use serde::Serialize;
+use serde_json::{Value, json};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -38,7 +40,7 @@ pub struct Options {
     /// Also load this machine's library and let it make some steps: this runs its code
     #[arg(long)]
     pub run: bool,
-    /// Print what was found as JSON, for scripts; for FMUs
+    /// Print what was found as JSON, for scripts
     #[arg(long)]
     pub json: bool,
     /// How long an FMU may take with --run, in seconds
@@ -57,7 +59,11 @@ pub fn run(options: &Options) -> Result<()> {
     let (sources, fmus): (Vec<PathBuf>, Vec<PathBuf>) =
         options.files.iter().cloned().partition(|file| program::is_part(file));
     if !sources.is_empty() {
-        check_program(&sources, &options.program)?;
+        ensure!(fmus.is_empty() || !options.json, "--json is for a program or for FMUs: name one of them");
+        check_program(&sources, &options.program, options.json)?;
+        if options.json {
+            return Ok(());
+        }
     } else {
         options.program.refuse()?;
     }
@@ -103,33 +109,57 @@ pub fn run(options: &Options) -> Result<()> {
 }
 
 /// Prints what is wrong with a program, or of what its author is warned: all that `build` would say of it.
-fn check_program(sources: &[PathBuf], options: &packing::Options) -> Result<()> {
-    let count =
-        |problems: &[parameters::Problems]| problems.iter().map(|of_file| of_file.problems.len()).sum::<usize>();
+fn check_program(sources: &[PathBuf], options: &packing::Options, is_json: bool) -> Result<()> {
     let mut manifest = options.manifest(sources)?;
-    if let Some(table) = survey::table(sources, &manifest)? {
+    if !is_json && let Some(table) = survey::table(sources, &manifest)? {
         print(&table)?;
     }
     manifest.cycle = manifest.cycle.or(Some(100));
-    let (warnings, more) = match packing::examine(&manifest) {
+    let none = Vec::new;
+    let (block, remark, errors, warnings) = match packing::examine(&manifest) {
         Ok(examined) => {
-            let block = format!("; the FMU runs {}", examined.block());
-            (
-                examined.warnings,
-                format!("{block}\n{}", examined.stop.map_or(String::new(), |stop| packing::stops(&stop) + "\n")),
-            )
+            let stop = examined.stop.as_deref().map(packing::stops);
+            (Some(examined.block().to_string()), stop, none(), examined.warnings)
         }
-        Err(Refused::Choice(which, warnings)) => (warnings, format!("; build: {which}\n")),
-        Err(Refused::Sources(errors)) => {
-            errors.iter().try_for_each(|problems| print(&drawn(problems)))?;
-            let errors = count(&errors);
-            bail!("the program has {errors} error{}", if errors == 1 { "" } else { "s" })
-        }
+        Err(Refused::Choice(which, warnings)) => (None, Some(which), none(), warnings),
+        Err(Refused::Sources(errors)) => (None, None, errors, none()),
         Err(Refused::Other(error)) => return Err(error),
     };
-    warnings.iter().try_for_each(|problems| print(&drawn(problems)))?;
-    let warnings = count(&warnings);
-    print(&format!("no errors, {warnings} warning{}{more}", if warnings == 1 { "" } else { "s" }))
+    let count = |problems: &[Problems]| match problems.iter().map(|of_file| of_file.problems.len()).sum::<usize>() {
+        1 => (1, ""),
+        count => (count, "s"),
+    };
+    if is_json {
+        let (errors, warnings) = (findings(&errors), findings(&warnings));
+        let found = json!({ "block": block, "errors": errors, "warnings": warnings, "remark": remark });
+        print(&format!("{found:#}\n"))?;
+    } else {
+        errors.iter().chain(&warnings).try_for_each(|problems| print(&drawn(problems)))?;
+    }
+    if let (errors @ 1.., plural) = count(&errors) {
+        bail!("the program has {errors} error{plural}");
+    }
+    if is_json {
+        return Ok(());
+    }
+    let (warnings, plural) = count(&warnings);
+    let runs = block.map_or_else(|| "build: ".to_string(), |block| format!("the FMU runs {block}\n"));
+    let remark = remark.map_or_else(String::new, |remark| remark + "\n");
+    print(&format!("no errors, {warnings} warning{plural}; {runs}{remark}"))
+}
+
+/// Problems for scripts.
+fn findings(problems: &[Problems]) -> Vec<Value> {
+    let finding = |file: &str, problem: &Problem| {
+        json!({
+            "file": file,
+            "line": problem.place.as_ref().map(|place| place.line),
+            "column": problem.place.as_ref().map(|place| place.column),
+            "message": problem.message,
+            "help": problem.help.as_ref().map(ToString::to_string),
+        })
+    };
+    problems.iter().flat_map(|of| of.problems.iter().map(move |problem| finding(&of.file, problem))).collect()
 }
 
 /// What was found, as `--json` prints it.

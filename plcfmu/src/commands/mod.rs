@@ -8,6 +8,8 @@ pub mod gains;
 pub mod info;
 pub mod loops;
 pub mod manual;
+#[cfg(feature = "mcp")]
+pub mod mcp;
 pub mod merge;
 pub mod new;
 pub mod params;

@@ -1,9 +1,11 @@
 //! `plcfmu test`: tests of a program in SCL.
 
 use super::print;
+use crate::package::program::Refused;
 use crate::program::{self, trial};
 use anyhow::{Context, Result, bail, ensure};
 use parameters::problem::drawn;
+use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 use study::junit;
@@ -35,6 +37,9 @@ pub struct Options {
     /// Write the results as JUnit XML, which CI servers show as tests
     #[arg(long, value_name = "FILE.xml")]
     pub junit: Option<PathBuf>,
+    /// Print the results as JSON, for scripts
+    #[arg(long)]
+    pub json: bool,
     /// Write the sources as a page that shows which lines were run
     #[arg(long, value_name = "FILE.html")]
     pub coverage: Option<PathBuf>,
@@ -58,12 +63,15 @@ pub fn run(options: &Options) -> Result<()> {
         path.display(),
         files.len()
     );
-    let mut cases = Vec::new();
+    let (mut cases, mut told) = (Vec::new(), Vec::new());
     for file in &files {
-        if files.len() > 1 {
+        if files.len() > 1 && !options.json {
             print(&format!("{}\n", file.display()))?;
         }
-        cases.extend(run_file(file, options)?);
+        cases.extend(run_file(file, options, &mut told)?);
+    }
+    if options.json {
+        print(&format!("{:#}\n", Value::Array(told)))?;
     }
     if let Some(junit) = &options.junit {
         junit::write_suite(junit, &path.display().to_string(), cases.clone())?;
@@ -74,15 +82,17 @@ pub fn run(options: &Options) -> Result<()> {
     }
 }
 
-/// Runs the cases of a file.
-fn run_file(path: &Path, options: &Options) -> Result<Vec<junit::Case>> {
+/// Runs the cases of a file, and adds their results for scripts to those of other files.
+fn run_file(path: &Path, options: &Options, told: &mut Vec<Value>) -> Result<Vec<junit::Case>> {
+    let say = |text: &str| if options.json { Ok(()) } else { print(text) };
     let file = trial::File::read(path)?;
     let parts = program::parts(&file.manifest)?;
     if let Some(table) = program::survey::of(&file.manifest.sources, &parts) {
-        print(&table)?;
+        say(&table)?;
     }
     let compiled = match scl::compile(&parts.sources, &parts.manifest) {
         Ok(compiled) => compiled,
+        Err(errors) if options.json => return Err(Refused::Sources(errors).into()),
         Err(errors) => {
             errors.iter().try_for_each(|problems| print(&drawn(problems)))?;
             bail!("the program has errors");
@@ -93,11 +103,15 @@ fn run_file(path: &Path, options: &Options) -> Result<Vec<junit::Case>> {
     for case in &file.cases {
         let problem = trial.run(&file, case)?;
         let verdict = problem.as_ref().map_or_else(|| "ok".to_string(), |problem| format!("FAILED: {problem}"));
-        print(&format!("{}: {verdict}\n", case.name))?;
+        say(&format!("{}: {verdict}\n", case.name))?;
         cases.push(junit::Case { name: case.name.clone(), text: problem.clone().unwrap_or_default(), problem });
     }
     let coverage = trial.coverage();
-    print(&format!("{} of {} lines of statements were run\n", coverage.run(), coverage.all()))?;
+    let (run, all) = (coverage.run(), coverage.all());
+    say(&format!("{run} of {all} lines of statements were run\n"))?;
+    let of_case = |case: &junit::Case| json!({ "name": case.name, "problem": case.problem });
+    let results: Vec<Value> = cases.iter().map(of_case).collect();
+    told.push(json!({ "file": path.display().to_string(), "cases": results, "lines": all, "lines_run": run }));
     if let Some(path) = &options.coverage {
         fs::write(path, coverage.page(&parts.sources))
             .with_context(|| format!("{} cannot be written", path.display()))?;

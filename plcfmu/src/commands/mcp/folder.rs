@@ -1,0 +1,83 @@
+//! The folder of a client: no path leads out of it, be it absolute, with `..`, by a link, or named in a description.
+
+use crate::{parameter_file, program};
+use anyhow::{Context, Result, ensure};
+use parameters::Source;
+use serde_json::Value;
+use std::env;
+use std::path::{Component, Path, PathBuf};
+
+/// A folder, without links in its path.
+#[derive(Clone, Debug)]
+pub struct Folder(PathBuf);
+
+impl Folder {
+    /// The current one.
+    ///
+    /// # Errors
+    /// It is gone.
+    pub fn current() -> Result<Folder> {
+        let folder = env::current_dir().and_then(|folder| folder.canonicalize());
+        folder.map(Folder).context("the current folder cannot be read")
+    }
+
+    /// Refuses a text of a request that leads out of the folder. Whatever it is for, it may be a path.
+    ///
+    /// # Errors
+    /// It does.
+    pub fn ensure_inside(&self, text: &str) -> Result<()> {
+        self.ensure_within(Path::new(""), text)
+    }
+
+    /// Refuses a description of a loop or of tests, or a folder with such files, that names what lies outside.
+    ///
+    /// # Errors
+    /// One does.
+    pub fn ensure_descriptions_inside(&self, text: &str) -> Result<()> {
+        for path in paths(text).map(Path::new) {
+            let files = if path.is_dir() { program::test_files(path).unwrap_or_default() } else { vec![path.into()] };
+            for file in files.iter().filter(|file| file.is_file()) {
+                // What cannot be read, or is no description, names nothing.
+                let Ok(source) = Source::read(file, None) else { continue };
+                let content = toml::from_str::<Value>(&source.text).unwrap_or_default();
+                let beside = file.parent().unwrap_or(Path::new(""));
+                let inside = texts(&content).into_iter().try_for_each(|text| self.ensure_within(beside, text));
+                inside.with_context(|| format!("{} names a file", file.display()))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn ensure_within(&self, beside: &Path, text: &str) -> Result<()> {
+        ensure!(!parameter_file::is_plc(text), "{text} is the address of a PLC: name a file in {}", self.0.display());
+        for path in paths(text) {
+            let is_inside = self.leads_inside(&self.0.join(beside).join(path));
+            ensure!(is_inside, "{path} lies outside of {}, where plcfmu was started", self.0.display());
+        }
+        Ok(())
+    }
+
+    /// Whether a path, with its links followed, stays in the folder; what does not exist yet lies where its folder does.
+    fn leads_inside(&self, path: &Path) -> bool {
+        let Some(there) = path.ancestors().find(|part| part.symlink_metadata().is_ok()) else { return false };
+        let is_up = |part| part == Component::ParentDir;
+        let is_new = path.strip_prefix(there).is_ok_and(|rest| !rest.components().any(is_up));
+        // A link that leads nowhere is no place for a file.
+        is_new && there.canonicalize().is_ok_and(|real| real.starts_with(&self.0))
+    }
+}
+
+/// What may be a path in a text: the text, and what `NAME=` precedes.
+fn paths(text: &str) -> impl Iterator<Item = &str> {
+    [text].into_iter().chain(text.split_once('=').map(|(_, path)| path))
+}
+
+/// All texts in a value.
+fn texts(value: &Value) -> Vec<&str> {
+    match value {
+        Value::String(text) => vec![text],
+        Value::Array(values) => values.iter().flat_map(texts).collect(),
+        Value::Object(entries) => entries.values().flat_map(texts).collect(),
+        _ => Vec::new(),
+    }
+}

@@ -1,0 +1,160 @@
+//! What a client may ask for: commands, and those of their options that it may give.
+
+use super::folder::Folder;
+use crate::commands::{build, check, run, show, test};
+use anyhow::{Context, Result, bail, ensure};
+use clap::{Arg, ArgAction, Args, Command};
+use rmcp::model::JsonObject;
+use serde_json::{Value, json};
+use std::any::TypeId;
+
+/// A command as a tool.
+pub struct Offer {
+    pub name: &'static str,
+    /// What an agent has to know to choose it.
+    pub about: &'static str,
+    /// Adds its options.
+    options: fn(Command) -> Command,
+    /// What a request has to give.
+    needed: &'static [&'static str],
+    pub is_json: bool,
+}
+
+pub const OFFERS: [Offer; 5] = [
+    Offer {
+        name: "check",
+        about: "What is wrong with a program: errors and warnings with file, line, column and remedy, and the block that its FMU runs. Or \
+                what is wrong with FMUs. JSON",
+        options: check::Options::augment_args,
+        needed: &["files"],
+        is_json: true,
+    },
+    Offer {
+        name: "show",
+        about: "A program as SCL, as it was understood; blocks in LAD and FBD, too",
+        options: show::Options::augment_args,
+        needed: &["files"],
+        is_json: false,
+    },
+    Offer {
+        name: "build",
+        about: "Makes an FMU of a program, without a compiler; the path of the FMU",
+        options: build::Options::augment_args,
+        // With a cycle it is a program: a crate, whose build scripts would run, is refused.
+        needed: &["files", "cycle"],
+        is_json: false,
+    },
+    Offer {
+        name: "test",
+        about: "Runs the test cases of a program (a .toml, or a folder with several): what failed, when and where, and how many lines of \
+                statements were run. JSON",
+        options: test::Options::augment_args,
+        needed: &["file"],
+        is_json: true,
+    },
+    Offer {
+        name: "run",
+        about: "Runs FMUs and a program together, with stimuli (set, signals): the last values, figures and events, and with out a CSV \
+                with a row for each step. JSON",
+        options: run::Options::augment_args,
+        needed: &["files"],
+        is_json: true,
+    },
+];
+
+/// The options that a client may give to the commands that have them. Those that compile, load libraries or look for files elsewhere
+/// are not among them.
+const OFFERED: &str = "assume budget call connect constant coverage cpu cycle every fb fmi input instance junit no-events out output \
+                       parallel parameter plot record save set signals start step stop stub tag";
+
+impl Offer {
+    /// What it takes: the name for a client, and the argument of the command.
+    fn takes(&self) -> Vec<(String, Arg)> {
+        let name = |arg: &Arg| match arg.get_long() {
+            Some(long) => OFFERED.split(' ').any(|of| of == long).then(|| long.to_string()),
+            None => Some(if is_list(arg) { "files" } else { "file" }.to_string()),
+        };
+        let command = (self.options)(Command::new(self.name));
+        command.get_arguments().filter_map(|arg| Some((name(arg)?, arg.clone()))).collect()
+    }
+
+    /// The schema of a request.
+    pub fn schema(&self) -> JsonObject {
+        let property = |(name, arg): (String, Arg)| {
+            let forms = arg.get_value_names().unwrap_or_default().join(" ");
+            let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
+            let is_number =
+                [TypeId::of::<f64>(), TypeId::of::<u32>()].iter().any(|of| arg.get_value_parser().type_id() == *of);
+            let schema = match () {
+                () if is_flag(&arg) => json!({ "type": "boolean", "description": help }),
+                () if is_list(&arg) => {
+                    let items = json!({ "type": "string" });
+                    json!({ "type": "array", "items": items, "description": format!("{forms}: {help}") })
+                }
+                () if is_number => json!({ "type": "number", "description": help }),
+                () => json!({ "type": "string", "description": format!("{forms}: {help}") }),
+            };
+            (name, schema)
+        };
+        let properties: JsonObject = self.takes().into_iter().map(property).collect();
+        let schema = [
+            ("type", json!("object")),
+            ("properties", json!(properties)),
+            ("required", json!(self.needed)),
+            ("additionalProperties", json!(false)),
+        ];
+        schema.map(|(name, value)| (name.to_string(), value)).into_iter().collect()
+    }
+
+    /// The arguments of the command for a request.
+    ///
+    /// # Errors
+    /// The request has something that the tool does not take, or lacks something; or a path leads out of the folder.
+    pub fn arguments(&self, request: &JsonObject, folder: &Folder) -> Result<Vec<String>> {
+        let takes = self.takes();
+        let (mut options, mut files) = (Vec::new(), Vec::new());
+        let mut needed = self.needed.to_vec();
+        for (name, value) in request {
+            let unknown = || {
+                let names: Vec<&str> = takes.iter().map(|(name, _)| name.as_str()).collect();
+                format!("{} takes no {name:?}, only {}", self.name, names.join(", "))
+            };
+            let (_, arg) = takes.iter().find(|(taken, _)| taken == name).with_context(unknown)?;
+            for text in texts(value).with_context(|| format!("{name}: {value}"))? {
+                folder.ensure_inside(&text)?;
+                match (is_flag(arg), text.as_str()) {
+                    (true, "true") => options.push(format!("--{name}")),
+                    (true, "false") => {}
+                    (true, _) => bail!("{name}: expected true or false, found {value}"),
+                    (false, _) if arg.is_positional() => files.push(text),
+                    (false, _) => options.push(format!("--{name}={text}")),
+                }
+                needed.retain(|of| of != name);
+            }
+        }
+        ensure!(needed.is_empty(), "{} needs {}", self.name, needed.join(" and "));
+        files.iter().try_for_each(|file| folder.ensure_descriptions_inside(file))?;
+        options.extend(self.is_json.then(|| "--json".to_string()));
+        // No file is taken for an option.
+        Ok(options.into_iter().chain(["--".to_string()]).chain(files).collect())
+    }
+}
+
+fn is_list(arg: &Arg) -> bool {
+    matches!(arg.get_action(), ArgAction::Append)
+}
+
+fn is_flag(arg: &Arg) -> bool {
+    matches!(arg.get_action(), ArgAction::SetTrue)
+}
+
+/// What a request gives for an argument: one value, or several.
+fn texts(value: &Value) -> Result<Vec<String>> {
+    match value {
+        Value::Null => Ok(Vec::new()),
+        Value::Bool(_) | Value::Number(_) => Ok(vec![value.to_string()]),
+        Value::String(text) => Ok(vec![text.clone()]),
+        Value::Array(values) => Ok(values.iter().map(texts).collect::<Result<Vec<_>>>()?.concat()),
+        Value::Object(_) => bail!("expected a value or a list of values"),
+    }
+}
