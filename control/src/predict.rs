@@ -292,7 +292,7 @@ pub fn forecast(
     let mut schedule = Schedule::of(controller, request, dead_time, values, 1)?;
     let (cycle, step) = (schedule.cycle, schedule.step);
     let calls = (duration / cycle).round() + 1.0;
-    if !(calls <= MOST_CALLS as f64) {
+    if calls > MOST_CALLS as f64 {
         bail!("the step was measured for {} s: at most {MOST_CALLS} calls are predicted", short(duration));
     }
     schedule.calls = step + calls as usize;
