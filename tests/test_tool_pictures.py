@@ -122,16 +122,19 @@ def test_a_report_has_the_plant_the_runs_before_and_after_and_numbers_of_three_d
     tool.locator("#curves").get_by_role("button", name="HEATER").click()
     automatic(tool)
     set_now(tool, "setpoint", 60)
-    run_calls(tool, 60)
-    tool.locator("#field-GAIN").fill("1")
-    tool.locator("#field-GAIN").press("Enter")
-    tool.locator("#run-again").click()
+    for gain, start in (("1.5", lambda: run_calls(tool, 60)), ("1", tool.locator("#run-again").click)):
+        tool.locator("#field-GAIN").fill(gain)
+        tool.locator("#field-GAIN").press("Enter")
+        start()
     tool.wait_for_function("() => document.querySelectorAll('.earlier span').length === 1")
     tool.wait_for_function("() => !document.querySelector('#glance').textContent.includes('–') && document.querySelector('#glance dd')")
     _, report = saved(tool, "Report (HTML)")
     text = report.decode()
     head = re.search(r"Before and after</h2>.*?</thead>", text, re.S)[0]
-    assert "Run 1<br>GAIN 2" in head and "Run 2<br>GAIN 1" in head
+    assert "Run 1<br>GAIN 1.5" in head and "Run 2<br>GAIN 1<" in head
+    # Before was what the loop ran with, not the block's start value.
+    gain = re.search(r'<td class="name">GAIN</td>(.*)', text)[1]
+    assert re.findall(r"number\">([^<]*)<", gain) == ["1", "1.5", "2"], gain
     iae = re.search(r"<tr><td>IAE</td>(.*?)</tr>", text)[1]
     values = re.findall(r">([\d.]+) K·s<", iae)
     assert len(values) == 2 and all(len(value.replace(".", "").strip("0")) <= 3 for value in values), iae

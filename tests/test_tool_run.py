@@ -17,6 +17,7 @@ import zipfile
 import pytest
 
 import host
+import oracle
 from tool import ARGUMENTS, CHROMIUM, PAGE, add_sensor, needs_browser, needs_page, new_loop, show_tab, take_generic_plant
 
 ROOT = pathlib.Path(__file__).parents[1]
@@ -757,6 +758,67 @@ def test_a_recording_of_the_same_block_replays_equal_and_a_wrong_gain_is_found(t
     tool.get_by_text("No single or paired setting change explains this recording").wait_for()
     assert "nearest is" in tool.locator("#replay .verdict").inner_text()
     assert tool.get_by_role("button", name="Use ").count() == 0
+
+
+def test_a_run_with_a_step_test_replays_from_its_curves_and_another_gain_is_named_and_used(tool, tmp_path):
+    def gain(value):
+        tool.locator("#field-GAIN").fill(value)
+        tool.locator("#field-GAIN").press("Enter")
+        in_force(float(value))
+
+    def in_force(value):
+        sent = "Math.fround((await moduleOf('tool/store.js')).store.loop.settings.GAIN.sent)"
+        tool.wait_for_function(f"async value => {sent} === Math.fround(value)", arg=value)
+
+    gain("0.7")
+    show_tab(tool, "Tune")
+    tool.locator("#step-test").click()
+    tool.locator("#tune .fit").get_by_text("fit").wait_for()
+    set_now(tool, "setpoint", 60)
+    automatic(tool)
+    run_calls(tool, 60)
+    _, table = saved(tool, "CSV of the curves")
+    rows = recorded(table.decode())
+    # The step test switches to manual mode and moves MAN; GAIN was never changed.
+    assert {"TIC101.MAN_ON", "TIC101.MAN", "TIC101.SP_INT", "TIC101.PV_IN"} <= rows.keys() and "TIC101.GAIN" not in rows
+    assert set(rows["TIC101.MAN_ON"]) == {"0", "1"}
+    path = tmp_path / "step_test.csv"
+    path.write_bytes(table)
+    show_tab(tool, "Replay")
+    tool.locator("#replay-file").set_input_files(path)
+    verdict = tool.locator("#replay .verdict strong")
+    verdict.get_by_text("equal from the first cycle on, bit for bit").wait_for()
+    gain("2")
+    tool.get_by_text("The settings have changed since this replay.").wait_for()
+    tool.get_by_role("button", name="Replay", exact=True).click()
+    verdict.get_by_text("The recording fits GAIN 0.7 instead of 2.").wait_for()
+    tool.locator("#replay").get_by_role("button", name="Use GAIN 0.7").click()
+    in_force(0.7)
+    verdict.get_by_text("equal from the first cycle on, bit for bit").wait_for()
+    assert tool.get_by_role("button", name="Run again with these values").is_visible()
+    # What the report concludes is what the second text of the block does with the recording.
+    _, report = saved(tool, "Report (HTML)")
+    told = report.decode().split("<h2>Replay</h2>")[1].split("<h2>")[0]
+    assert re.search(r"step_test\.csv, replayed with GAIN 2,.*The recording fits GAIN 0\.7 instead of 2\.</strong>.*replayed with GAIN 0\.7,.*<strong>PV, LMN are equal", told, re.S)
+    assert '<td class="name">GAIN</td><td class="number">0.7</td><td class="number">2</td>' in told
+    assert differing(rows, 0.7) == 0 and differing(rows, 2.0) > 20
+    tool.keyboard.press("Control+Z")
+    in_force(2)
+
+
+def differing(rows, gain):
+    """In how many rows CONT_C, as it is written a second time, gives another LMN."""
+    controller = oracle.CONT_C()
+    controller.set("GAIN", gain)
+    controller.restart()
+    count = 0
+    for at, lmn in enumerate(rows["TIC101.LMN"]):
+        for name in ("SP_INT", "PV_IN", "MAN"):
+            controller.set(name, float(rows[f"TIC101.{name}"][at]))
+        controller.set("MAN_ON", rows["TIC101.MAN_ON"][at] == "1")
+        controller.call()
+        count += float(controller.LMN) != float(lmn)
+    return count
 
 
 def test_a_million_calls_do_not_grow_the_memory(tool):

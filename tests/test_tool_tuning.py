@@ -2,10 +2,13 @@
 
 import re
 
+import numpy as np
 import pytest
 
+import oracle
 import test_tool_run
-from test_tool_run import automatic, browser, open_tool, run_calls, set_now, tool  # noqa: F401
+from test_loop_figures import second
+from test_tool_run import automatic, browser, open_tool, recorded, run_calls, saved, set_now, tool  # noqa: F401
 from tool import new_loop, show_tab, take_generic_plant
 from test_tool_screen import bottom
 
@@ -188,6 +191,66 @@ def test_after_a_step_test_what_comes_next_stands_in_one_place_in_sight(tool):
     tool.locator("#run .status").get_by_text("settled").wait_for()
     values = tool.evaluate("async () => (await moduleOf('tool/store.js')).store.state.values")
     assert values["TIC101.PV"] == pytest.approx(values["TIC101.SP_INT"], abs=0.05) and not values["TIC101.MAN_ON"]
+    assert_report_of_the_step(tool)
+
+
+# As a report names them, and as `second` does.
+FIGURES = {"Rise time": "rise", "Settling time": "settling", "IAE": "iae", "ISE": "ise", "Largest deviation": "peak"}
+
+
+def assert_report_of_the_step(page):
+    """Predicted and measured figures of the last step, computed a second time: those measured from the recording, those predicted with the
+    second text of CONT_C and the model's step response."""
+    model = page.evaluate("async () => (await moduleOf('tool/tune.js')).tuning().model")
+    _, table = saved(page, "CSV of everything")
+    _, report = saved(page, "Report (HTML)")
+    text = report.decode()
+    cells = dict(re.findall(r"<tr><td>([^<]+)</td>(<td.*)</tr>", text.split("Predicted and measured</h2>")[1].split("</table>")[0]))
+    told = {title: [float(one) for one in re.findall(r">(-?[\d.]+)", row)] for title, row in cells.items()}
+    run = {name.removeprefix("TIC101."): [float(value) for value in values] for name, values in recorded(table.decode()).items()}
+    begin = max(at for at in range(1, len(run["time"])) if run["SP_INT"][at] != run["SP_INT"][at - 1])
+    step = {name: np.array(run[name][begin:]) for name in ("time", "SP_INT", "PV", "LMN")}
+    own = {name: run[name][begin] for name in ("GAIN", "TI", "CYCLE")}
+    predicted = step | {"PV": predicted_step(model, own, step, run["LMN"][begin - 1])}
+    for place, rows in enumerate((predicted, step)):
+        # `second` takes the last row for the end of a run.
+        rows = {name: np.append(values, values[-1]) for name, values in rows.items()}
+        rows["time"][-1] += own["CYCLE"]
+        figures = second(rows, "PV", rows["time"][0], rows["time"][-1], None)
+        for title, key in FIGURES.items():
+            assert told[title][place] == pytest.approx(figures[key], rel=0.006), title
+        assert told["Overshoot"][place] == pytest.approx(figures["overshoot"], abs=0.02)
+    # The step is less than half of the run: it is drawn alone, too, with what was predicted.
+    assert "The measured step</h2>" in text and ">PV predicted</text>" in text
+
+
+def predicted_step(model, own, step, manual):
+    """The process value that CONT_C brings about in a lag with dead time, from rest at the setpoint with this manipulated value."""
+    lags, cycle, level = (model["time_constant"], model.get("second_time_constant") or 0.0), own["CYCLE"], step["PV"][0]
+    controller = oracle.CONT_C()
+    for name, value in {"GAIN": own["GAIN"], "TI": round(own["TI"] * 1000), "CYCLE": round(cycle * 1000), "SP_INT": level, "MAN": manual}.items():
+        controller.set(name, value)
+    controller.restart()
+    controller.set("PV_IN", level)
+    for is_manual in [True] * 5 + [False] * 5:
+        controller.set("MAN_ON", is_manual)
+        controller.call()
+    controller.set("SP_INT", step["SP_INT"][-1])
+
+    def answer(time):
+        time = np.maximum(time - model["dead_time"], 0.0)
+        parts = [lag * np.exp(-time / lag) for lag in lags if lag > 0]
+        return model["gain"] * (1 - (parts[0] - sum(parts[1:])) / (lags[0] - lags[1]))
+
+    moves, values, before = [], [], manual
+    for call in range(len(step["time"])):
+        since = cycle * (call - np.arange(call))
+        values.append(level + float(np.dot(moves, answer(since))) if moves else level)
+        controller.set("PV_IN", values[-1])
+        controller.call()
+        moves.append(float(controller.LMN) - before)
+        before = float(controller.LMN)
+    return np.array(values)
 
 
 def test_another_method_or_kind_of_plant_identifies_the_same_step_again(tool):

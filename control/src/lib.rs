@@ -8,7 +8,7 @@ pub mod figures;
 pub mod gains;
 pub mod identify;
 pub mod margins;
-mod predict;
+pub mod predict;
 pub mod process;
 pub mod replay;
 pub mod rules;

@@ -58,6 +58,7 @@ const VARIABLES: [(&str, Type, Causality); 6] = [
 ];
 
 /// A model as a member of a run.
+#[derive(Clone)]
 struct Plant {
     process: Process,
     /// The process value at rest.
@@ -256,68 +257,142 @@ fn predicted(
     values: &Values,
     longer: usize,
 ) -> Result<(Predicted, Vec<String>)> {
-    let setpoint = controller.roles.setpoint.as_ref().context("its setpoint is not known")?;
-    let drawn = controller.roles.manipulated_value.as_ref();
-    let terminal = Terminal::of(controller)?;
     let dead_time = request.model.dead_time + controller.cycle() / 2.0;
     let schedule = Schedule::of(controller, request, dead_time, values, longer)?;
-    let scaling = if terminal.is_word { Some(word_scaling(home, controller, &terminal)?) } else { None };
-    let motor_time = controller.motor_time();
-    if controller.is_step_controller() && motor_time.is_none() {
-        bail!("the motor time of the actuator is not known; give it");
+    let simulation = Simulation::of(home, controller, request, values, schedule)?;
+    let load = Load::of(&simulation.load()?, &schedule, simulation.height);
+    let (mut predicted, mut remarks) = shown(&simulation.step()?, &schedule, controller, simulation.height);
+    predicted.load = Some(load);
+    remarks.extend(simulation.terminal.remark());
+    Ok((predicted, remarks))
+}
+
+/// A predicted step beside one that was measured.
+pub struct Forecast {
+    /// The process value in each call from the step on.
+    pub process_value: Vec<f64>,
+    /// The time between two calls in seconds.
+    pub cycle: f64,
+    /// Its figures by their keys, those that there are.
+    pub figures: Vec<(&'static str, f64)>,
+}
+
+/// Predicts a step for as long as it was measured, in seconds: its figures are of the same time.
+///
+/// # Errors
+/// As [`predict`].
+pub fn forecast(
+    home: &dyn Fmus,
+    controller: &Controller,
+    request: &Request,
+    values: &Values,
+    duration: f64,
+) -> Result<Forecast> {
+    let dead_time = request.model.dead_time + controller.cycle() / 2.0;
+    let mut schedule = Schedule::of(controller, request, dead_time, values, 1)?;
+    let (cycle, step) = (schedule.cycle, schedule.step);
+    let calls = (duration / cycle).round() + 1.0;
+    if calls > MOST_CALLS as f64 {
+        bail!("the step was measured for {} s: at most {MOST_CALLS} calls are predicted", short(duration));
     }
-    let gain = controller.roles.controller.first().and_then(|name| values.get(name));
-    let height = step_height(request, gain);
-    let level = request.step.from.unwrap_or_else(|| controller.value(setpoint));
-    let manual = request.step.manual.unwrap_or(MANUAL);
-    if height == 0.0 || ![height, level, manual].iter().all(|number| number.is_finite()) {
-        bail!("the step is {height} from {level}: it has to be a number other than 0");
-    }
-    let mut values = values.clone();
-    values.insert(setpoint.clone(), Value::Number(level));
-    if let Some((factor, offset)) = scaling {
-        let word = |value: f64| (value - offset) / factor;
-        let range = f64::from(i16::MIN)..=f64::from(i16::MAX);
-        if let Some(value) = [level, level + height].into_iter().find(|value| !range.contains(&word(*value))) {
-            bail!("a process value of {value} is beyond what {} can hold", terminal.name);
+    schedule.calls = step + calls as usize;
+    let rows = Simulation::of(home, controller, request, values, schedule)?.step()?;
+    let times: Vec<f64> = (0..rows.len()).map(|call| schedule.time(call)).collect();
+    let columns: [Vec<f64>; 3] = [0, 1, 2].map(|column| rows.iter().map(|row| row[column]).collect());
+    let [setpoint, process_value, manipulated_value] = &columns;
+    let manipulated_value = if controller.roles.pulses.is_empty() { manipulated_value } else { &Vec::new() };
+    let signals = Signals { times: &times, setpoint, process_value, manipulated_value, ..Signals::default() };
+    let window = Window::of(signals, &Span { from: Some(schedule.time(step)), ..Span::default() });
+    let figures = window.figures().filter_map(|figure| Some((figure.key, figure.value(&window).ok()?))).collect();
+    Ok(Forecast { process_value: process_value[step..].to_vec(), cycle, figures })
+}
+
+/// The loop as it is simulated.
+struct Simulation<'a> {
+    home: &'a dyn Fmus,
+    controller: &'a Controller,
+    schedule: Schedule,
+    terminal: Terminal,
+    /// The plant without a load.
+    plant: Plant,
+    /// The loop without the step.
+    system: System,
+    setpoint: &'a str,
+    level: f64,
+    height: f64,
+}
+
+impl<'a> Simulation<'a> {
+    fn of(
+        home: &'a dyn Fmus,
+        controller: &'a Controller,
+        request: &Request,
+        values: &Values,
+        schedule: Schedule,
+    ) -> Result<Simulation<'a>> {
+        let setpoint = controller.roles.setpoint.as_ref().context("its setpoint is not known")?;
+        let drawn = controller.roles.manipulated_value.as_ref();
+        let terminal = Terminal::of(controller)?;
+        let scaling = if terminal.is_word { Some(word_scaling(home, controller, &terminal)?) } else { None };
+        let motor_time = controller.motor_time();
+        if controller.is_step_controller() && motor_time.is_none() {
+            bail!("the motor time of the actuator is not known; give it");
         }
+        let gain = controller.roles.controller.first().and_then(|name| values.get(name));
+        let height = step_height(request, gain);
+        let level = request.step.from.unwrap_or_else(|| controller.value(setpoint));
+        let manual = request.step.manual.unwrap_or(MANUAL);
+        if height == 0.0 || ![height, level, manual].iter().all(|number| number.is_finite()) {
+            bail!("the step is {height} from {level}: it has to be a number other than 0");
+        }
+        let mut values = values.clone();
+        values.insert(setpoint.clone(), Value::Number(level));
+        if let Some((factor, offset)) = scaling {
+            let word = |value: f64| (value - offset) / factor;
+            let range = f64::from(i16::MIN)..=f64::from(i16::MAX);
+            if let Some(value) = [level, level + height].into_iter().find(|value| !range.contains(&word(*value))) {
+                bail!("a process value of {value} is beyond what {} can hold", terminal.name);
+            }
+        }
+        let plant = Plant {
+            process: Process::at_rest(request.model, schedule.time(schedule.automatic)),
+            level,
+            scaling,
+            motor_time,
+            load: None,
+            rest: (schedule.time(schedule.automatic), schedule.time(schedule.automatic / 2)),
+            resting: (0.0, 0.0),
+            values: [0.0; VARIABLES.len()],
+        };
+        let mut system = system(controller, &values, &terminal, &schedule, manual)?;
+        let manipulated = match drawn {
+            Some(name) => format!("{CONTROLLER}.{name}"),
+            None => format!("{PROCESS}.POSITION"),
+        };
+        let recorded = [format!("{CONTROLLER}.{setpoint}"), format!("{PROCESS}.OUTPUT"), manipulated];
+        system.record = recorded.iter().map(|name| Recorded::from(name.as_str())).collect();
+        Ok(Simulation { home, controller, schedule, terminal, plant, system, setpoint, level, height })
     }
 
-    let plant = |load| Plant {
-        process: Process::at_rest(request.model, schedule.time(schedule.automatic)),
-        level,
-        scaling,
-        motor_time,
-        load,
-        rest: (schedule.time(schedule.automatic), schedule.time(schedule.automatic / 2)),
-        resting: (0.0, 0.0),
-        values: [0.0; VARIABLES.len()],
-    };
-    let mut system = system(controller, &values, &terminal, &schedule, manual)?;
-    system.record = vec![
-        Recorded::from(format!("{CONTROLLER}.{setpoint}").as_str()),
-        Recorded::from(format!("{PROCESS}.OUTPUT").as_str()),
-        Recorded::from(
-            match drawn {
-                Some(name) => format!("{CONTROLLER}.{name}"),
-                None => format!("{PROCESS}.POSITION"),
-            }
-            .as_str(),
-        ),
-    ];
-    let (own, other) = (home.description(&controller.member.fmu)?, description());
-    let run = |system: &System, plant: Plant| {
-        let plan = Plan::of(system, &[&own, &other])?;
-        simulate(&plan, vec![home.instantiate(&controller.member.fmu, CONTROLLER)?, Box::new(plant)])
-    };
-    // The load step comes when the setpoint would step.
-    let load = Load::of(&run(&system, plant(Some((schedule.time(schedule.step), LOAD))))?, &schedule, height);
-    let at_step = Some(schedule.time(schedule.step));
-    system.settings.push(Setting { time: at_step, ..setting(setpoint, Value::Number(level + height)) });
-    let (mut predicted, mut remarks) = shown(&run(&system, plant(None))?, &schedule, controller, height);
-    predicted.load = Some(load);
-    remarks.extend(terminal.remark());
-    Ok((predicted, remarks))
+    /// The rows of setpoint, process value and manipulated value with a load step at the time of the step.
+    fn load(&self) -> Result<Vec<[f64; 3]>> {
+        let load = Some((self.schedule.time(self.schedule.step), LOAD));
+        self.rows(&self.system, Plant { load, ..self.plant.clone() })
+    }
+
+    /// The rows with the step of the setpoint.
+    fn step(&self) -> Result<Vec<[f64; 3]>> {
+        let mut system = self.system.clone();
+        let time = Some(self.schedule.time(self.schedule.step));
+        system.settings.push(Setting { time, ..setting(self.setpoint, Value::Number(self.level + self.height)) });
+        self.rows(&system, self.plant.clone())
+    }
+
+    fn rows(&self, system: &System, plant: Plant) -> Result<Vec<[f64; 3]>> {
+        let fmu = &self.controller.member.fmu;
+        let plan = Plan::of(system, &[&*self.home.description(fmu)?, &description()])?;
+        simulate(&plan, vec![self.home.instantiate(fmu, CONTROLLER)?, Box::new(plant)])
+    }
 }
 
 impl Load {

@@ -70,6 +70,8 @@ pub struct Replayed {
     pub calls: usize,
     /// One for each output that the file has.
     pub outputs: Vec<Compared>,
+    /// The settings that the recording has otherwise than the loop: it was replayed with those of the recording.
+    pub settings: Vec<Change>,
     /// What was tried, the best first.
     pub suspects: Vec<Suspect>,
     /// The conclusion.
@@ -196,8 +198,8 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
     let doubt = doubt(&block, &recording);
     let conclusion = conclusion(&block, &base, &suspects, request.try_suspects);
     let outputs = (0..recording.outputs.len()).map(|output| compared(&recording, &base, output)).collect();
-    let columns = recording.matched.clone();
-    Ok(Replayed { columns, calls, outputs, conclusion, doubt, suspects, remarks })
+    let Recording { matched: columns, settings, .. } = recording;
+    Ok(Replayed { columns, calls, outputs, settings, conclusion, doubt, suspects, remarks })
 }
 
 /// The run of the block as it is and, if it differs, what explains that.

@@ -1,10 +1,10 @@
 //! What a user takes away: files as text or bytes.
 
 use crate::chain::begin_at_the_plant;
-use crate::describe::{as_loop, opened, stimuli_of_block};
+use crate::describe::{as_loop, describe, opened, stimuli_of_block};
 use crate::home::Home;
 use crate::message::{Act, FiguresRequest, Loop, Member, ReadFile};
-use crate::report::{self, Report, ReportedRun, Tuning};
+use crate::report::{self, Report, ReportedReplay, ReportedRun, Tuning};
 use crate::session::{Record, Session};
 use crate::signals;
 use anyhow::{Context, Result, bail};
@@ -13,6 +13,7 @@ use base64::engine::general_purpose::STANDARD;
 use manifest::Manifest;
 use parameters::{Format, Origin};
 use run::file;
+use run::fmus::number_of;
 use run::master::write_csv;
 use run::system::{Connection, Setting, System, Value};
 use serde::{Deserialize, Serialize};
@@ -63,6 +64,10 @@ pub enum Request {
         /// The variables, by `MEMBER.VARIABLE`; all without it.
         #[serde(default)]
         variables: Vec<String>,
+        /// Whether also what a replay of the run needs: mode, setpoint and process value of the controller, and all that was set
+        /// or changed in the run.
+        #[serde(default)]
+        inputs: bool,
     },
     /// One page with parameters, curves and figures, as HTML.
     Report {
@@ -86,6 +91,9 @@ pub enum Request {
         /// The runs of the same step that are compared, the earliest first.
         #[serde(default)]
         runs: Vec<ReportedRun>,
+        /// The replays of a recording, one after the other.
+        #[serde(default)]
+        replays: Vec<ReportedReplay>,
         /// The unit of the process value, where no variable says it.
         #[serde(default)]
         unit: Option<String>,
@@ -130,13 +138,21 @@ pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<E
             let file = format!("{}.toml", file_name(&record.setup().members[0].name));
             Ok(Exported::of(file, "application/toml", text.into_bytes(), remarks))
         }
-        Request::Csv { run, variables } => {
+        Request::Csv { run, variables, inputs } => {
             let record = session.record(*run)?;
-            let (text, remarks) = csv(record, variables)?;
+            let mut columns: Vec<usize> = match variables.as_slice() {
+                [] => (0..record.columns().len()).collect(),
+                _ => variables.iter().map(|name| record.column(name)).collect::<Result<_>>()?,
+            };
+            if *inputs {
+                let more = acting(home, record)?;
+                columns.extend(more.into_iter().filter(|column| !columns.contains(column)).collect::<Vec<_>>());
+            }
+            let (text, remarks) = csv(record, &columns)?;
             let file = format!("{}.csv", file_name(&record.setup().members[0].name));
             Ok(Exported::of(file, "text/csv", text, remarks))
         }
-        Request::Report { of, before, run, picture, date, tuning, runs, unit, travel_unit } => {
+        Request::Report { of, before, run, picture, date, tuning, runs, replays, unit, travel_unit } => {
             // A report of settings alone needs no run.
             let record = match run {
                 Some(run) => Some(session.record(Some(*run))?),
@@ -152,8 +168,8 @@ pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<E
             let compared = runs.iter().filter_map(|one| Some((one, figures_of(Some(one.run))?))).collect();
             let units = [unit.as_deref(), travel_unit.as_deref()];
             let (picture, date, tuning) = (picture.as_deref(), date.as_deref(), tuning.as_deref());
-            let report =
-                Report { of, before, record, figures: figures.as_ref(), compared, picture, date, tuning, units };
+            let figures = figures.as_ref();
+            let report = Report { of, before, record, figures, compared, picture, date, tuning, replays, units };
             let page = report::page(home, &report)?;
             Ok(Exported::of(format!("{}.html", file_name(&of.name)), "text/html", page.into_bytes(), Vec::new()))
         }
@@ -330,12 +346,40 @@ fn system(home: &dyn Home, record: &Record, calls: usize) -> System {
     }
 }
 
+/// The columns without which nobody can replay a run: of the controller the mode, the manual value, setpoint and process value, its inputs that
+/// are not at their start values, and its settings that changed; of all members what was set while it ran.
+fn acting(home: &dyn Home, record: &Record) -> Result<Vec<usize>> {
+    let Some(controller) = record.setup().members.first() else { return Ok(Vec::new()) };
+    let description = describe(home, &controller.fmu)?;
+    let roles = &description.roles;
+    let manual = roles.manual.iter().flat_map(|(switch, value)| [switch, value]);
+    let needed: Vec<&String> = manual.chain(&roles.setpoint).chain(&roles.process_value).collect();
+    let (trace, calls) = (record.trace(), record.trace().exact());
+    let mut columns: Vec<usize> = Vec::new();
+    for variable in &description.variables {
+        if matches!(variable.role.as_str(), "output" | "local") {
+            continue;
+        }
+        let Ok(column) = record.column(&format!("{}.{}", controller.name, variable.name)) else { continue };
+        let mut values = trace.column(column, calls.clone());
+        let first = values.next();
+        let start = number_of(variable.start);
+        let acts = values.any(|value| Some(value) != first)
+            || variable.role == "input" && first.is_some_and(|first| first != start);
+        if acts || needed.contains(&&variable.name) {
+            columns.push(column);
+        }
+    }
+    // What was set before the first call and never again is a value of the setup.
+    let set = record.done().iter().filter(|done| done.call > calls.start).map(|done| done.column);
+    columns.extend(set);
+    columns.sort_unstable();
+    columns.dedup();
+    Ok(columns)
+}
+
 /// A run as CSV, as `plcfmu run --out` writes it.
-fn csv(record: &Record, variables: &[String]) -> Result<(Vec<u8>, Vec<String>)> {
-    let columns: Vec<usize> = match variables {
-        [] => (0..record.columns().len()).collect(),
-        _ => variables.iter().map(|name| record.column(name)).collect::<Result<_>>()?,
-    };
+fn csv(record: &Record, columns: &[usize]) -> Result<(Vec<u8>, Vec<String>)> {
     let trace = record.trace();
     let calls = trace.exact();
     let mut remarks = Vec::new();

@@ -1,11 +1,14 @@
 //! A loop on one page: its settings, what the block does with them, what was done, how it went. HTML that loads nothing.
 
+mod step;
+
 use crate::describe::{check, describe};
 use crate::home::Home;
 use crate::message::{Act, Description, Figures, Loop, Setting, Values, Variable, View};
 use crate::session::Record;
 use anyhow::{Context, Result, bail};
 use control::identify::Model;
+use control::replay::Change;
 use control::rules::{self, Rule};
 use draw::escape::Text;
 use draw::plot::{Chart, Curve, Panel, svg};
@@ -17,6 +20,7 @@ use run::fmus::number_of;
 use run::system::Value;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
+use step::Predicted;
 
 /// This many points a curve has.
 const POINTS: usize = 1500;
@@ -66,6 +70,25 @@ pub struct ReportedRun {
     pub values: Values,
 }
 
+/// A recording that was replayed through the block.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
+pub struct ReportedReplay {
+    /// The recording's file.
+    pub file: String,
+    /// The controller's settings with which it was replayed.
+    pub values: Values,
+    /// The conclusion, in a sentence.
+    pub verdict: String,
+    /// What else is to be said of it, a sentence each.
+    #[serde(default)]
+    pub remarks: Vec<String>,
+    /// The settings that the recording has otherwise than the loop had.
+    #[serde(default)]
+    pub settings: Vec<Change>,
+}
+
 /// What is reported.
 pub(crate) struct Report<'a> {
     /// The loop with its values.
@@ -84,6 +107,8 @@ pub(crate) struct Report<'a> {
     pub(crate) date: Option<&'a str>,
     /// Where the settings come from.
     pub(crate) tuning: Option<&'a Tuning>,
+    /// The replays of a recording, one after the other.
+    pub(crate) replays: &'a [ReportedReplay],
     /// The units of process value and manipulated value.
     pub(crate) units: [Option<&'a str>; 2],
 }
@@ -126,8 +151,9 @@ pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
         }
         writeln!(page, "</ul>")?;
     }
-    run(&mut page, report, &fmu, &description.roles)?;
+    run(&mut page, home, report, (&fmu, &description.roles))?;
     compared(&mut page, &report.compared)?;
+    replays(&mut page, report.replays, &description)?;
     if let Some(record) = report.record {
         plants(&mut page, home, record)?;
     }
@@ -160,8 +186,100 @@ fn fmu_of(home: &dyn Home, block: &str) -> Result<String> {
     Ok(found.with_context(|| format!("there is no FMU of the block {block:?} here"))?.name)
 }
 
-/// Figures and curves of a controller, which is this FMU.
-fn run(page: &mut String, report: &Report, fmu: &str, roles: &Roles) -> Result<()> {
+/// Figures and curves of a controller, which is this FMU, with its roles.
+fn run(page: &mut String, home: &dyn Home, report: &Report, (fmu, roles): (&str, &Roles)) -> Result<()> {
+    figures(page, report, fmu, roles)?;
+    let predicted = predicted(page, home, report, (fmu, roles))?;
+    if let Some(picture) = report.picture {
+        let source = source(picture)?;
+        writeln!(
+            page,
+            "<h2>Curves</h2>\n<figure><img src=\"{}\" alt=\"The curves of the run\"></figure>",
+            Text(&source)
+        )?;
+    } else if let Some(record) = report.record
+        && record.calls() > 1
+        && let Some(drawing) = curves(record, roles, report.units, (None, None), None)?
+    {
+        writeln!(page, "<h2>Curves</h2>\n<figure>{drawing}</figure>")?;
+    }
+    if let (Some(record), Some(figures)) = (report.record, report.figures)
+        && let Some((from, to)) = step::part(record, figures)
+        && let Some(drawing) = curves(record, roles, report.units, (Some(from), Some(to)), predicted.as_ref())?
+    {
+        writeln!(page, "<h2>The measured step</h2>\n<figure>{drawing}</figure>")?;
+    }
+    Ok(())
+}
+
+/// The step of the figures as the identified plant predicts it, beside what was measured.
+fn predicted(
+    page: &mut String,
+    home: &dyn Home,
+    report: &Report,
+    (fmu, roles): (&str, &Roles),
+) -> Result<Option<Predicted>> {
+    let (Some(record), Some(figures), Some(tuning)) = (report.record, report.figures, report.tuning) else {
+        return Ok(None);
+    };
+    let Some(happened) = &figures.step else { return Ok(None) };
+    match step::predicted(home, record, (fmu, roles), tuning, happened) {
+        Ok(predicted) => {
+            if let Some(predicted) = &predicted {
+                step::side_by_side(page, predicted, figures, happened, report.units[0])?;
+            }
+            Ok(predicted)
+        }
+        Err(error) => {
+            let why = format!("{error:#}");
+            writeln!(page, "<p>The step is not predicted: {}.</p>", Text(&why))?;
+            Ok(None)
+        }
+    }
+}
+
+/// What was found when recordings were replayed.
+fn replays(page: &mut String, replays: &[ReportedReplay], description: &Description) -> Result<()> {
+    if replays.is_empty() {
+        return Ok(());
+    }
+    let told = |name: &str, value: Value| {
+        let variable = description.variables.iter().find(|variable| variable.name == name);
+        let unit = units::shown(variable.and_then(|variable| variable.unit.as_deref()).unwrap_or_default());
+        let value = variable.map_or_else(|| shown_alone(value), |variable| shown(variable, value));
+        format!("{value} {unit}").trim_end().to_string()
+    };
+    writeln!(page, "<h2>Replay</h2>")?;
+    for ReportedReplay { file, values, verdict, remarks, settings } in replays {
+        let with: Vec<String> = values.iter().map(|(name, value)| format!("{name} {}", told(name, *value))).collect();
+        let with = if with.is_empty() { String::new() } else { format!(", replayed with {}", with.join(", ")) };
+        writeln!(page, "<p class=\"about\">{}{}:</p>", Text(file), Text(&with))?;
+        writeln!(page, "<p><strong>{}</strong> {}</p>", Text(verdict), Text(&remarks.join(" ")))?;
+        if settings.is_empty() {
+            continue;
+        }
+        writeln!(
+            page,
+            "<table>\n<thead><tr><th>Setting</th><th class=\"number\">In the recording</th><th class=\"number\">In the loop</th></tr></thead>\n<tbody>"
+        )?;
+        for change in settings {
+            let Change::Setting { name, value, before, .. } = change else { continue };
+            let [value, before] = [value, before].map(|value| told(name, *value));
+            writeln!(
+                page,
+                "<tr><td class=\"name\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td></tr>",
+                Text(name),
+                Text(&value),
+                Text(&before)
+            )?;
+        }
+        writeln!(page, "</tbody>\n</table>")?;
+    }
+    Ok(())
+}
+
+/// The figures of the run, and of what they are.
+fn figures(page: &mut String, report: &Report, fmu: &str, roles: &Roles) -> Result<()> {
     if let Some(figures) = report.figures {
         let step = figures.step.as_ref().map_or_else(String::new, |step| {
             let unit = with_unit(step.to, report.units[0]);
@@ -193,19 +311,6 @@ fn run(page: &mut String, report: &Report, fmu: &str, roles: &Roles) -> Result<(
             }
             writeln!(page, "</ul>")?;
         }
-    }
-    if let Some(picture) = report.picture {
-        let source = source(picture)?;
-        writeln!(
-            page,
-            "<h2>Curves</h2>\n<figure><img src=\"{}\" alt=\"The curves of the run\"></figure>",
-            Text(&source)
-        )?;
-    } else if let Some(record) = report.record
-        && record.calls() > 1
-        && let Some(drawing) = curves(record, roles)?
-    {
-        writeln!(page, "<h2>Curves</h2>\n<figure>{drawing}</figure>")?;
     }
     Ok(())
 }
@@ -372,8 +477,14 @@ fn source(picture: &str) -> Result<String> {
     Ok(picture.into())
 }
 
-/// The curves of the first member: setpoint and process value, manipulated value, pulses.
-fn curves(record: &Record, roles: &Roles) -> Result<Option<String>> {
+/// The curves of the first member from one time to another: setpoint and process value, manipulated value, pulses.
+fn curves(
+    record: &Record,
+    roles: &Roles,
+    units: [Option<&str>; 2],
+    (from, to): (Option<f64>, Option<f64>),
+    predicted: Option<&Predicted>,
+) -> Result<Option<String>> {
     let Some(member) = record.setup().members.first() else { return Ok(None) };
     let [setpoint, process_value, manipulated_value] = roles.signals();
     let manual = roles.manual.as_ref().map(|(switch, _)| switch);
@@ -388,7 +499,7 @@ fn curves(record: &Record, roles: &Roles) -> Result<Option<String>> {
     if variables.is_empty() {
         return Ok(None);
     }
-    let view = record.view(&View { run: None, variables, from: None, to: None, points: POINTS })?;
+    let view = record.view(&View { run: None, variables, from, to, points: POINTS })?;
     // The colours of the pages of the FMUs.
     let mut lanes = Vec::new();
     let mut color = |name: &String| {
@@ -399,7 +510,7 @@ fn curves(record: &Record, roles: &Roles) -> Result<Option<String>> {
         })
     };
     let mut columns = view.values.into_iter().zip(view.units);
-    let [controlled, manipulated, switches] = panels.map(|names| {
+    let [mut controlled, mut manipulated, switches] = panels.map(|names| {
         let curve = |(name, (values, unit)): (&String, (Vec<f64>, Option<String>))| {
             let is_input = setpoint == Some(name);
             (Curve { name: name.clone(), values, is_input, color: Some(color(name)) }, unit)
@@ -407,6 +518,17 @@ fn curves(record: &Record, roles: &Roles) -> Result<Option<String>> {
         let (curves, units): (Vec<_>, Vec<_>) = names.into_iter().zip(&mut columns).map(curve).unzip();
         Panel { label: units.into_iter().flatten().next().unwrap_or_default(), curves, ..Panel::default() }
     });
+    // What no variable of the controller says, the plant does.
+    for (panel, unit) in [(&mut controlled, units[0]), (&mut manipulated, units[1])] {
+        if panel.label.is_empty() {
+            panel.label = unit.unwrap_or_default().into();
+        }
+    }
+    if let Some(of) = predicted {
+        let values = step::curve(of, &view.times);
+        let name = format!("{} predicted", process_value.map_or("process value", String::as_str));
+        controlled.curves.push(Curve { name, values, is_input: true, color: Some(Colors::OF_ROLES[1]) });
+    }
     let panels = [controlled, manipulated].into_iter().filter(|panel| !panel.curves.is_empty()).collect();
     let chart =
         Chart { title: member.name.clone(), time: view.times, panels, lanes: switches.curves, ..Chart::default() };
@@ -427,7 +549,8 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
         let set = report.of.settings.iter().find(|setting| setting.name == name);
         let variable = description.variables.iter().find(|variable| variable.name == name);
         let is_at_start = set.zip(variable).is_none_or(|(set, variable)| is_start(variable, set.value));
-        let was_at_start = !report.before.iter().any(|setting| setting.name == name);
+        let before = report.before.iter().find(|setting| setting.name == name);
+        let was_at_start = before.zip(variable).is_none_or(|(before, variable)| is_start(variable, before.value));
         !(unused.iter().any(|unused| unused == name) && is_at_start && was_at_start)
     };
     for group in &description.groups {

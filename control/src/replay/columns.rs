@@ -1,6 +1,8 @@
 //! Which column of a recording is which variable of the block, with its values as the block takes them.
 
+use super::change::Change;
 use super::instance::Block;
+use super::suspects::change;
 use crate::csv::names::{MANIPULATED_VALUES, MANUAL, PROCESS_VALUES, SETPOINTS, ends, short_name};
 use crate::csv::{Column, Table as Csv};
 use anyhow::{Context, Result, bail};
@@ -32,6 +34,8 @@ pub(super) struct Recording {
     pub(super) end: Option<usize>,
     /// The rows between calls, of a recording that is faster than the block.
     pub(super) between: BTreeSet<usize>,
+    /// The settings that have another value in the recording than in the loop, all the time.
+    pub(super) settings: Vec<Change>,
 }
 
 /// A variable over the rows.
@@ -119,6 +123,7 @@ impl Recording {
             says_restart: false,
             end: None,
             between: BTreeSet::new(),
+            settings: Vec::new(),
         };
         for (column, row) in pairs {
             recording.add(block, csv, (column, row), scale, remarks)?;
@@ -213,23 +218,19 @@ impl Recording {
             }
         }
         let is_tunable = matches!(variable.role, Role::Input | Role::Parameter);
-        if is_input && !is_tunable && values.iter().any(|value| *value != values[0]) {
-            remarks.push(format!(
-                "{} changes in the recording; it is fixed in a running block, so its first value is used.",
-                variable.name
-            ));
-        }
-        let name = &variable.name;
-        if is_input && !is_tunable && values[0] as f32 != block.settings[row] as f32 {
-            remarks.push(format!(
-                "{name} is {} in the recording and {} in the loop: the recording counts.",
-                values[0], block.settings[row]
-            ));
-        } else if variable.role == Role::Parameter && values[0] as f32 != block.settings[row] as f32 {
-            let (recorded, own) = (values[0] as f32, block.settings[row] as f32);
-            remarks.push(format!("{name} is {recorded} in the recording and {own} in the loop: the recording counts."));
-        }
         let changes = values.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        let name = &variable.name;
+        let is_setting = is_input && variable.role != Role::Input;
+        if is_setting && changes > 0 {
+            let counts = match is_tunable {
+                true => "its values there count",
+                false => "it is fixed in a running block, so its first value is used",
+            };
+            remarks.push(format!("{name} changes in the recording: {counts}."));
+        }
+        if is_setting && (changes == 0 || !is_tunable) && values[0] as f32 != block.settings[row] as f32 {
+            self.settings.push(change(block, row, values[0], None));
+        }
         let is_process_value = block.row(block.roles.process_value.as_ref()) == Some(row);
         let is_real = matches!(variable.kind, Kind::Real | Kind::LReal);
         let is_measured =
@@ -427,8 +428,15 @@ fn found(csv: &Csv, name: &str) -> Result<usize> {
 fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<String>) -> Vec<(usize, usize)> {
     let mut pairs: Vec<(usize, usize)> = Vec::new();
     let mut left = Vec::new();
+    // Where columns name the loop, GAIN of another member is none of its settings.
+    let is_own = |name: &str| {
+        let mut owners = ends(name).filter_map(|end| Some(end.split_once('.')?.0.trim_matches('"')));
+        owners.any(|owner| owner.eq_ignore_ascii_case(block.name()))
+    };
+    let has_names = csv.columns.iter().any(|of| is_own(&of.name));
     for (column, of) in csv.columns.iter().enumerate().filter(|(column, _)| Some(*column) != time) {
-        match variable_of(block, &of.name) {
+        let is_of_loop = !has_names || is_own(&of.name) || ends(&of.name).count() == 1;
+        match variable_of(block, &of.name).filter(|_| is_of_loop) {
             Some(row) if pairs.iter().any(|(_, other)| *other == row) => {
                 remarks.push(format!(
                     "{} occurs twice; the column {} is not used.",

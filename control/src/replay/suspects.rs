@@ -390,7 +390,7 @@ fn typed(kind: Kind, value: f64) -> Value {
 }
 
 /// Another value of a setting than `before`, or than that of the loop.
-fn change(block: &Block, row: usize, value: f64, before: Option<&f64>) -> Change {
+pub(super) fn change(block: &Block, row: usize, value: f64, before: Option<&f64>) -> Change {
     let of = &block.table.variables[row];
     let own = before.copied().unwrap_or(block.settings[row]);
     Change::Setting { name: of.name.clone(), value: typed(of.kind, value), before: typed(of.kind, own), why: None }

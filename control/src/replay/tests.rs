@@ -71,6 +71,19 @@ fn columns_are_found_by_names_in_any_case_with_prefixes_and_by_roles() {
 }
 
 #[test]
+fn a_setting_of_another_member_is_none_of_the_loop_and_one_that_changes_counts_as_recorded() {
+    let mut text = String::from("time,TIC101.SP,TIC101.PV_IN,TIC101.OUT,TIC101.HIGH,PLANT.GAIN\n");
+    for (at, (time, sp, pv, out)) in recorded(30).into_iter().enumerate() {
+        let (high, out) = if at < 20 { (100, out) } else { (10, out.min(10.0)) };
+        writeln!(text, "{time},{sp},{pv},{out},{high},7").unwrap();
+    }
+    let replayed = run(&request(text));
+    assert!(is_exact(&replayed) && replayed.settings.is_empty(), "{replayed:?}");
+    assert!(says(&replayed, "HIGH changes in the recording: its values there count."), "{:?}", replayed.remarks);
+    assert!(says(&replayed, "PLANT.GAIN is no variable of PID and not used."), "{:?}", replayed.remarks);
+}
+
+#[test]
 fn a_recording_that_says_nothing_about_the_settings_is_not_taken_for_a_proof() {
     let manual = run(&request("time,SP,PV,MAN_ON,OUT\n0,10,0,1,30\n0.5,10,1,1,30\n1,10,2,1,30\n".into()));
     assert!(is_exact(&manual) && manual.doubt == Some(Doubt::Manual), "{manual:?}");
@@ -158,7 +171,8 @@ fn times_of_the_block_may_be_in_milliseconds() {
     other.controller = member(&[("TI", 30.0)]);
     let replayed = run(&other);
     assert!(is_exact(&replayed), "{replayed:?}");
-    assert!(says(&replayed, "TI is 20 in the recording and 30 in the loop"), "{:?}", replayed.remarks);
+    let (value, before) = (Value::Number(20.0), Value::Number(30.0));
+    assert_eq!(replayed.settings, [Change::Setting { name: "TI".into(), value, before, why: None }]);
 }
 
 #[test]

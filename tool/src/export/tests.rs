@@ -73,7 +73,7 @@ fn one(name: &str, settings: &[(&str, f64)]) -> Loop {
 }
 
 fn csv_of(session: &Session) -> String {
-    text(&take(session, &Request::Csv { run: None, variables: Vec::new() }))
+    text(&take(session, &Request::Csv { run: None, variables: Vec::new(), inputs: false }))
 }
 
 /// Runs a description as `plcfmu run` does, and records what the session does.
@@ -194,7 +194,7 @@ fn a_description_ends_where_the_plant_was_exchanged() {
 fn csv_has_the_columns_that_are_asked_for_and_reads_back() {
     let session = session("C");
     let variables = vec!["C.OUT".to_string(), "C.UP".to_string()];
-    let text = text(&take(&session, &Request::Csv { run: None, variables }));
+    let text = text(&take(&session, &Request::Csv { run: None, variables, inputs: false }));
     assert!(text.starts_with("time,C.OUT,C.UP\n0.0,"), "{text}");
     let table = control::csv::Table::read(&text).unwrap();
     let record = session.record(None).unwrap();
@@ -202,8 +202,27 @@ fn csv_has_the_columns_that_are_asked_for_and_reads_back() {
     for (call, value) in table.column("C.OUT").unwrap().values.iter().enumerate() {
         assert_eq!(value.to_bits(), record.trace().get(out, call).to_bits());
     }
-    let wrong = Request::Csv { run: None, variables: vec!["C.OUR".into()] };
+    let wrong = Request::Csv { run: None, variables: vec!["C.OUR".into()], inputs: false };
     assert!(error(&session, &wrong).contains("did you mean C.OUT?"));
+}
+
+#[test]
+fn csv_of_a_curve_has_what_a_replay_needs_and_all_that_acted() {
+    let mut session = session("C");
+    let header = |session: &Session| {
+        let request = Request::Csv { run: None, variables: vec!["C.OUT".into()], inputs: true };
+        text(&take(session, &request)).lines().next().unwrap().to_string()
+    };
+    let columns = |session: &Session| header(session).split(',').map(str::to_string).collect::<Vec<_>>();
+    for name in ["C.OUT", "C.SP", "C.PV_IN", "C.MAN_ON", "C.MAN"] {
+        assert!(columns(&session).contains(&name.to_string()), "{name}: {}", header(&session));
+    }
+    // GAIN was changed in the run, TI was not.
+    assert!(header(&session).contains("C.GAIN") && !header(&session).contains("C.TI"), "{}", header(&session));
+    assert!(!header(&session).contains("C.HIGH") && !header(&session).contains("P.LOAD"));
+    session.send(&values(&[("C.HIGH", 90.0), ("P.LOAD", 5.0)])).unwrap();
+    session.run(2).unwrap();
+    assert!(header(&session).contains("C.HIGH") && header(&session).contains("P.LOAD"), "{}", header(&session));
 }
 
 #[test]

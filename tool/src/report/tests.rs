@@ -1,5 +1,5 @@
 use super::*;
-use crate::message::{Figure, Member, Setup, Values};
+use crate::message::{Figure, FiguresRequest, Member, Setup, Values};
 use crate::session::Session;
 use crate::test_home::TestHome;
 
@@ -23,6 +23,7 @@ fn report(of: &Loop) -> Report<'_> {
         picture: None,
         date: None,
         tuning: None,
+        replays: &[],
         units: [Some("degC"), Some("%")],
     }
 }
@@ -32,13 +33,17 @@ fn made(report: &Report) -> String {
 }
 
 fn session(name: &str) -> Session {
+    session_with(name, &[])
+}
+
+fn session_with(name: &str, settings: &[(&str, f64)]) -> Session {
     let value = |name: &str, value: f64| (name.to_string(), Value::Number(value));
     let member = |name: &str, fmu: &str, values: Values| Member { name: name.into(), fmu: fmu.into(), values };
     let wire = |from: &str, to: &str| (from.to_string(), to.to_string());
     let mut session = Session::default();
     let setup = Setup {
         members: vec![
-            member(name, "PID", Values::from([value("SP", 40.0)])),
+            member(name, "PID", [("SP", 40.0)].iter().chain(settings).map(|(name, of)| value(name, *of)).collect()),
             member("P", "LAG", Values::from([value("CYCLE", 0.5)])),
         ],
         connections: vec![wire(&format!("{name}.OUT"), "P.POWER"), wire("P.TEMP", &format!("{name}.PV_IN"))],
@@ -130,6 +135,85 @@ fn a_report_says_which_settings_were_changed_after_the_step_of_its_figures() {
     for to in [49.5, 75.0] {
         let page = made(&session, to);
         assert!(page.contains("<p>Settings changed after this step: GAIN 3.5 at 50 s.</p>"), "{page}");
+    }
+}
+
+fn tuning(gain: f64) -> Tuning {
+    Tuning {
+        model: Model { gain, time_constant: 10.0, ..Model::default() },
+        rule: Rule::Lambda,
+        values: Values::new(),
+        closed_loop: None,
+        sensitivity: None,
+        gain_margin: None,
+        phase_margin: None,
+    }
+}
+
+/// The cells of a table's row, without their markup.
+fn cells(page: &str, title: &str) -> Vec<String> {
+    let row = page.lines().find(|line| line.starts_with(&format!("<tr><td>{title}</td>"))).unwrap_or_default();
+    row.split("<td class=\"number\">").skip(1).map(|cell| cell.split('<').next().unwrap().to_string()).collect()
+}
+
+#[test]
+fn a_setpoint_step_is_predicted_beside_what_was_measured_and_drawn_alone() {
+    // TI is the plant's time constant: the closed loop is a lag of T/(GAIN K) = 10 s/3, whose rise is ln 9 of it, 7.3 s, and the sum of its
+    // errors 20 * 10 s/3 = 67 K s. What is predicted is computed a second time in test_tool_tuning.py, with a block that is bumpless.
+    let session = session_with("C", &[("TI", 10.0)]);
+    let now = of("C", Vec::new());
+    let figures = crate::signals::figures(&TestHome::default(), &session, &FiguresRequest::default()).unwrap();
+    let record = session.record(None).unwrap();
+    let with = |tuning: &Tuning, figures: &Figures| {
+        made(&Report { record: Some(record), figures: Some(figures), tuning: Some(tuning), ..report(&now) })
+    };
+    let page = with(&tuning(1.5), &figures);
+    assert!(
+        page.contains("The setpoint step from 39.9 to 60 °C with GAIN 2, TI 10 s, over the same 24.5 s: predicted"),
+        "{page}"
+    );
+    for (title, expected, off) in [("Rise time", 7.3, 0.7), ("IAE", 67.0, 1.0)] {
+        let [_, measured] = cells(&page, title).try_into().unwrap();
+        let value: f64 = measured.split(' ').next().unwrap().parse().unwrap();
+        assert!((value - expected).abs() <= off, "{title}: {measured}");
+    }
+    assert!(page.contains("<h2>The measured step</h2>") && page.contains(">PV predicted</text>"), "{page}");
+    // Half of the gain is another prediction, of the same measurement.
+    let other = with(&tuning(0.75), &figures);
+    assert_ne!(cells(&other, "IAE")[0], cells(&page, "IAE")[0]);
+    assert_eq!(cells(&other, "IAE")[1], cells(&page, "IAE")[1]);
+    // The begin of a run is no step from rest in automatic mode.
+    let mut begin = figures.clone();
+    begin.step.as_mut().unwrap().cause = control::figures::Cause::Start;
+    assert!(!with(&tuning(1.5), &begin).contains("Predicted and measured"));
+    let whole = Figures { from: 0.0, ..figures };
+    assert!(!with(&tuning(1.5), &whole).contains("The measured step"));
+}
+
+#[test]
+fn a_replay_has_its_file_its_verdict_and_the_settings_that_differ() {
+    let now = of("TIC101", vec![setting("GAIN", 0.7, None)]);
+    let number = |value: f64| Value::Number(value);
+    let replay = |gain: f64, verdict: &str, settings: Vec<Change>| ReportedReplay {
+        file: "plant.csv".into(),
+        values: Values::from([("GAIN".to_string(), number(gain)), ("HIGH".to_string(), number(90.0))]),
+        verdict: verdict.into(),
+        remarks: vec!["OUT differs.".into()],
+        settings,
+    };
+    let change = Change::Setting { name: "HIGH".into(), value: number(70.5), before: number(90.0), why: None };
+    let replays = [
+        replay(2.0, "The recording fits HIGH 70.5 instead of 90.", vec![change]),
+        replay(0.699_999_988_079_071, "OUT is equal.", vec![]),
+    ];
+    let page = made(&Report { replays: &replays, ..report(&now) });
+    for part in [
+        "<h2>Replay</h2>\n<p class=\"about\">plant.csv, replayed with GAIN 2, HIGH 90 %:</p>",
+        "<p><strong>The recording fits HIGH 70.5 instead of 90.</strong> OUT differs.</p>",
+        "<tr><td class=\"name\">HIGH</td><td class=\"number\">70.5 %</td><td class=\"number\">90 %</td></tr>",
+        "<p class=\"about\">plant.csv, replayed with GAIN 0.7, HIGH 90 %:</p>",
+    ] {
+        assert!(page.contains(part), "{part}\n{page}");
     }
 }
 

@@ -9,7 +9,7 @@
 import { assetOf } from "tool/assets.js";
 import { element, fill, text } from "tool/dom.js";
 import { programOf } from "tool/program.js";
-import { runValue, store } from "tool/store.js";
+import { beginWith, runValue, store } from "tool/store.js";
 import { isTime, plcTime, shown } from "tool/values.js";
 
 /**
@@ -211,7 +211,7 @@ async function openAlone(loop, path, block) {
     const made = await store.add(`${loop.name}.${path}`, block);
     store.edit(now);
     await store.send();
-    made.undo = [];
+    beginWith(made);
     // The ends at the program are those of the block that the program passes them to.
     const own = (/** @type {string} */ end) => {
       if (!end.startsWith(`${loop.member}.`)) return end;

@@ -2,7 +2,7 @@
 
 import { programOf, showOutputs } from "tool/program.js";
 import { remake } from "tool/remake.js";
-import { store } from "tool/store.js";
+import { beginWith, store } from "tool/store.js";
 import { number } from "tool/values.js";
 
 /**
@@ -21,7 +21,7 @@ export async function openKnown(known, file) {
     name.startsWith(`${controller.name}.`) ? loop.member + name.slice(controller.name.length) : name;
   store.edit(controller.values);
   await store.send();
-  loop.undo = [];
+  beginWith(loop);
   const connections = known.setup.connections.map(
     ([from, to]) => /** @type {[string, string]} */ ([own(from), own(to)]),
   );

@@ -19,7 +19,7 @@
 import { ask, EngineError, fromBase64, toBase64 } from "tool/engine.js";
 import { admit, programNamed, programOf } from "tool/program.js";
 import { remake } from "tool/remake.js";
-import { store, valuesOf } from "tool/store.js";
+import { beginWith, store, valuesOf } from "tool/store.js";
 
 const BEGIN = "#loop=";
 /** The most bytes of a link's content, and the most calls of its run. */
@@ -83,7 +83,7 @@ export async function openLink() {
   if (!taken) loop.member = String(carried.member);
   store.edit(carried.values);
   await store.send();
-  loop.undo = [];
+  beginWith(loop);
   for (const key of NOTES) if (carried.notes?.[key]) loop.notes[key] = carried.notes[key];
   if (carried.window !== null) loop.notes.curves = { chosen: [], hidden: [], window: Number(carried.window) };
   const own = renamed(carried.member, loop.member);

@@ -290,7 +290,12 @@ run?: number | null, } | { "what": "csv",
 /** The run; the present one without it. */
 run?: number | null,
 /** The variables, by `MEMBER.VARIABLE`; all without it. */
-variables: Array<string>, } | { "what": "report",
+variables: Array<string>,
+/**
+ * Whether also what a replay of the run needs: mode, setpoint and process value of the controller, and all that was set
+ * or changed in the run.
+ */
+inputs: boolean, } | { "what": "report",
 /** The loop with its values. */
 of: Loop,
 /** The values before, to compare with; may be empty. */
@@ -305,6 +310,8 @@ date?: string | null,
 tuning?: Tuning | null,
 /** The runs of the same step that are compared, the earliest first. */
 runs: Array<ReportedRun>,
+/** The replays of a recording, one after the other. */
+replays: Array<ReportedReplay>,
 /** The unit of the process value, where no variable says it. */
 unit?: string | null,
 /** The unit of the manipulated value, where no variable says it. */
@@ -837,6 +844,8 @@ columns: Array<[string, string]>,
 calls: number,
 /** One for each output that the file has. */
 outputs: Array<Compared>,
+/** The settings that the recording has otherwise than the loop: it was replayed with those of the recording. */
+settings: Array<Change>,
 /** What was tried, the best first. */
 suspects: Array<Suspect>,
 /** The conclusion. */
@@ -845,6 +854,19 @@ conclusion: Conclusion,
 doubt: Doubt | null,
 /** What the user should know, a sentence each. */
 remarks: Array<string>, };
+
+/** A recording that was replayed through the block. */
+export type ReportedReplay = {
+/** The recording's file. */
+file: string,
+/** The controller's settings with which it was replayed. */
+values: Values,
+/** The conclusion, in a sentence. */
+verdict: string,
+/** What else is to be said of it, a sentence each. */
+remarks: Array<string>,
+/** The settings that the recording has otherwise than the loop had. */
+settings: Array<Change>, };
 
 /** A run that is compared with others. */
 export type ReportedRun = {

@@ -9,7 +9,7 @@ import { draw } from "tool/charts.js";
 import { chooser } from "tool/csv.js";
 import { byId, element, fill, tableHead } from "tool/dom.js";
 import { ask } from "tool/engine.js";
-import { changed, verdict } from "tool/replay_words.js";
+import { changed, fitting, verdict } from "tool/replay_words.js";
 import { unitText } from "tool/signals.js";
 import { store, valuesOf } from "tool/store.js";
 import { rounded, shown } from "tool/values.js";
@@ -33,8 +33,14 @@ let stage;
 let drawCurve;
 /** @type {() => void} */
 let endChart = () => {};
+/** Says that the settings are others than those of the result. @type {HTMLElement} */
+let stale;
+/** The settings of the result, as text. */
+let replayedWith = "";
 /** What of the stage is above and below its chart, in pixels. */
 const AROUND = 96;
+/** A report tells so many replays, each with the values that the one before it gave. */
+const MOST_REPORTED = 4;
 
 /** @param {HTMLElement} content */
 export function mount(content) {
@@ -48,10 +54,12 @@ export function mount(content) {
     hidden: true,
   });
   byId("curves").querySelector(".content")?.append(stage);
-  fill(content, body, mapping, result);
+  stale = element("p", { class: "note", hidden: true }, "The settings have changed since this replay.");
+  fill(content, body, mapping, stale, result);
   store.on("csv", open);
   store.on("loop", show);
   store.on("tab", showStage);
+  store.on("settings", showStale);
   show();
 }
 
@@ -59,6 +67,17 @@ export function mount(content) {
 function showStage() {
   stage.hidden = drawCurve === undefined || document.body.dataset.tab !== "replay";
   if (!stage.hidden) drawCurve?.();
+}
+
+/** What a recording is replayed with: all but what the loop is tried with. */
+function settingsInFields() {
+  const loop = store.loop;
+  if (!loop) return "";
+  return JSON.stringify(Object.entries(valuesOf(loop)).filter(([name]) => !loop.settings[name].variable.is_stimulus));
+}
+
+function showStale() {
+  stale.hidden = replayedWith === "" || replayedWith === settingsInFields();
 }
 
 /** No curves any more. */
@@ -76,8 +95,13 @@ function open(recording) {
   replay();
 }
 
+/** Replays the recording that is open. */
+const again = () => replay();
+
 function show() {
   endStage();
+  replayedWith = "";
+  showStale();
   fill(result);
   fill(mapping);
   const loop = store.loop;
@@ -92,7 +116,7 @@ function show() {
       { class: "row" },
       chooser("replay-file", recorded ? "Another CSV" : "Choose or drop a CSV", open, (error) => store.say(error)),
       recorded && element("span", {}, recorded.name),
-      recorded && loop && element("button", { type: "button", onclick: replay }, "Replay"),
+      recorded && loop && element("button", { type: "button", onclick: again }, "Replay"),
       recorded && suspectsBox(),
       recorded && toleranceField(),
     ),
@@ -124,11 +148,16 @@ function toleranceField() {
   return element("label", {}, "equal within ", input);
 }
 
-async function replay() {
+/** @param {boolean} [isGoingOn] whether values of the last replay were applied, which the report tells, too */
+async function replay(isGoingOn = false) {
   const loop = store.loop;
   if (!loop || !recorded) return;
   const of = recorded;
   endStage();
+  replayedWith = settingsInFields();
+  showStale();
+  const used = loop.description.roles.controller.filter((name) => !loop.checked?.unused.includes(name));
+  const values = Object.fromEntries(used.map((name) => [name, loop.settings[name].value]));
   fill(result, element("p", {}, "Replaying …"));
   // The sentence is drawn before a long computation begins.
   await new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
@@ -140,11 +169,37 @@ async function replay() {
     });
     if (store.loop !== loop || recorded !== of) return;
     showMapping(replayed.columns);
-    showResult(replayed, allowed);
+    const told = showResult(replayed, allowed);
+    keep({ file: of.name, values, verdict: told.headline, remarks: told.details }, replayed, isGoingOn);
   } catch (error) {
     showMapping(columns ?? []);
     fill(result, element("p", { class: "error" }, error instanceof Error ? error.message : String(error)));
   }
+}
+
+/**
+ * Keeps what a report says of a replay.
+ *
+ * @param {Omit<import("./messages").ReportedReplay, "settings">} told
+ * @param {Replayed} replayed
+ * @param {boolean} isGoingOn
+ */
+function keep(told, replayed, isGoingOn) {
+  const loop = store.loop;
+  if (!loop) return;
+  const settings = fitting(replayed).filter((change) => "setting" in change);
+  const before = replaysOf(loop).filter((one) => one.file === told.file);
+  loop.notes.replays = [...(isGoingOn ? before.slice(1 - MOST_REPORTED) : before.slice(0, -1)), { ...told, settings }];
+}
+
+/**
+ * What a report says of the recording that was replayed last.
+ *
+ * @param {import("tool/store.js").Work} loop
+ * @returns {import("./messages").ReportedReplay[]}
+ */
+export function replaysOf(loop) {
+  return loop.notes.replays ?? [];
 }
 
 /** @param {[string, string][]} found */
@@ -187,21 +242,33 @@ function showMapping(found) {
   );
 }
 
-/** @param {Replayed} replayed @param {number | null} allowed the user's tolerance */
+/**
+ * @param {Replayed} replayed
+ * @param {number | null} allowed the user's tolerance
+ * @returns {{ headline: string, details: string[] }} what was said
+ */
 function showResult(replayed, allowed) {
   const loop = store.loop;
-  if (!loop) return;
+  if (!loop) return { headline: "", details: [] };
   const { variables, roles } = loop.description;
   const block = { variables, controller: roles.controller };
   const fits = replayed.outputs.length > 0 && replayed.outputs.every((output) => output.different === 0);
   const kind = (/** @type {string} */ name) => loop.description.variables.find((one) => one.name === name);
+  const told = verdict(replayed, allowed, block);
+  const isSame = fits && replayed.doubt === null && replayed.settings.length === 0;
+  const found = fitting(replayed).flatMap((change) =>
+    "setting" in change ? [/** @type {[string, any]} */ ([change.setting.name, change.setting.value])] : [],
+  );
+  const values = Object.fromEntries(found);
   fill(
     result,
     element(
       "p",
-      { class: fits && replayed.doubt === null ? "verdict good" : "verdict note" },
-      verdict(replayed, allowed, block),
+      { class: isSame ? "verdict good" : "verdict note", tabindex: -1 },
+      element("strong", {}, told.headline),
+      ` ${told.details.join(" ")}`,
     ),
+    found.length > 0 && element("p", { class: "row" }, useButton(values, "primary")),
     element(
       "ul",
       { class: "remarks" },
@@ -228,19 +295,26 @@ function showResult(replayed, allowed) {
             `${changed(suspect, block)}.`,
             suspect.fits ? element("strong", { class: "good" }, "none: it fits") : String(suspect.different),
             rounded(suspect.largest, "LREAL", 6),
-            // What leaves a difference is no value to go on with.
-            suspect.fits && Object.keys(suspect.values).length > 0
-              ? element(
-                  "button",
-                  { type: "button", onclick: () => take(suspect.values) },
-                  `Use ${settings(suspect.values)}`,
-                )
+            // What leaves a difference is no value to go on with. The likeliest is offered above.
+            suspect.fits && Object.keys(suspect.values).length > 0 && settings(suspect.values) !== settings(values)
+              ? useButton(suspect.values)
               : "",
           ]),
         ),
       ),
   );
   if (replayed.outputs.length > 0) chooseOutput(replayed);
+  return told;
+}
+
+/** @param {import("./messages").Values} values @param {string} [kind] */
+function useButton(values, kind = "") {
+  const title = "In force from the next cycle on; Undo takes them back";
+  return element(
+    "button",
+    { type: "button", class: kind, title, onclick: () => take(values) },
+    `Use ${settings(values)}`,
+  );
 }
 
 /** @param {import("./messages").Values} values */
@@ -251,10 +325,14 @@ function settings(values) {
     .join(", ");
 }
 
-/** @param {import("./messages").Values} values */
-function take(values) {
+/** Puts values in force, and replays with them. @param {import("./messages").Values} values */
+async function take(values) {
   store.edit(values);
-  replay();
+  if (!(await store.send(Object.keys(values)))) return;
+  await replay(true);
+  // The button that had the focus is gone.
+  const said = result.querySelector(".verdict");
+  if (said instanceof HTMLElement && document.activeElement === document.body) said.focus();
 }
 
 /**

@@ -40,13 +40,22 @@ function reason(why) {
   return `the outputs change in one of ${why.rhythm} rows only`;
 }
 
+/**
+ * A setting's value in the replay and in the loop.
+ *
+ * @param {{ name: string, value: import("./messages").Value, before: import("./messages").Value }} setting
+ * @param {Variable[]} variables
+ */
+function valuesOf({ name, value, before }, variables) {
+  const kind = variables.find((one) => one.name === name)?.kind ?? "REAL";
+  return [value, before].map((one) => `${shown(one, kind)}${isTime(kind) ? " s" : ""}`);
+}
+
 /** @param {Change} change @param {Variable[]} variables */
 function ofChange(change, variables) {
   if ("setting" in change) {
-    const { name, value, before, why } = change.setting;
-    const kind = variables.find((one) => one.name === name)?.kind ?? "REAL";
-    const unit = isTime(kind) ? " s" : "";
-    const [now, was] = [value, before].map((one) => `${shown(one, kind)}${unit}`);
+    const { name, why } = change.setting;
+    const [now, was] = valuesOf(change.setting, variables);
     return `${name} is ${now} instead of ${was}${why ? `: ${reason(why)}` : ""}`;
   }
   if ("calls" in change) return `the block is called ${change.calls} times from row to row`;
@@ -78,16 +87,42 @@ export function changed({ changes, range, confused }, { variables }) {
 }
 
 /**
- * The conclusion, in one sentence or two.
+ * The changes with which the recording fits, those that it has itself and those that were found: none if nothing fits, or if it cannot be
+ * told what does.
+ *
+ * @param {Replayed} replayed
+ * @returns {Change[]}
+ */
+export function fitting({ conclusion, settings, suspects }) {
+  if (conclusion === "equal") return settings;
+  const isFound = conclusion === "cause" || conclusion === "likely_cause";
+  const found = suspects.find(({ fits }) => fits);
+  return isFound && found ? [...settings, ...found.changes] : [];
+}
+
+/** `GAIN 0.7 instead of 2, and line 902 (5 s) is no call` @param {Change[]} changes @param {Block} block */
+function fit(changes, { variables }) {
+  const settings = changes.flatMap((change) => {
+    if (!("setting" in change)) return [];
+    const [now, was] = valuesOf(change.setting, variables);
+    return `${change.setting.name} ${now} instead of ${was}`;
+  });
+  const others = changes.filter((change) => !("setting" in change)).map((change) => ofChange(change, variables));
+  return [settings.join(" and "), ...others].filter(Boolean).join(", and ");
+}
+
+/**
+ * The conclusion: the sentence that one looks for, and what else is to be said.
  *
  * @param {Replayed} replayed
  * @param {number | null} tolerance that of the user
  * @param {Block} block
+ * @returns {{ headline: string, details: string[] }}
  */
 export function verdict(replayed, tolerance, block) {
-  const { outputs, calls, conclusion, suspects } = replayed;
-  const names = listed(outputs.map(({ variable }) => variable));
+  const { outputs, calls, conclusion, settings, suspects } = replayed;
   if (conclusion === "equal") {
+    const names = listed(outputs.map(({ variable }) => variable));
     const most = Math.max(...outputs.map(({ largest }) => largest), 0);
     const within =
       tolerance === null ? "what the digits of the recording leave open" : `the tolerance of ${String(tolerance)}`;
@@ -96,22 +131,42 @@ export function verdict(replayed, tolerance, block) {
         ? `bit for bit in all ${calls} cycles`
         : `in all ${calls} cycles, within ${within} (up to ${rounded(most, "LREAL", 3)})`;
     const is = outputs.length === 1 ? "is" : "are";
-    return `${names} ${is} equal from the first cycle on, ${how}.${doubt(replayed, block)}`;
+    const equal = `${names} ${is} equal from the first cycle on, ${how}.`;
+    const more = doubt(replayed, block);
+    if (settings.length === 0) return { headline: equal, details: more };
+    return { headline: `The recording fits ${fit(settings, block)}.`, details: [equal, ...more] };
   }
   const difference = ofDifference(replayed, block);
-  const fitting = suspects.filter(({ fits }) => fits).map((suspect) => changed(suspect, block));
-  const [first, ...others] = fitting.slice(0, MOST_EXPLANATIONS);
-  if (conclusion === "differs") return `${difference}.`;
-  if (conclusion === "cause") return `${difference}; nothing differs any more when ${first}.`;
-  if (conclusion === "likely_cause")
-    return `${difference}. Most likely, ${first}.${others.length > 0 ? ` It could also be: ${others.join("; or: ")}.` : ""}`;
-  if (conclusion === "ambiguous")
-    return `${difference}. These changes cannot be told apart, since each explains this recording: ${[first, ...others].join("; or: ")}. Record a step of the setpoint in automatic mode, with more digits.`;
+  const recorded = settings.length > 0 ? [`It was replayed with ${fit(settings, block)}, as recorded.`] : [];
+  const told = suspects.filter(({ fits }) => fits).map((suspect) => changed(suspect, block));
+  const [first, ...others] = told.slice(0, MOST_EXPLANATIONS);
+  if (conclusion === "differs") return { headline: `${difference}.`, details: recorded };
+  if (conclusion === "cause") {
+    const details = [`${difference}; nothing differs any more when ${first}.`, ...recorded];
+    return { headline: `The recording fits ${fit(fitting(replayed), block)}.`, details };
+  }
+  if (conclusion === "likely_cause") {
+    const also = others.length > 0 ? [`It could also be: ${others.join("; or: ")}.`] : [];
+    const details = [`${difference}; nothing differs any more when ${first}.`, ...also, ...recorded];
+    return { headline: `The recording most likely fits ${fit(fitting(replayed), block)}.`, details };
+  }
+  if (conclusion === "ambiguous") {
+    const each = `These changes cannot be told apart, since each explains this recording: ${[first, ...others].join("; or: ")}.`;
+    const remedy = "Record a step of the setpoint in automatic mode, with more digits.";
+    return {
+      headline: "The recording fits more than one change.",
+      details: [`${difference}.`, each, remedy, ...recorded],
+    };
+  }
   const [best] = suspects;
-  const unexplained = `${difference}. No single or paired setting change explains this recording`;
-  if (!best) return `${unexplained}: look for the cause in what the recording does not have.`;
-  const still = best.different === 1 ? "1 value still differs" : `${best.different} values still differ`;
-  return `${unexplained}. The nearest is: ${changed(best, block)} (${still}).`;
+  const still = best?.different === 1 ? "1 value still differs" : `${best?.different} values still differ`;
+  const nearest = best
+    ? `The nearest is: ${changed(best, block)} (${still}).`
+    : "Look for the cause in what the recording does not have.";
+  return {
+    headline: "No single or paired setting change explains this recording.",
+    details: [`${difference}.`, nearest, ...recorded],
+  };
 }
 
 /** @param {string[]} names */
@@ -137,14 +192,20 @@ function ofDifference({ outputs, calls }, { variables }) {
   return `${begins.variable} differs from cycle ${call} (${rounded(time, "LREAL")} s) on, ${by}${too}`;
 }
 
-/** Why equal outputs prove nothing, as a sentence; empty if they do. @param {Replayed} replayed @param {Block} block */
+/** Why equal outputs prove nothing, as sentences; none if they do. @param {Replayed} replayed @param {Block} block */
 function doubt({ doubt: why }, { controller }) {
-  if (why === null) return "";
+  if (why === null) return [];
   const settings = controller.join(", ");
   if (why === "manual")
-    return ` But all cycles are in manual mode: the recording says nothing about ${settings}. Replay one in automatic mode.`;
+    return [
+      `But all cycles are in manual mode: the recording says nothing about ${settings}. Replay one in automatic mode.`,
+    ];
   if ("not_recorded" in why)
-    return ` But the recording has no ${why.not_recorded.join(" or ")}: it says nothing about ${settings}. Record it too.`;
+    return [
+      `But the recording has no ${why.not_recorded.join(" or ")}: it says nothing about ${settings}. Record it too.`,
+    ];
   const name = why.manual_in_loop;
-  return ` But the recording has no ${name}, and in the loop ${name} is TRUE: replayed in manual mode, it says nothing about ${settings}. Set ${name} to FALSE if it was recorded in automatic mode.`;
+  return [
+    `But the recording has no ${name}, and in the loop ${name} is TRUE: replayed in manual mode, it says nothing about ${settings}. Set ${name} to FALSE if it was recorded in automatic mode.`,
+  ];
 }

@@ -60,6 +60,8 @@
  * @property {Value | undefined} file the value of the file, if the file has one
  * @property {string | undefined} origin where it stands in the file, `plant.awl:12:8`
  * @property {Value} sent the value in force
+ * @property {Value} opened the value with which the loop came under work
+ * @property {Value[]} earlier the values that were in force before, the last one last
  * @property {Value} value the last good value of the field
  * @property {string | undefined} wrong a text of the field that is no value
  * @property {string | undefined} why what is wrong with it
@@ -208,7 +210,8 @@ export const store = {
       const value = found?.value ?? variable.start;
       const origin = found?.origin ?? undefined;
       const start = { variable, start: variable.start, file: found?.value, origin };
-      settings[variable.name] = { ...start, sent: value, value, wrong: undefined, why: undefined };
+      const inForce = { sent: value, opened: value, earlier: [] };
+      settings[variable.name] = { ...start, ...inForce, value, wrong: undefined, why: undefined };
     }
     lastId += 1;
     const taken = new Set(["PLANT", "SENSOR", ...store.loops.map((loop) => loop.member)]);
@@ -358,7 +361,7 @@ export const store = {
       store.say(error);
       return false;
     }
-    for (const [name, value] of Object.entries(values)) loop.settings[name].sent = value;
+    for (const [name, value] of Object.entries(values)) putInForce(loop.settings[name], value);
     store.emit("settings", loop === store.loop ? good : []);
     store.emit("loops");
     if (loop === store.loop) store.emit("applied", good);
@@ -521,7 +524,10 @@ export const store = {
     for (const { call, variable: name, value, act = "set" } of events) {
       const [member, own] = split(name);
       const setting = member === loop?.member ? loop?.settings[own] : undefined;
-      if (setting && act === "set" && call >= state.calls) setting.sent = setting.value = value;
+      if (setting && act === "set" && call >= state.calls) {
+        putInForce(setting, value);
+        setting.value = value;
+      }
     }
     if (loop && run !== undefined) {
       const { members, connections, step, exchange } = setup;
@@ -593,7 +599,7 @@ export const store = {
       const other = loop.members.find((one) => one.name === member);
       if (other) other.values = { ...other.values, [variable]: value };
       else if (loop.settings[variable]) {
-        loop.settings[variable].sent = value;
+        putInForce(loop.settings[variable], value);
         own[variable] = value;
       }
     }
@@ -649,6 +655,41 @@ export const store = {
  */
 export function isSettable(variable) {
   return variable.role !== "output" && variable.role !== "local";
+}
+
+/** A ramp has a value for each call: nobody wants all of them. */
+const MOST_EARLIER = 50;
+
+/**
+ * Notes the value in force. A value that is taken back was not in force before.
+ *
+ * @param {Setting} setting
+ * @param {Value} value
+ */
+function putInForce(setting, value) {
+  const { variable, sent, earlier } = setting;
+  setting.sent = value;
+  if (same(variable.kind, sent, value)) return;
+  const last = earlier.at(-1);
+  if (last !== undefined && same(variable.kind, last, value)) earlier.pop();
+  else earlier.push(sent);
+  if (earlier.length > MOST_EARLIER) earlier.shift();
+}
+
+/**
+ * The value that was in force before: that of the opened file, or the loop's earlier one.
+ *
+ * @param {Work} loop
+ * @param {Setting} setting
+ */
+export function valueBefore(loop, { opened, earlier }) {
+  return loop.file === undefined ? (earlier.at(-1) ?? opened) : opened;
+}
+
+/** The values of a loop that has just come under work: there were none before. @param {Work} loop */
+export function beginWith(loop) {
+  loop.undo = [];
+  for (const setting of Object.values(loop.settings)) Object.assign(setting, { opened: setting.sent, earlier: [] });
 }
 
 /** @param {Setting} setting */
@@ -797,7 +838,8 @@ function follow(loop, state, before) {
     const { kind } = setting.variable;
     const last = isSameRun ? before?.values[variable(loop, name)] : undefined;
     if (same(kind, now, setting.sent) || (last !== undefined && same(kind, now, last))) continue;
-    setting.sent = setting.value = now;
+    putInForce(setting, now);
+    setting.value = now;
     moved.push(name);
   }
   return moved;

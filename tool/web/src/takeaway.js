@@ -11,10 +11,11 @@ import { sourceOf } from "tool/files.js";
 import { linkOfLoop } from "tool/link.js";
 import { pngPicture, svgPicture } from "tool/picture.js";
 import { programOf } from "tool/program.js";
+import { replaysOf } from "tool/replay.js";
 import { comparedRuns } from "tool/runs.js";
 import { isTried, showSaved } from "tool/saved.js";
 import { units } from "tool/signals.js";
-import { asLoop, store } from "tool/store.js";
+import { asLoop, store, valueBefore } from "tool/store.js";
 import { tuning } from "tool/tune.js";
 import { rezipped, unzipped } from "tool/zip.js";
 
@@ -124,8 +125,9 @@ function show() {
     const loops = ofFile().map(asLoop);
     await download({ what: "source", file: { file: source.name, content: bytes }, loops, stimuli: stimuli.checked });
   };
-  const csvOf = (/** @type {string[]} */ variables) => () => download({ what: "csv", variables });
-  const everything = () => download({ what: "csv", variables: [] }, (name) => name.replace(/\.csv$/, "_all.csv"));
+  const curves = () => download({ what: "csv", variables: shownNames(), inputs: true });
+  const everything = () =>
+    download({ what: "csv", variables: [], inputs: false }, (name) => name.replace(/\.csv$/, "_all.csv"));
   const noRun = isAlive ? undefined : "Run the loop first";
   const copy = async () => {
     try {
@@ -174,7 +176,7 @@ function show() {
       { class: "row" },
       element("span", { class: "what" }, "This run"),
       button("Save as TOML", noRun, () => download({ what: "description" })),
-      button("CSV of the curves", noRun, () => csvOf(shownNames())()),
+      button("CSV of the curves", noRun, curves),
       button("CSV of everything", noRun, everything),
     ),
     element(
@@ -311,7 +313,7 @@ async function report(loop) {
   const settings = Object.entries(loop.settings);
   const before = settings.map(([name, one]) => ({
     name,
-    value: one.file ?? one.start,
+    value: valueBefore(loop, one),
     origin: one.origin ?? null,
     file: null,
   }));
@@ -319,6 +321,6 @@ async function report(loop) {
   const { processValue: unit, manipulatedValue: travel_unit } = await units(loop);
   return download({
     ...{ what: "report", of: asLoop(loop), before, date, tuning: tuning(), picture: svgPicture() ?? null },
-    ...{ runs: comparedRuns(loop), unit: unit || null, travel_unit: travel_unit || null },
+    ...{ runs: comparedRuns(loop), replays: replaysOf(loop), unit: unit || null, travel_unit: travel_unit || null },
   });
 }

@@ -1,0 +1,143 @@
+//! The step that the figures of a report belong to: predicted beside measured, and larger than in the curves of the whole run.
+
+use super::{Tuning, three, with_unit};
+use crate::message::Figures;
+use crate::session::Record;
+use anyhow::Result;
+use blocks::Kind;
+use control::figures::{Cause, Happened};
+use control::predict::{self, Forecast};
+use control::rules::Structure;
+use control::tune::{Controller, Request, Step};
+use draw::escape::Text;
+use modeldescription::digits::short;
+use run::component::Type;
+use run::dialog::Roles;
+use run::fmus::{Fmus, Member};
+use run::system::Value;
+use std::fmt::Write;
+
+/// A step that takes a smaller part of the run is drawn alone, too.
+const SMALL: f64 = 0.5;
+
+/// This part of a step's time is shown of what was before it.
+const BEFORE: f64 = 0.05;
+
+/// A step as it was measured, and as the identified model predicts it.
+pub(super) struct Predicted {
+    /// When the step began, in seconds.
+    pub(super) start: f64,
+    pub(super) forecast: Forecast,
+    /// The controller's settings that were in force and had an effect, as a list.
+    settings: String,
+}
+
+/// Predicts the last step of the setpoint with the settings that were in force in it. None if there is no such step in automatic mode.
+///
+/// # Errors
+/// Why the block cannot be simulated with the model.
+pub(super) fn predicted(
+    home: &dyn Fmus,
+    record: &Record,
+    (fmu, roles): (&str, &Roles),
+    tuning: &Tuning,
+    step: &Happened,
+) -> Result<Option<Predicted>> {
+    let Some(own) = record.setup().members.first().filter(|own| own.fmu == fmu) else { return Ok(None) };
+    let call = record.calls_between(Some(step.start), None).start;
+    let column = |name: &String| record.column(&format!("{}.{name}", own.name));
+    let before = |name: &String| Some(record.trace().get(column(name).ok()?, call - 1));
+    let is_held = call > 0 && record.trace().exact().contains(&(call - 1));
+    let is_manual = || roles.manual.as_ref().and_then(|(switch, _)| before(switch)) == Some(1.0);
+    if step.cause != Cause::Setpoint || !is_held || is_manual() {
+        return Ok(None);
+    }
+    let mut controller = Controller::of(home, own)?;
+    let mut values = own.values.clone();
+    for variable in controller.table.variables.iter().filter(|variable| variable.role.is_settable()) {
+        let column = column(&variable.name)?;
+        let value = record.trace().get(column, call);
+        let value = match record.columns()[column].kind {
+            Type::Boolean => Value::Boolean(value != 0.0),
+            _ => Value::Number(value),
+        };
+        values.insert(variable.name.clone(), value);
+    }
+    controller.member = Member { values: values.clone(), ..own.clone() };
+    let manual = roles.manipulated_value.as_ref().and_then(before).filter(|value| value.is_finite());
+    let request = Request {
+        model: tuning.model,
+        rule: tuning.rule,
+        structure: Structure::Pi,
+        controller: controller.member.clone(),
+        closed_loop: None,
+        pace: None,
+        step: Step { from: Some(step.from), size: Some(step.to - step.from), manual },
+        ultimate: None,
+    };
+    let forecast = predict::forecast(home, &controller, &request, &values, step.duration)?;
+    let acts = |name: &&String| {
+        let field = controller.groups.iter().flat_map(|group| &group.fields).find(|field| field.name == **name);
+        field.is_none_or(|field| field.is_used(|name| controller.value(name) != 0.0))
+    };
+    let told = |name: &String| {
+        let unit = if controller.kind(name) == Some(Kind::Time) { " s" } else { "" };
+        format!("{name} {}{unit}", short(controller.value(name)))
+    };
+    let settings: Vec<String> = roles.controller.iter().filter(acts).map(told).collect();
+    Ok(Some(Predicted { start: step.start, forecast, settings: settings.join(", ") }))
+}
+
+/// The figures of the prediction and of the run side by side.
+pub(super) fn side_by_side(
+    page: &mut String,
+    of: &Predicted,
+    figures: &Figures,
+    step: &Happened,
+    unit: Option<&str>,
+) -> Result<()> {
+    let to = with_unit(step.to, unit);
+    writeln!(
+        page,
+        "<h2>Predicted and measured</h2>\n<p class=\"about\">The setpoint step from {} to {} with {}, over the same {} s: predicted with \
+         the identified plant, and measured in the run.</p>",
+        three(step.from),
+        Text(&to),
+        Text(&of.settings),
+        short(step.duration)
+    )?;
+    writeln!(
+        page,
+        "<table>\n<thead><tr><th>Figure</th><th class=\"number\">Predicted</th><th class=\"number\">Measured</th></tr></thead>\n<tbody>"
+    )?;
+    for figure in &figures.figures {
+        let predicted = of.forecast.figures.iter().find(|(key, _)| *key == figure.key);
+        let Some((_, predicted)) = predicted else { continue };
+        write!(page, "<tr><td>{}</td>", Text(&figure.title))?;
+        for value in [Some(*predicted), figure.value] {
+            let value = value.map_or_else(|| "\u{2013}".into(), |value| with_unit(value, figure.unit.as_deref()));
+            write!(page, "<td class=\"number\">{}</td>", Text(&value))?;
+        }
+        writeln!(page, "</tr>")?;
+    }
+    writeln!(page, "</tbody>\n</table>")?;
+    Ok(())
+}
+
+/// The part of the run with the step, with a little of what was before it, if that is a small part.
+pub(super) fn part(record: &Record, figures: &Figures) -> Option<(f64, f64)> {
+    let (from, to) = (figures.from, figures.to);
+    let run = record.time(record.calls().checked_sub(1)?) - record.time(0);
+    let is_small = figures.step.is_some() && to > from && to - from < SMALL * run;
+    is_small.then_some((from - BEFORE * (to - from), to))
+}
+
+/// The predicted process value at the times of a chart; a gap before the step and after the prediction.
+pub(super) fn curve(of: &Predicted, times: &[f64]) -> Vec<f64> {
+    let Forecast { process_value, cycle, .. } = &of.forecast;
+    let value = |time: &f64| {
+        let call = ((time - of.start) / cycle + 1e-6).floor();
+        if call < 0.0 { f64::NAN } else { process_value.get(call as usize).copied().unwrap_or(f64::NAN) }
+    };
+    times.iter().map(value).collect()
+}
