@@ -34,7 +34,8 @@ def seen(tmp_path_factory):
     # A profile of its own, whoever runs this.
     home = folder / "home"
     home.mkdir()
-    command = [NODE, "page.mjs", FIREFOX, tool.PAGE]
+    programs = tool.ROOT / "examples/programs"
+    command = [NODE, "page.mjs", FIREFOX, tool.PAGE, programs / "interlock.s7dcl", programs / "interlock.s7res"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env={**os.environ, "HOME": str(home)})
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -77,3 +78,15 @@ def test_the_open_loop_has_margins(seen):
 
 def test_a_reload_keeps_settings_and_the_run(seen):
     assert seen["after"] == seen["before"]
+
+
+def test_networks_are_drawn_with_what_conducts_and_say_what_decided(seen):
+    ladder = seen["ladder"]
+    assert ladder["titles"][3] == "Network 4: Run" and len(ladder["titles"]) == 5
+    # Its own contact, NOT stop, NOT fault and NOT low, with the wires at both sides.
+    assert ladder["conducts"] >= 8 and ladder["sideways"] <= 0
+    assert "TRUE" in ladder["bar"] and "network 4" in ladder["bar"]
+    # The contact of start was open, and the way through run held the coil.
+    decided, idle = ladder["why"].split("made no difference:")
+    assert "run TRUE" in decided.split("each of these decided:")[1]
+    assert "start FALSE" in idle

@@ -7,7 +7,7 @@ import pytest
 
 from test_tool_diagram import one_cycle
 from test_tool_program import COUNTER, LAPTOP, PROGRAMS, drop, line, set_input
-from test_tool_run import open_tool, screenshot
+from test_tool_run import PHONE, open_tool, screenshot
 from test_tool_run import browser, pytestmark  # noqa: F401
 from tool import show_tab
 
@@ -91,6 +91,19 @@ def test_a_name_leads_to_why_to_the_watch_table_and_to_the_networks_that_use_it(
     page.locator(".why", has_text="Why is fault FALSE").wait_for()
     bar.get_by_role("button", name="Watch").click()
     page.locator("#watch", has_text="fault").wait_for()
+    show_tab(page, "Program")
+    page.locator('[data-network="4"] .operand', has_text="#run").last.click()
+    bar.get_by_role("button", name="Why").click()
+    wrote = page.locator(".why .why-statement", has_text="#run := ").first
+    # Start and the contact of run stand beside each other: either holds the coil. Each of the three in the way would open it.
+    decided, shared = wrote.locator("p .has-decided").all_inner_texts()
+    assert decided.startswith("each of these decided:") and [name in decided for name in ("stop", "fault", "low")] == [True] * 3
+    assert shared.startswith("none of these decided alone:") and "start TRUE" in shared and "run TRUE" in shared
+    assert page.locator('[data-network="4"] .symbol.is-deciding').count() == 5
+    assert page.locator('[data-network="3"] .symbol.is-deciding').count() == 0
+    # What declares it stands in the text.
+    bar.get_by_role("button", name="declares it").click()
+    assert "run : Bool;" in page.locator(".program .line.is-target").inner_text()
 
 
 def test_fbd_is_drawn_as_boxes_and_the_text_is_there_too(open_tool):
@@ -207,6 +220,18 @@ def test_the_tree_of_blocks_leads_to_an_instance_and_a_constant_has_its_value_in
     line(page, 8).locator('.value[data-name="Outer.left.lamp"]').click()
     page.locator(".why", has_text="Why is left.lamp TRUE").wait_for()
     page.locator(".why .value", has_text="LIMIT 3").wait_for()
+    # A name leads to where it is declared, written and read; an input is written where the block is called.
+    line(page, 7).get_by_text("#count", exact=True).click()
+    usage = page.locator(".usage")
+    assert usage.get_by_role("button", name="it").all_inner_texts() == ["line 5", "line 7", "line 7", "line 8"]
+    line(page, 7).get_by_text("#on", exact=True).focus()
+    page.keyboard.press("Enter")
+    usage.get_by_role("button", name="line 17 writes it").wait_for()
+    assert usage.get_by_role("button", name="it").all_inner_texts() == ["line 2", "line 16", "line 17", "line 7"]
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
+    usage.get_by_role("button", name="line 5 declares it").click()
+    assert "is-target" in line(page, 5).get_attribute("class")
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -218,3 +243,10 @@ def test_the_ladder_fits_a_laptop(open_tool, scheme):
     shows(page, 4, "#start", "TRUE")
     assert page.evaluate("document.documentElement.scrollWidth") <= LAPTOP[0]
     screenshot(page, f"ladder-{scheme}")
+    # On a phone a wide network is scrolled inside of its pane, and names are as large as before.
+    page.set_viewport_size({"width": PHONE[0], "height": PHONE[1]})
+    pane = page.locator('[data-network="4"] .wide')
+    assert pane.evaluate("one => [one.scrollWidth > one.clientWidth, getComputedStyle(one).overflowX]") == [True, "auto"]
+    assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
+    assert pane.locator("text.operand").first.evaluate("one => one.getBoundingClientRect().height") >= 9
+    screenshot(page, f"ladder-phone-{scheme}")

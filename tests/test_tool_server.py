@@ -717,6 +717,23 @@ END_FUNCTION_BLOCK
     page.wait_for_function(total)
 
 
+def test_a_folder_opens_as_a_whole_and_again_when_a_file_below_it_is_saved(start, open_page, tmp_path):
+    folder = shutil.copytree(ROOT / "examples/programs/mixer", tmp_path / "mixer")
+    page = open_page(start(folder))
+    page.get_by_text("The project: 3 sources").click()
+    # Its tag table, which is in a folder below it, makes inputs of the tags.
+    page.get_by_text("10 tags, 9 in use; 1 constant, of 1 table").wait_for()
+    page.locator('[data-input="\'Lid closed\'"]').wait_for()
+    source = folder / "Mixer.scl"
+    source.write_text(source.read_text().replace("END_FUNCTION_BLOCK", "// saved again\nEND_FUNCTION_BLOCK"))
+    page.get_by_label("Source", exact=True).select_option("Mixer.scl")
+    page.locator(".program .line", has_text="// saved again").wait_for()
+    # A source that is new belongs to the same program.
+    (folder / "More.scl").write_text("FUNCTION \"More\" : Int\nBEGIN\n  #More := 1;\nEND_FUNCTION\n")
+    page.get_by_text("The project: 4 sources").wait_for()
+    assert page.evaluate("() => moduleOf('tool/store.js').then(({ store }) => store.loops.length)") == 1
+
+
 def test_the_page_asks_before_an_fmu_that_is_dropped_runs(tool, open_page, faulty):
     page = open_page(tool)
     names = "async () => (await (await moduleOf('tool/engine.js')).ask({ do: 'catalogue' })).fmus.map(({ name }) => name)"
@@ -815,8 +832,11 @@ def test_what_cannot_be_served_is_refused_in_a_sentence(command, tool, tmp_path)
     assert refused(command, tmp_path, "none.awl").startswith("none.awl: ")
     assert refused(command, tmp_path, "none.fmu").startswith("none.fmu: ")
     (tmp_path / "notes.odt").write_text("x")
-    assert refused(command, tmp_path, "notes.odt").endswith("it is neither a parameter file, a source of a program, a recording (.csv) nor an FMU")
+    assert refused(command, tmp_path, "notes.odt").endswith("it is neither a parameter file, a source of a program, a recording (.csv), an FMU nor a folder")
     (tmp_path / "empty").mkdir()
+    assert refused(command, tmp_path, "empty") == (
+        "empty has no source of a program: export it there, as .scl, .udt, .db, .s7dcl, .xml or .awl"
+    )
     assert refused(command, tmp_path, "--fmus", "empty") == (
         "there are no FMUs of blocks in empty: name their folder with --fmus, or set PLCFMU_FMUS to it"
     )

@@ -42,6 +42,15 @@ pub fn has_source(manifest: &Manifest, file: &Path) -> Result<bool> {
     Ok(Files::of(&manifest.sources)?.sources.iter().any(is_same))
 }
 
+/// The sources and the tag tables below a folder, as `run` takes it.
+///
+/// # Errors
+/// The folder cannot be read, or has no source.
+pub fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
+    let Files { sources, tables } = Files::of(&[folder.to_path_buf()])?;
+    Ok([sources, tables].concat())
+}
+
 /// Whether a path belongs to a program: a source, a tag table, or a folder with sources that is no crate.
 pub fn is_part(path: &Path) -> bool {
     match path.is_dir() {

@@ -9,6 +9,7 @@ use crate::program::{Body, Program, Statement};
 use crate::report::Report;
 use crate::root::Root;
 use crate::syntax::{BlockKind, ExpressionId, Tree, key};
+use crate::watch;
 use manifest::{Cpu, Manifest};
 use parameters::{Problems, Remedy, Source};
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -82,7 +83,8 @@ pub fn compile(sources: &[Source], options: &Manifest) -> Result<Compiled, Vec<P
     translated(sources, options, false)
 }
 
-/// The same, of which one can see while it runs what the wires of its networks carry. It calculates the same.
+/// The same, of which one can see while it runs what the wires of its networks carry, and what its conditions are made of. It
+/// calculates the same.
 ///
 /// # Errors
 /// All errors of all sources, by source.
@@ -95,7 +97,9 @@ fn translated(sources: &[Source], options: &Manifest, is_watched: bool) -> Resul
     let Trees { sources: all, trees, cpu } = Trees::read(sources, options, &mut report);
     let mut compiler = Compiler::new(&all, &trees, cpu, options, report, 0);
     if is_watched {
-        compiler.watched = wires(&trees);
+        let all = trees.iter().enumerate();
+        let conditions = all.flat_map(|(file, tree)| watch::terms(tree).into_iter().map(move |id| (file, id)));
+        compiler.watched = wires(&trees).into_iter().chain(conditions).collect();
     }
     compiler.run();
     compiler.tell_different();

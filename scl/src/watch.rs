@@ -3,8 +3,11 @@
 //! This is read off the text alone, so that it is there for a program that has errors, too. A path is written as the FMU names
 //! its variables, `motors[1].fault`; an index that is no constant is the path of a variable in its place, `motors[i].fault`.
 
+mod decide;
 mod network;
 
+pub(crate) use decide::terms;
+pub use decide::{Decision, Logic, Part};
 pub use network::{Element, From, Input, Network, Operand, Output, Shape};
 
 use crate::format::{self, Format};
@@ -43,6 +46,8 @@ pub struct Watched {
     pub temps: Vec<(String, String)>,
     /// Its constants: the name, and the value as it is written.
     pub constants: Vec<(String, String)>,
+    /// Where its variables and constants are declared: the name, and the line, from 1.
+    pub declared: Vec<(String, usize)>,
     /// Its networks in LAD and FBD.
     pub networks: Vec<Network>,
 }
@@ -65,12 +70,14 @@ pub struct Write {
     pub path: String,
     /// Whether it is a variable that all blocks see.
     pub is_global: bool,
-    /// Its first line, from 1.
+    /// The line by which it is told whether it has run, from 1.
     pub line: usize,
     /// Its text.
     pub text: String,
     /// The variables that the value is made of.
     pub reads: Vec<Named>,
+    /// What decides the value, if it is a truth value.
+    pub logic: Option<Logic>,
     /// The conditions under which it runs, the outermost first.
     pub guards: Vec<Guard>,
 }
@@ -86,6 +93,8 @@ pub struct Guard {
     pub is_negated: bool,
     /// The variables that it names.
     pub reads: Vec<Named>,
+    /// What decides it; a loop and the selector of a CASE have none.
+    pub logic: Option<Logic>,
 }
 
 /// A call of an instance.
@@ -106,6 +115,18 @@ pub struct Passed {
     pub path: Option<String>,
     /// The line, from 1.
     pub line: usize,
+}
+
+/// What stands outside of blocks with code, and is seen by all: data blocks and tags, each with its source and its line, from 1.
+pub fn declared_for_all(sources: &[Source]) -> Vec<(String, usize, usize)> {
+    let trees = format::trees(sources, &mut Report::default());
+    let mut found = Vec::new();
+    for ((file, source), tree) in sources.iter().enumerate().zip(&trees) {
+        let blocks = tree.blocks.iter().filter(|block| block.kind == BlockKind::DataBlock).map(|block| &block.name);
+        let tags = tree.globals.iter().flat_map(|section| &section.members).flat_map(|member| &member.names);
+        found.extend(blocks.chain(tags).map(|name| (name.text.clone(), file, source.place(name.span.range()).line)));
+    }
+    found
 }
 
 /// The blocks with code of these sources.
@@ -160,8 +181,10 @@ fn start(file: usize, source: &Source, block: &Block, expressions: &Expressions)
         }
         _ => None,
     });
+    let names = block.sections.iter().flat_map(|section| &section.members).flat_map(|member| &member.names);
     Watched {
         file,
+        declared: names.map(|name| (name.text.clone(), source.place(name.span.range()).line)).collect(),
         name: block.name.text.clone(),
         is_organization: block.kind == BlockKind::OrganizationBlock,
         comment: block.comment.clone(),
@@ -210,6 +233,7 @@ impl Reader<'_> {
                     let outer = self.guards.len();
                     for (condition, body) in arms {
                         self.guard(*condition);
+                        self.decide(*condition);
                         self.statements(body);
                         // What follows runs if it is FALSE.
                         self.guards.last_mut().into_iter().for_each(|guard| guard.is_negated = true);
@@ -272,18 +296,29 @@ impl Reader<'_> {
         let span = self.expressions[condition].span;
         let reads = self.reads([condition]);
         let text = self.text(span, &[condition]);
-        self.guards.push(Guard { line: self.line(span), text, is_negated: false, reads });
+        self.guards.push(Guard { line: self.line(span), text, is_negated: false, reads, logic: None });
     }
 
-    /// `a := b += c`; behind the operator `+=` the target is read, too.
+    /// The condition that was added last is calculated once, and so what decides it can be told.
+    fn decide(&mut self, condition: ExpressionId) {
+        let Some(mut guard) = self.guards.pop() else { return };
+        guard.logic = self.logic(condition, &guard.reads);
+        self.guards.push(guard);
+    }
+
+    /// `a := b += c`; behind the operator `+=` the target is read, too. The line is that of what is assigned, of which it is told
+    /// whether it has run: in a network, and in a long assignment, the target stands elsewhere.
     fn assignment(&mut self, targets: impl Iterator<Item = (ExpressionId, bool)> + Clone, value: ExpressionId) {
         let of_targets = targets.clone().filter(|(_, is_read)| *is_read).map(|(target, _)| target);
         let reads = self.reads(of_targets.chain([value]));
-        for (target, _) in targets {
+        let logic = self.logic(value, &reads);
+        let assigned = targets.clone().skip(1).map(|(target, _)| target).chain([value]);
+        for ((target, is_read), assigned) in targets.zip(assigned) {
             if let Some((path, is_global)) = self.path(target) {
                 let span = self.expressions[target].span;
                 let text = self.text(span.to(self.expressions[value].span), &[target, value]);
-                self.write(path, is_global, span, text, reads.clone());
+                let logic = logic.clone().filter(|_| !is_read);
+                self.write((path, is_global), self.expressions[assigned].span, text, reads.clone(), logic);
             }
         }
     }
@@ -302,17 +337,17 @@ impl Reader<'_> {
             });
             if let Some((path, is_global)) = self.path(argument.value) {
                 let reads = of_instance.map_or_else(|| reads.clone(), |member| vec![member]);
-                self.write(path, is_global, argument.span, text.clone(), reads);
+                self.write((path, is_global), argument.span, text.clone(), reads, None);
             }
         }
-        if let Some((path, is_global)) = instance {
-            self.write(path, is_global, span, text, reads);
+        if let Some(instance) = instance {
+            self.write(instance, span, text, reads, None);
         }
     }
 
-    fn write(&mut self, path: String, is_global: bool, span: Span, text: String, reads: Vec<Named>) {
-        let line = self.line(span);
-        self.found.writes.push(Write { path, is_global, line, text, reads, guards: self.guards.clone() });
+    fn write(&mut self, of: (String, bool), span: Span, text: String, reads: Vec<Named>, logic: Option<Logic>) {
+        let ((path, is_global), line) = (of, self.line(span));
+        self.found.writes.push(Write { path, is_global, line, text, reads, logic, guards: self.guards.clone() });
     }
 
     /// Notes the variables of an expression. Expressions are at most as deep as the parser allows.
@@ -521,6 +556,8 @@ END_FUNCTION_BLOCK";
         assert_eq!(pump.calls[0], Called { instance: "t".into(), arguments });
         assert_eq!(pump.temps, [("i".to_string(), "INT".to_string())]);
         assert_eq!(pump.constants, [("CYCLE".to_string(), "T#1s".to_string())]);
+        let declared = [("level", 2), ("t", 3), ("m", 3), ("i", 4), ("CYCLE", 5)];
+        assert_eq!(pump.declared, declared.map(|(name, line)| (name.to_string(), line)));
     }
 
     #[test]

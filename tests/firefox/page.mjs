@@ -1,11 +1,13 @@
 // The page of the parameter tool in Firefox, by WebDriver BiDi: does what a user does, and prints what there is to see as JSON.
 //
-//     node page.mjs FIREFOX PAGE
+//     node page.mjs FIREFOX PAGE SOURCE...
 
+import { readFileSync } from "node:fs";
+import { basename } from "node:path";
 import { pathToFileURL } from "node:url";
 import puppeteer from "puppeteer-core";
 
-const [firefox, file] = process.argv.slice(2);
+const [firefox, file, ...sources] = process.argv.slice(2);
 const browser = await puppeteer.launch({ browser: "firefox", executablePath: firefox, headless: true });
 const complaints = [];
 try {
@@ -61,7 +63,45 @@ try {
     before.calls,
   );
   const after = await settings();
-  console.log(JSON.stringify({ cards, example, ink, fit, margins, before, after, complaints }));
+
+  // A block in LAD, which is dropped: a start that is held, and what a name says.
+  await page.evaluate(
+    (files) => {
+      const dataTransfer = new DataTransfer();
+      for (const [name, text] of files) dataTransfer.items.add(new File([text], name));
+      document.body.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true }));
+    },
+    sources.map((path) => [basename(path), readFileSync(path, "utf8")]),
+  );
+  await page.waitForSelector(".network");
+  const cycle = async () => {
+    const status = await page.$eval("#run .status", (one) => one.textContent);
+    await page.evaluate(() => [...document.querySelectorAll("#run button")].find((one) => one.textContent === "One cycle").click());
+    await page.waitForFunction((before) => document.querySelector("#run .status").textContent !== before, {}, status);
+  };
+  await page.click('[data-input="raw"] input.number', { count: 3 });
+  await page.keyboard.type("13824");
+  await page.keyboard.press("Enter");
+  await page.click('[data-input="start"] [aria-label="Make start a switch that stays"]');
+  await page.click('[data-input="start"] [role=switch]');
+  await cycle();
+  await page.click('[data-input="start"] [role=switch]');
+  await cycle();
+  // The start is open, and the coil holds itself.
+  await page.waitForFunction(() => document.querySelectorAll('[data-network="4"] path.wire.is-off').length === 2);
+  const ladder = await page.evaluate(() => {
+    const label = [...document.querySelectorAll('[data-network="4"] .operand')].find((one) => one.firstChild.textContent === "#run");
+    label.dispatchEvent(new MouseEvent("click", { bubbles: true }));
+    const bar = document.querySelector(".ladder-bar");
+    [...bar.querySelectorAll("button")].find((one) => one.textContent === "Why").click();
+    return { titles: [...document.querySelectorAll(".network h3")].map((one) => one.textContent), bar: bar.innerText };
+  });
+  await page.waitForSelector(".why:not([hidden])");
+  ladder.why = await page.$eval(".why .why-statement", (one) => one.innerText);
+  ladder.conducts = await page.$$eval('[data-network="4"] path.wire.is-on', (all) => all.length);
+  await page.setViewport({ width: 390, height: 844 });
+  ladder.sideways = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  console.log(JSON.stringify({ cards, example, ink, fit, margins, before, after, ladder, complaints }));
 } finally {
   await browser.close();
 }

@@ -1,5 +1,6 @@
 //! PLC programs: translated here, run as an FMU of them would, and watched line by line.
 
+mod decided;
 mod drawn;
 mod kept;
 mod project;
@@ -50,6 +51,8 @@ pub struct Compiled {
     pub sources: Vec<SourceText>,
     /// The blocks with code, in the order of the sources.
     pub blocks: Vec<Block>,
+    /// Where data blocks and tags are declared: the name, which of the sources, from 0, and the line.
+    pub declared: Vec<(String, usize, usize)>,
     /// The instances of blocks; first the program itself, whose path is empty.
     pub parts: Vec<Instance>,
     /// What the files of a project hold, and what they lack: rows of a table. A single source has none.
@@ -120,6 +123,8 @@ pub struct Block {
     pub temps: Vec<(String, String)>,
     /// The values of its constants by name, as they are written.
     pub constants: Vec<(String, String)>,
+    /// The lines in which its variables and constants are declared, by name.
+    pub declared: Vec<(String, usize)>,
     /// Its networks in LAD and FBD.
     pub networks: Vec<drawn::Network>,
 }
@@ -144,7 +149,7 @@ pub struct Write {
     pub path: String,
     /// Whether it is a variable that all blocks see.
     pub is_global: bool,
-    /// Its first line, from 1.
+    /// The line by which it is told whether it has run, from 1.
     pub line: usize,
     /// Its text.
     pub text: String,
@@ -216,6 +221,8 @@ pub struct Monitored {
     pub warnings: Vec<String>,
     /// The truth values in the networks of the block that was asked for, by their numbers. What was not calculated is missing.
     pub wires: Vec<(u32, bool)>,
+    /// What decided in each of the blocks that were asked for: a row for each of its writes.
+    pub decided: Vec<Vec<decided::Decisions>>,
 }
 
 /// A program of the catalogue.
@@ -227,6 +234,7 @@ pub struct Kept {
     loaded: Arc<Loaded>,
     table: Arc<Table>,
     description: Arc<modeldescription::Description>,
+    blocks: Arc<Vec<Watched>>,
 }
 
 /// Translates the sources, and takes the program into the catalogue. What is wrong with them is in the answer.
@@ -236,7 +244,7 @@ pub struct Kept {
 pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compiled> {
     let parts = project::read(&request.files, &request.manifest)?;
     let Parts { sources, manifest, .. } = &parts;
-    let blocks = watch::watched(sources);
+    let blocks = Arc::new(watch::watched(sources));
     let (cycle, cycle_from) = match request.manifest.cycle {
         Some(cycle) => (cycle, String::new()),
         None => proposed_cycle(&blocks),
@@ -246,6 +254,7 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compile
         cycle: f64::from(cycle) / 1000.0,
         cycle_from,
         blocks: blocks.iter().map(as_message).collect(),
+        declared: watch::declared_for_all(sources),
         sources: sources.iter().map(|of| SourceText { file: of.file.clone(), text: of.text.clone() }).collect(),
         ..Compiled::default()
     };
@@ -281,14 +290,22 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compile
         let interface = Interface::linked(table, &guid)?;
         let description = Arc::new(ModelDescription::of(&interface)?.description());
         let table = Arc::new(interface.table);
-        Ok(Kept { name, manifest, sources, loaded, table, description })
+        Ok(Kept { name, manifest, sources, loaded, table, description, blocks: blocks.clone() })
     })?;
     compiled.fmu = Some(name);
     Ok(compiled)
 }
 
-/// What a program that runs in the loop did in its last call, or in an earlier one. The networks are those of a block in the instance
-/// at a path.
+/// Which blocks are looked into, each in the instance at a path; a function has an empty one.
+#[derive(Clone, Copy, Debug)]
+pub struct Looked<'a> {
+    /// The block whose networks are drawn.
+    pub networks: Option<&'a (String, String)>,
+    /// The blocks of which it is asked what decided.
+    pub why: &'a [(String, String)],
+}
+
+/// What a program that runs in the loop did in its last call, or in an earlier one.
 ///
 /// # Errors
 /// No program runs under this name; the run has no such call, or too many before it.
@@ -297,20 +314,21 @@ pub fn monitor<H: Home>(
     session: &Session,
     member: &str,
     call: Option<usize>,
-    networks: Option<&(String, String)>,
+    looked: Looked,
 ) -> Result<Monitored> {
     match call {
-        None => last_call(home, member, networks),
+        None => last_call(home, member, looked),
         Some(call) => home.beside(|| {
             session.again_up_to(home, call)?;
-            last_call(home, member, networks)
+            last_call(home, member, looked)
         }),
     }
 }
 
-fn last_call<H: Home>(home: &Programs<H>, member: &str, networks: Option<&(String, String)>) -> Result<Monitored> {
-    home.with_running(member, |program, texts, warnings| Monitored {
-        wires: networks.map(|(block, path)| program.wires(block, path)).unwrap_or_default(),
+fn last_call<H: Home>(home: &Programs<H>, member: &str, looked: Looked) -> Result<Monitored> {
+    home.with_running(member, |program, texts, warnings, blocks| Monitored {
+        wires: looked.networks.map(|(block, path)| program.wires(block, path)).unwrap_or_default(),
+        decided: looked.why.iter().map(|(block, path)| decided::decisions(program, blocks, block, path)).collect(),
         texts: texts
             .iter()
             .enumerate()
@@ -454,6 +472,7 @@ fn as_message(of: &Watched) -> Block {
         writes: of.writes.iter().map(write).collect(),
         temps: of.temps.clone(),
         constants: of.constants.clone(),
+        declared: of.declared.clone(),
         networks: of.networks.iter().map(drawn::as_message).collect(),
     }
 }

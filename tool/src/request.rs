@@ -8,7 +8,7 @@ use crate::message::{
     Proposal, ReadFile, Setup, State, Values, View,
 };
 use crate::preset::{self, Preset};
-use crate::program::{self, Compiled, Monitored, Programs};
+use crate::program::{self, Compiled, Looked, Monitored, Programs};
 use crate::session::{Session, Until};
 use crate::{connect, describe, known, signals};
 use anyhow::Result;
@@ -85,7 +85,13 @@ requests! { |home, session|
         /// The block whose networks are looked at, and the path of its instance; a function has an empty one.
         #[serde(default)]
         networks: Option<(String, String)>,
-    } -> Monitored = program::monitor(home, session, &member, call, networks.as_ref())?;
+        /// The blocks of which it is asked what decided, each with the path of its instance.
+        #[serde(default)]
+        why: Option<Vec<(String, String)>>,
+    } -> Monitored = {
+        let looked = Looked { networks: networks.as_ref(), why: why.as_deref().unwrap_or_default() };
+        program::monitor(home, session, &member, call, looked)?
+    };
     /// What a block does with settings, before they are sent.
     Check {
         /// The FMU's name in the catalogue.

@@ -3,6 +3,7 @@
 use crate::{Loaded, Program};
 use scl::Note;
 use scl::program::{At, Body, Type, Value, What};
+use std::collections::HashSet;
 
 /// At most this many instances are told.
 const MOST: usize = 2000;
@@ -103,7 +104,7 @@ impl Program {
         self
     }
 
-    /// What the truth values of a block's networks were when the last call calculated them, in the instance at this path; a function
+    /// What the truth values of a block's networks and conditions were when the last call calculated them, in the instance at this path; a function
     /// has none. Each with the number of its expression in the source; those that were not calculated are missing.
     pub fn wires(&self, block: &str, path: &str) -> Vec<(u32, bool)> {
         let parts = self.loaded.parts();
@@ -111,9 +112,11 @@ impl Program {
         let functions = &self.loaded.program.functions;
         let value = |note: &Note| {
             let function = &functions[note.function];
-            let is_own = function.name.eq_ignore_ascii_case(block);
+            if !function.name.eq_ignore_ascii_case(block) {
+                return None;
+            }
             let address = if function.instance.is_some() { part?.address } else { 0 };
-            let kept = self.machine.kept(note.function, address, note.local).filter(|_| is_own)?;
+            let kept = self.machine.kept(note.function, address, note.local)?;
             // 0 is one that was not calculated.
             (kept > 0).then_some((note.expression, kept == u64::from(Note::TRUE)))
         };
@@ -133,10 +136,15 @@ impl Program {
     /// The temporaries of what is run, with their values at the end of the last call: numbers and truth values.
     pub fn temps(&self) -> Vec<(&str, Value)> {
         let Some(body) = self.loaded.body() else { return Vec::new() };
+        // Where truth values are noted is no temporary of the author.
+        let notes = self.loaded.notes.iter().filter(|note| note.function == body);
+        let notes: HashSet<usize> = notes.map(|note| note.local).collect();
         let locals = self.loaded.program.functions[body].locals.iter().enumerate();
         locals
             .filter_map(|(place, local)| match local.ty {
-                Type::Scalar(ty) => Some((local.name.as_str(), self.machine.local(body, place, ty)?)),
+                Type::Scalar(ty) if !notes.contains(&place) => {
+                    Some((local.name.as_str(), self.machine.local(body, place, ty)?))
+                }
                 _ => None,
             })
             .collect()

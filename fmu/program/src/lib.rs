@@ -79,7 +79,8 @@ impl Loaded {
         Loaded::of(compile(sources, manifest).map_err(Wrong::Sources)?, manifest, sources, is_unit)
     }
 
-    /// The same, of which one can see while it runs what the wires of its networks carry. It calculates the same.
+    /// The same, of which one can see while it runs what the wires of its networks carry, and what its conditions are made of. It
+    /// calculates the same.
     ///
     /// # Errors
     /// Those of [`Loaded::new`].

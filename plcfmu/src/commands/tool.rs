@@ -2,7 +2,7 @@
 
 use super::{print, time_limit};
 use crate::interruption;
-use crate::program::is_source;
+use crate::program::{files_below, is_source};
 use crate::tell;
 use crate::tool::assets;
 use crate::tool::home::{Collection, File, Known};
@@ -34,9 +34,9 @@ const FMUS: &str = "PLCFMU_FMUS";
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = HELP)]
 pub struct Options {
-    /// Parameter files to open (.awl, .scl, .db, .xml, .json, .ssv), the sources of a PLC program (.scl, .udt, .db), and FMUs of
-    /// blocks
-    #[arg(value_name = "FILE")]
+    /// Parameter files to open (.awl, .scl, .db, .xml, .json, .ssv), the sources of a PLC program (.scl, .udt, .db) or the folder of a
+    /// project, and FMUs of blocks
+    #[arg(value_name = "FILE or FOLDER")]
     files: Vec<PathBuf>,
     /// An FMU to control, from any tool; it runs in a process of its own
     #[arg(long, value_name = "FILE.fmu")]
@@ -59,6 +59,7 @@ const HELP: &str = "\
 Examples:
   plcfmu tool plant.awl
   plcfmu tool machine.scl types.udt
+  plcfmu tool project
   plcfmu tool --plant BOILER.fmu plant.awl";
 
 /// Serves the tool until it is interrupted.
@@ -76,7 +77,10 @@ pub fn run(options: &Options) -> Result<()> {
     let door = if options.no_browser { None } else { Some(door(&server.address()?)?) };
     let page = start.put_into(&page(&collection)?, server.secret())?;
     let named = options.files.clone();
-    let given = move || named.iter().filter(|path| !is_fmu(path)).map(|path| parameter_file(path)).collect();
+    let given = move || {
+        let all = named.iter().filter(|path| !is_fmu(path)).map(|path| files(path)).collect::<Result<Vec<_>>>()?;
+        Ok(all.concat())
+    };
     server.run(page, collection, Box::new(given), || {
         // A closed standard output is no reason to end.
         let _ = print(&format!("{url}\n"));
@@ -117,7 +121,7 @@ fn open(options: &Options, starter: Starter) -> Result<Opened> {
     for path in &options.files {
         let shown = || path.display().to_string();
         if !is_fmu(path) {
-            start.files.push(parameter_file(path)?);
+            start.files.extend(files(path)?);
         } else if is_preset(path).with_context(shown)? {
             presets.push(path);
         } else {
@@ -224,17 +228,32 @@ fn folder(given: Option<&Path>, has_fmus: impl Fn(&Path) -> bool) -> Option<Path
     usual.find(|folder| has_fmus(folder))
 }
 
-/// A parameter file for the page to read.
-fn parameter_file(path: &Path) -> Result<File> {
+/// What the page reads of a path: a file, or the program below a folder, whose files have the folder in their names.
+fn files(path: &Path) -> Result<Vec<File>> {
+    if path.is_dir() {
+        // A folder such as `.` has its name from where it is.
+        let absolute = path.canonicalize().with_context(|| path.display().to_string())?;
+        let parent = absolute.parent().unwrap_or(&absolute);
+        let name = |file: &Path| {
+            let parts = file.strip_prefix(parent).unwrap_or(file).components();
+            parts.map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
+        };
+        return files_below(path)?.iter().map(|file| read(file, name(&file.canonicalize()?))).collect();
+    }
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let is_known = Format::of_file(&name).is_some()
         || is_source(path)
         || path.extension().is_some_and(|extension| extension == "csv");
     ensure!(
         is_known,
-        "{}: it is neither a parameter file, a source of a program, a recording (.csv) nor an FMU",
+        "{}: it is neither a parameter file, a source of a program, a recording (.csv), an FMU nor a folder",
         path.display()
     );
+    Ok(vec![read(path, name)?])
+}
+
+/// A file for the page to read.
+fn read(path: &Path, name: String) -> Result<File> {
     let read = || -> Result<File> {
         let size = fs::metadata(path)?.len();
         ensure!(size <= LARGEST_FILE, "it has {size} bytes; at most {LARGEST_FILE} are accepted");

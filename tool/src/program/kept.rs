@@ -13,6 +13,7 @@ use parameters::{Block, Loop, Source};
 use program::{Loaded, Program};
 use run::component::{Component, Force, Type};
 use run::fmus::Fmus;
+use scl::watch::Watched;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -37,6 +38,7 @@ struct Running {
     instance: Instance<Program>,
     texts: &'static [Text],
     warnings: Vec<String>,
+    blocks: Arc<Vec<Watched>>,
 }
 
 /// The same for the loop, which owns its members.
@@ -70,15 +72,15 @@ impl<H: Home> Programs<H> {
         Ok(name)
     }
 
-    /// Looks at a program that runs, at the names of its texts, and at what it has warned of.
+    /// Looks at a program that runs, at the names of its texts, at what it has warned of, and at its blocks.
     pub(super) fn with_running<T>(
         &self,
         member: &str,
-        look: impl FnOnce(&Program, &[Text], &[String]) -> T,
+        look: impl FnOnce(&Program, &[Text], &[String], &[Watched]) -> T,
     ) -> Result<T> {
         let all = self.running.borrow();
         let running = all.get(member).with_context(|| format!("no program runs as {:?}", shortened(member)))?.borrow();
-        Ok(look(running.instance.block(), running.texts, &running.warnings))
+        Ok(look(running.instance.block(), running.texts, &running.warnings, &running.blocks))
     }
 
     /// Runs something beside the present run, whose programs are those that are watched afterwards.
@@ -108,7 +110,8 @@ impl<H: Home> Fmus for Programs<H> {
         let program = Program::new(kept.loaded.clone()).watched();
         let origin = Origin { hash: kept.loaded.hash, form: 0, fresh: Fresh::Copy(Box::new(program)) };
         let instance = Instance::of(name, origin)?;
-        let running = Rc::new(RefCell::new(Running { instance, texts: kept.loaded.table.texts, warnings: Vec::new() }));
+        let (texts, blocks) = (kept.loaded.table.texts, kept.blocks.clone());
+        let running = Rc::new(RefCell::new(Running { instance, texts, warnings: Vec::new(), blocks }));
         self.running.borrow_mut().insert(name.to_string(), running.clone());
         Ok(Box::new(Shared(running)))
     }

@@ -298,7 +298,9 @@ VAR_OUTPUT run : Bool; count : Int; END_VAR
             Contact( #start )
             wire#w1
             I_Contact( #stop )
-            Coil( #run )
+            Coil(
+                #run
+            )
         END_RUNG
         RUNG wire#powerrail
             Contact( #run )
@@ -346,10 +348,19 @@ fn a_wire_carries_what_it_did_when_the_call_calculated_it() {
         (&json!("junction"), 2)
     );
     ask(&mut engine, json!({"do": "start", "members": [{"name": "H", "fmu": "Hold"}], "connections": []}));
+    let write = &compiled["blocks"][0]["writes"][0];
+    let (reads, mut decided) = (write["reads"].clone(), Vec::new());
     let mut call = |start: bool, stop: bool| {
         ask(&mut engine, json!({"do": "send", "values": {"H.start": start, "H.stop": stop}}));
         ask(&mut engine, json!({"do": "run", "calls": 1}));
-        let told = ask(&mut engine, json!({"do": "monitor", "member": "H", "networks": ["Hold", ""]}));
+        let looked = json!({"do": "monitor", "member": "H", "networks": ["Hold", ""], "why": [["Hold", ""]]});
+        let told = ask(&mut engine, looked);
+        // Whatever line its operand is in, a coil is told to have run.
+        assert!(told["lines"].as_array().unwrap().contains(&json!([0, write["line"]])), "{told}");
+        let run = &told["decided"][0][0]["value"];
+        let parts = reads.as_array().unwrap().iter().zip(run["parts"].as_array().unwrap());
+        let parts: Vec<_> = parts.map(|(read, part)| format!("{} {}", read["path"], part).replace('"', "")).collect();
+        decided.push((run["truth"].clone(), parts.join(", "), run["values"].clone()));
         let wires = told["wires"].as_array().unwrap().clone();
         move |wire: &Value| wires.iter().find(|one| one[0] == *wire).map(|one| one[1] == json!(true))
     };
@@ -366,6 +377,10 @@ fn a_wire_carries_what_it_did_when_the_call_calculated_it() {
     // The jump leads over the third network, of which nothing can be told.
     assert_eq!(at(&operand(&networks[2]["elements"][0])), None);
     assert_eq!(at(&operand(&networks[3]["elements"][0])), Some(true));
+    // The contact of run was open, and did not matter; then both ways were open, and the stop would have been enough.
+    let expected = ["start decided, run idle, stop decided", "start shared, run shared, stop shared"];
+    let told = |truth: bool, at: usize, values: [bool; 3]| (json!(truth), expected[at].to_string(), json!(values));
+    assert_eq!(decided, [told(true, 0, [true, false, false]), told(false, 1, [false, false, true])]);
 }
 
 #[test]

@@ -9,7 +9,7 @@
 
 import { recordingOf } from "tool/csv.js";
 import { accept, ask, EngineError, fromBase64, toBase64, unpacked, upload, whereIsTheEngine } from "tool/engine.js";
-import { unpackedFiles } from "tool/folder.js";
+import { fileAt, unpackedFiles } from "tool/folder.js";
 import { openKnown } from "tool/known.js";
 import { openSources, withPrograms } from "tool/machine.js";
 import { sourcesAmong } from "tool/program.js";
@@ -124,7 +124,7 @@ async function whyNoText(file) {
 
 /** Opens files as the command gives them. @param {{ file: string, content: string }[]} given */
 export async function openSaved(given) {
-  await openFiles(given.map(({ file, content }) => new File([fromBase64(content)], file)));
+  await openFiles(given.map(({ file, content }) => fileAt(file, fromBase64(content))));
 }
 
 /** Opens the files that were given to the command, if there are any. */

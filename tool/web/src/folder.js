@@ -16,6 +16,19 @@ export function pathOf(file) {
 }
 
 /**
+ * A file at a path.
+ *
+ * @param {string} path
+ * @param {Uint8Array<ArrayBuffer>} content
+ * @param {boolean} [isOne] whether it is one of a folder or an archive
+ */
+export function fileAt(path, content, isOne = path.includes("/")) {
+  const file = new File([content], path.slice(path.lastIndexOf("/") + 1));
+  if (isOne) paths.set(file, path);
+  return file;
+}
+
+/**
  * The files that are dropped, those below folders included. Entries must be taken before anything is waited for.
  *
  * @param {DataTransfer} transfer
@@ -65,11 +78,7 @@ export async function unpackedFiles(files) {
       continue;
     }
     const parts = await unzippedAll(file, (path) => !/(^|\/)[.]|\/$|^__MACOSX/.test(path), LARGEST);
-    for (const [path, content] of parts) {
-      const one = new File([content], path.slice(path.lastIndexOf("/") + 1));
-      paths.set(one, path);
-      all.push(one);
-    }
+    for (const [path, content] of parts) all.push(fileAt(path, content, true));
   }
   return all;
 }

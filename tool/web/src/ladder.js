@@ -6,6 +6,7 @@
  * @typedef {import("./messages").From} From
  * @typedef {import("./messages").Operand} Operand
  * @typedef {import("tool/ladder_layout.js").Placed} Placed
+ * @typedef {import("tool/usage.js").Way} Way
  *
  * @typedef {object} Told what is known of the call
  * @property {Map<number, boolean>} wires truth values by their numbers
@@ -16,6 +17,7 @@
 import { element, fill, svg, text } from "tool/dom.js";
 import { cut, FLOW, layout, operandsOf, RAIL } from "tool/ladder_layout.js";
 import { store } from "tool/store.js";
+import { showUsage } from "tool/usage.js";
 
 /** So much smaller a network that does not fit is drawn. */
 const SMALLEST = 0.75;
@@ -30,15 +32,26 @@ let bar;
 let told;
 /** @type {Block} */
 let block;
+/** @type {(of: import("tool/usage.js").Variable) => Way | undefined} */
+let declaration = () => undefined;
+/** What has decided the value that was asked for. @type {{ block: string, wires: Set<number> } | undefined} */
+let decided;
+
+store.on("decided", (/** @type {typeof decided} */ of) => {
+  decided = of;
+  if (told) follow(told);
+});
 
 /**
  * The networks of a block.
  *
  * @param {Block} of
+ * @param {(of: import("tool/usage.js").Variable) => Way | undefined} wayTo the way to the declaration of a variable
  * @returns {HTMLElement}
  */
-export function ladder(of) {
+export function ladder(of, wayTo) {
   followers = [];
+  declaration = wayTo;
   if (block?.name !== of.name) selected = undefined;
   block = of;
   told = undefined;
@@ -166,6 +179,8 @@ function part(of, truth) {
     look(lead, into);
     look(trail, out ? carried : into);
     look(symbol, isCoil ? into : (conducts(part, now) ?? carried));
+    const hasDecided = decided?.block === block.name && decided.wires.has(part.above?.wire ?? -1);
+    symbol.classList.toggle("is-deciding", !isCoil && hasDecided);
   });
   const second = of.inputs.slice(1).flatMap((pin) => (pin.input ? operandsOf(pin.input) : []));
   return [
@@ -265,40 +280,22 @@ function showBar() {
     fill(bar, element("span", { class: "faint" }, "Click a name: why it has its value, where it is used."));
     return;
   }
-  const found = told?.value(path, selected.is_global);
-  const name = found?.name;
-  const used = block.networks.filter(({ elements }) =>
-    elements.some((one) => names(one).includes(selected?.text ?? "")),
-  );
-  const watch = () => {
-    const loop = store.loop;
-    if (loop && name && !(loop.notes.watch ?? []).includes(name))
-      loop.notes.watch = [...(loop.notes.watch ?? []), name];
-    store.emit("plant");
-    store.emit("show", "watch");
-  };
   const go = (/** @type {number} */ number) =>
     bar.parentElement?.querySelector(`[data-network="${number}"]`)?.scrollIntoView({ block: "nearest" });
-  const key = `${selected.text} ${found?.text} ${name}`;
-  if (bar.dataset.shown === key) return;
-  bar.dataset.shown = key;
-  fill(
-    bar,
-    element("strong", {}, selected.text),
-    found ? element("span", {}, found.text) : null,
-    name && element("button", { type: "button", onclick: () => store.emit("why", name) }, "Why"),
-    name && element("button", { type: "button", onclick: watch }, "Watch"),
-    element("span", { class: "faint" }, "network"),
-    used.map(({ number, elements }) => {
-      const isWritten = elements.some((one) => writes(one).includes(selected?.text ?? ""));
-      const words = isWritten ? `Network ${number} writes it` : `Network ${number} reads it`;
-      return element(
-        "button",
-        { type: "button", class: "plain", title: words, "aria-label": words, onclick: () => go(number) },
-        isWritten ? `${number} (writes)` : String(number),
-      );
-    }),
-  );
+  const networks = (/** @type {(of: import("./messages").Element) => string[]} */ texts, /** @type {string} */ word) =>
+    block.networks
+      .filter(({ elements }) => elements.some((one) => texts(one).includes(selected?.text ?? "")))
+      .map(({ number }) => ({
+        label: `network ${number}`,
+        title: `Network ${number} ${word} it`,
+        go: () => go(number),
+      }));
+  const declared = declaration({ path, isGlobal: selected.is_global });
+  showUsage(bar, selected.text, told?.value(path, selected.is_global), [
+    ...(declared ? [/** @type {[string, Way[]]} */ (["declared", [declared]])] : []),
+    ["written", networks(writes, "writes")],
+    ["read", networks(reads, "reads")],
+  ]);
 }
 
 /** What an element writes, as text. @param {import("./messages").Element} of */
@@ -310,8 +307,9 @@ function writes({ shape, sign, above, outputs }) {
   ];
 }
 
-/** All that an element names. @param {import("./messages").Element} of */
-function names(of) {
-  const read = of.inputs.flatMap((input) => operandsOf(input).map((one) => one.text));
-  return [...writes(of), ...read, ...(of.above ? [of.above.text] : [])];
+/** What an element reads, as text. @param {import("./messages").Element} of */
+function reads(of) {
+  const read = of.inputs.flatMap((input) => operandsOf(input).map(({ text }) => text));
+  const isRead = of.above && !(of.shape === "coil" && writes(of).includes(of.above.text));
+  return isRead && of.above ? [...read, of.above.text] : read;
 }

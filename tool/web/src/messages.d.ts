@@ -35,6 +35,8 @@ writes: Array<Write>,
 temps: Array<[string, string]>,
 /** The values of its constants by name, as they are written. */
 constants: Array<[string, string]>,
+/** The lines in which its variables and constants are declared, by name. */
+declared: Array<[string, number]>,
 /** Its networks in LAD and FBD. */
 networks: Array<Network>, };
 
@@ -146,6 +148,8 @@ cycle_from: string,
 sources: Array<SourceText>,
 /** The blocks with code, in the order of the sources. */
 blocks: Array<Block>,
+/** Where data blocks and tags are declared: the name, which of the sources, from 0, and the line. */
+declared: Array<[string, number, number]>,
 /** The instances of blocks; first the program itself, whose path is empty. */
 parts: Array<Instance>,
 /** What the files of a project hold, and what they lack: rows of a table. A single source has none. */
@@ -190,6 +194,24 @@ output?: string | null,
 from?: number | null,
 /** The end. */
 to?: number | null, } };
+
+/** What decided a truth value. */
+export type Decision = {
+/** It; nothing if it was not calculated in this call. */
+truth: boolean | null,
+/** What each variable that it reads had to do with it: `decided`, `shared` (a reason, but not alone), `idle`. */
+parts: ("decided" | "shared" | "idle")[],
+/** What each was when it was calculated; what is no Boolean has none. */
+values: Array<boolean | null>,
+/** The numbers of the truth values that are a reason, as those of wires. */
+wires: Array<number>, };
+
+/** What decided a statement that gives a variable its value. */
+export type Decisions = {
+/** About the value; one that is no truth value has none. */
+value: Decision | null,
+/** About the conditions under which it runs, in their order. */
+guards: Array<Decision | null>, };
 
 /** An FMU as a dialog shows it. */
 export type Description = {
@@ -579,7 +601,9 @@ lines: Array<[number, number]>,
 /** What the program has warned of since it was started, with file and line. */
 warnings: Array<string>,
 /** The truth values in the networks of the block that was asked for, by their numbers. What was not calculated is missing. */
-wires: Array<[number, boolean]>, };
+wires: Array<[number, boolean]>,
+/** What decided in each of the blocks that were asked for: a row for each of its writes. */
+decided: Array<Array<Decisions>>, };
 
 /** A variable that a line names. */
 export type Named = {
@@ -890,7 +914,9 @@ member: string,
 /** The call, from 0; the last one without it. For an earlier one the run is made again up to it. */
 call?: number | null,
 /** The block whose networks are looked at, and the path of its instance; a function has an empty one. */
-networks?: [string, string] | null, } | { "do": "check",
+networks?: [string, string] | null,
+/** The blocks of which it is asked what decided, each with the path of its instance. */
+why?: Array<[string, string]> | null, } | { "do": "check",
 /** The FMU's name in the catalogue. */
 fmu: string,
 /** Its settings; the others have their start values. */
@@ -1275,7 +1301,7 @@ export type Write = {
 path: string,
 /** Whether it is a variable that all blocks see. */
 is_global: boolean,
-/** Its first line, from 1. */
+/** The line by which it is told whether it has run, from 1. */
 line: number,
 /** Its text. */
 text: string,

@@ -29,8 +29,9 @@ import { callAt, cursorTime, momentText, momentValues } from "tool/moment.js";
 import { byPath, forgetRefused, programOf, refused, translate } from "tool/program.js";
 import { optionsForm } from "tool/program_options.js";
 import { assumptionsForm, surveyTable } from "tool/project.js";
-import { coloured } from "tool/scl.js";
+import { coloured, NAME } from "tool/scl.js";
 import { store } from "tool/store.js";
+import { declarationOf, showUsage, usesOf } from "tool/usage.js";
 import { isBoolean, isTime, number, plcText } from "tool/values.js";
 import { whyPanel } from "tool/why.js";
 
@@ -62,6 +63,10 @@ let looked;
 let lines = [];
 /** @type {HTMLElement} */
 let sheet;
+/** Where the variable is used that was chosen in the source. @type {HTMLElement} */
+let usage;
+/** That variable, and what it is called in the source. @type {(import("tool/usage.js").Variable & { block: Block, text: string }) | undefined} */
+let selected;
 /** Which moment the values are of, if it is not now. @type {HTMLElement} */
 let badge;
 /** @type {Map<string, import("./messages").Variable>} */
@@ -85,6 +90,7 @@ let drawn = "";
 export function mount(content) {
   body = element("div", { class: "program" });
   why = whyPanel();
+  usage = element("div", { class: "row usage", role: "status", hidden: true });
   content.append(body);
   for (const what of ["loop", "program"]) store.on(what, show);
   for (const what of ["state", "run", "moment"]) store.on(what, due);
@@ -101,19 +107,26 @@ export function mount(content) {
 /** Shows the program of the loop, or the one that was refused last. */
 function show() {
   const bad = refused();
+  const before = showing?.compiled;
   showing = bad ?? programOf(store.loop);
   variables = store.loop ? byPath(store.loop) : new Map();
-  monitored = undefined;
-  isBrought = false;
-  openedAt = undefined;
+  monitored = selected = undefined;
+  usage.hidden = true;
   const { compiled } = showing ?? {};
+  // A program that was saved and opened again is looked at where it was.
+  const isAgain = before !== undefined && before.block === compiled?.block;
+  const kept = isAgain ? compiled.sources.findIndex((one) => one.file === before.sources[file]?.file) : -1;
+  if (kept < 0) {
+    isBrought = false;
+    openedAt = undefined;
+  }
   document.body.classList.toggle("has-program", showing !== undefined);
   document.body.classList.toggle("has-refused", bad !== undefined);
   // What is no controller is neither judged nor replayed as one.
   const isController = compiled?.parts.some((part) => part.is_native) ?? true;
   document.body.classList.toggle("has-no-controller", !isController);
   const wrong = compiled?.sources.findIndex(({ file }) => file === firstProblem()?.file) ?? -1;
-  file = wrong >= 0 ? wrong : (runBlock()?.file ?? 0);
+  file = wrong >= 0 ? wrong : kept >= 0 ? kept : (runBlock()?.file ?? 0);
   // Without a loop there are no panels: it stands on the first page.
   const place = store.loop ? byId("program") : byId("refused");
   byId("refused").hidden = !bad || store.loop !== undefined;
@@ -186,17 +199,19 @@ function draw() {
   );
   sheet.style.setProperty("--digits", String(String(lines.length).length));
   sheet.addEventListener("scroll", update);
-  // A value is asked why it is so.
-  sheet.addEventListener("click", (event) => {
-    const value = event.target instanceof Element ? event.target.closest("[data-name]") : null;
+  // A value is asked why it is so, a name where it is used.
+  sheet.addEventListener("click", ({ target }) => {
+    const value = target instanceof Element ? target.closest("[data-name]") : null;
     if (value instanceof HTMLElement) store.emit("why", value.dataset.name);
+    if (target instanceof HTMLElement && target.classList.contains(NAME)) choose(target);
   });
+  sheet.addEventListener("keydown", keyOfName);
   // Which block runs is a question, and no error.
   fill(
     body,
     ...[head(), why, surveyTable(compiled), assumptionsForm(showing.program, compiled, again)],
     compiled.candidates.length > 1 ? null : problems(compiled.problems),
-    drawnBlock ? ladder(drawnBlock) : sheet,
+    ...(drawnBlock ? [ladder(drawnBlock, (of) => wayTo(drawnBlock, of))] : [usage, sheet]),
   );
   sheet.scrollTop = scroll;
   if (stop) lines[stop.line - 1]?.row.scrollIntoView({ block: "center" });
@@ -385,6 +400,11 @@ function goTo({ file: name, place }) {
     draw();
   }
   const network = drawnBlock?.networks.findLast(({ line }) => line <= place[0]);
+  // Declarations stand in the text alone.
+  if (drawnBlock && !network) {
+    asText.add(showing.compiled.sources[file].file);
+    draw();
+  }
   for (const one of body.querySelectorAll(".network")) {
     const isIt = one instanceof HTMLElement && Number(one.dataset.network) === network?.number;
     one.classList.toggle("is-target", isIt);
@@ -393,6 +413,73 @@ function goTo({ file: name, place }) {
   const row = lines[place[0] - 1]?.row;
   row?.scrollIntoView({ block: "center" });
   for (const other of lines) other.row.classList.toggle("is-target", other.row === row);
+}
+
+/** The way to the declaration of a variable, if a source has it. @param {Block | undefined} block @param {import("tool/usage.js").Variable} of */
+function wayTo(block, of) {
+  const spot = showing && block && declarationOf(showing.compiled, block, of);
+  return spot && way(spot, "declares");
+}
+
+/** The way to a line. @param {import("tool/usage.js").Spot} spot @param {string} word */
+function way({ file: at, line }, word) {
+  const name = showing?.compiled.sources[at]?.file ?? "";
+  const label = at === file ? `line ${line}` : `${name}, line ${line}`;
+  return { label, title: `${label} ${word} it`, go: () => goTo({ file: name, place: [line, 1] }) };
+}
+
+/** Chooses the variable that a name in the source means. @param {HTMLElement} target */
+function choose(target) {
+  const row = target.closest("[data-line]");
+  const at = row instanceof HTMLElement ? Number(row.dataset.line) : 0;
+  const name = (target.textContent ?? "").replace(/^#|"/g, "");
+  const block = lines[at - 1]?.block;
+  if (!block) return;
+  const parts = (/** @type {string} */ path) => path.split(/[.[\],]+/).map((part) => part.toUpperCase());
+  const wanted = name.toUpperCase();
+  const named = lines[at - 1].names.filter(({ path }) => parts(path).includes(wanted));
+  // The variable itself, else what it is a part of, else what a part of it is called.
+  const rank = (/** @type {Named} */ { path }) =>
+    path.toUpperCase() === wanted ? 0 : parts(path)[0] === wanted ? 1 : parts(path).at(-1) === wanted ? 2 : 3;
+  const best = named.toSorted((one, other) => rank(one) - rank(other))[0];
+  const isOwn = block.declared.some(([one]) => one.toUpperCase() === wanted);
+  const path = best && rank(best) < 3 ? best.path : name;
+  selected = { block, path, isGlobal: best?.is_global ?? !isOwn, text: path };
+  for (const one of sheet.querySelectorAll(".is-selected")) one.classList.remove("is-selected");
+  target.classList.add("is-selected");
+  showSelected();
+}
+
+function showSelected() {
+  usage.hidden = selected === undefined;
+  if (!selected || !showing) return;
+  const { block, path, isGlobal, text } = selected;
+  const declared = wayTo(block, selected);
+  const { writers, readers } = usesOf(showing.compiled, block, selected);
+  showUsage(usage, text, store.isLive() ? valueNow(block, path, isGlobal) : undefined, [
+    ["declared", declared ? [declared] : []],
+    ["written", writers.map((spot) => way(spot, "writes"))],
+    ["read", readers.map((spot) => way(spot, "reads"))],
+  ]);
+}
+
+/** Enter goes to the first name that is in sight, arrows from name to name. @param {KeyboardEvent} event */
+function keyOfName(event) {
+  const { key, target } = event;
+  if (!(target instanceof HTMLElement) || event.ctrlKey || event.altKey || event.metaKey) return;
+  const isName = target.classList.contains(NAME);
+  const all = [...sheet.querySelectorAll(`.${NAME}`)];
+  const top = sheet.getBoundingClientRect().top;
+  /** @type {Element | undefined} */
+  let next;
+  if (isName && key === "ArrowLeft") next = all[all.indexOf(target) - 1];
+  else if (isName && key === "ArrowRight") next = all[all.indexOf(target) + 1];
+  else if (target === sheet && key === "Enter") next = all.find((one) => one.getBoundingClientRect().top >= top);
+  else if (isName && key === "Escape") next = sheet;
+  else if (!isName || (key !== "Enter" && key !== " ")) return;
+  event.preventDefault();
+  if (next instanceof HTMLElement) next.focus();
+  else if (key === "Enter" || key === " ") choose(target);
 }
 
 /**
@@ -543,6 +630,7 @@ function monitoredNow() {
 function update() {
   if (!showing || refused() || !badge) return;
   const state = store.isLive() ? store.state : undefined;
+  showSelected();
   text(badge, momentText());
   badge.hidden = cursorTime() === undefined;
   const isNext = shownState !== state;

@@ -4,6 +4,7 @@
  *
  * @typedef {import("./messages").Compiled} Compiled
  * @typedef {import("./messages").Program} Program
+ * @typedef {import("./messages").SourceFile} SourceFile
  * @typedef {import("tool/store.js").Work} Work
  */
 
@@ -13,8 +14,11 @@ import { isSettable, store } from "tool/store.js";
 import { isBoolean } from "tool/values.js";
 import { unzippedAll } from "tool/zip.js";
 
-/** Files of a program, its tag tables included, and what tells one that is executed from data alone, which may be a parameter file. */
+/** Files of a program, its tag tables included. */
 const SOURCE = /\.(scl|udt|db|xml|s7dcl|s7res|xlsx|sdf)$/i;
+/** In the folder of a project a file in AWL is a source, too; by itself it has parameters. */
+const OF_PROJECT = /\.(scl|udt|db|awl|xml|s7dcl|s7res|xlsx|sdf)$/i;
+/** What tells a source that is executed from data alone, which may be a parameter file. */
 const CODE = /^[ \t\ufeff]*(FUNCTION_BLOCK|ORGANIZATION_BLOCK|FUNCTION)\b|<SW\.Blocks\.(FB|FC|OB)\b/im;
 /** The parts of a workbook that hold its tables. */
 const WORKBOOK = /^xl\/.*\.(xml|rels)$/;
@@ -62,15 +66,15 @@ export function programs() {
  * @returns {Promise<[File[], File[]]>} the sources, if one of them has code; the others
  */
 export async function sourcesAmong(files) {
-  const sources = files.filter((file) => SOURCE.test(file.name));
-  for (const file of sources) {
+  for (const file of files.filter(({ name }) => SOURCE.test(name))) {
     if (file.size > LARGEST) continue;
     const bytes = new Uint8Array(await file.arrayBuffer());
     // Of UTF-16 every other byte is a NUL.
     const text = new TextDecoder("latin1").decode(bytes).replaceAll("\0", "");
     if (!CODE.test(text)) continue;
     // A project has files of other kinds, too, which nobody has opened by themselves.
-    return [sources, files.filter((one) => !sources.includes(one) && pathOf(one) === undefined)];
+    const isPart = (/** @type {File} */ one) => (pathOf(one) === undefined ? SOURCE : OF_PROJECT).test(one.name);
+    return [files.filter(isPart), files.filter((one) => !isPart(one) && pathOf(one) === undefined)];
   }
   return [[], files];
 }
@@ -104,14 +108,20 @@ export async function sourcesOf(files) {
  */
 export async function openProgram(files) {
   const sources = await sourcesOf(files);
-  // Sources that are opened again are those of the loop that has them: with what was chosen for it, and with its other sources.
+  const isFolder = files.every((file) => pathOf(file) !== undefined);
+  const isIn =
+    (/** @type {SourceFile[]} */ all) =>
+    (/** @type {SourceFile} */ { file }) =>
+      all.some((one) => one.file === file);
+  // Sources that are opened again are those of the loop that has them: with what was chosen for it, and with its other sources. A
+  // folder may have got new ones.
   const before = store.loops.find((loop) => {
     const files = programOf(loop)?.program.files ?? [];
-    return files.length > 0 && sources.every(({ file }) => files.some((one) => one.file === file));
+    return files.length > 0 && (sources.every(isIn(files)) || (isFolder && files.every(isIn(sources))));
   });
   const earlier = programOf(before)?.program;
-  const others = earlier?.files.map((one) => sources.find(({ file }) => file === one.file) ?? one);
-  const program = { ...earlier, files: others ?? sources };
+  const others = earlier?.files.map((one) => sources.find(({ file }) => file === one.file) ?? one) ?? [];
+  const program = { ...earlier, files: [...others, ...sources.filter((one) => !isIn(others)(one))] };
   return translate(/** @type {Program} */ (program), before);
 }
 

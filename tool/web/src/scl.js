@@ -4,6 +4,8 @@ import { element } from "tool/dom.js";
 
 const WORDS =
   /^(AND|ARRAY|AT|BEGIN|BY|CASE|CONSTANT|CONTINUE|DATA_BLOCK|DIV|DO|ELSE|ELSIF|END_[A-Z_]+|EXIT|FALSE|FOR|FUNCTION|FUNCTION_BLOCK|GOTO|IF|MOD|NOT|OF|OR|ORGANIZATION_BLOCK|REGION|REPEAT|RETAIN|RETURN|STRUCT|THEN|TITLE|TO|TRUE|TYPE|UNTIL|VAR|VAR_[A-Z_]+|VERSION|WHILE|XOR)$/i;
+/** The look of what is no word of the language: a variable, a block. */
+export const NAME = "is-name";
 /** A comment to the end of the line, one that begins, a text, a literal, a word, anything else. */
 const PARTS =
   /(\/\/.*)|(\(\*|\/\*)|('(?:\$.|[^'$])*'|"[^"]*")|(#[A-Za-z_]\w*|[A-Za-z_]\w*#[\w.+-]*|\d[\w.#]*)|([A-Za-z_]\w*)|([^A-Za-z_0-9#'"(/]+|.)/g;
@@ -16,7 +18,10 @@ const PARTS =
  */
 export function coloured(lines) {
   return partsOf(lines).map((parts) =>
-    parts.map(([text, look]) => (look ? element("span", { class: look }, text) : text)),
+    parts.map(([text, look]) => {
+      if (look === NAME) return element("span", { class: look, role: "button", tabindex: -1 }, text);
+      return look ? element("span", { class: look }, text) : text;
+    }),
   );
 }
 
@@ -73,7 +78,8 @@ function partsOf(lines) {
       at += text.length;
       if (comment) put(text, "is-comment");
       else if (quoted?.startsWith("'") || (literal && !literal.startsWith("#"))) put(text, "is-literal");
-      else put(text, word && WORDS.test(word) ? "is-word" : "");
+      else if (word && WORDS.test(word)) put(text, "is-word");
+      else put(text, word || quoted || literal ? NAME : "");
     }
     return parts;
   });

@@ -44,6 +44,8 @@
  * | `csv` | a CSV file was dropped; detail: its Recording |
  * | `prediction` | a predicted curve is there or gone: `store.prediction`, `store.ghost` |
  * | `key-run`, `key-call`, `key-manual`, `key-left`, `key-right`, `key-home`, `key-end`, `key-zoom-in`, `key-zoom-out` | a key outside of fields |
+ * | `why` | a variable is asked why it has its value; detail: its name |
+ * | `decided` | what decided it, in the networks of a block; detail: `{block, wires}`, none when the answer is closed |
  * | `show` | go to a tab or a drawer; detail: its id (`tune`, `takeaway`, `help` ...) |
  *
  * @typedef {import("./messages").Value} Value

@@ -1,8 +1,10 @@
 /**
  * Why a variable has its value: the statement that wrote it last, the conditions under which that ran, and what both were made of,
- * each of which can be asked in turn. Which statements ran is the engine's record of the call; values are those at its end.
+ * each of which can be asked in turn. Which statements ran, and which operands decided, is the engine's record of the call; other
+ * values are those at its end.
  *
  * @typedef {import("./messages").Compiled} Compiled
+ * @typedef {import("./messages").Decision} Decision
  * @typedef {import("./messages").Named} Named
  * @typedef {import("./messages").Values} Values
  * @typedef {import("./messages").Write} Write
@@ -13,13 +15,17 @@
  * @property {string} file
  * @property {number} source the number of its source
  * @property {string} text of its source
- * @property {string} prefix of the instance in which it stands
+ * @property {string} block in which it stands
+ * @property {number} number of the write in its block
+ * @property {string} instance in which it stands
+ * @property {string} prefix of that instance
  * @property {[string, string][]} constants of its block, with their values
  *
  * @typedef {object} Call what is known of a call
  * @property {number} call
  * @property {Values} values at its end
  * @property {import("./messages").Monitored} monitored
+ * @property {[string, string][]} looked the blocks of which it is known what decided, with their instances
  */
 
 import { element, fill } from "tool/dom.js";
@@ -57,6 +63,7 @@ export function whyPanel() {
 function close() {
   place.hidden = true;
   asked = [];
+  store.emit("decided");
 }
 
 /** @param {string} name */
@@ -101,6 +108,7 @@ async function answer(name) {
  * @returns {Promise<HTMLElement[]>} a heading first
  */
 async function explained(loop, name, call) {
+  store.emit("decided");
   const state = /** @type {NonNullable<typeof store.state>} */ (store.state);
   const track = (await tracks([name], state)).get(name);
   const changed = track ? track.calls[placeOf(track, call)] : undefined;
@@ -123,8 +131,8 @@ async function explained(loop, name, call) {
   const all = writesOf(of.compiled, own);
   if (all.length === 0) return says("No statement of the program writes it: it has its start value.");
   // Statements that ran in this call, else those of the call that changed it.
-  let at = await callOf(member, call, now);
-  if (!all.some((one) => hasRun(at, one)) && changed) at = await callOf(member, changed, await valuesAt(changed));
+  let at = await callOf(member, call, now, all);
+  if (!all.some((one) => hasRun(at, one)) && changed) at = await callOf(member, changed, await valuesAt(changed), all);
   const ran = all.filter((one) => hasRun(at, one)).reverse();
   const others = all.filter((one) => !ran.includes(one) && one.write.guards.length > 0);
   const answers = [heading];
@@ -135,13 +143,37 @@ async function explained(loop, name, call) {
       statement(loop, member, one, at, place === 0 ? `At ${timeOf(at.call)} s this wrote it:` : "Before it:"),
     );
   for (const one of others.slice(0, MOST_LISTED)) answers.push(statement(loop, member, one, at, "This did not run:"));
-  answers.push(element("p", { class: "faint" }, "Values are those at the end of the cycle."));
+  mark(ran[0] ?? others[0], at);
+  answers.push(
+    element(
+      "p",
+      { class: "faint" },
+      "Booleans of a condition are as it found them; other values are those at the end of the cycle.",
+    ),
+  );
   return answers;
 }
 
-/** @param {string} member @param {number} call @param {Values} values @returns {Promise<Call>} */
-async function callOf(member, call, values) {
-  return { call, values, monitored: await ask({ do: "monitor", member, call }) };
+/** @param {string} member @param {number} call @param {Values} values @param {Found[]} all @returns {Promise<Call>} */
+async function callOf(member, call, values, all) {
+  const each = new Map(
+    all.map(({ block, instance }) => [`${block} ${instance}`, /** @type {[string, string]} */ ([block, instance])]),
+  );
+  const looked = [...each.values()];
+  return { call, values, looked, monitored: await ask({ do: "monitor", member, call, why: looked }) };
+}
+
+/** What decided a statement. @param {Call} at @param {Found} of */
+function decisionsOf({ looked, monitored }, { block, instance, number }) {
+  const asked = looked.findIndex((one) => one[0] === block && one[1] === instance);
+  return monitored.decided[asked]?.[number];
+}
+
+/** In the networks, what decided is marked. @param {Found | undefined} of @param {Call} at */
+function mark(of, at) {
+  const { value, guards } = (of && decisionsOf(at, of)) ?? { value: null, guards: [] };
+  const wires = [value, ...guards].flatMap((one) => one?.wires ?? []);
+  store.emit("decided", of && { block: of.block, wires: new Set(wires) });
 }
 
 /** @param {Call} at @param {Found} of */
@@ -165,11 +197,15 @@ function writesOf(compiled, own) {
   const wanted = plain(own);
   const all = compiled.blocks.flatMap((block) => {
     const parts = compiled.parts.filter((part) => plain(part.block) === plain(block.name));
-    return block.writes.flatMap((write) =>
-      (write.is_global ? [""] : parts.map(({ path }) => (path ? `${path}.` : ""))).map((prefix) => {
+    const instances = parts.map(({ path }) => path);
+    // Which of several instances wrote it is not known, and a function has none.
+    const global = [instances.length === 1 ? instances[0] : ""];
+    return block.writes.flatMap((write, number) =>
+      (write.is_global ? global : instances).map((instance) => {
+        const prefix = instance && !write.is_global ? `${instance}.` : "";
         return {
-          write,
-          prefix,
+          ...{ write, number, instance, prefix },
+          block: block.name,
           constants: block.constants,
           source: block.file,
           ...compiled.sources[block.file],
@@ -197,7 +233,12 @@ function writesOf(compiled, own) {
  */
 function statement(loop, member, of, at, title) {
   const { write, file } = of;
-  const reads = (/** @type {Named[]} */ names) => operands(loop, member, of, names, at);
+  const decisions = decisionsOf(at, of);
+  const ran = hasRun(at, of);
+  // A number is not decided, it is calculated.
+  const value = ran && decisions?.value?.truth !== null ? decisions?.value : null;
+  const reads = (/** @type {Named[]} */ names, /** @type {Decision | null | undefined} */ decision) =>
+    apart(operands(loop, member, of, names, at, decision), decision);
   const line = (/** @type {number} */ line, /** @type {string} */ text) =>
     element(
       "button",
@@ -208,15 +249,62 @@ function statement(loop, member, of, at, title) {
   return element(
     "div",
     { class: "why-statement" },
-    element("p", {}, `${title} `, line(write.line, write.text), " ", reads(write.reads)),
+    element("p", {}, `${title} `, line(write.line, write.text), " ", reads(write.reads, value)),
     element(
       "ul",
       {},
-      write.guards.map((guard) =>
-        element("li", {}, wordOf(guard, of), line(guard.line, guard.text), " ", reads(guard.reads)),
-      ),
+      write.guards.map((guard, number) => {
+        const decision = decisions?.guards[number];
+        // What has run had its condition: that was calculated once more after that, as in a loop.
+        const isAgain = ran && decision?.truth === guard.is_negated;
+        return element(
+          "li",
+          {},
+          wordOf(guard, of),
+          line(guard.line, guard.text),
+          " ",
+          reads(guard.reads, isAgain ? { truth: null, parts: [], values: [], wires: [] } : decision),
+        );
+      }),
     ),
   );
+}
+
+/**
+ * The operands of a truth value: those that decided apart from those that made no difference.
+ *
+ * @param {{ part: Decision["parts"][number] | undefined, shown: HTMLElement }[]} all
+ * @param {Decision | null | undefined} decision
+ * @returns {HTMLElement[]}
+ */
+function apart(all, decision) {
+  if (!decision || all.length === 0 || (all.length === 1 && decision.truth !== null))
+    return all.map(({ shown }) => shown);
+  if (decision.truth === null)
+    return [
+      element(
+        "span",
+        { class: "part" },
+        "what decided is not known: ",
+        all.map(({ shown }) => shown),
+      ),
+    ];
+  const of = (/** @type {string} */ part) => all.filter((one) => one.part === part).map(({ shown }) => shown);
+  const [decided, shared, idle] = [of("decided"), of("shared"), of("idle")];
+  const group = (/** @type {HTMLElement[]} */ some, /** @type {string} */ look, /** @type {string} */ words) =>
+    some.length > 0 ? [element("span", { class: `part ${look}` }, `${words}: `, some)] : [];
+  const several = decided.length > 2 ? "each of these decided" : decided.length === 2 ? "both decided" : "decided";
+  const alone =
+    shared.length === 1
+      ? "did not decide alone"
+      : all.length === 2
+        ? "neither decided alone"
+        : "none of these decided alone";
+  return [
+    ...group(decided, "has-decided", several),
+    ...group(shared, "has-decided", alone),
+    ...group(idle, "is-idle", "made no difference"),
+  ];
 }
 
 /**
@@ -230,27 +318,42 @@ function wordOf({ line, is_negated: isNegated }, { text }) {
   return isNegated ? "if not " : "if ";
 }
 
+/** The order in which operands count; one that is read twice has the part that says more. @type {(string | undefined)[]} */
+const PARTS = ["decided", "shared", "idle", undefined];
+
 /**
+ * What is read, each variable once, with its part in the decision.
+ *
  * @param {Work} loop
  * @param {string} member
  * @param {Found} of
  * @param {Named[]} names
  * @param {Call} at
+ * @param {Decision | null | undefined} decision
  */
-function operands(loop, member, { prefix, constants }, names, { values, monitored }) {
+function operands(loop, member, { prefix, constants }, names, { values, monitored }, decision) {
   const known = new Map(Object.keys(values).map((name) => [plain(name), name]));
   const seen = new Set();
-  return names.flatMap(({ path, is_global: isGlobal }) => {
+  const all = names.map((named, number) => {
+    return { ...named, part: decision?.parts[number], was: decision?.values[number] };
+  });
+  if (decision) all.sort((one, other) => PARTS.indexOf(one.part) - PARTS.indexOf(other.part));
+  return all.flatMap(({ path, is_global: isGlobal, part, was }) => {
     const own = known.get(plain(`${member}.${isGlobal ? "" : prefix}${path}`));
     const temp = prefix ? undefined : Object.keys(monitored.temps).find((one) => plain(one) === plain(path));
     const constant = constants.find(([name]) => plain(name) === plain(path));
     const key = own ?? temp ?? constant?.[0];
     if (key === undefined || seen.has(key)) return [];
     seen.add(key);
-    if (own) return [operand(loop, own, values)];
-    if (temp) return [element("span", { class: "value" }, `${path} ${plcText(monitored.temps[temp], "")}`)];
-    return [element("span", { class: "value", title: "A constant" }, `${path} ${constant?.[1]}`)];
+    if (own) return [{ part, shown: operand(loop, own, values, was) }];
+    if (temp) return [{ part, shown: value(`${path} ${plcText(monitored.temps[temp], "")}`) }];
+    return [{ part, shown: value(`${path} ${constant?.[1]}`, "A constant") }];
   });
+}
+
+/** A value that cannot be asked any further. @param {string} text @param {string} [title] */
+function value(text, title) {
+  return element("span", { class: "value", title }, text);
 }
 
 /**
@@ -259,11 +362,12 @@ function operands(loop, member, { prefix, constants }, names, { values, monitore
  * @param {Work} loop
  * @param {string} name
  * @param {Values} values
+ * @param {boolean | null} [was] what it was when the condition was calculated
  */
-function operand(loop, name, values) {
+function operand(loop, name, values, was) {
   const [member, own] = split(name);
   const kind = member === loop.member ? loop.description.variables.find((one) => one.name === own)?.kind : undefined;
-  const value = values[name];
+  const value = was ?? values[name];
   const look = typeof value === "boolean" ? (value ? " is-true" : " is-false") : "";
   return element(
     "button",

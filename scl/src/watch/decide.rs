@@ -1,0 +1,321 @@
+//! Which operands decided what a truth value was: read off the values that a call noted, never guessed.
+
+use super::{Named, Reader};
+use crate::constant::{self, Literal};
+use crate::syntax::{Binary, ExpressionId, ExpressionKind, Expressions, Scope, Statement, StatementKind, Tree, Unary};
+
+/// A condition, or the truth value that is assigned: a formula over its terms.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Logic {
+    formula: Formula,
+    terms: Vec<Term>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Formula {
+    Term(usize),
+    Not(Box<Formula>),
+    And(Vec<Formula>),
+    Or(Vec<Formula>),
+    Xor(Vec<Formula>),
+}
+
+/// What is no AND, OR, XOR or NOT: a variable, a comparison, a call. The same text is the same term.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Term {
+    text: String,
+    /// The value of a literal.
+    fixed: Option<bool>,
+    /// The numbers under which it is noted.
+    wires: Vec<u32>,
+    /// The variables in it, as numbers in the list of all that is read.
+    reads: Vec<usize>,
+    /// Whether it is a variable as a whole, and no comparison, call or bit of a word.
+    is_variable: bool,
+}
+
+/// What a variable had to do with a truth value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Part {
+    /// None: whatever it is, the truth value stays.
+    Idle,
+    /// It is a reason, but not alone: another one leads to the same.
+    Shared,
+    /// It decided: with the opposite the truth value is the opposite.
+    Decided,
+}
+
+/// What decided a truth value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Decision {
+    /// The truth value.
+    pub truth: bool,
+    /// The part of each variable that is read.
+    pub parts: Vec<Part>,
+    /// What each of them was when it was calculated; what is no Boolean has none.
+    pub values: Vec<Option<bool>>,
+    /// The numbers of what is noted of the terms that decided, or are a reason.
+    pub wires: Vec<u32>,
+}
+
+impl Logic {
+    /// What decided, by what was noted; `None` if that does not determine the truth value.
+    pub fn decided(&self, reads: usize, noted: &dyn Fn(u32) -> Option<bool>) -> Option<Decision> {
+        let value = |term: &Term| {
+            let mut values = term.wires.iter().map(|wire| noted(*wire));
+            // Of a term that stands there twice, one value counts only if the other does not contradict it.
+            let first = values.next()??;
+            values.flatten().all(|other| other == first).then_some(first)
+        };
+        let values: Vec<Option<bool>> = self.terms.iter().map(|term| term.fixed.or_else(|| value(term))).collect();
+        let truth = self.formula.truth(&values)?;
+        let mut reasons = vec![false; values.len()];
+        self.formula.reasons(&values, &mut reasons);
+        let (mut parts, mut wires, mut own) = (vec![Part::Idle; reads], Vec::new(), vec![None; reads]);
+        for (number, term) in self.terms.iter().enumerate().filter(|(_, term)| term.fixed.is_none()) {
+            let mut opposite = values.clone();
+            opposite[number] = values[number].map(|value| !value);
+            let part = match reasons[number] {
+                true if self.formula.truth(&opposite) != Some(truth) => Part::Decided,
+                true => Part::Shared,
+                false => Part::Idle,
+            };
+            if part > Part::Idle {
+                wires.extend(&term.wires);
+            }
+            for read in &term.reads {
+                parts[*read] = parts[*read].max(part);
+                if term.is_variable {
+                    own[*read] = values[number];
+                }
+            }
+        }
+        Some(Decision { truth, parts, wires, values: own })
+    }
+}
+
+impl Formula {
+    /// The truth value; terms without a value leave it open unless the others are enough.
+    fn truth(&self, values: &[Option<bool>]) -> Option<bool> {
+        let any = |all: &[Formula], wanted: bool| {
+            let mut truths = all.iter().map(|of| of.truth(values));
+            let is_one = truths.clone().any(|truth| truth == Some(wanted));
+            if is_one { Some(wanted) } else { truths.all(|truth| truth.is_some()).then_some(!wanted) }
+        };
+        match self {
+            Formula::Term(number) => values[*number],
+            Formula::Not(of) => of.truth(values).map(|truth| !truth),
+            Formula::And(all) => any(all, false),
+            Formula::Or(all) => any(all, true),
+            Formula::Xor(all) => all.iter().try_fold(false, |odd, of| Some(odd != of.truth(values)?)),
+        }
+    }
+
+    /// Marks the terms that lead to the truth value: of an AND that is FALSE those that are FALSE, of one that is TRUE all.
+    fn reasons(&self, values: &[Option<bool>], reasons: &mut [bool]) {
+        let truth = self.truth(values);
+        match self {
+            Formula::Term(number) => reasons[*number] = true,
+            Formula::Not(of) => of.reasons(values, reasons),
+            Formula::And(all) | Formula::Or(all) => {
+                let is_and = matches!(self, Formula::And(_));
+                let counts = |of: &&Formula| truth == Some(is_and) || of.truth(values) == truth;
+                all.iter().filter(counts).for_each(|of| of.reasons(values, reasons));
+            }
+            Formula::Xor(all) => all.iter().for_each(|of| of.reasons(values, reasons)),
+        }
+    }
+}
+
+impl Reader<'_> {
+    /// A condition or a value as a formula; `None` if it is nested too deep. That the value is a truth value shows when it is noted.
+    pub(super) fn logic(&mut self, of: ExpressionId, reads: &[Named]) -> Option<Logic> {
+        let mut terms = Vec::new();
+        let formula = self.formula(of, reads, &mut terms)?;
+        Some(Logic { formula, terms })
+    }
+
+    fn formula(&mut self, id: ExpressionId, reads: &[Named], terms: &mut Vec<Term>) -> Option<Formula> {
+        let expressions = self.expressions;
+        match &expressions[id].kind {
+            ExpressionKind::Unary(Unary::Not, inner) => {
+                Some(Formula::Not(Box::new(self.formula(*inner, reads, terms)?)))
+            }
+            ExpressionKind::Binary(operator @ (Binary::And | Binary::Or | Binary::Xor), ..) => {
+                let parts = chain(expressions, id, *operator).into_iter();
+                let all = parts.map(|part| self.formula(part, reads, terms)).collect::<Option<Vec<_>>>()?;
+                Some(match operator {
+                    Binary::And => Formula::And(all),
+                    Binary::Or => Formula::Or(all),
+                    _ => Formula::Xor(all),
+                })
+            }
+            ExpressionKind::Name(Scope::Local, name) if self.temporaries.contains_key(&name.text) => {
+                let of = self.temporaries[&name.text];
+                if self.depth == super::DEEPEST {
+                    return None;
+                }
+                self.depth += 1;
+                let found = self.formula(of, reads, terms);
+                self.depth -= 1;
+                found
+            }
+            kind => {
+                let text = super::written(expressions, &self.temporaries, id);
+                let number = terms.iter().position(|term| term.text == text).unwrap_or_else(|| {
+                    let own = self.reads([id]);
+                    let reads = own.iter().filter_map(|own| reads.iter().position(|read| read == own)).collect();
+                    let is_variable = super::path(expressions, id).is_some() && !text.contains(".%");
+                    terms.push(Term { text, fixed: fixed(kind), wires: Vec::new(), reads, is_variable });
+                    terms.len() - 1
+                });
+                terms[number].wires.push(id.0);
+                Some(Formula::Term(number))
+            }
+        }
+    }
+}
+
+/// The value of a literal; in SCL `TRUE` and `FALSE` are names.
+fn fixed(kind: &ExpressionKind) -> Option<bool> {
+    let text = match kind {
+        ExpressionKind::Literal(text) => text,
+        ExpressionKind::Name(Scope::Bare, name) => &name.text,
+        _ => return None,
+    };
+    match constant::read(text) {
+        Ok(Literal::Truth(truth)) => Some(truth),
+        _ if text.eq_ignore_ascii_case("TRUE") => Some(true),
+        _ if text.eq_ignore_ascii_case("FALSE") => Some(false),
+        _ => None,
+    }
+}
+
+/// What a chain such as `a AND b AND c` joins, from left to right. It leans to the left, and may be long.
+fn chain(expressions: &Expressions, id: ExpressionId, of: Binary) -> Vec<ExpressionId> {
+    let (mut parts, mut first) = (Vec::new(), id);
+    while let ExpressionKind::Binary(operator, left, right) = &expressions[first].kind
+        && *operator == of
+    {
+        parts.push(*right);
+        first = *left;
+    }
+    parts.push(first);
+    parts.reverse();
+    parts
+}
+
+/// The terms of all conditions and values of a source. Those of loops are left out: what ends a loop is calculated many times, and
+/// the last time says nothing about the others.
+pub(crate) fn terms(tree: &Tree) -> Vec<ExpressionId> {
+    let mut found = Vec::new();
+    tree.blocks.iter().for_each(|block| terms_of(&block.body, &tree.expressions, &mut found));
+    found
+}
+
+fn terms_of(statements: &[Statement], expressions: &Expressions, found: &mut Vec<ExpressionId>) {
+    let mut of = |id: ExpressionId| {
+        let mut open = vec![id];
+        while let Some(id) = open.pop() {
+            match &expressions[id].kind {
+                ExpressionKind::Unary(Unary::Not, inner) => open.push(*inner),
+                ExpressionKind::Binary(Binary::And | Binary::Or | Binary::Xor, left, right) => {
+                    open.extend([left, right])
+                }
+                ExpressionKind::Literal(_) => {}
+                _ => found.push(id),
+            }
+        }
+    };
+    for statement in statements {
+        match &statement.kind {
+            StatementKind::Assign(_, value) | StatementKind::Let(.., Some(value)) => of(*value),
+            StatementKind::If(arms, _) => arms.iter().for_each(|(condition, _)| of(*condition)),
+            _ => {}
+        }
+    }
+    for statement in statements {
+        match &statement.kind {
+            StatementKind::If(arms, rest) => {
+                arms.iter().for_each(|(_, body)| terms_of(body, expressions, found));
+                terms_of(rest, expressions, found);
+            }
+            StatementKind::Case(_, arms, rest) => {
+                arms.iter().for_each(|(_, body)| terms_of(body, expressions, found));
+                terms_of(rest, expressions, found);
+            }
+            StatementKind::For(.., body) | StatementKind::While(_, body) | StatementKind::Repeat(body, _) => {
+                terms_of(body, expressions, found);
+            }
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::watched;
+    use super::*;
+    use parameters::Source;
+
+    /// What decided `#x := FORMULA`, a letter for each variable: D decided, S shares it, - had no part. `values` are those of the terms
+    /// in the order of the text; `?` was not calculated.
+    fn decided(formula: &str, values: &str) -> String {
+        let Some(Decision { truth, parts, .. }) = decision(formula, values) else { return "?".into() };
+        let letters = parts.iter().map(|part| match part {
+            Part::Decided => 'D',
+            Part::Shared => 'S',
+            Part::Idle => '-',
+        });
+        format!("{} {}", u8::from(truth), letters.collect::<String>())
+    }
+
+    fn decision(formula: &str, values: &str) -> Option<Decision> {
+        let text = format!(
+            "FUNCTION_BLOCK \"F\" VAR_INPUT a : Bool; b : Bool; c : Bool; n : Int; m : Int; END_VAR \
+             VAR_OUTPUT x : Bool; END_VAR BEGIN #x := {formula}; END_FUNCTION_BLOCK"
+        );
+        let block = watched(&[Source::new("f.scl", text.into())]).remove(0);
+        let write = &block.writes[0];
+        let logic = write.logic.as_ref().unwrap();
+        let mut wires: Vec<u32> =
+            logic.terms.iter().filter(|of| of.fixed.is_none()).flat_map(|of| of.wires.clone()).collect();
+        wires.sort_unstable();
+        let noted = |wire: u32| match values.as_bytes()[wires.iter().position(|of| *of == wire)?] {
+            b'1' => Some(true),
+            b'0' => Some(false),
+            _ => None,
+        };
+        logic.decided(write.reads.len(), &noted)
+    }
+
+    #[test]
+    fn what_decided_is_what_changes_the_result_and_several_reasons_are_told_apart() {
+        let table = |formula: &str| ["00", "01", "10", "11"].map(|values| decided(formula, values));
+        assert_eq!(table("#a AND #b"), ["0 SS", "0 D-", "0 -D", "1 DD"]);
+        assert_eq!(table("#a OR #b"), ["0 DD", "1 -D", "1 D-", "1 SS"]);
+        assert_eq!(table("#a XOR #b"), ["0 DD", "1 DD", "1 DD", "0 DD"]);
+        assert_eq!(table("#a AND NOT #b"), ["0 D-", "0 SS", "1 DD", "0 -D"]);
+        // A comparison is what its operands are.
+        assert_eq!(table("#a AND #n < #m"), ["0 SSS", "0 D--", "0 -DD", "1 DDD"]);
+        assert_eq!(decided("(#a OR #b) AND #c", "110"), "0 --D");
+        assert_eq!(decided("(#a OR #b) AND #c", "111"), "1 SSD");
+        assert_eq!(decided("(#a OR #b) AND #c", "000"), "0 SSS");
+        // FALSE is read as a name, and decides nothing.
+        assert_eq!(decided("#a OR FALSE OR #b AND #c", "010"), "0 D--D");
+    }
+
+    #[test]
+    fn a_variable_that_stands_there_twice_is_one_and_what_was_not_calculated_is_open() {
+        // TRUE whatever a is: it does not decide alone.
+        assert_eq!(decided("#a OR NOT #a", "11"), "1 S");
+        // Without a, b would be the reason.
+        assert_eq!(decided("#a AND #b OR NOT #a AND #c", "0101"), "1 S-D");
+        assert_eq!(decided("#a AND #b", "0?"), "0 D-");
+        assert_eq!(decided("#a AND #b", "1?"), "?");
+        // Of a comparison it is not known what its operands were.
+        assert_eq!(decision("#n < #m OR NOT #a", "00").unwrap().values, [None, None, Some(false)]);
+        // Two values of one term contradict each other.
+        assert_eq!(decided("#a OR NOT #a", "10"), "?");
+    }
+}

@@ -1,0 +1,58 @@
+//! Which operands decided what a program wrote in a call, for the page.
+
+use program::Program;
+use scl::watch::{Logic, Part, Watched};
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+
+/// What decided a statement that gives a variable its value.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Decisions {
+    /// About the value; one that is no truth value has none.
+    pub value: Option<Decision>,
+    /// About the conditions under which it runs, in their order.
+    pub guards: Vec<Option<Decision>>,
+}
+
+/// What decided a truth value.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Decision {
+    /// It; nothing if it was not calculated in this call.
+    pub truth: Option<bool>,
+    /// What each variable that it reads had to do with it: `decided`, `shared` (a reason, but not alone), `idle`.
+    #[cfg_attr(test, ts(type = "(\"decided\" | \"shared\" | \"idle\")[]"))]
+    pub parts: Vec<String>,
+    /// What each was when it was calculated; what is no Boolean has none.
+    pub values: Vec<Option<bool>>,
+    /// The numbers of the truth values that are a reason, as those of wires.
+    pub wires: Vec<u32>,
+}
+
+/// What decided in a block, in the instance at a path.
+pub fn decisions(program: &Program, blocks: &[Watched], block: &str, path: &str) -> Vec<Decisions> {
+    let Some(of) = blocks.iter().find(|of| of.name.eq_ignore_ascii_case(block)) else { return Vec::new() };
+    let mut noted: HashMap<u32, Option<bool>> = HashMap::new();
+    for (wire, truth) in program.wires(block, path) {
+        // What was calculated twice, with two results, is not known.
+        noted.entry(wire).and_modify(|kept| *kept = kept.filter(|kept| *kept == truth)).or_insert(Some(truth));
+    }
+    let value = |wire: u32| noted.get(&wire).copied().flatten();
+    let decision = |logic: &Option<Logic>, reads: usize| {
+        let logic = logic.as_ref()?;
+        let Some(found) = logic.decided(reads, &value) else { return Some(Decision::default()) };
+        let word = |part: &Part| match part {
+            Part::Decided => "decided",
+            Part::Shared => "shared",
+            Part::Idle => "idle",
+        };
+        let parts = found.parts.iter().map(|part| word(part).to_string()).collect();
+        Some(Decision { truth: Some(found.truth), parts, values: found.values, wires: found.wires })
+    };
+    let each = |of: &scl::watch::Write| Decisions {
+        value: decision(&of.logic, of.reads.len()),
+        guards: of.guards.iter().map(|guard| decision(&guard.logic, guard.reads.len())).collect(),
+    };
+    of.writes.iter().map(each).collect()
+}

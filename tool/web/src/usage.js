@@ -1,0 +1,142 @@
+/**
+ * Where a variable of a program is declared, written and read, and the bar that leads there.
+ *
+ * @typedef {import("./messages").Block} Block
+ * @typedef {import("./messages").Compiled} Compiled
+ *
+ * @typedef {object} Variable a variable as a block names it
+ * @property {string} path
+ * @property {boolean} isGlobal
+ *
+ * @typedef {object} Spot
+ * @property {number} file the number of the source
+ * @property {number} line
+ *
+ * @typedef {object} Way a button of the bar
+ * @property {string} label
+ * @property {string} title what it does
+ * @property {() => void} go
+ */
+
+import { element, fill } from "tool/dom.js";
+import { store } from "tool/store.js";
+
+/** So many places are listed of each kind. */
+const MOST_LISTED = 12;
+
+/** @param {string} text */
+function plain(text) {
+  return text.replaceAll("'", "").toUpperCase();
+}
+
+/** The first name of a path. @param {string} path */
+function first(path) {
+  return plain(path.split(/[.[]/)[0]);
+}
+
+/**
+ * Where a variable is declared; a tag of a table is declared in no source.
+ *
+ * @param {Compiled} compiled
+ * @param {Block} block
+ * @param {Variable} of
+ * @returns {Spot | undefined}
+ */
+export function declarationOf(compiled, block, { path, isGlobal }) {
+  const wanted = first(path);
+  const own = isGlobal ? undefined : block.declared.find(([name]) => plain(name) === wanted);
+  if (own) return { file: block.file, line: own[1] };
+  const all = compiled.declared.find(([name]) => plain(name) === wanted);
+  if (all) return { file: all[1], line: all[2] };
+  const called = compiled.blocks.find(({ name }) => plain(name) === wanted);
+  return called && { file: called.file, line: called.line };
+}
+
+/**
+ * The lines that write a variable, and those that read it. An input of a block is written where the block is called.
+ *
+ * @param {Compiled} compiled
+ * @param {Block} block
+ * @param {Variable} of
+ * @returns {{ writers: Spot[], readers: Spot[] }}
+ */
+export function usesOf(compiled, block, of) {
+  const wanted = plain(of.path);
+  const isIt = (/** @type {{ path: string, is_global: boolean }} */ one) =>
+    plain(one.path) === wanted && (of.isGlobal ? one.is_global : true);
+  const [writers, readers] = [/** @type {Spot[]} */ ([]), /** @type {Spot[]} */ ([])];
+  for (const one of of.isGlobal ? compiled.blocks : [block]) {
+    const written = one.writes.filter(isIt).map(({ line }) => line);
+    const read = one.writes
+      .flatMap(({ reads, guards }) => [reads, ...guards.map((guard) => guard.reads)].flat())
+      .filter(isIt)
+      .map(({ line }) => line);
+    for (const line of new Set(written)) writers.push({ file: one.file, line });
+    // A line that names it reads it, unless all that it does is to write it.
+    const named = one.names.filter(isIt).map(({ line }) => line);
+    for (const line of new Set(named))
+      if (read.includes(line) || !written.includes(line)) readers.push({ file: one.file, line });
+  }
+  if (!of.isGlobal) writers.push(...callers(compiled, block, wanted));
+  return { writers, readers };
+}
+
+/**
+ * Where a block is called with a value for one of its parameters.
+ *
+ * @param {Compiled} compiled
+ * @param {Block} block
+ * @param {string} formal
+ * @returns {Spot[]}
+ */
+function callers(compiled, block, formal) {
+  const instances = compiled.parts
+    .filter((part) => plain(part.block) === plain(block.name))
+    .map(({ path }) => plain(path));
+  return compiled.blocks.flatMap((caller) => {
+    const own = compiled.parts
+      .filter((part) => plain(part.block) === plain(caller.name))
+      .map(({ path }) => plain(path));
+    const prefixes = ["", ...own.filter((path) => path !== "").map((path) => `${path}.`)];
+    return caller.calls
+      .filter(({ instance }) => prefixes.some((prefix) => instances.includes(prefix + plain(instance))))
+      .flatMap((call) => call.arguments.filter((one) => plain(one.formal) === formal))
+      .map(({ line }) => ({ file: caller.file, line }));
+  });
+}
+
+/**
+ * Fills the bar of a variable that was chosen: its value, why it has it, and the ways to where it is used.
+ *
+ * @param {HTMLElement} bar
+ * @param {string} text the variable as it is written
+ * @param {{ text: string, name: string | undefined } | undefined} found its value, and its name if the run has it
+ * @param {[string, Way[]][]} ways each with the word before them
+ */
+export function showUsage(bar, text, found, ways) {
+  const name = found?.name;
+  const key = JSON.stringify([text, found?.text, name, ways.map(([word, all]) => [word, all.length])]);
+  if (bar.dataset.shown === key) return;
+  bar.dataset.shown = key;
+  const watch = () => {
+    const loop = store.loop;
+    if (loop && name && !(loop.notes.watch ?? []).includes(name))
+      loop.notes.watch = [...(loop.notes.watch ?? []), name];
+    store.emit("plant");
+    store.emit("show", "watch");
+  };
+  const button = (/** @type {Way} */ { label, title, go }) =>
+    element("button", { type: "button", class: "plain", title, "aria-label": title, onclick: go }, label);
+  fill(
+    bar,
+    element("strong", {}, text),
+    found ? element("span", {}, found.text) : null,
+    name && element("button", { type: "button", onclick: () => store.emit("why", name) }, "Why"),
+    name && element("button", { type: "button", onclick: watch }, "Watch"),
+    ways.flatMap(([word, all]) => [
+      element("span", { class: "faint" }, `${word} ${all.length > 0 ? "in" : "nowhere"}`),
+      ...all.slice(0, MOST_LISTED).map(button),
+      all.length > MOST_LISTED && element("span", { class: "faint" }, `and ${all.length - MOST_LISTED} more`),
+    ]),
+  );
+}
