@@ -202,7 +202,7 @@ def test_no_file_beside_another_leads_out_of_the_folder(client):
         ("check", {}, "check needs files"),
         ("check", {"files": [{}]}, "files: [{}]: expected a value or a list of values"),
         # No option is smuggled in, and no crate built.
-        ("check", {"files": ["--run"]}, "--run"),
+        ("check", {"files": ["--run"]}, '"file": "--run"'),
         ("build", {"files": ["motor.scl"]}, "build needs cycle"),
         ("build", {"files": ["motor"], "cycle": "1s"}, "--cycle is for programs in SCL, and none is named"),
         ("build", {"files": ["motor.scl"], "cycle": "soon"}, "invalid value 'soon' for '--cycle <TIME>'"),
