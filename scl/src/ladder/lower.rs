@@ -6,7 +6,9 @@ use super::{Element, Network, Source, elements};
 use crate::lexer::Span;
 use crate::network::Pin;
 use crate::report::Report;
-use crate::syntax::{Binary, Block, ExpressionId, ExpressionKind, Name, SectionKind, Statement, StatementKind, Tree};
+use crate::syntax::{
+    Binary, Block, ExpressionId, ExpressionKind, Expressions, Name, SectionKind, Statement, StatementKind, Tree,
+};
 use parameters::problem::quoted;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -161,13 +163,13 @@ impl Lowerer<'_> {
         // What an element needs takes effect in the order of the network, too, not in that of its pins; a junction is where its
         // first source is.
         let mut places: Vec<usize> = (0..elements.len()).collect();
-        for number in any.into_iter().filter(|number| is_junction(&elements[*number])) {
+        let is_junction = |number: &usize| is_junction(&elements[*number], &self.tree.expressions);
+        for number in any.into_iter().filter(is_junction) {
             places[number] = needed[number].iter().map(|needed| places[*needed]).min().unwrap_or(number);
         }
         needed.iter_mut().for_each(|needed| needed.sort_by_key(|number| places[*number]));
         // Nothing takes effect earlier because wires meet: not every format has an element for that.
-        let (junctions, others): (Vec<usize>, Vec<usize>) =
-            (0..elements.len()).partition(|number| is_junction(&elements[*number]));
+        let (junctions, others): (Vec<usize>, Vec<usize>) = (0..elements.len()).partition(is_junction);
         each_after_its_needs(others.into_iter().chain(junctions), &needed).0
     }
 
@@ -380,12 +382,14 @@ fn each_after_its_needs(roots: impl Iterator<Item = usize>, needed: &[Vec<usize>
     (order, circles)
 }
 
-/// Whether an element is a place where wires meet, and no more.
-fn is_junction(element: &Element) -> bool {
+/// Whether an element is a place where wires meet, and no more. FBD, without a power rail, has TRUE at such a place.
+fn is_junction(element: &Element, expressions: &Expressions) -> bool {
     let mut sources = element.inputs.iter().flat_map(|input| &input.sources);
+    let is_read = |id: ExpressionId| !matches!(expressions[id].kind, ExpressionKind::Literal(_));
     let is_gate = element.call.is_none()
         && matches!(elements::named(&element.name).map(|row| row.law), Some(Law::Gate(Binary::Or)));
-    is_gate && element.outputs.is_empty() && !sources.any(|source| matches!(source, Source::Operand(_)))
+    let is_at_place = sources.any(|source| matches!(source, Source::Operand(id) if is_read(*id)));
+    is_gate && element.outputs.is_empty() && !is_at_place
 }
 
 /// The elements whose pins an element needs.

@@ -2,7 +2,7 @@
 
 use super::Ran;
 use super::formats::both;
-use super::xml::{From, Net, int, local};
+use super::xml::{From, Net, int, local, typed};
 
 const BOOLS: &[(&str, &str)] =
     &[("Input", "a : Bool; b : Bool"), ("Output", "x : Bool; y : Bool"), ("Static", "m : Bool")];
@@ -54,6 +54,18 @@ fn a_box_comes_no_earlier_because_a_junction_needs_it() {
     for (format, mut ran) in both(NUMBERS, vec![net], &[&rungs], "") {
         assert_eq!(ran.call().get("n"), 4, "{format}");
     }
+}
+
+/// In FBD an OR gate has TRUE where a junction has the power rail. The order stays: (1 + 1) * 2.
+#[test]
+fn a_constant_at_a_gate_makes_no_box_come_earlier() {
+    let mut net = Net::new("gate");
+    let [gate, sum, product] = [(); 3].map(|()| net.next());
+    let card = "<TemplateValue Name=\"Card\" Type=\"Cardinality\">2</TemplateValue>";
+    net.part_at(gate, "O", card, &[("in1", From::Pin(product, "eno")), ("in2", typed("BOOL#TRUE"))]);
+    sum_and_product(&mut net, sum, product);
+    net.part("Coil", "", &[("in", From::Pin(gate, "out")), ("operand", local("x"))]);
+    assert_eq!(Ran::of(NUMBERS, vec![net]).call().get("n"), 4);
 }
 
 /// The same order holds for what one element needs: a flip-flop stands before both boxes, and its second pin leads to the first.
