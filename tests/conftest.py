@@ -62,8 +62,10 @@ def pytest_generate_tests(metafunc):
     if "fmu" in metafunc.fixturenames:
         has_presets = metafunc.module.__name__ in PRESETS_TOO
         programs = [PROGRAM + "mixer"] if has_presets and host.names() and not host.PLATFORM else []
-        originals = host.versions(host.names() + programs, metafunc.module.__name__ in VERSIONS_TOO)
-        presets = [PRESET + name for name in originals] if has_presets else []
+        is_newer_too = metafunc.module.__name__ in VERSIONS_TOO
+        originals = host.versions(host.names() + programs, is_newer_too)
+        # How a preset starts does not depend on the block: in FMI 3.0 that of a program stands for all.
+        presets = [PRESET + name for name in host.names() + host.versions(programs, is_newer_too)] if has_presets else []
         metafunc.parametrize("fmu", originals + presets or [NONE], indirect=True, scope="session")
 
 
