@@ -415,8 +415,8 @@ def program(packed, blocks, tmp_path_factory):
 
 
 BUILDS = {
-    **{f"gcc {level}": f"gcc -std=c99 {level}" for level in ("-O0", "-O1", "-O2", "-O3")},
-    **{f"clang {level}": f"clang -std=c99 {level}" for level in ("-O0", "-O2", "-O3")},
+    **{f"gcc {level}": f"gcc -std=c99 {level}" for level in ("-O0", "-O2", "-O3")},
+    **{f"clang {level}": f"clang -std=c99 {level}" for level in ("-O0", "-O3")},
     "gcc -O3 -march=native": "gcc -O3 -march=native",
     "gcc -O2 -mfma": "gcc -O2 -mavx2 -mfma",
     "clang -O3 -march=native": "clang -O3 -march=native",
