@@ -1,8 +1,7 @@
 //! Which column of a recording is which variable of the block, with its values as the block takes them.
 
 use super::change::Change;
-use super::instance::Block;
-use super::suspects::change;
+use super::instance::{Block, change};
 use crate::csv::names::{MANIPULATED_VALUES, MANUAL, PROCESS_VALUES, SETPOINTS, ends, short_name};
 use crate::csv::{Column, Table as Csv};
 use anyhow::{Context, Result, bail};

@@ -1,9 +1,10 @@
 //! A block that makes the calls of a recording.
 
+use super::change::Change;
 use super::columns::Recording;
 use anyhow::{Context, Result, bail};
-use blocks::Role;
 use blocks::table::number::to_value;
+use blocks::{Kind, Role};
 use modeldescription::Table;
 use run::component::{Component, Type};
 use run::dialog::{Group, Roles};
@@ -11,6 +12,7 @@ use run::fmus::Fmus;
 use run::fmus::Member;
 use run::fmus::number_of;
 use run::plan::near;
+use run::system::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -336,4 +338,16 @@ fn sign(seed: u64, row: usize, input: usize) -> f64 {
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
     if (bits ^ (bits >> 31)) & 1 == 0 { 1.0 } else { -1.0 }
+}
+
+/// A value with the type of its variable.
+pub(super) fn typed(kind: Kind, value: f64) -> Value {
+    if kind == Kind::Bool { Value::Boolean(value != 0.0) } else { Value::Number(value) }
+}
+
+/// Another value of a setting than `before`, or than that of the loop.
+pub(super) fn change(block: &Block, row: usize, value: f64, before: Option<&f64>) -> Change {
+    let of = &block.table.variables[row];
+    let own = before.copied().unwrap_or(block.settings[row]);
+    Change::Setting { name: of.name.clone(), value: typed(of.kind, value), before: typed(of.kind, own), why: None }
 }

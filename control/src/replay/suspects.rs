@@ -5,7 +5,7 @@ use super::change::{Change, Why};
 use super::columns::Signal;
 use super::compare::{Comparison, Outcome, rank};
 use super::estimate::{Found, Search, held};
-use super::instance::{Block, Variant};
+use super::instance::{Block, Variant, change, typed};
 use anyhow::Result;
 use blocks::Kind;
 use run::fmus::Values;
@@ -382,18 +382,6 @@ fn fitting(tried: &[Tried]) -> usize {
     sets.sort_unstable();
     sets.dedup();
     sets.len()
-}
-
-/// A value with the type of its variable.
-fn typed(kind: Kind, value: f64) -> Value {
-    if kind == Kind::Bool { Value::Boolean(value != 0.0) } else { Value::Number(value) }
-}
-
-/// Another value of a setting than `before`, or than that of the loop.
-pub(super) fn change(block: &Block, row: usize, value: f64, before: Option<&f64>) -> Change {
-    let of = &block.table.variables[row];
-    let own = before.copied().unwrap_or(block.settings[row]);
-    Change::Setting { name: of.name.clone(), value: typed(of.kind, value), before: typed(of.kind, own), why: None }
 }
 
 /// The same, with the reason.
