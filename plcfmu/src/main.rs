@@ -17,8 +17,8 @@ use std::process::ExitCode;
 /// Which commands run code of FMUs, and when.
 const NATIVE_CODE: &str = "\
 Native code of FMUs runs in a process of its own, in run, check --run, study, tune-study, in tool when a loop is started, and in mcp \
-when its client calls run. preset starts each preset once. params, preset and tool also load an FMU of a block of your own that is named, to read its table. No other \
-command runs any.";
+when its client calls run. preset starts each preset once. params, preset and tool also load an FMU of a block of your own that is \
+named, to read its table. No other command runs any.";
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
 #[derive(Parser)]

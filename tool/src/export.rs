@@ -346,8 +346,8 @@ fn system(home: &dyn Home, record: &Record, calls: usize) -> System {
     }
 }
 
-/// The columns without which nobody can replay a run: of the controller the mode, the manual value, setpoint and process value, its inputs that
-/// are not at their start values, and its settings that changed; of all members what was set while it ran.
+/// The columns without which nobody can replay a run: of the controller the mode, the manual value, setpoint and process value,
+/// its inputs that are not at their start values, and its settings that changed; of all members what was set while it ran.
 fn acting(home: &dyn Home, record: &Record) -> Result<Vec<usize>> {
     let Some(controller) = record.setup().members.first() else { return Ok(Vec::new()) };
     let description = describe(home, &controller.fmu)?;

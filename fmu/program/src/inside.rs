@@ -104,8 +104,9 @@ impl Program {
         self
     }
 
-    /// What the truth values of a block's networks and conditions were when the last call calculated them, in the instance at this path; a function
-    /// has none. Each with the number of its expression in the source; those that were not calculated are missing.
+    /// What the truth values of a block's networks and conditions were when the last call calculated them, in the instance at
+    /// this path; a function has none. Each with the number of its expression in the source; those that were not calculated are
+    /// missing.
     pub fn wires(&self, block: &str, path: &str) -> Vec<(u32, bool)> {
         let parts = self.loaded.parts();
         let part = parts.iter().find(|part| part.path == path && part.block.eq_ignore_ascii_case(block));

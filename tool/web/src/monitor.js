@@ -65,7 +65,7 @@ let lines = [];
 let sheet;
 /** Where the variable is used that was chosen in the source. @type {HTMLElement} */
 let usage;
-/** That variable, and what it is called in the source. @type {(import("tool/usage.js").Variable & { block: Block, text: string }) | undefined} */
+/** That variable, its block, and the ways to where it is used. @type {(import("tool/usage.js").Variable & { block: Block, ways: [string, import("tool/usage.js").Way[]][] }) | undefined} */
 let selected;
 /** Which moment the values are of, if it is not now. @type {HTMLElement} */
 let badge;
@@ -444,23 +444,31 @@ function choose(target) {
   const best = named.toSorted((one, other) => rank(one) - rank(other))[0];
   const isOwn = block.declared.some(([one]) => one.toUpperCase() === wanted);
   const path = best && rank(best) < 3 ? best.path : name;
-  selected = { block, path, isGlobal: best?.is_global ?? !isOwn, text: path };
+  const variable = { path, isGlobal: best?.is_global ?? !isOwn };
+  selected = { ...variable, block, ways: waysTo(block, variable) };
   for (const one of sheet.querySelectorAll(".is-selected")) one.classList.remove("is-selected");
   target.classList.add("is-selected");
   showSelected();
 }
 
-function showSelected() {
-  usage.hidden = selected === undefined;
-  if (!selected || !showing) return;
-  const { block, path, isGlobal, text } = selected;
-  const declared = wayTo(block, selected);
-  const { writers, readers } = usesOf(showing.compiled, block, selected);
-  showUsage(usage, text, store.isLive() ? valueNow(block, path, isGlobal) : undefined, [
+/** The ways to where a variable is used. @param {Block} block @param {import("tool/usage.js").Variable} of @returns {[string, import("tool/usage.js").Way[]][]} */
+function waysTo(block, of) {
+  if (!showing) return [];
+  const declared = wayTo(block, of);
+  const { writers, readers } = usesOf(showing.compiled, block, of);
+  return [
     ["declared", declared ? [declared] : []],
     ["written", writers.map((spot) => way(spot, "writes"))],
     ["read", readers.map((spot) => way(spot, "reads"))],
-  ]);
+  ];
+}
+
+/** The present value of the variable that was chosen: the ways do not change while the program runs. */
+function showSelected() {
+  usage.hidden = selected === undefined;
+  if (!selected) return;
+  const { block, path, isGlobal, ways } = selected;
+  showUsage(usage, path, store.isLive() ? valueNow(block, path, isGlobal) : undefined, ways);
 }
 
 /** Enter goes to the first name that is in sight, arrows from name to name. @param {KeyboardEvent} event */
