@@ -7,9 +7,7 @@ use super::compare::{Comparison, Outcome, rank};
 use super::estimate::{Found, Search, held};
 use super::instance::{Block, Variant, change, typed};
 use anyhow::Result;
-use blocks::Kind;
 use run::fmus::Values;
-use run::system::Value;
 
 /// This many rows behind the first difference tell whether a suspect is worth a full run.
 const BEHIND: usize = 3_000;
