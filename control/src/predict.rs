@@ -1,10 +1,10 @@
 //! The simulated loop: the real block with a plant's model, after a step of the setpoint.
 //!
 //! The block is called as in a run of the tool: every CYCLE, before the plant, which then advances by one CYCLE with the
-//! manipulated value held. First the loop is brought to rest in manual mode, with a manual value of [`MANUAL`] percent where the
-//! block has one and the user names no other; what the block gives then is where the plant is at rest. Then the controller goes to automatic mode, and the
-//! setpoint steps. By default the step is [`STEP`] percent times the plant's gain: in the end the manipulated value moves by as
-//! much. Of an integrating plant it is [`STEP`] percent divided by GAIN: at first the manipulated value moves by as much.
+//! manipulated value held. First the loop is brought to rest in manual mode, with a manual value of 50 % where the block has one
+//! and the user names no other; what the block gives then is where the plant is at rest. Then the controller goes to automatic
+//! mode, and the setpoint steps. By default the step is 10 % times the plant's gain: in the end the manipulated value moves by as
+//! much. Of an integrating plant it is 10 % divided by GAIN: at first the manipulated value moves by as much.
 //!
 //! Pulses drive the model as they are, as 100 % or 0 or -100 %. The pulses of a step controller move a valve, which takes the motor
 //! time from stop to stop and begins in the middle.
