@@ -12,7 +12,7 @@ import pytest
 import host
 from test_tool_run import PHONE, assert_same_bits, made, manual, number, open_tool, recorded, run_calls, saved, screenshot, wait_for_calls
 from test_tool_run import browser, pytestmark, run_described  # noqa: F401
-from tool import new_loop, show_tab
+from tool import new_loop, show_tab, until
 
 ROOT = pathlib.Path(__file__).parents[1]
 PROGRAMS = ROOT / "examples/programs"
@@ -347,13 +347,13 @@ def test_a_machine_and_its_plant_are_dropped_together_and_a_push_button_fills_th
     drop(page, PROGRAMS / "tank.scl", PROGRAMS / "tank_plant.scl")
     start = page.locator('[data-input="start"] .push')
     start.wait_for()
-    page.wait_for_function("async () => (await moduleOf('tool/store.js')).store.loop.connections.length === 5")
+    until(page, "async () => (await moduleOf('tool/store.js')).store.loop.connections.length === 5")
     page.get_by_role("button", name="Run", exact=True).click()
     wait_for_calls(page, 1)
     start.click()
     values = "async () => (await moduleOf('tool/store.js')).store.state.values"
     # The pump adds 5 % a call; the row of the last call has the level before it.
-    page.wait_for_function(f"async () => (await ({values})())['PLANT.level'] > 30")
+    until(page, f"async () => (await ({values})())['PLANT.level'] > 30")
     page.get_by_role("button", name="Pause").click()
     # What was connected is not set by hand any more; what is left is.
     names = page.locator("[data-input]").evaluate_all("rows => rows.map(row => row.dataset.input)")
@@ -389,10 +389,10 @@ def test_a_press_between_two_calls_is_seen_by_one_call(open_tool):
     # Nothing runs: the button stays down until a call has seen it.
     start.click()
     sent = "async () => (await moduleOf('tool/store.js')).store.loop.settings.start.sent"
-    page.wait_for_function(f"async () => (await ({sent})()) === true")
+    until(page, f"async () => (await ({sent})()) === true")
     assert start.get_attribute("aria-pressed") == "true"
     page.get_by_role("button", name="One cycle").click()
-    page.wait_for_function(f"async () => (await ({sent})()) === false")
+    until(page, f"async () => (await ({sent})()) === false")
     page.get_by_role("button", name="One cycle").click()
     wait_for_calls(page, 2)
     _, table = saved(page, "CSV of everything")
@@ -410,7 +410,7 @@ def test_two_blocks_of_which_no_name_says_which_is_the_plant_are_a_question(open
     assert "".join(refused.locator(".error").all_text_contents()) == ""
     assert refused.locator(".findings, .line-note").count() == 0
     refused.get_by_role("button", name="Run Logic with Valve as its plant").click()
-    page.wait_for_function("async () => (await moduleOf('tool/store.js')).store.loop?.connections.length === 2")
+    until(page, "async () => (await moduleOf('tool/store.js')).store.loop?.connections.length === 2")
     for _ in range(6):
         page.get_by_role("button", name="One cycle").click()
     wait_for_calls(page, 6)
