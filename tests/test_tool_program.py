@@ -315,13 +315,21 @@ def test_texts_of_a_program_stand_beside_its_lines(open_tool):
 def test_a_word_is_shown_in_hexadecimal_and_a_function_has_no_values_of_another_block(open_tool):
     page = open_tool(LAPTOP)
     drop(page, PROGRAMS / "tank.scl")
-    set_input(page, "eStopOk", False)
-    page.get_by_role("button", name="One cycle").click()
     source = (PROGRAMS / "tank.scl").read_text().splitlines()
 
     def row(text):
         return next(number for number, line in enumerate(source, 1) if text in line)
 
+    # The source begins with types and an interlock: the block that runs is on top, each number in a line.
+    page.wait_for_function("() => document.querySelector('.program .source')?.scrollTop > 0")
+    place = "one => one.getBoundingClientRect().y"
+    top = page.locator(".program .source").evaluate(place)
+    assert 0 <= line(page, row('FUNCTION_BLOCK "TankFilling"')).evaluate(place) - top <= 2
+    digits = line(page, 100).locator(".line-number")
+    parts = "one => { const text = new Range(); text.selectNodeContents(one); return text.getClientRects().length; }"
+    assert digits.inner_text() == "100" and digits.evaluate(parts) == 1
+    set_input(page, "eStopOk", False)
+    page.get_by_role("button", name="One cycle").click()
     # Values stand beside the lines that are in sight.
     fault = line(page, row("#fault := #faultCode <> 16#0"))
     fault.scroll_into_view_if_needed()

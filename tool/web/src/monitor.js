@@ -111,7 +111,7 @@ export function mount(content) {
 /** Shows the program of the loop, or the one that was refused last. */
 function show() {
   const bad = refused();
-  const before = showing?.compiled;
+  const [was, before] = [showing, showing?.compiled];
   showing = bad ?? programOf(store.loop);
   variables = store.loop ? byPath(store.loop) : new Map();
   monitored = selected = undefined;
@@ -135,7 +135,8 @@ function show() {
   const place = store.loop ? byId("program") : byId("refused");
   byId("refused").hidden = !bad || store.loop !== undefined;
   place.querySelector(".content")?.append(body);
-  drawn = "";
+  // A program that has come is told of twice, as a loop and as a program: its lines are made once.
+  if (showing !== was) drawn = "";
   draw();
   const first = firstProblem();
   if (bad && first?.place) goTo(first);
@@ -703,7 +704,7 @@ function openAtCode() {
 
 /** Brings a line to the top. @param {Line | undefined} of */
 function toTop(of) {
-  if (of) sheet.scrollTop = of.row.offsetTop - sheet.offsetTop;
+  if (of) sheet.scrollTop += of.row.getBoundingClientRect().top - sheet.getBoundingClientRect().top;
 }
 
 /** The place of the line on top: how far the source is scrolled changes when lines above it are laid out. */
@@ -723,10 +724,9 @@ function bringRunLines(run) {
   const block = runBlock();
   // A function that stands above the block is run, too, and is not what one looks for.
   const begin = block?.file === file ? block.line : 1;
-  const row = lines[Math.min(...[...run].filter((at) => at >= begin)) - 1]?.row;
-  if (!row || topLine() !== openedAt) return;
-  const [box, seen] = [row.getBoundingClientRect(), sheet.getBoundingClientRect()];
-  if (box.bottom > seen.bottom) sheet.scrollTop += box.top - seen.top;
+  const first = lines[Math.min(...[...run].filter((at) => at >= begin)) - 1];
+  if (!first || topLine() !== openedAt) return;
+  if (first.row.getBoundingClientRect().bottom > sheet.getBoundingClientRect().bottom) toTop(first);
 }
 
 /**
