@@ -410,7 +410,8 @@ def test_a_wrong_value_is_followed_to_the_input_that_caused_it(open_tool):
     assert wrote.locator("li").inner_text().startswith(f"if line {row('IF #fault THEN')}: #fault")
     # What would start the filling did not run.
     others = why.locator(".why-statement", has_text="This did not run:")
-    assert "#step := #OPEN" in others.filter(has_text="#startEdge.Q AND #released").inner_text()
+    idle = others.filter(has_text="#startEdge.Q AND #released").inner_text()
+    assert "#step := #OPEN" in idle and f"in the CASE of line {row('CASE #step OF')}: #step" in idle
     screenshot(page, "diagram-why")
     wrote.get_by_role("button", name="fault TRUE").click()
     wrote.get_by_role("button", name="faultCode 16#0001").click()
