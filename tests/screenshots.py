@@ -24,7 +24,7 @@ SIZES = [
 def open_example(page, title):
     page.evaluate("document.querySelector('.all-examples').open = true")
     page.locator(".card").filter(has_text=title).click()
-    page.wait_for_function("() => document.querySelector('#curves [role=slider]').ariaValueMax > 0")
+    page.wait_for_function("() => [...document.querySelectorAll('#curves [role=slider]')].some(one => one.ariaValueMax > 0)")
 
 
 def first_page(page):

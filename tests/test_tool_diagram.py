@@ -8,7 +8,7 @@ import subprocess
 from test_tool_program import COUNTER, LAPTOP, PROGRAMS, drop, line, set_input
 from test_tool_run import PHONE, made, open_tool, run_calls, saved, screenshot, wait_for_calls
 from test_tool_run import browser, pytestmark  # noqa: F401
-from tool import show_tab
+from tool import show_tab, until
 
 # Its lamp is TRUE in every other call, from the second one after `on` was set.
 BLINK = """FUNCTION_BLOCK "Blink"
@@ -223,7 +223,7 @@ def test_the_diagram_stands_on_a_phone_and_in_the_dark(open_tool):
     for size, scheme in ((PHONE, "dark"), (PHONE, "light"), (LAPTOP, "dark")):
         page = open_tool(size, scheme)
         drop(page, PROGRAMS / "tank.scl", PROGRAMS / "tank_plant.scl")
-        page.wait_for_function("async () => (await moduleOf('tool/store.js')).store.loop?.connections.length === 5")
+        until(page, "async () => (await moduleOf('tool/store.js')).store.loop?.connections.length === 5")
         if size == PHONE:
             show_tab(page, "Parameters")
             page.get_by_role("button", name="More").click()
@@ -326,7 +326,7 @@ def run_case(command, folder, content):
 def test_a_session_with_a_plant_becomes_a_test_that_plcfmu_test_runs(open_tool, command, tmp_path):
     page = open_tool(LAPTOP)
     drop(page, PROGRAMS / "tank.scl", PROGRAMS / "tank_plant.scl")
-    page.wait_for_function("async () => (await moduleOf('tool/store.js')).store.loop?.connections.length === 5")
+    until(page, "async () => (await moduleOf('tool/store.js')).store.loop?.connections.length === 5")
     start = page.locator('[data-input="start"] .push')
     start.wait_for()
     run_calls(page, 5, 0.1)
@@ -410,7 +410,8 @@ def test_a_wrong_value_is_followed_to_the_input_that_caused_it(open_tool):
     assert wrote.locator("li").inner_text().startswith(f"if line {row('IF #fault THEN')}: #fault")
     # What would start the filling did not run.
     others = why.locator(".why-statement", has_text="This did not run:")
-    assert "#step := #OPEN" in others.filter(has_text="#startEdge.Q AND #released").inner_text()
+    idle = others.filter(has_text="#startEdge.Q AND #released").inner_text()
+    assert "#step := #OPEN" in idle and f"in the CASE of line {row('CASE #step OF')}: #step" in idle
     screenshot(page, "diagram-why")
     wrote.get_by_role("button", name="fault TRUE").click()
     wrote.get_by_role("button", name="faultCode 16#0001").click()
@@ -430,7 +431,7 @@ def test_a_wrong_value_is_followed_to_the_input_that_caused_it(open_tool):
     # Connected inputs say where they come from; what is forced says so.
     other = open_tool(LAPTOP)
     drop(other, PROGRAMS / "tank.scl", PROGRAMS / "tank_plant.scl")
-    other.wait_for_function("async () => (await moduleOf('tool/store.js')).store.loop?.connections.length === 5")
+    until(other, "async () => (await moduleOf('tool/store.js')).store.loop?.connections.length === 5")
     one_cycle(other, 2)
     label(other, "TankFilling.level").get_by_role("button", name="Why level?").click()
     answer = other.locator(".why")

@@ -212,11 +212,13 @@ def test_a_curve_without_an_axis_of_its_own_lies_on_one_that_names_it(open_tool)
     page.locator("#open-files").set_input_files({"name": "three.scl", "mimeType": "text/plain", "buffer": source.encode()})
     page.get_by_role("button", name="One cycle").or_(page.get_by_role("button", name="Run", exact=True)).first.wait_for()
     page.evaluate("async () => (await moduleOf('tool/store.js')).store.calls(20)")
-    page.wait_for_function("() => document.querySelector('#curves [role=slider]').ariaValueMax > 0")
+    page.wait_for_function("() => [...document.querySelectorAll('#curves [role=slider]')].some(one => one.ariaValueMax > 0)")
     named = ", ".join(label for _, label in axes(page))
     assert all(name in named for name in ("a", "b", "state")), named
     # What is drawn at the height of a number has that value.
-    at = """async () => { const { plot, curves } = (await moduleOf('tool/curves.js')).shownPicture();
+    at = """async () => { const { bringUpToDate, shownPicture } = await moduleOf('tool/curves.js');
+        await bringUpToDate();
+        const { plot, curves } = shownPicture();
         return curves.map(({ label }, at) => [label, plot.posToVal(plot.valToPos(plot.data[at + 1].at(-1), plot.series[at + 1].scale), plot.series[at + 1].scale)]) }"""
     values = dict(page.evaluate(at))
     assert values["state"] == pytest.approx(0, abs=1e-6) and values["a"] == pytest.approx(50, abs=1e-6)

@@ -12,7 +12,7 @@ import pytest
 import host
 from test_tool_run import PHONE, assert_same_bits, made, manual, number, open_tool, recorded, run_calls, saved, screenshot, wait_for_calls
 from test_tool_run import browser, pytestmark, run_described  # noqa: F401
-from tool import new_loop, show_tab
+from tool import new_loop, show_tab, until
 
 ROOT = pathlib.Path(__file__).parents[1]
 PROGRAMS = ROOT / "examples/programs"
@@ -315,13 +315,21 @@ def test_texts_of_a_program_stand_beside_its_lines(open_tool):
 def test_a_word_is_shown_in_hexadecimal_and_a_function_has_no_values_of_another_block(open_tool):
     page = open_tool(LAPTOP)
     drop(page, PROGRAMS / "tank.scl")
-    set_input(page, "eStopOk", False)
-    page.get_by_role("button", name="One cycle").click()
     source = (PROGRAMS / "tank.scl").read_text().splitlines()
 
     def row(text):
         return next(number for number, line in enumerate(source, 1) if text in line)
 
+    # The source begins with types and an interlock: the block that runs is on top, each number in a line.
+    page.wait_for_function("() => document.querySelector('.program .source')?.scrollTop > 0")
+    place = "one => one.getBoundingClientRect().y"
+    top = page.locator(".program .source").evaluate(place)
+    assert 0 <= line(page, row('FUNCTION_BLOCK "TankFilling"')).evaluate(place) - top <= 2
+    digits = line(page, 100).locator(".line-number")
+    parts = "one => { const text = new Range(); text.selectNodeContents(one); return text.getClientRects().length; }"
+    assert digits.inner_text() == "100" and digits.evaluate(parts) == 1
+    set_input(page, "eStopOk", False)
+    page.get_by_role("button", name="One cycle").click()
     # Values stand beside the lines that are in sight.
     fault = line(page, row("#fault := #faultCode <> 16#0"))
     fault.scroll_into_view_if_needed()
@@ -347,13 +355,13 @@ def test_a_machine_and_its_plant_are_dropped_together_and_a_push_button_fills_th
     drop(page, PROGRAMS / "tank.scl", PROGRAMS / "tank_plant.scl")
     start = page.locator('[data-input="start"] .push')
     start.wait_for()
-    page.wait_for_function("async () => (await moduleOf('tool/store.js')).store.loop.connections.length === 5")
+    until(page, "async () => (await moduleOf('tool/store.js')).store.loop.connections.length === 5")
     page.get_by_role("button", name="Run", exact=True).click()
     wait_for_calls(page, 1)
     start.click()
     values = "async () => (await moduleOf('tool/store.js')).store.state.values"
     # The pump adds 5 % a call; the row of the last call has the level before it.
-    page.wait_for_function(f"async () => (await ({values})())['PLANT.level'] > 30")
+    until(page, f"async () => (await ({values})())['PLANT.level'] > 30")
     page.get_by_role("button", name="Pause").click()
     # What was connected is not set by hand any more; what is left is.
     names = page.locator("[data-input]").evaluate_all("rows => rows.map(row => row.dataset.input)")
@@ -389,10 +397,10 @@ def test_a_press_between_two_calls_is_seen_by_one_call(open_tool):
     # Nothing runs: the button stays down until a call has seen it.
     start.click()
     sent = "async () => (await moduleOf('tool/store.js')).store.loop.settings.start.sent"
-    page.wait_for_function(f"async () => (await ({sent})()) === true")
+    until(page, f"async () => (await ({sent})()) === true")
     assert start.get_attribute("aria-pressed") == "true"
     page.get_by_role("button", name="One cycle").click()
-    page.wait_for_function(f"async () => (await ({sent})()) === false")
+    until(page, f"async () => (await ({sent})()) === false")
     page.get_by_role("button", name="One cycle").click()
     wait_for_calls(page, 2)
     _, table = saved(page, "CSV of everything")
@@ -410,7 +418,7 @@ def test_two_blocks_of_which_no_name_says_which_is_the_plant_are_a_question(open
     assert "".join(refused.locator(".error").all_text_contents()) == ""
     assert refused.locator(".findings, .line-note").count() == 0
     refused.get_by_role("button", name="Run Logic with Valve as its plant").click()
-    page.wait_for_function("async () => (await moduleOf('tool/store.js')).store.loop?.connections.length === 2")
+    until(page, "async () => (await moduleOf('tool/store.js')).store.loop?.connections.length === 2")
     for _ in range(6):
         page.get_by_role("button", name="One cycle").click()
     wait_for_calls(page, 6)

@@ -37,6 +37,20 @@ def show_tab(page, name):
     page.get_by_role("tab", name=name, exact=True).click()
 
 
+def until(page, holds, argument=None):
+    """Waits until an asynchronous function of the page says TRUE. `wait_for_function` takes its promise for that, and never waits."""
+    page.evaluate(
+        f"""async (argument) => {{
+            const begun = performance.now();
+            while (!(await ({holds})(argument))) {{
+                if (performance.now() - begun > 60_000) throw new Error({holds!r} + " does not hold");
+                await new Promise(requestAnimationFrame);
+            }}
+        }}""",
+        argument,
+    )
+
+
 def new_loop(page, name, block="CONT_C"):
     page.locator("#new-name").fill(name)
     page.locator("#new-block").select_option(block)

@@ -85,6 +85,8 @@ pub struct Write {
 /// A condition.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Guard {
+    /// What it belongs to.
+    pub of: Guarding,
     /// Its line, from 1.
     pub line: usize,
     /// Its text.
@@ -93,8 +95,21 @@ pub struct Guard {
     pub is_negated: bool,
     /// The variables that it names.
     pub reads: Vec<Named>,
-    /// What decides it; a loop and the selector of a CASE have none.
+    /// What decides it, the selector of a CASE that an arm runs. Of a loop it is told of the last time.
     pub logic: Option<Logic>,
+}
+
+/// What a condition belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Guarding {
+    /// IF and ELSIF.
+    If,
+    /// The selector of CASE.
+    Case,
+    /// WHILE.
+    While,
+    /// REPEAT: what it guards runs once at least, and again while it is FALSE.
+    Until,
 }
 
 /// A call of an instance.
@@ -232,8 +247,7 @@ impl Reader<'_> {
                 StatementKind::If(arms, rest) => {
                     let outer = self.guards.len();
                     for (condition, body) in arms {
-                        self.guard(*condition);
-                        self.decide(*condition);
+                        self.guard(Guarding::If, *condition);
                         self.statements(body);
                         // What follows runs if it is FALSE.
                         self.guards.last_mut().into_iter().for_each(|guard| guard.is_negated = true);
@@ -242,22 +256,28 @@ impl Reader<'_> {
                     self.guards.truncate(outer);
                 }
                 StatementKind::Case(selector, arms, rest) => {
-                    self.guard(*selector);
-                    arms.iter().for_each(|(_, body)| self.statements(body));
-                    self.statements(rest);
-                    self.guards.pop();
+                    self.expression(*selector);
+                    let guard = self.condition(Guarding::Case, *selector);
+                    let first: Vec<_> = arms.iter().filter_map(|(labels, _)| Some(labels.first()?.low)).collect();
+                    for (labels, body) in arms {
+                        let logic = labels.first().map(|label| Logic::of_arms(&[label.low], guard.reads.len()));
+                        self.under(Guard { logic, ..guard.clone() }, body);
+                    }
+                    let logic = Some(Logic::of_arms(&first, guard.reads.len()));
+                    self.under(Guard { logic, is_negated: true, ..guard }, rest);
                 }
                 StatementKind::For(variable, [first, last], step, body) => {
                     [variable, first, last].into_iter().chain(step).for_each(|of| self.expression(*of));
                     self.statements(body);
                 }
                 StatementKind::While(condition, body) => {
-                    self.guard(*condition);
+                    self.guard(Guarding::While, *condition);
                     self.statements(body);
                     self.guards.pop();
                 }
                 StatementKind::Repeat(body, condition) => {
-                    self.statements(body);
+                    let guard = self.condition(Guarding::Until, *condition);
+                    self.under(Guard { is_negated: true, ..guard }, body);
                     self.expression(*condition);
                 }
                 StatementKind::Return(value) => value.iter().for_each(|value| self.expression(*value)),
@@ -291,19 +311,25 @@ impl Reader<'_> {
     }
 
     /// What follows runs under a condition.
-    fn guard(&mut self, condition: ExpressionId) {
+    fn guard(&mut self, of: Guarding, condition: ExpressionId) {
         self.expression(condition);
+        let guard = self.condition(of, condition);
+        self.guards.push(guard);
+    }
+
+    fn condition(&mut self, of: Guarding, condition: ExpressionId) -> Guard {
         let span = self.expressions[condition].span;
         let reads = self.reads([condition]);
         let text = self.text(span, &[condition]);
-        self.guards.push(Guard { line: self.line(span), text, is_negated: false, reads, logic: None });
+        let logic = self.logic(condition, &reads);
+        Guard { of, line: self.line(span), text, is_negated: false, reads, logic }
     }
 
-    /// The condition that was added last is calculated once, and so what decides it can be told.
-    fn decide(&mut self, condition: ExpressionId) {
-        let Some(mut guard) = self.guards.pop() else { return };
-        guard.logic = self.logic(condition, &guard.reads);
+    /// Statements that run under a condition.
+    fn under(&mut self, guard: Guard, body: &[Statement]) {
         self.guards.push(guard);
+        self.statements(body);
+        self.guards.pop();
     }
 
     /// `a := b += c`; behind the operator `+=` the target is read, too. The line is that of what is assigned, of which it is told
@@ -570,6 +596,8 @@ BEGIN
   ELSIF #b > 3 THEN
     CASE #b OF
       4: #n += #b;
+    ELSE
+      #n := 0;
     END_CASE;
   ELSE
     #t(IN := #a, PT := T#1s, Q => #open);
@@ -591,8 +619,9 @@ END_FUNCTION_BLOCK";
             [
                 "5 open: #open := TRUE | TRUE | #a AND NOT #t.Q",
                 "8 n: #n += #b | n b | NOT #a AND NOT #t.Q, #b > 3, #b",
-                "11 open: #t(IN := #a, PT := T#1s, Q => #open) | t.Q | NOT #a AND NOT #t.Q, NOT #b > 3",
-                "11 t: #t(IN := #a, PT := T#1s, Q => #open) | a | NOT #a AND NOT #t.Q, NOT #b > 3",
+                "10 n: #n := 0 |  | NOT #a AND NOT #t.Q, #b > 3, NOT #b",
+                "13 open: #t(IN := #a, PT := T#1s, Q => #open) | t.Q | NOT #a AND NOT #t.Q, NOT #b > 3",
+                "13 t: #t(IN := #a, PT := T#1s, Q => #open) | a | NOT #a AND NOT #t.Q, NOT #b > 3",
             ]
         );
         assert_eq!(names(&found[0].writes[0].guards[0].reads), "a t.Q");

@@ -20,7 +20,7 @@ use parameters::{Problems, Source, literal};
 use program::project::Parts;
 use program::{Loaded, Wrong, survey};
 use run::dialog;
-use scl::watch::{self, Watched};
+use scl::watch::{self, Guarding, Watched};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -163,6 +163,9 @@ pub struct Write {
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Guard {
+    /// What it belongs to: `if`, `case` (the selector), `while`, `until`.
+    #[cfg_attr(test, ts(type = "\"if\" | \"case\" | \"while\" | \"until\""))]
+    pub of: String,
     /// Its line, from 1.
     pub line: usize,
     /// Its text.
@@ -450,6 +453,13 @@ fn as_message(of: &Watched) -> Block {
     };
     let named = |of: &watch::Named| Named { line: of.line, path: of.path.clone(), is_global: of.is_global };
     let guard = |of: &watch::Guard| Guard {
+        of: match of.of {
+            Guarding::If => "if",
+            Guarding::Case => "case",
+            Guarding::While => "while",
+            Guarding::Until => "until",
+        }
+        .into(),
         line: of.line,
         text: of.text.clone(),
         is_negated: of.is_negated,

@@ -20,14 +20,8 @@ impl Lowerer<'_, '_> {
 
     /// A truth value that is watched, which is noted when it is calculated.
     fn noted(&mut self, id: ExpressionId, operand: Operand) -> Operand {
-        let (Operand::Value(Elementary::Bool, _), Some(block)) = (&operand, self.block) else { return operand };
-        if !self.compiler.watched.contains(&(self.file, id)) {
-            return operand;
-        }
-        let Operand::Value(of, value) = operand else { return operand };
-        let function = self.compiler.blocks[block].function;
-        let place = self.temp(program::Type::Scalar(Scalar::U8));
-        self.compiler.notes.push(Note { file: self.file, expression: id.0, function, local: self.locals.len() - 1 });
+        let Operand::Value(of @ Elementary::Bool, value) = operand else { return operand };
+        let Some(place) = self.place_of_note(id) else { return Operand::Value(of, value) };
         let number = Expr::Convert(Convert::Value, Scalar::Bool, Scalar::U8, Box::new(value), At::default());
         let reached = Box::new(Expr::Const(Note::FALSE.into()));
         let number = Expr::Binary(program::Binary::Add, Scalar::U8, Box::new(number), reached, At::default());
@@ -35,6 +29,17 @@ impl Lowerer<'_, '_> {
         let (load, truth) = (Expr::Load(Scalar::U8, place), Expr::Const(Note::TRUE.into()));
         let value = Expr::Binary(program::Binary::Eq, Scalar::U8, Box::new(load), Box::new(truth), At::default());
         Operand::Value(of, Expr::After(vec![note], Box::new(value)))
+    }
+
+    /// Where a truth value is noted, if it is watched.
+    pub(super) fn place_of_note(&mut self, id: ExpressionId) -> Option<program::Place> {
+        let function = self.compiler.blocks[self.block?].function;
+        if !self.compiler.watched.contains(&(self.file, id)) {
+            return None;
+        }
+        let place = self.temp(program::Type::Scalar(Scalar::U8));
+        self.compiler.notes.push(Note { file: self.file, expression: id.0, function, local: self.locals.len() - 1 });
+        Some(place)
     }
 
     fn calculated(&mut self, id: ExpressionId, expected: Option<Elementary>) -> Operand {

@@ -3,10 +3,10 @@
 use super::convert::{binary, zero};
 use super::paths::{Slice, Variable};
 use super::{LabelOf, Loop, Lowerer};
-use crate::compiler::{Operand, Slot, Symbol};
+use crate::compiler::{Note, Operand, Slot, Symbol};
 use crate::lexer::Span;
 use crate::program::walk::{self, Look};
-use crate::program::{self, Arm, Expr, For, Place, Scalar, Step, Value, What};
+use crate::program::{self, Arm, At, Expr, For, Place, Scalar, Step, Value, What};
 use crate::syntax::{Binary, ExpressionId, ExpressionKind, Label, Name, SectionKind, Statement, StatementKind};
 use crate::types::{Elementary, Type};
 use manifest::Cpu;
@@ -423,7 +423,16 @@ impl Lowerer<'_, '_> {
                     values.push(range);
                 }
             }
-            let body = self.body(body);
+            let mut body = self.body(body);
+            // It is noted which arm runs: before, that none does.
+            if let Some(place) = labels.first().and_then(|label| self.place_of_note(label.low)) {
+                let note = |truth: u8| program::Statement {
+                    at: At::NOTE,
+                    what: What::Assign(place.clone(), Expr::Const(truth.into())),
+                };
+                self.code.push(note(Note::FALSE));
+                body.insert(0, note(Note::TRUE));
+            }
             lowered.push(Arm { values, body });
         }
         let otherwise = self.body(otherwise);

@@ -59,6 +59,21 @@ pub struct Decision {
 }
 
 impl Logic {
+    /// That one of these arms of a CASE runs, each noted under the number of its first label. What selects is a reason as a whole.
+    pub(super) fn of_arms(arms: &[ExpressionId], reads: usize) -> Logic {
+        let term = |id: &ExpressionId| Term {
+            text: String::new(),
+            fixed: None,
+            wires: vec![id.0],
+            reads: (0..reads).collect(),
+            is_variable: false,
+        };
+        Logic {
+            formula: Formula::Or((0..arms.len()).map(Formula::Term).collect()),
+            terms: arms.iter().map(term).collect(),
+        }
+    }
+
     /// What decided, by what was noted; `None` if that does not determine the truth value.
     pub fn decided(&self, reads: usize, noted: &dyn Fn(u32) -> Option<bool>) -> Option<Decision> {
         let value = |term: &Term| {
@@ -205,8 +220,8 @@ fn chain(expressions: &Expressions, id: ExpressionId, of: Binary) -> Vec<Express
     parts
 }
 
-/// The terms of all conditions and values of a source. Those of loops are left out: what ends a loop is calculated many times, and
-/// the last time says nothing about the others.
+/// The terms of all conditions and values of a source, and of each arm of a CASE its first label. What ends a loop is calculated many
+/// times: what is noted is the last time.
 pub(crate) fn terms(tree: &Tree) -> Vec<ExpressionId> {
     let mut found = Vec::new();
     tree.blocks.iter().for_each(|block| terms_of(&block.body, &tree.expressions, &mut found));
@@ -222,7 +237,7 @@ fn terms_of(statements: &[Statement], expressions: &Expressions, found: &mut Vec
                 ExpressionKind::Binary(Binary::And | Binary::Or | Binary::Xor, left, right) => {
                     open.extend([left, right])
                 }
-                ExpressionKind::Literal(_) => {}
+                kind if fixed(kind).is_some() || matches!(kind, ExpressionKind::Literal(_)) => {}
                 _ => found.push(id),
             }
         }
@@ -231,6 +246,7 @@ fn terms_of(statements: &[Statement], expressions: &Expressions, found: &mut Vec
         match &statement.kind {
             StatementKind::Assign(_, value) | StatementKind::Let(.., Some(value)) => of(*value),
             StatementKind::If(arms, _) => arms.iter().for_each(|(condition, _)| of(*condition)),
+            StatementKind::While(condition, _) | StatementKind::Repeat(_, condition) => of(*condition),
             _ => {}
         }
     }
@@ -241,6 +257,7 @@ fn terms_of(statements: &[Statement], expressions: &Expressions, found: &mut Vec
                 terms_of(rest, expressions, found);
             }
             StatementKind::Case(_, arms, rest) => {
+                found.extend(arms.iter().filter_map(|(labels, _)| Some(labels.first()?.low)));
                 arms.iter().for_each(|(_, body)| terms_of(body, expressions, found));
                 terms_of(rest, expressions, found);
             }

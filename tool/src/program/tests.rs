@@ -383,6 +383,72 @@ fn a_wire_carries_what_it_did_when_the_call_calculated_it() {
     assert_eq!(decided, [told(true, 0, [true, false, false]), told(false, 1, [false, false, true])]);
 }
 
+const LOOPS: &str = "FUNCTION_BLOCK \"Loops\"
+VAR_INPUT step : Int; most : Int; on : Bool; END_VAR
+VAR_OUTPUT mode : Int; n : Int; m : Int; END_VAR
+BEGIN
+  CASE #step OF
+    1: #mode := 10;
+    2, 5..7: #mode := 20;
+  ELSE
+    #mode := 30;
+  END_CASE;
+  #n := 0;
+  WHILE #on AND #n < #most DO
+    #n := #n + 1;
+  END_WHILE;
+  #m := 0;
+  REPEAT
+    #m := #m + 2;
+  UNTIL #m >= 3 OR NOT #on
+  END_REPEAT;
+END_FUNCTION_BLOCK
+";
+
+#[test]
+fn the_arm_of_a_case_and_the_end_of_a_loop_are_decided_like_a_condition() {
+    let mut engine = engine();
+    let compiled = compile(&mut engine, &[("loops.scl", LOOPS)], json!({"cycle": 0.1}));
+    let writes = compiled["blocks"][0]["writes"].as_array().unwrap();
+    ask(&mut engine, json!({"do": "start", "members": [{"name": "L", "fmu": "Loops"}], "connections": []}));
+    let mut call = |step: u8, on: bool| {
+        ask(&mut engine, json!({"do": "send", "values": {"L.step": step, "L.most": 2, "L.on": on}}));
+        ask(&mut engine, json!({"do": "run", "calls": 1}));
+        let told = ask(&mut engine, json!({"do": "monitor", "member": "L", "why": [["Loops", ""]]}));
+        let each = writes.iter().zip(told["decided"][0].as_array().unwrap());
+        let told = each.filter_map(|(write, of)| {
+            let (guard, decision) = (write["guards"].get(0)?, &of["guards"][0]);
+            let parts = guard["reads"].as_array().unwrap().iter().zip(decision["parts"].as_array().unwrap());
+            let parts: Vec<_> = parts.map(|(read, part)| format!("{} {part}", read["path"])).collect();
+            let (kind, truth) = (&guard["of"], &decision["truth"]);
+            Some(format!("{} {kind} {truth}: {}", write["line"], parts.join(", ")).replace('"', ""))
+        });
+        told.collect::<Vec<_>>()
+    };
+    // 6 is in 5..7; n has reached 2; m is 4 in the second pass.
+    assert_eq!(
+        call(6, true),
+        [
+            "6 case false: step decided",
+            "7 case true: step decided",
+            "9 case true: step decided",
+            "13 while false: on idle, n decided, most decided",
+            "17 until true: m decided, on idle",
+        ]
+    );
+    // No arm has a 3; the WHILE does not begin, 0 < 2 notwithstanding; one pass, in which m is 2.
+    assert_eq!(
+        call(3, false),
+        [
+            "6 case false: step decided",
+            "7 case false: step decided",
+            "9 case false: step decided",
+            "13 while false: on decided, n idle, most idle",
+            "17 until true: m idle, on decided",
+        ]
+    );
+}
+
 #[test]
 fn a_project_has_its_tags_and_a_list_of_what_is_assumed() {
     let mut engine = engine();

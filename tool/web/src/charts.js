@@ -40,8 +40,17 @@ const dark = matchMedia("(prefers-color-scheme: dark)");
 /** What a picture on white paper is drawn with, as the style sheet has it for a light page. */
 const ON_PAPER = { ink: "#18212e", faint: "#566070", paper: "#ffffff" };
 
+/** The colours of a light page and of a dark one: to read them, the browser brings the style of the whole page up to date. @type {Map<boolean, ReturnType<typeof themeNow>>} */
+const themes = new Map();
+
 /** The colours of charts as the page is shown now. */
 export function theme() {
+  const known = themes.get(dark.matches) ?? themeNow();
+  themes.set(dark.matches, known);
+  return known;
+}
+
+function themeNow() {
   const style = getComputedStyle(document.documentElement);
   /** @param {string} name */
   const colour = (name) => style.getPropertyValue(name).trim();

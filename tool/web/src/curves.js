@@ -24,7 +24,7 @@
  */
 
 import { onTheme, paperTheme, swatch, theme } from "tool/charts.js";
-import { attribute, element, fill, text } from "tool/dom.js";
+import { attribute, byId, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { onceAFrame } from "tool/frame.js";
 import { cursorTime, follow, isZoomed, lookAt, momentText, notes, range, zoom, zoomBy } from "tool/moment.js";
@@ -125,6 +125,13 @@ export function mount(content) {
   store.on("key-end", () => isThere() && moveTo(view.times.at(-1)));
   store.on("key-zoom-in", () => zoomBy(0.5));
   store.on("key-zoom-out", () => zoomBy(2));
+}
+
+/** Brings the curves up to date in whose place the timing diagram stands. */
+export async function bringUpToDate() {
+  if (isInSight()) return;
+  await fetchCurves();
+  show();
 }
 
 /** What is shown, for a picture of it. */
@@ -471,7 +478,12 @@ function placeCursor() {
 /** Draws anew in the next frame, with what the engine has then. */
 function refresh() {
   attribute(following, "aria-pressed", String(!isZoomed()));
-  soon();
+  if (isInSight()) soon();
+}
+
+/** Whether no timing diagram stands in the place of the curves. */
+function isInSight() {
+  return !byId("curves").classList.contains("shows-timing");
 }
 
 const soon = onceAFrame(async () => {

@@ -433,6 +433,8 @@ fields: Array<Field>, };
 
 /** A condition. */
 export type Guard = {
+/** What it belongs to: `if`, `case` (the selector), `while`, `until`. */
+of: "if" | "case" | "while" | "until",
 /** Its line, from 1. */
 line: number,
 /** Its text. */

@@ -39,6 +39,8 @@ import { whyPanel } from "tool/why.js";
 const TEXT = "STRING";
 /** The height of a line, as the style has it. */
 const HEIGHT = 20;
+/** So many lines are laid out together, when they come into sight. */
+const SECTION = 50;
 /** How often values are asked for, in milliseconds. */
 const PAUSE = 100;
 const MOST_PROBLEMS = 50;
@@ -61,6 +63,8 @@ let drawnBlock;
 let looked;
 /** @type {Line[]} */
 let lines = [];
+/** The same, as they are laid out. @type {{ box: HTMLElement, lines: Line[] }[]} */
+let sections = [];
 /** @type {HTMLElement} */
 let sheet;
 /** Where the variable is used that was chosen in the source. @type {HTMLElement} */
@@ -107,7 +111,7 @@ export function mount(content) {
 /** Shows the program of the loop, or the one that was refused last. */
 function show() {
   const bad = refused();
-  const before = showing?.compiled;
+  const [was, before] = [showing, showing?.compiled];
   showing = bad ?? programOf(store.loop);
   variables = store.loop ? byPath(store.loop) : new Map();
   monitored = selected = undefined;
@@ -131,7 +135,8 @@ function show() {
   const place = store.loop ? byId("program") : byId("refused");
   byId("refused").hidden = !bad || store.loop !== undefined;
   place.querySelector(".content")?.append(body);
-  drawn = "";
+  // A program that has come is told of twice, as a loop and as a program: its lines are made once.
+  if (showing !== was) drawn = "";
   draw();
   const first = firstProblem();
   if (bad && first?.place) goTo(first);
@@ -164,7 +169,7 @@ function stopped() {
 function draw() {
   if (!showing) {
     drawn = "";
-    lines = [];
+    lines = sections = [];
     fill(
       body,
       element("p", { class: "faint" }, "The loop's controller is a block. Drop the sources of a program (.scl)."),
@@ -186,16 +191,34 @@ function draw() {
     draw();
     return;
   }
-  const scroll = sheet?.isConnected ? sheet.scrollTop : 0;
+  const top = sheet?.isConnected ? topLine() : -1;
   const networked = withNetworks();
   drawnBlock = asText.has(source.file) || stop || refused() ? undefined : networked;
   sheet = element("div", { class: "source", tabindex: 0, role: "region", "aria-label": `Source ${source.file}` });
   const texts = source.text.split(/\r\n|\n|\r/);
   const looks = coloured(texts);
-  lines = texts.map((text, at) => line(text, at + 1, looks[at]));
+  const own = compiled.blocks.filter((one) => one.file === file);
+  /** What each line names. @type {Map<number, Named[]>} */
+  const names = new Map();
+  for (const named of own.flatMap((one) => one.names)) names.set(named.line, [...(names.get(named.line) ?? []), named]);
+  lines = texts.map((text, at) => {
+    const block = own.findLast((one) => one.line <= at + 1);
+    return line(text, at + 1, looks[at], block, names.get(at + 1) ?? []);
+  });
+  sections = [];
+  for (let from = 0; from < lines.length; from += SECTION) {
+    const some = lines.slice(from, from + SECTION);
+    const box = element(
+      "div",
+      { class: "source-section" },
+      some.flatMap(({ row }, at) => [row, ...notesOf(source.file, from + at + 1)]),
+    );
+    box.style.setProperty("--lines", String(some.length));
+    sections.push({ box, lines: some });
+  }
   fill(
     sheet,
-    lines.flatMap(({ row }, at) => [row, ...notesOf(source.file, at + 1)]),
+    sections.map(({ box }) => box),
   );
   sheet.style.setProperty("--digits", String(String(lines.length).length));
   sheet.addEventListener("scroll", update);
@@ -213,7 +236,7 @@ function draw() {
     compiled.candidates.length > 1 ? null : problems(compiled.problems),
     ...(drawnBlock ? [ladder(drawnBlock, (of) => wayTo(drawnBlock, of))] : [usage, sheet]),
   );
-  sheet.scrollTop = scroll;
+  if (top > 0) toTop(lines[top]);
   if (stop) lines[stop.line - 1]?.row.scrollIntoView({ block: "center" });
   update();
 }
@@ -288,7 +311,7 @@ function look(name, path) {
   file = of.file;
   looked = of.name;
   if (path !== undefined) chosen.set(name.toUpperCase(), path);
-  openedAt = 0;
+  openedAt = -1;
   draw();
   if (!drawnBlock) lines[of.line - 1]?.row.scrollIntoView({ block: "start" });
   due();
@@ -496,12 +519,12 @@ function keyOfName(event) {
  * @param {string} text
  * @param {number} at
  * @param {(string | HTMLElement)[]} look
+ * @param {Block | undefined} block
+ * @param {Named[]} names
  * @returns {Line}
  */
-function line(text, at, look) {
+function line(text, at, look, block, names) {
   const { compiled } = /** @type {NonNullable<typeof showing>} */ (showing);
-  const block = compiled.blocks.findLast((one) => one.file === file && one.line <= at);
-  const names = block?.names.filter((one) => one.line === at) ?? [];
   const found = compiled.problems.filter((one) => one.place?.[0] === at && one.file === compiled.sources[file].file);
   const values = element("span", { class: "values" });
   const row = element(
@@ -616,7 +639,7 @@ async function due() {
 
 /** Whether lines of this program that run have been brought into sight. */
 let isBrought = false;
-/** How far the source was scrolled to its code when it was opened. @type {number | undefined} */
+/** The line on top when the source was opened at its code. @type {number | undefined} */
 let openedAt;
 /** The state that the values were shown of, and the one at which they were asked for. @type {unknown} */
 let shownState;
@@ -653,25 +676,40 @@ function update() {
     });
   }
   if (!sheet?.isConnected) return;
-  const top = sheet.getBoundingClientRect();
   openAtCode();
-  bringRunLines(run, top);
-  for (const one of lines) {
-    const box = one.row.getBoundingClientRect();
-    if (box.bottom < top.top - HEIGHT || box.top > top.bottom + HEIGHT) continue;
+  bringRunLines(run);
+  for (const one of inSight(HEIGHT)) {
     one.row.classList.toggle("has-run", state !== undefined && run.has(Number(one.row.dataset.line)));
-    if (one.names.length === 0) continue;
-    showValues(one, state, isNext);
+    if (one.names.length > 0) showValues(one, state, isNext);
   }
+}
+
+/** The lines that can be seen. All are found before any is changed: then the page is laid out once. @param {number} margin */
+function inSight(margin) {
+  const { top, bottom } = sheet.getBoundingClientRect();
+  const isIn = (/** @type {HTMLElement} */ of) => {
+    const box = of.getBoundingClientRect();
+    return box.bottom > top - margin && box.top < bottom + margin;
+  };
+  return sections.filter(({ box }) => isIn(box)).flatMap(({ lines }) => lines.filter(({ row }) => isIn(row)));
 }
 
 /** A source begins with types and declarations: at first the block that is run is in sight, unless something is wrong. */
 function openAtCode() {
   if (openedAt !== undefined || sheet.clientHeight === 0 || firstProblem()) return;
   const block = runBlock();
-  const row = block?.file === file ? lines[block.line - 1]?.row : undefined;
-  if (row && sheet.scrollTop === 0) sheet.scrollTop = row.offsetTop - sheet.offsetTop;
-  openedAt = sheet.scrollTop;
+  if (block?.file === file && sheet.scrollTop === 0) toTop(lines[block.line - 1]);
+  openedAt = topLine();
+}
+
+/** Brings a line to the top. @param {Line | undefined} of */
+function toTop(of) {
+  if (of) sheet.scrollTop += of.row.getBoundingClientRect().top - sheet.getBoundingClientRect().top;
+}
+
+/** The place of the line on top: how far the source is scrolled changes when lines above it are laid out. */
+function topLine() {
+  return lines.indexOf(inSight(-2)[0]);
 }
 
 /**
@@ -679,18 +717,16 @@ function openAtCode() {
  * unless the user has scrolled.
  *
  * @param {Set<number>} run
- * @param {DOMRect} top where the source is seen
  */
-function bringRunLines(run, top) {
+function bringRunLines(run) {
   if (isBrought || run.size === 0) return;
   isBrought = true;
   const block = runBlock();
   // A function that stands above the block is run, too, and is not what one looks for.
   const begin = block?.file === file ? block.line : 1;
-  const row = lines[Math.min(...[...run].filter((at) => at >= begin)) - 1]?.row;
-  if (!row || sheet.scrollTop !== openedAt) return;
-  const box = row.getBoundingClientRect();
-  if (box.bottom > top.bottom) sheet.scrollTop += box.top - top.top;
+  const first = lines[Math.min(...[...run].filter((at) => at >= begin)) - 1];
+  if (!first || topLine() !== openedAt) return;
+  if (first.row.getBoundingClientRect().bottom > sheet.getBoundingClientRect().bottom) toTop(first);
 }
 
 /**

@@ -3,7 +3,7 @@
  */
 
 import { clock, FONT, paperTheme, ticks, timeUnit } from "tool/charts.js";
-import { shownPicture } from "tool/curves.js";
+import { bringUpToDate, shownPicture } from "tool/curves.js";
 import { outline } from "tool/outline.js";
 import { store } from "tool/store.js";
 
@@ -24,9 +24,10 @@ function escaped(text) {
  * The picture as SVG, in the colours of a light page.
  *
  * @param {Date} [date]
- * @returns {string | undefined} nothing if there is no run
+ * @returns {Promise<string | undefined>} nothing if there is no run
  */
-export function svgPicture(date = new Date()) {
+export async function svgPicture(date = new Date()) {
+  await bringUpToDate();
   const { plot, view, curves, values, behind, runs, marks, base } = shownPicture();
   const loop = store.loop;
   if (!plot || !loop || view.times.length === 0) return undefined;
@@ -160,7 +161,7 @@ function plantOf(loop) {
 
 /** The picture as PNG. @returns {Promise<Blob | undefined>} nothing if there is no run */
 export async function pngPicture() {
-  const svg = svgPicture();
+  const svg = await svgPicture();
   if (!svg) return undefined;
   const image = new Image();
   const address = URL.createObjectURL(new Blob([svg], { type: "image/svg+xml" }));

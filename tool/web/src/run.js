@@ -18,6 +18,8 @@ import { number, read, rounded, shown } from "tool/values.js";
 
 /** How long calls are made without a pause, in milliseconds: then the page answers what the user does. */
 const CHUNK = 20;
+/** A picture of the screen, in milliseconds: of calls that are nearer, several are made at once. */
+const FRAME = 16;
 const MOST_CALLS = 20_000;
 /** So much is made up for after the page could not run: a page in the background is woken once a minute. */
 const MOST_BEHIND = 120_000;
@@ -226,6 +228,7 @@ async function run() {
   try {
     if (!store.isLive()) await store.begin();
     startClock();
+    let begun = Number.NEGATIVE_INFINITY;
     end = seconds === undefined ? undefined : made() + Math.max(Math.round(seconds / step()), 1);
     while (running === mine) {
       const isUntilRest = end === undefined && speed === Infinity;
@@ -237,11 +240,11 @@ async function run() {
       }
       const due = Math.min(dueCalls(), left);
       if (due <= 0) {
-        await until(clock.wall + ((made() - clock.calls) * step() * 1000) / speed);
+        await until(Math.max(clock.wall + ((made() - clock.calls) * step() * 1000) / speed, begun + FRAME));
         continue;
       }
       const calls = Math.max(Math.min(due, chunk, MOST_CALLS), 1);
-      const begun = performance.now();
+      begun = performance.now();
       if (isUntilRest && !store.loop?.notes.breakpoint) {
         const rests = await store.settle(calls, clock.calls * step());
         if (rests && running === mine) {

@@ -16,8 +16,8 @@ const VERSION = 2;
 const MOST_CALLS = 200_000;
 /** Nor is one in which more was set: a long ramp sets a value in each call. */
 const MOST_EVENTS = 5000;
-/** So often the session is kept beyond the tab, in milliseconds. */
-const OFTEN = 3000;
+/** So soon a change is kept, and so often the session is kept beyond the tab, in milliseconds. */
+const [SOON, OFTEN] = [300, 3000];
 let keptLast = 0;
 /** Whether another session takes the place of this one: what it has is not overwritten. */
 let isLeaving = false;
@@ -32,15 +32,17 @@ let isSet = false;
 
 /** Keeps what is under work from now on. */
 export function keep() {
-  let timer = 0;
-  const soon = () => {
+  let [timer, due] = [0, 0];
+  const within = (/** @type {number} */ pause) => {
     // While it runs there is always something new: what waits is not put off by it.
-    if (timer !== 0) return;
+    if (timer !== 0 && due <= Date.now() + pause) return;
+    clearTimeout(timer);
+    due = Date.now() + pause;
     timer = setTimeout(async () => {
       timer = 0;
       await readEvents();
       save();
-    }, 300);
+    }, pause);
   };
   store.on("run", (begun) => {
     setup = begun;
@@ -51,7 +53,9 @@ export function keep() {
       isSet = true;
     });
   }
-  for (const what of ["files", "loops", "loop", "settings", "plant", "run", "state"]) store.on(what, soon);
+  for (const what of ["files", "loops", "loop", "settings", "plant", "run"]) store.on(what, () => within(SOON));
+  // Of calls only their number is kept.
+  store.on("state", () => within(OFTEN));
   addEventListener("pagehide", () => {
     keptLast = 0;
     save();

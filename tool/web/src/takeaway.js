@@ -301,7 +301,7 @@ async function savePreset(loop, fmu) {
 /** @param {"svg" | "png"} format */
 async function savePicture(format) {
   const name = `${(store.loop?.name ?? "loop").replace(/[^A-Za-z0-9_.-]/g, "_")}.${format}`;
-  const svg = format === "svg" ? svgPicture() : undefined;
+  const svg = format === "svg" ? await svgPicture() : undefined;
   const content = svg ? new Blob([svg], { type: "image/svg+xml" }) : await pngPicture();
   if (!content) return;
   save(name, content);
@@ -320,7 +320,7 @@ async function report(loop) {
   const date = `${new Date().toISOString().slice(0, 16).replace("T", " ")} UTC`;
   const { processValue: unit, manipulatedValue: travel_unit } = await units(loop);
   return download({
-    ...{ what: "report", of: asLoop(loop), before, date, tuning: tuning(), picture: svgPicture() ?? null },
+    ...{ what: "report", of: asLoop(loop), before, date, tuning: tuning(), picture: (await svgPicture()) ?? null },
     ...{ runs: comparedRuns(loop), replays: replaysOf(loop), unit: unit || null, travel_unit: travel_unit || null },
   });
 }

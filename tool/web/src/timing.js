@@ -134,7 +134,7 @@ export function mount(content) {
   onTheme(() => rebuild(true));
   for (const what of ["loop", "plant"]) store.on(what, () => rebuild());
   for (const what of ["state", "run", "range"]) store.on(what, refresh);
-  store.on("cursor", placeCursor);
+  store.on("cursor", () => isShown() && placeCursor(width(), list.offsetLeft + list.clientWidth));
   store.on("moment", showValues);
   for (const what of ["forced", "compared"]) store.on(what, refresh);
   store.on("key-left", () => isShown() && move(-1));
@@ -231,7 +231,7 @@ function row(signals, palette) {
 
 const soon = onceAFrame(async () => {
   await fetchSignals();
-  draw();
+  if (isShown()) draw();
 });
 
 function refresh() {
@@ -281,15 +281,19 @@ let names = [];
 /** Draws the rows that can be seen. */
 function draw() {
   const [from, to] = range();
-  const [across, step] = [width(), store.state?.step ?? 1];
+  // All is measured before any of it is changed: then the page is laid out once.
+  const [across, right, step] = [width(), list.offsetLeft + list.clientWidth, store.state?.step ?? 1];
+  const [top, bottom] = [list.scrollTop, list.scrollTop + list.clientHeight];
+  const seen = rows.filter(({ row }) => {
+    const above = row.offsetTop - list.offsetTop;
+    return above <= bottom && above + row.offsetHeight >= top;
+  });
   const scale = across / (to - from);
   const x = (/** @type {number} */ time) => (time - from) * scale;
   const lines = timeLines(from, to, across);
-  for (const one of rows) {
+  for (const one of seen) {
     const [{ kind }] = one.signals;
     const height = kind === "panel" ? Math.max(PANEL, LANE * (one.signals.length + 1)) : LANE;
-    const [top, bottom] = [list.scrollTop, list.scrollTop + list.clientHeight];
-    if (one.row.offsetTop - list.offsetTop > bottom || one.row.offsetTop - list.offsetTop + height < top) continue;
     attribute(one.plot, "width", across);
     attribute(one.plot, "height", height);
     const grid = svg("path", { class: "grid", d: lines.map((time) => `M${fixed(x(time))} 0V${height}`).join("") });
@@ -299,7 +303,7 @@ function draw() {
   }
   drawAxis(lines, x, across, to - from);
   text(hint, store.isLive() && (store.state?.calls ?? 0) > 0 ? "" : "Run, and set the inputs at the left.");
-  placeCursor();
+  placeCursor(across, right);
   showValues();
   const comparison = compared();
   text(verdict, comparison ? comparedText(comparison, timeOf) : "");
@@ -476,13 +480,13 @@ function fixed(value) {
   return Math.round(value * 10) / 10;
 }
 
-function placeCursor() {
-  if (!isShown()) return;
-  const [time, across] = [cursorTime(), width()];
+/** @param {number} across how wide the pictures are @param {number} right where they end */
+function placeCursor(across, right) {
+  const time = cursorTime();
   const [from, to] = range();
   const at = time === undefined ? Number.NaN : ((time - from) / (to - from)) * across;
   line.hidden = !(at >= 0 && at <= across);
-  if (!line.hidden) line.style.left = `${list.offsetLeft + list.clientWidth - across + at}px`;
+  if (!line.hidden) line.style.left = `${right - across + at}px`;
   text(badge, momentText());
   badge.hidden = badge.textContent === "";
   const shown = time ?? (store.isLive() ? (store.state?.time ?? 0) : 0);

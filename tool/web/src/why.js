@@ -14,7 +14,6 @@
  * @property {Write} write
  * @property {string} file
  * @property {number} source the number of its source
- * @property {string} text of its source
  * @property {string} block in which it stands
  * @property {number} number of the write in its block
  * @property {string} instance in which it stands
@@ -134,7 +133,7 @@ async function explained(loop, name, call) {
   let at = await callOf(member, call, now, all);
   if (!all.some((one) => hasRun(at, one)) && changed) at = await callOf(member, changed, await valuesAt(changed), all);
   const ran = all.filter((one) => hasRun(at, one)).reverse();
-  const others = all.filter((one) => !ran.includes(one) && one.write.guards.length > 0);
+  const others = all.filter((one) => !ran.includes(one) && guardsOf(one.write, false).length > 0);
   const answers = [heading];
   const nothing = `No statement has written it${changed ? "" : " in this run: it has its start value"}.`;
   if (ran.length === 0) answers.push(element("p", {}, nothing));
@@ -253,21 +252,27 @@ function statement(loop, member, of, at, title) {
     element(
       "ul",
       {},
-      write.guards.map((guard, number) => {
-        const decision = decisions?.guards[number];
-        // What has run had its condition: that was calculated once more after that, as in a loop.
+      guardsOf(write, ran).map((guard) => {
+        const decision = decisions?.guards[write.guards.indexOf(guard)];
+        // What has run had its condition: that was calculated once more after that. Of a loop it is what ended it.
         const isAgain = ran && decision?.truth === guard.is_negated;
+        const isEnd = isAgain && (guard.of === "while" || guard.of === "until");
         return element(
           "li",
           {},
-          wordOf(guard, of),
+          wordOf(guard),
           line(guard.line, guard.text),
-          " ",
-          reads(guard.reads, isAgain ? { truth: null, parts: [], values: [], wires: [] } : decision),
+          isEnd ? ", which ended the loop: " : " ",
+          reads(guard.reads, isAgain && !isEnd ? { truth: null, parts: [], values: [], wires: [] } : decision),
         );
       }),
     ),
   );
+}
+
+/** The conditions of a statement. That of REPEAT, which stands at its end, keeps nothing from running. @param {Write} write @param {boolean} ran */
+function guardsOf({ guards }, ran) {
+  return guards.filter(({ of }) => ran || of !== "until");
 }
 
 /**
@@ -307,15 +312,11 @@ function apart(all, decision) {
   ];
 }
 
-/**
- * What a condition is: of a CASE it is a value with a label, and no truth.
- *
- * @param {import("./messages").Guard} guard
- * @param {Found} of
- */
-function wordOf({ line, is_negated: isNegated }, { text }) {
-  if (/\bCASE\b/i.test(text.split(/\r\n|\n|\r/)[line - 1] ?? "")) return "in the CASE of ";
-  return isNegated ? "if not " : "if ";
+/** What a condition is: of a CASE it is a value with a label, and no truth. @param {import("./messages").Guard} guard */
+function wordOf({ of, is_negated: isNegated }) {
+  if (of === "case") return isNegated ? "in the ELSE of the CASE of " : "in the CASE of ";
+  if (of === "if") return isNegated ? "if not " : "if ";
+  return `${of} `;
 }
 
 /** The order in which operands count; one that is read twice has the part that says more. @type {(string | undefined)[]} */
