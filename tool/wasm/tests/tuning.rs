@@ -85,11 +85,11 @@ fn cont_c_overshoots_as_the_linear_loop_does() {
 fn cont_c_gets_settings_switches_and_the_gain_that_lmn_fac_takes_away() {
     let plain = tuned(&request("CONT_C", Rule::Simc, Structure::Pi, &[("CYCLE", 0.1)]));
     let of = |tuned: &Tuned| ["GAIN", "TI", "P_SEL", "I_SEL", "D_SEL"].map(|name| number(tuned, name));
-    assert_eq!(of(&plain), [4.7619, 8.4, 1.0, 1.0, 0.0]);
+    assert_eq!(of(&plain), [4.76, 8.4, 1.0, 1.0, 0.0]);
     assert_eq!(plain.values.len(), 5);
     assert!((last(&plain.predicted.process_value) - 10.0).abs() < 0.02);
     let halved = tuned(&request("CONT_C", Rule::Simc, Structure::Pi, &[("CYCLE", 0.1), ("LMN_FAC", 0.5)]));
-    assert_eq!(of(&halved)[..2], [9.5238, 8.4]);
+    assert_eq!(of(&halved)[..2], [9.52, 8.4]);
     assert_eq!(halved.sensitivity, plain.sensitivity);
 }
 
@@ -565,6 +565,10 @@ fn furnace_does_what_is_predicted(exchange: Exchange) {
     ];
     let connections = [("C.LMN", "H.POWER"), ("H.TEMP", "C.PV_IN")].map(|(from, to)| (from.into(), to.into())).into();
     session.start(&home, Setup { members, connections, exchange, ..Setup::default() }).unwrap();
+    if late > 0.0 {
+        // The first row has no output of a call yet.
+        session.run(1500).unwrap();
+    }
     let test = StepTest { size: 10.0, method: Method::LeastSquares, is_integrating: false };
     let model = experiment::step(&home, &mut session, &test).unwrap().identified.model;
     // RISE / 100 %, FURN_TM and SENS_TM to 1 %, and DELAY_TM to a part of a call: the test begins as soon as the plant is almost at rest.
@@ -602,14 +606,14 @@ fn furnace_does_what_is_predicted(exchange: Exchange) {
                 came[0] > 1.0 && came[0] < 5.0 && predicted.load.is_some_and(|load| load.recovery.is_some()),
                 "{came:?}"
             );
-            // Call by call, not one earlier or later: in the first 100 calls the model misses the furnace by less than a call's way.
+            // Call by call, not one earlier or later: in the first 100 calls the model misses the furnace by less than half of a call's way.
             let begin = predicted.setpoint.iter().position(|setpoint| *setpoint == 110.0).unwrap();
             let missed = |late: usize| {
                 let pairs = predicted.process_value[begin..].iter().zip(&rows[late..]).take(100);
                 pairs.map(|(told, came)| (told - came).abs()).sum::<f64>()
             };
             assert!(
-                missed(1) < 0.3 * missed(0) && missed(1) < 0.3 * missed(2),
+                missed(1) < 0.5 * missed(0) && missed(1) < 0.5 * missed(2),
                 "{exchange:?} {:?}",
                 [0, 1, 2].map(missed)
             );
