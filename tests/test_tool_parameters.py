@@ -183,10 +183,13 @@ def test_an_edited_value_is_marked_until_enter_sends_it(page):
     assert tag(page, "GAIN") == "edited"
     assert in_force(page, "GAIN") == 2
     assert page.locator("#edited-count").inner_text() == "1 edited, not applied"
+    # Nothing is changed before it is applied.
+    assert "unchanged" in page.locator("#what").inner_text()
     field(page, "GAIN").press("Enter")
     checked(page)
     assert in_force(page, "GAIN") == 3.1
     assert tag(page, "GAIN") == "changed"
+    assert "1 changed" in page.locator("#what").inner_text()
     assert page.locator("#edited-count").inner_text() == "All in force"
 
 

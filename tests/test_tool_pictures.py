@@ -122,6 +122,8 @@ def test_a_report_has_the_plant_the_runs_before_and_after_and_numbers_of_three_d
     tool.locator("#curves").get_by_role("button", name="HEATER").click()
     automatic(tool)
     set_now(tool, "setpoint", 60)
+    tool.locator("#field-TI").fill("30")
+    tool.locator("#field-TI").press("Enter")
     for gain, start in (("1.5", lambda: run_calls(tool, 60)), ("1", tool.locator("#run-again").click)):
         tool.locator("#field-GAIN").fill(gain)
         tool.locator("#field-GAIN").press("Enter")
@@ -135,13 +137,37 @@ def test_a_report_has_the_plant_the_runs_before_and_after_and_numbers_of_three_d
     # Before was what the loop ran with, not the block's start value.
     gain = re.search(r'<td class="name">GAIN</td>(.*)', text)[1]
     assert re.findall(r"number\">([^<]*)<", gain) == ["1", "1.5", "2"], gain
+    # Nor what was in force before that run.
+    assert "Before (Run 1)</th>" in text
+    assert re.findall(r'<td class="name">TI</td>.*', text)[0].count('number">30<') == 2
+    assert re.search(r"<td>Setpoint step</td>(<td[^>]*>20 to 60 °C, at 0 s</td>){2}", text)
+    # A connected input has a source, and what the table of the block leaves open has the plant's unit.
+    assert re.search(r'"name">PV_IN</td><td class="number">–</td>.*connected to \w+\.TEMP<', text)
+    assert re.search(r'"name">SP_INT</td><td class="number">60</td><td>°C</td>', text)
+    assert re.search(r'"name">LMN_HLM</td><td class="number">100</td><td>%</td>', text)
     iae = re.search(r"<tr><td>IAE</td>(.*?)</tr>", text)[1]
     values = re.findall(r">([\d.]+) K·s<", iae)
     assert len(values) == 2 and all(len(value.replace(".", "").strip("0")) <= 3 for value in values), iae
     assert "<p>Run 2: " in text and "HEATER</h2>" in text
     # The picture is that of the page: both runs.
     encoded = re.search(r"data:image/svg\+xml;base64,([A-Za-z0-9+/=]+)", text)[1]
-    assert ">Run 1</text>" in base64.b64decode(encoded).decode()
+    picture = base64.b64decode(encoded).decode()
+    assert ">Run 1</text>" in picture
+    # What is only predicted or tried is in no report.
+    drawn = """async () => {
+        const { store } = await moduleOf("tool/store.js");
+        const { svgPicture } = await moduleOf("tool/picture.js");
+        const pictures = () => [true, false].map(isReport => svgPicture({ isReport, date: new Date(0) }));
+        const before = pictures();
+        const [setpoint, process_value, manipulated_value] = [[60, 110, 110], [60, 61, 70], [10, 60, 60]];
+        const curves = { ...{ times: [0, 1, 30], setpoint, process_value, manipulated_value } };
+        const origin = { time: 10, processValue: 60, manipulatedValue: 10 };
+        store.predict({ title: "SIMC", curves, origin });
+        const after = pictures();
+        store.predict(undefined);
+        return after.map((one, at) => one === before[at]);
+    }"""
+    assert tool.evaluate(drawn) == [True, False]
 
 
 @pytest.mark.parametrize("example", ["Furnace with a continuous", "Drive behind a ramp", "Chamber with heating pulses"])

@@ -3,6 +3,7 @@ the figures, save the loop. What the page predicts and shows is compared with `p
 simulation of it, second_plants.py."""
 
 import json
+import re
 import subprocess
 import tomllib
 
@@ -63,7 +64,13 @@ def identified(page):
 
 
 def furnace(open_tool):
+    """As in the example of a furnace, both act at once."""
     page = open_with(open_tool, "CONT_C", "HEATER")
+    page.evaluate("""async () => {
+        const { store } = await moduleOf("tool/store.js");
+        const { members, connections, step } = store.loop;
+        await store.connect({ members, connections, step, exchange: "parallel" });
+    }""")
     step_test(page)
     return page, 60
 
@@ -171,6 +178,15 @@ def test_predicted_and_run_figures_agree(open_tool, command, tmp_path, walk):
         assert float(text.split()[0]) == three_digits(of_page[key]["value"]) == three_digits(of_second[key]), (key, text)
 
     assert_predicted(told, rows, begin, page)
+    if walk is heating_and_cooling:
+        # A difference of temperatures is in K.
+        assert told["row"]["load: deviation"].endswith(" K") and told["row"]["IAE"].endswith(" K·s"), told["row"]
+    if walk is furnace:
+        # The report's prediction is of the same calls as the run.
+        text = saved(page, "Report (HTML)")[1].decode().split("Predicted and measured</h2>")[1].split("</table>")[0]
+        cells = {title: [float(one) for one in re.findall(r">([\d.]+) ", row)] for title, row in re.findall(r"<tr><td>([^<]+)</td>(<td.*)</tr>", text)}
+        (iae, measured_iae), (settling, measured_settling) = cells["IAE"], cells["Settling time"]
+        assert iae == pytest.approx(measured_iae, rel=0.006) and settling == measured_settling, cells
 
 
 def assert_predicted(told, rows, begin, page):

@@ -32,6 +32,9 @@ def test_a_step_test_of_pulses_finds_the_plant_and_leaves_it_where_it_is(tool, n
     model = tested["identified"]["model"]
     assert model["gain"] == pytest.approx(gain, rel=0.01)
     assert model["time_constant"] + model["second_time_constant"] + model["dead_time"] == pytest.approx(delays, rel=0.03)
+    # Each pulse moves the output by 100 %: nobody asks how far.
+    figures = {figure["key"] for figure in ask(do="figures")["figures"]}
+    assert "iae" in figures and "travel" not in figures
     if seconds > 1.0:
         value = "PULS_CTR.DI_CONT_C.PV"
         seen = ask(do="view", variables=[value], points=2000, **{"from": tested["from"], "to": tested["step"]})

@@ -183,6 +183,9 @@ def test_a_figure_without_a_unit_has_no_square_of_it(open_tool):
     page = open_tool()
     shown = "async unit => (await moduleOf('tool/figures.js')).shownUnit(unit)"
     assert [page.evaluate(shown, unit) for unit in ("degC^2 s", "^2 s", "%", None)] == ["°C²·s", "s", "%", ""]
+    # Steps that differ by less than the band in which they settle, 2 % of them, are compared; other sizes and times are not.
+    compared = "async other => (await moduleOf('tool/figures.js')).areComparable({ from: 50, to: 60, duration: 600 }, { to: 60, duration: 600, ...other })"
+    assert [page.evaluate(compared, other) for other in ({"from": 50.13}, {"from": 50.3}, {"from": 50, "duration": 500})] == [True, False, False]
 
 
 OVERLAPS = """selectors => [...document.querySelectorAll('.notice')].flatMap(note => {
@@ -232,6 +235,10 @@ def test_what_is_tuned_is_in_sight_below_a_list_of_forty_loops(open_tool, height
     page.locator("#field-GAIN").wait_for()
     for name in ("GAIN", "TI"):
         assert bottom(box(page, f"#field-{name}")) <= height - 48, name
+    # The end of the list can be reached above a note.
+    page.evaluate("async () => (await moduleOf('tool/store.js')).store.say('Something that one should know.')")
+    page.locator(".notice").wait_for()
+    page.wait_for_function(f"() => ({OVERLAPS})(['#parameters']).length === 0")
 
 
 def test_on_a_phone_a_note_covers_neither_the_values_nor_the_curve(open_tool):

@@ -181,12 +181,19 @@ def test_after_a_step_test_what_comes_next_stands_in_one_place_in_sight(tool):
     assert bottom(apply.bounding_box()) <= tool.viewport_size["height"]
     # K = 2, T = 20 s, L = 2 s and half of CYCLE, lambda = 1.5 L.
     settings = re.search(r"SIMC: GAIN ([\d.]+), TI ([\d.]+)", tool.locator("#tune").inner_text()).groups()
+    (simc,) = tool.locator("#tune .rules .is-now").evaluate_all("rows => rows.map(row => row.innerText.split('\\t'))")
+    assert tuple(simc[1:3]) == settings
     assert [float(one) for one in settings] == pytest.approx([1.6, 20], rel=0.03)
     tune = tool.locator("#tune")
     run = tune.get_by_role("button", name="Run the step to")
     assert run.is_disabled()
     apply.click()
     tune.locator("p.row").get_by_text("in force", exact=True).wait_for()
+    # What is shown is what is applied, and what did not change is not marked.
+    assert tuple(tool.locator(f"#field-{name}").input_value() for name in ("GAIN", "TI")) == settings
+    events = tool.evaluate("async () => (await (await moduleOf('tool/engine.js')).ask({ do: 'events' })).events")
+    set_by_rule = {event["variable"].split(".")[1] for event in events} & {"GAIN", "TI", "P_SEL", "I_SEL", "D_SEL"}
+    assert set_by_rule == {"GAIN"} | ({"TI"} if settings[1] != "20" else set())
     run.click()
     tool.locator("#run .status").get_by_text("settled").wait_for()
     values = tool.evaluate("async () => (await moduleOf('tool/store.js')).store.state.values")

@@ -6,6 +6,10 @@
 //! mode, and the setpoint steps. By default the step is 10 % times the plant's gain: in the end the manipulated value moves by as
 //! much. Of an integrating plant it is 10 % divided by GAIN: at first the manipulated value moves by as much.
 //!
+//! The rows are those of a run of the loop. Where all members act at once, a row has what the controller has put out in the call before
+//! it, beside the setpoint of its own: a run of this loop is late by that call against the plant, and so is the prediction. That the plant
+//! gets the manipulated value a call later, too, is in the dead time of a model that was identified in the loop.
+//!
 //! Pulses drive the model as they are, as 100 % or 0 or -100 %. The pulses of a step controller move a valve, which takes the motor
 //! time from stop to stop and begins in the middle.
 
@@ -21,7 +25,7 @@ use run::fmus::Fmus;
 use run::fmus::Values;
 use run::master::Run;
 use run::plan::Plan;
-use run::system::{Connection, Member, Recorded, Setting, System, Value};
+use run::system::{Connection, Exchange, Member, Recorded, Setting, System, Value};
 
 /// The manual value before the step, in percent.
 const MANUAL: f64 = 50.0;
@@ -320,6 +324,8 @@ struct Simulation<'a> {
     setpoint: &'a str,
     level: f64,
     height: f64,
+    /// When the loop that is predicted exchanges its values.
+    exchange: Exchange,
 }
 
 impl<'a> Simulation<'a> {
@@ -371,7 +377,8 @@ impl<'a> Simulation<'a> {
         };
         let recorded = [format!("{CONTROLLER}.{setpoint}"), format!("{PROCESS}.OUTPUT"), manipulated];
         system.record = recorded.iter().map(|name| Recorded::from(name.as_str())).collect();
-        Ok(Simulation { home, controller, schedule, terminal, plant, system, setpoint, level, height })
+        let exchange = request.exchange;
+        Ok(Simulation { home, controller, schedule, terminal, plant, system, setpoint, level, height, exchange })
     }
 
     /// The rows of setpoint, process value and manipulated value with a load step at the time of the step.
@@ -391,7 +398,14 @@ impl<'a> Simulation<'a> {
     fn rows(&self, system: &System, plant: Plant) -> Result<Vec<[f64; 3]>> {
         let fmu = &self.controller.member.fmu;
         let plan = Plan::of(system, &[&*self.home.description(fmu)?, &description()])?;
-        simulate(&plan, vec![self.home.instantiate(fmu, CONTROLLER)?, Box::new(plant)])
+        let mut rows = simulate(&plan, vec![self.home.instantiate(fmu, CONTROLLER)?, Box::new(plant)])?;
+        if self.exchange == Exchange::Parallel {
+            for row in (1..rows.len()).rev() {
+                let [_, process_value, manipulated_value] = rows[row - 1];
+                rows[row] = [rows[row][0], process_value, manipulated_value];
+            }
+        }
+        Ok(rows)
     }
 }
 
@@ -544,7 +558,8 @@ fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height
         times: &times,
         setpoint: &setpoint,
         process_value: &process_value,
-        manipulated_value: &manipulated_value,
+        // Pulses do not travel.
+        manipulated_value: if controller.roles.pulses.is_empty() { &manipulated_value } else { &[] },
         ..Signals::default()
     };
     let window = Window::of(signals, &Span::default());

@@ -25,7 +25,7 @@ mod suspects;
 
 use crate::csv::Table as Csv;
 use anyhow::{Context, Result, bail};
-pub use change::{Change, Doubt, Why};
+pub use change::{Change, Doubt, Moving, Why};
 use columns::Recording;
 use compare::Comparison;
 use instance::{Beginning, Block, Variant};
@@ -72,6 +72,8 @@ pub struct Replayed {
     pub outputs: Vec<Compared>,
     /// The settings that the recording has otherwise than the loop: it was replayed with those of the recording.
     pub settings: Vec<Change>,
+    /// The settings that change in the recording and end with another value than in the loop: the recording's values counted.
+    pub moving: Vec<Moving>,
     /// What was tried, the best first.
     pub suspects: Vec<Suspect>,
     /// The conclusion.
@@ -198,8 +200,8 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
     let doubt = doubt(&block, &recording);
     let conclusion = conclusion(&block, &base, &suspects, request.try_suspects);
     let outputs = (0..recording.outputs.len()).map(|output| compared(&recording, &base, output)).collect();
-    let Recording { matched: columns, settings, .. } = recording;
-    Ok(Replayed { columns, calls, outputs, settings, conclusion, doubt, suspects, remarks })
+    let Recording { matched: columns, settings, moving, .. } = recording;
+    Ok(Replayed { columns, calls, outputs, settings, moving, conclusion, doubt, suspects, remarks })
 }
 
 /// The run of the block as it is and, if it differs, what explains that.

@@ -7,7 +7,7 @@
 //! - GAIN is divided by the factor that the block applies to its manipulated value inside (LMN_FAC), which is measured in manual
 //!   mode. The model's gain has all the other factors in it, see [`Model`].
 //! - TI, TD and TM_LAG are whole milliseconds, and not below what the block raises them to: half the time between two calls of the
-//!   controller, TD all of it. TM_LAG is a tenth of TD ([`rules::FILTER`]). GAIN has [`DIGITS`] digits.
+//!   controller, TD all of it. TM_LAG is a tenth of TD ([`rules::FILTER`]). All of them and GAIN have [`DIGITS`] digits.
 //! - The switches of the actions are set for P, PI or PID. A step controller has PI only; the time of its motor is no lag of the
 //!   plant.
 //!
@@ -24,12 +24,12 @@ use modeldescription::digits::short;
 use run::dialog::{self, Group, Roles};
 use run::fmus::Fmus;
 use run::fmus::{Member, Values, number_of};
-use run::system::Value;
+use run::system::{Exchange, Value};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The significant digits of GAIN.
-pub const DIGITS: i32 = 5;
+/// The significant digits of a setting: as many as a table shows, so that what is shown is what is applied. A step test tells no more.
+pub const DIGITS: i32 = 3;
 /// The longest TIME of a PLC, in seconds.
 const LONGEST: f64 = 2_147_483.647;
 /// A loop with a higher Ms is hardly robust.
@@ -67,6 +67,9 @@ pub struct Request {
     /// Ultimate gain and period, for the ultimate rule; computed from the model without it.
     #[serde(default)]
     pub ultimate: Option<(f64, f64)>,
+    /// When the loop exchanges its values: the prediction has the rows of such a run.
+    #[serde(default)]
+    pub exchange: Exchange,
 }
 
 /// A step of the setpoint.
@@ -458,9 +461,11 @@ fn half_rule(request: &Request) -> Option<String> {
     }
     let Model { time_constant, dead_time, .. } = request.model.without_second_lag();
     Some(format!(
-        "{} knows one lag: half of the smaller one counts as time constant and half as dead time, so that T = {time_constant} s and \
-         L = {dead_time} s. The margins are those of both lags.",
-        rules::name(request.rule)
+        "{} knows one lag: half of the smaller one counts as time constant and half as dead time, so that T = {} s and L = {} s. \
+         The margins are those of both lags.",
+        rules::name(request.rule),
+        short(time_constant),
+        short(dead_time)
     ))
 }
 
@@ -472,7 +477,7 @@ fn in_form_of(controller: &Controller, ideal: &Settings, remarks: &mut Vec<Strin
         if time > LONGEST {
             bail!("{name} would be {time:.0} s, and the longest TIME is {LONGEST} s: choose a faster closed loop");
         }
-        let whole = (time * 1000.0).round() / 1000.0;
+        let whole = (rounded(time, DIGITS) * 1000.0).round() / 1000.0;
         if whole >= lowest {
             return Ok(whole);
         }

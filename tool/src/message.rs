@@ -436,6 +436,16 @@ pub struct FiguresRequest {
     pub travel_unit: Option<String>,
 }
 
+/// The test of a run with other settings.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Tried {
+    /// Its curves.
+    pub curves: Curves,
+    /// Its figures; none of a loop without a setpoint or a process value.
+    pub figures: Option<Figures>,
+}
+
 /// The figures of a run, those that its signals allow.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]

@@ -152,7 +152,7 @@ pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
         writeln!(page, "</ul>")?;
     }
     run(&mut page, home, report, (&fmu, &description.roles))?;
-    compared(&mut page, &report.compared)?;
+    compared(&mut page, &report.compared, report.units[0])?;
     replays(&mut page, report.replays, &description)?;
     if let Some(record) = report.record {
         plants(&mut page, home, record)?;
@@ -204,7 +204,7 @@ fn run(page: &mut String, home: &dyn Home, report: &Report, (fmu, roles): (&str,
         writeln!(page, "<h2>Curves</h2>\n<figure>{drawing}</figure>")?;
     }
     if let (Some(record), Some(figures)) = (report.record, report.figures)
-        && let Some((from, to)) = step::part(record, figures)
+        && let Some((from, to)) = step::part(record, figures, predicted.is_some())
         && let Some(drawing) = curves(record, roles, report.units, (Some(from), Some(to)), predicted.as_ref())?
     {
         writeln!(page, "<h2>The measured step</h2>\n<figure>{drawing}</figure>")?;
@@ -342,17 +342,30 @@ fn three(value: f64) -> String {
 }
 
 /// The figures of compared runs side by side.
-fn compared(page: &mut String, runs: &[(&ReportedRun, Figures)]) -> Result<()> {
+fn compared(page: &mut String, runs: &[(&ReportedRun, Figures)], unit: Option<&str>) -> Result<()> {
     if runs.len() < 2 {
         return Ok(());
     }
     writeln!(page, "<h2>Before and after</h2>\n<table>\n<thead><tr><th>Figure</th>")?;
     for (run, _) in runs {
-        let values: Vec<String> =
-            run.values.iter().map(|(name, value)| format!("{name} {}", shown_alone(*value))).collect();
+        let told = |(name, value): (&String, &Value)| {
+            let all: Vec<Value> = runs.iter().filter_map(|(other, _)| other.values.get(name).copied()).collect();
+            format!("{name} {}", brief(*value, &all))
+        };
+        let values: Vec<String> = run.values.iter().map(told).collect();
         write!(page, "<th class=\"number\">{}<br>{}</th>", Text(&run.name), Text(&values.join(", ")))?;
     }
     writeln!(page, "</tr></thead>\n<tbody>")?;
+    if runs.iter().any(|(_, figures)| figures.step.is_some()) {
+        write!(page, "<tr><td>Setpoint step</td>")?;
+        for (_, figures) in runs {
+            let step = figures.step.as_ref().map_or_else(String::new, |step| {
+                format!("{} to {}, at {} s", three(step.from), with_unit(step.to, unit), short(step.start))
+            });
+            write!(page, "<td class=\"number\">{}</td>", Text(&step))?;
+        }
+        writeln!(page, "</tr>")?;
+    }
     let (_, last) = &runs[runs.len() - 1];
     for figure in &last.figures {
         let values = runs.iter().map(|(_, figures)| {
@@ -438,7 +451,7 @@ fn tuning(page: &mut String, of: &Tuning, units: [Option<&str>; 2]) -> Result<()
         .iter()
         .filter_map(|(name, value)| match value {
             Value::Boolean(_) => None,
-            value => Some(format!("{name} {}", short(number_of(*value)))),
+            value => Some(format!("{name} {}", three(number_of(*value)))),
         })
         .collect();
     let rule = rules::name(of.rule);
@@ -510,7 +523,7 @@ fn curves(
         })
     };
     let mut columns = view.values.into_iter().zip(view.units);
-    let [mut controlled, mut manipulated, switches] = panels.map(|names| {
+    let [mut controlled, mut manipulated, mut switches] = panels.map(|names| {
         let curve = |(name, (values, unit)): (&String, (Vec<f64>, Option<String>))| {
             let is_input = setpoint == Some(name);
             (Curve { name: name.clone(), values, is_input, color: Some(color(name)) }, unit)
@@ -518,6 +531,7 @@ fn curves(
         let (curves, units): (Vec<_>, Vec<_>) = names.into_iter().zip(&mut columns).map(curve).unzip();
         Panel { label: units.into_iter().flatten().next().unwrap_or_default(), curves, ..Panel::default() }
     });
+    switches.curves.iter_mut().for_each(|lane| lane.name.push_str(", filled where TRUE"));
     // What no variable of the controller says, the plant does.
     for (panel, unit) in [(&mut controlled, units[0]), (&mut manipulated, units[1])] {
         if panel.label.is_empty() {
@@ -540,7 +554,9 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
     let has_before = !report.before.is_empty();
     writeln!(page, "<h2>Settings</h2>\n<table>\n<thead><tr><th>Name</th><th class=\"number\">Value</th><th>Unit</th>")?;
     if has_before {
-        writeln!(page, "<th class=\"number\">Before</th>")?;
+        let run = report.compared.first().filter(|_| report.compared.len() > 1);
+        let name = run.map_or_else(String::new, |(run, _)| format!(" ({})", run.name));
+        writeln!(page, "<th class=\"number\">Before{}</th>", Text(&name))?;
     }
     writeln!(page, "<th class=\"number\">Start</th><th>From</th><th>Meaning</th></tr></thead>\n<tbody>")?;
     let width = if has_before { 7 } else { 6 };
@@ -570,29 +586,36 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
             let reference = before.unwrap_or(variable.start);
             let is_changed = shown(variable, value) != shown(variable, reference);
             let is_unused = unused.contains(&field.name);
+            let source = report.record.and_then(|record| record.source_of_own(&field.name));
+            let is_changed = is_changed && source.is_none();
             let class = match (is_changed, is_unused) {
                 (true, _) => " class=\"changed\"",
                 (_, true) => " class=\"unused\"",
                 _ => "",
             };
-            let mut from = match set.and_then(|setting| setting.origin.as_deref()) {
+            let mut from = match (source, set.and_then(|setting| setting.origin.as_deref())) {
+                (Some(source), _) => format!("connected to {source}"),
                 _ if is_changed && before.is_some() => "changed".to_string(),
-                Some(origin) => origin.to_string(),
-                None if is_start(variable, value) => "start value".into(),
-                None => "set".into(),
+                (None, Some(origin)) => origin.to_string(),
+                (None, None) if is_start(variable, value) => "start value".into(),
+                (None, None) => "set".into(),
             };
             if is_unused {
                 from.push_str(", no effect");
             }
+            let in_force = |variable: &Variable, value: Value| match source {
+                Some(_) => "\u{2013}".to_string(),
+                None => shown(variable, value),
+            };
             write!(
                 page,
                 "<tr{class}><td class=\"name\">{}</td><td class=\"number\">{}</td><td>{}</td>",
                 Text(&field.name),
-                Text(&shown(variable, value)),
-                Text(&units::shown(variable.unit.as_deref().unwrap_or("")))
+                Text(&in_force(variable, value)),
+                Text(&units::shown(unit_of(variable, &description.roles, report.units)))
             )?;
             if has_before {
-                let before = before.map_or_else(String::new, |value| shown(variable, value));
+                let before = before.map_or_else(String::new, |value| in_force(variable, value));
                 write!(page, "<td class=\"number\">{}</td>", Text(&before))?;
             }
             writeln!(
@@ -612,6 +635,29 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
         writeln!(page, "<p class=\"rest\">Without effect, and at {are}: {}.</p>", Text(&rest.join(", ")))?;
     }
     Ok(())
+}
+
+/// The unit of a setting: its own, or that of the loop's value that it is compared with.
+fn unit_of<'a>(variable: &'a Variable, roles: &Roles, units: [Option<&'a str>; 2]) -> &'a str {
+    let is = |role: Option<&String>| role == Some(&variable.name);
+    let is_controlled = [&roles.setpoint, &roles.process_value].into_iter().any(|role| is(role.as_ref()));
+    let is_manipulated = is(roles.manual.as_ref().map(|(_, value)| value))
+        || roles.limits.iter().any(|(high, low)| [high, low].contains(&&variable.name))
+        || roles.disturbances.contains(&variable.name);
+    let of_loop = match (is_controlled, is_manipulated) {
+        (true, _) => units[0],
+        (_, true) => units[1],
+        _ => None,
+    };
+    let own = variable.unit.as_deref();
+    own.filter(|unit| *unit != "1").or(of_loop).or(own).unwrap_or_default()
+}
+
+/// A value with three significant digits; with more if one of the others is another one and has the same three.
+fn brief(value: Value, others: &[Value]) -> String {
+    let Value::Number(number) = value else { return shown_alone(value) };
+    let is_alike = |other: &Value| *other != value && three(number_of(*other)) == three(number);
+    if others.iter().any(is_alike) { short(number) } else { three(number) }
 }
 
 /// A value as its PLC type shows it.

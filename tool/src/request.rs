@@ -5,7 +5,7 @@ use crate::export::{self, Exported};
 use crate::home::Home;
 use crate::message::{
     Act, Catalogue, Checked, Curves, Description, Events, Figures, FiguresRequest, KnownLoop, Loops, Member, Program,
-    Proposal, ReadFile, Setup, State, Values, View,
+    Proposal, ReadFile, Setup, State, Tried, Values, View,
 };
 use crate::preset::{self, Preset};
 use crate::program::{self, Compiled, Looked, Monitored, Programs};
@@ -175,13 +175,16 @@ requests! { |home, session|
         #[serde(default)]
         values: Values,
     } -> State = session.same_test(home, run, &values)?;
-    /// The curves of the present run's test with other settings. The present run goes on undisturbed.
+    /// Curves and figures of the present run's test with other settings. The present run goes on undisturbed.
     Try {
         /// The settings, by `MEMBER.VARIABLE`; stimuli are ignored.
         values: Values,
         /// What is drawn; its `run` is ignored.
         view: View,
-    } -> Curves = home.beside(|| session.tried(home, &values, &View { run: None, ..view }))?;
+        /// Of which part the figures are, and their units; its `run` is ignored.
+        #[serde(default)]
+        figures: FiguresRequest,
+    } -> Tried = home.beside(|| signals::tried(home, session, &values, view, figures))?;
     /// The figures of a run.
     Figures(of: FiguresRequest) -> Figures = signals::figures(home, session, &of)?;
     /// A plant's model from a step in a run or in a CSV file.

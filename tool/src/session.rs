@@ -235,6 +235,13 @@ impl Record {
         self.exchanges.last().map_or(&self.setup.connections, |exchange| &exchange.connections)
     }
 
+    /// The output that goes to an input of the first member, at the end.
+    pub fn source_of_own(&self, input: &str) -> Option<&str> {
+        let name = &self.setup.members.first()?.name;
+        let goes_there = |to: &str| to.strip_prefix(name.as_str()).and_then(|to| to.strip_prefix('.')) == Some(input);
+        self.connections().iter().find(|(_, to)| goes_there(to)).map(|(from, _)| from.as_str())
+    }
+
     /// The calls from one time to another, both in seconds and inclusive; all without them.
     pub fn calls_between(&self, from: Option<f64>, to: Option<f64>) -> std::ops::Range<usize> {
         let place = |time: f64| (time - self.start) / self.step;
@@ -400,8 +407,8 @@ impl Session {
     /// is made for it is no run of the list.
     ///
     /// # Errors
-    /// There is no run, or one of too many calls; as [`Session::same_test`] and [`Session::view`].
-    pub fn tried(&self, home: &dyn Home, values: &Values, view: &View) -> Result<Curves> {
+    /// There is no run, or one of too many calls; as [`Session::same_test`].
+    pub fn tried(&self, home: &dyn Home, values: &Values) -> Result<Session> {
         let mut script = Script::of(self.record(None)?);
         if script.calls > MOST_TRIED {
             bail!("the run has {} calls: settings are tried in runs of at most {MOST_TRIED}", script.calls);
@@ -409,7 +416,7 @@ impl Session {
         script.put_settings(home, values)?;
         let mut beside = Session::default();
         beside.play(home, script)?;
-        beside.view(view)
+        Ok(beside)
     }
 
     /// Makes the calls of the present run again up to one of them, as no run of the list.

@@ -2,7 +2,7 @@
 
 use crate::describe::describe;
 use crate::home::Home;
-use crate::message::{Act, Figure, Figures, FiguresRequest, Member};
+use crate::message::{Act, Figure, Figures, FiguresRequest, Member, Tried, Values, View};
 use crate::session::{Done, Record, Session};
 use crate::travel;
 use anyhow::{Context, Result};
@@ -164,6 +164,24 @@ pub fn figures(home: &dyn Home, session: &Session, request: &FiguresRequest) -> 
     };
     let (step, disturbance) = (window.step_happened(), window.disturbance_happened());
     Ok(Figures { from, to, step, disturbance, figures: all.into_iter().map(figure).collect(), remarks })
+}
+
+/// The test of the present run with other settings.
+///
+/// # Errors
+/// As [`Session::tried`] and [`Session::view`].
+pub fn tried(
+    home: &dyn Home,
+    session: &Session,
+    values: &Values,
+    view: View,
+    request: FiguresRequest,
+) -> Result<Tried> {
+    let beside = session.tried(home, values)?;
+    let curves = beside.view(&View { run: None, ..view })?;
+    // What has no setpoint has curves and no figures.
+    let figures = figures(home, &beside, &FiguresRequest { run: None, ..request }).ok();
+    Ok(Tried { curves, figures })
 }
 
 /// A plant's model from a step in a run or in a file.

@@ -67,6 +67,20 @@ pub enum Why {
     Rests,
 }
 
+/// A setting that changes in a recording: what is compared was computed with the recording's values, not with that of the loop.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
+pub struct Moving {
+    /// The setting.
+    pub name: String,
+    /// Its first value in the recording.
+    pub first: Value,
+    /// Its last value there.
+    pub last: Value,
+    /// What it is in the loop.
+    pub before: Value,
+}
+
 /// Why equal outputs say nothing about a controller's settings.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(rename_all = "snake_case")]

@@ -1,7 +1,7 @@
 //! Which column of a recording is which variable of the block, with its values as the block takes them.
 
-use super::change::Change;
-use super::instance::{Block, change};
+use super::change::{Change, Moving};
+use super::instance::{Block, change, typed};
 use crate::csv::names::{MANIPULATED_VALUES, MANUAL, PROCESS_VALUES, SETPOINTS, ends, short_name};
 use crate::csv::{Column, Table as Csv};
 use anyhow::{Context, Result, bail};
@@ -35,6 +35,8 @@ pub(super) struct Recording {
     pub(super) between: BTreeSet<usize>,
     /// The settings that have another value in the recording than in the loop, all the time.
     pub(super) settings: Vec<Change>,
+    /// The settings that change in the recording, and end with another value than in the loop.
+    pub(super) moving: Vec<Moving>,
 }
 
 /// A variable over the rows.
@@ -56,7 +58,7 @@ pub(super) struct Signal {
     /// From what is written to `values`.
     scale: f64,
     /// What REAL leaves open of its largest value.
-    rounding: f64,
+    pub(super) rounding: f64,
     /// Whether the column is an output of the block that stands for an input of it.
     is_output_column: bool,
 }
@@ -123,6 +125,7 @@ impl Recording {
             end: None,
             between: BTreeSet::new(),
             settings: Vec::new(),
+            moving: Vec::new(),
         };
         for (column, row) in pairs {
             recording.add(block, csv, (column, row), scale, remarks)?;
@@ -229,6 +232,11 @@ impl Recording {
         }
         if is_setting && (changes == 0 || !is_tunable) && values[0] as f32 != block.settings[row] as f32 {
             self.settings.push(change(block, row, values[0], None));
+        }
+        let last = values.last().copied().unwrap_or(block.settings[row]);
+        if is_setting && changes > 0 && is_tunable && last as f32 != block.settings[row] as f32 {
+            let [first, last, before] = [values[0], last, block.settings[row]].map(|of| typed(variable.kind, of));
+            self.moving.push(Moving { name: name.clone(), first, last, before });
         }
         let is_process_value = block.row(block.roles.process_value.as_ref()) == Some(row);
         let is_real = matches!(variable.kind, Kind::Real | Kind::LReal);

@@ -72,7 +72,8 @@ impl Outcome {
             .spread
             .iter()
             .zip(outputs)
-            .filter(|(spread, of)| **spread > 0.0 && !of.is_boolean)
+            // What REAL leaves open anyway is no rounding of the recording.
+            .filter(|(spread, of)| **spread > of.rounding && !of.is_boolean)
             .map(|(spread, of)| format!("{} by up to {}", of.name, short(*spread)))
             .collect();
         (!shown.is_empty()).then(|| {

@@ -77,9 +77,18 @@ fn a_setting_of_another_member_is_none_of_the_loop_and_one_that_changes_counts_a
         let (high, out) = if at < 20 { (100, out) } else { (10, out.min(10.0)) };
         writeln!(text, "{time},{sp},{pv},{out},{high},7").unwrap();
     }
-    let replayed = run(&request(text));
+    let replayed = run(&request(text.clone()));
     assert!(is_exact(&replayed) && replayed.settings.is_empty(), "{replayed:?}");
     assert!(says(&replayed, "HIGH changes in the recording: its values there count."), "{:?}", replayed.remarks);
+    // It ends with another value than the loop has: equal is what the recording's values give, not those in force.
+    let moving = |high: f64| {
+        let [first, last, before] = [100.0, 10.0, high].map(Value::Number);
+        Moving { name: "HIGH".into(), first, last, before }
+    };
+    assert_eq!(replayed.moving, [moving(100.0)]);
+    let mut in_force = request(text);
+    in_force.controller = member(&[("HIGH", 10.0)]);
+    assert_eq!(run(&in_force).moving, []);
     assert!(says(&replayed, "PLANT.GAIN is no variable of PID and not used."), "{:?}", replayed.remarks);
 }
 

@@ -28,7 +28,7 @@ fn the_ratio_of_heating_and_cooling_makes_both_equally_strong() {
 }
 
 #[test]
-fn a_setting_has_five_digits() {
+fn a_number_is_rounded_to_its_significant_digits() {
     assert_eq!(
         [rounded(2.823_549, 5), rounded(-0.000_123_456, 5), rounded(98_765.4, 5), rounded(0.0, 5)],
         [2.8235, -0.000_123_46, 98_765.0, 0.0]
@@ -46,6 +46,7 @@ fn a_foreign_fmu_and_a_plant_have_no_settings_to_find() {
         pace: None,
         step: Step::default(),
         ultimate: None,
+        exchange: Exchange::default(),
     };
     let error = |fmu: &str| format!("{:#}", tune(&TestHome::default(), &request(fmu)).unwrap_err());
     assert!(error(FOREIGN).starts_with("FOREIGN is a foreign FMU"));

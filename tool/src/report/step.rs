@@ -74,6 +74,7 @@ pub(super) fn predicted(
         pace: None,
         step: Step { from: Some(step.from), size: Some(step.to - step.from), manual },
         ultimate: None,
+        exchange: record.setup().exchange,
     };
     let forecast = predict::forecast(home, &controller, &request, &values, step.duration)?;
     let acts = |name: &&String| {
@@ -82,7 +83,7 @@ pub(super) fn predicted(
     };
     let told = |name: &String| {
         let unit = if controller.kind(name) == Some(Kind::Time) { " s" } else { "" };
-        format!("{name} {}{unit}", short(controller.value(name)))
+        format!("{name} {}{unit}", three(controller.value(name)))
     };
     let settings: Vec<String> = roles.controller.iter().filter(acts).map(told).collect();
     Ok(Some(Predicted { start: step.start, forecast, settings: settings.join(", ") }))
@@ -124,12 +125,12 @@ pub(super) fn side_by_side(
     Ok(())
 }
 
-/// The part of the run with the step, with a little of what was before it, if that is a small part.
-pub(super) fn part(record: &Record, figures: &Figures) -> Option<(f64, f64)> {
+/// The part of the run with the step, with a little of what was before it: if that is a small part, or if something is to be drawn beside it.
+pub(super) fn part(record: &Record, figures: &Figures, is_predicted: bool) -> Option<(f64, f64)> {
     let (from, to) = (figures.from, figures.to);
     let run = record.time(record.calls().checked_sub(1)?) - record.time(0);
-    let is_small = figures.step.is_some() && to > from && to - from < SMALL * run;
-    is_small.then_some((from - BEFORE * (to - from), to))
+    let is_drawn = figures.step.is_some() && to > from && (is_predicted || to - from < SMALL * run);
+    is_drawn.then_some((from - BEFORE * (to - from), to))
 }
 
 /// The predicted process value at the times of a chart; a gap before the step and after the prediction.

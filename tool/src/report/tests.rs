@@ -108,6 +108,9 @@ fn a_report_has_curves_with_axes_and_units_and_what_was_done() {
         "<tr><td class=\"name\">K</td><td class=\"number\">1.5</td><td></td><td>Gain</td></tr>",
         "<tr><td class=\"name\">CYCLE</td><td class=\"number\">0.5</td><td>s</td><td>Time between two calls</td></tr>",
         "<td class=\"number\">25 s</td><td>C.SP</td><td class=\"number\">60</td>",
+        // A connected input has no value of its own.
+        "<td class=\"name\">PV_IN</td><td class=\"number\">\u{2013}</td><td>°C</td><td class=\"number\">0</td><td class=\"from\">connected to P.TEMP</td>",
+        ">MAN_ON, filled where TRUE</text>",
     ] {
         assert!(page.contains(part), "{part}\n{page}");
     }
@@ -305,16 +308,22 @@ fn runs_of_the_same_step_stand_side_by_side_with_their_names() {
         }],
         ..Figures::default()
     };
+    let stepped = |from: f64, start: f64, iae: f64| {
+        let cause = control::figures::Cause::Setpoint;
+        let step = control::figures::Happened { cause, from, to: 60.0, start, duration: 50.0, by: Vec::new() };
+        Figures { step: Some(step), ..figures(iae) }
+    };
     let run = |run: usize, name: &str, gain: f64| ReportedRun {
         run,
         name: name.into(),
         values: Values::from([("GAIN".to_string(), Value::Number(gain))]),
     };
-    let (before, after) = (run(7, "before", 2.0), run(0, "tuned", 0.75));
-    let compared = vec![(&before, figures(2506.88)), (&after, figures(0.123_456))];
+    let (before, after) = (run(7, "before", 2.0), run(0, "tuned", 0.751_88));
+    let compared = vec![(&before, stepped(39.9, 25.0, 2506.88)), (&after, stepped(40.03, 0.0, 0.123_456))];
     let page = made(&Report { record: Some(session.record(None).unwrap()), compared, ..report(&now) });
     for part in [
-        "<th class=\"number\">before<br>GAIN 2</th><th class=\"number\">tuned<br>GAIN 0.75</th>",
+        "<th class=\"number\">before<br>GAIN 2</th><th class=\"number\">tuned<br>GAIN 0.752</th>",
+        "<td>Setpoint step</td><td class=\"number\">39.9 to 60 °C, at 25 s</td><td class=\"number\">40 to 60 °C, at 0 s</td>",
         "<tr><td>IAE</td><td class=\"number\">2510 K·s</td><td class=\"number\">0.123 K·s</td></tr>",
         "<p>tuned: 100 calls",
     ] {

@@ -37,6 +37,12 @@ export function mount() {
   store.on("forced", showWhat);
   update();
   store.on("say", notice);
+  // What stands below a note makes room for it.
+  const notices = byId("notices");
+  new ResizeObserver(() => {
+    const { offsetHeight: height } = notices;
+    document.body.style.setProperty("--notices", height > 0 ? `${height + 20}px` : "0px");
+  }).observe(notices);
   // A note is about what was just done: the next change ends it. Errors stay until they are closed.
   const endNotes = () => {
     for (const note of byId("notices").querySelectorAll(".notice.is-note")) note.remove();
@@ -64,7 +70,7 @@ function showWhat() {
   }
   const { cycle } = loop.description;
   const held = Object.keys(forced()).length;
-  const changed = Object.values(loop.settings).filter((one) => source(one) === "changed").length;
+  const changed = Object.values(loop.settings).filter((one) => source(one, "sent") === "changed").length;
   const parts = [
     element("strong", { class: "loop-name" }, loop.name || "(no name)"),
     loop.notes.title && element("span", { class: "loop-title", title: loop.notes.title }, loop.notes.title),

@@ -27,6 +27,7 @@ import { onTheme, paperTheme, swatch, theme } from "tool/charts.js";
 import { attribute, byId, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { onceAFrame } from "tool/frame.js";
+import { ghostText } from "tool/ghost.js";
 import { cursorTime, follow, isZoomed, lookAt, momentText, notes, range, zoom, zoomBy } from "tool/moment.js";
 import { copyInFull, drawnOfEarlier, ofCalls, overlays } from "tool/overlay.js";
 import { CHAIN, choose as takePlant } from "tool/plant.js";
@@ -135,15 +136,17 @@ export async function bringUpToDate() {
 }
 
 /** What is shown, for a picture of it. */
-export function shownPicture() {
+/** @param {boolean} [isRunOnly] without what is tried or predicted */
+export function shownPicture(isRunOnly = false) {
   const visible = curves.filter(isShown);
   return {
     plot,
     view,
     curves: visible,
     values: visible.map(drawnValues),
-    behind: behind(paperTheme()),
+    behind: behind(paperTheme(), isRunOnly),
     runs: drawnRuns(),
+    ghost: isRunOnly ? "" : ghostText(),
     marks,
     base,
   };
@@ -590,16 +593,18 @@ function show() {
   showEarlier();
 }
 
-/** The names of the earlier runs that are drawn, in their colours. */
+/** The names of the earlier runs that are drawn, in their colours, and what is tried with its figures. */
 function showEarlier() {
   const drawn = drawnRuns();
-  const key = JSON.stringify(drawn.map(({ name, colour }) => [name, colour]));
+  const tried = ghostText();
+  const key = JSON.stringify([tried, ...drawn.map(({ name, colour }) => [name, colour])]);
   if (legend.dataset.key === key) return;
   legend.dataset.key = key;
-  const { runs } = theme();
+  const { curves: palette, runs } = theme();
   fill(
     legend,
     drawn.map(({ name, colour }) => element("span", {}, swatch(runs[colour % runs.length]), name)),
+    tried && element("span", { class: "ghost" }, swatch(palette[1], true), tried),
   );
 }
 
@@ -608,8 +613,8 @@ function drawnRuns() {
   return runsOf(store.loop).filter(({ run }) => earlier.has(run));
 }
 
-/** What is drawn behind the curves. @param {ReturnType<typeof theme>} [colours] */
-function behind(colours) {
+/** What is drawn behind the curves. @param {ReturnType<typeof theme>} [colours] @param {boolean} [isRunOnly] */
+function behind(colours, isRunOnly) {
   const loop = store.loop;
   if (!loop) return [];
   const visible = curves.filter((curve) => !curve.isSwitch && isShown(curve));
@@ -621,6 +626,7 @@ function behind(colours) {
       return of ? [{ view: of.view, colour }] : [];
     }),
     colours,
+    isRunOnly,
   );
 }
 

@@ -140,15 +140,18 @@ export function stepText({ from, to, start, duration }) {
   return `${begin} to ${goal}, ${rounded(start, "REAL")} s to ${rounded(start + duration, "REAL")} s`;
 }
 
+/** The band in which a step counts as settled, as a part of it: what figures resolve. */
+export const SETTLED = 0.02;
+
 /**
- * Whether figures of two steps can be compared: both go from the same value to the same over the same time.
+ * Whether figures of two steps can be compared: both go from the same value to the same, as far as figures tell, over the same time.
  *
  * @param {import("./messages").Happened | null | undefined} one
  * @param {import("./messages").Happened | null | undefined} other
  */
 export function areComparable(one, other) {
   if (!one || !other) return false;
-  const least = 0.001 * Math.abs(one.to - one.from);
+  const least = SETTLED * Math.abs(one.to - one.from);
   return (
     Math.abs(one.from - other.from) <= least &&
     Math.abs(one.to - other.to) <= least &&
@@ -163,6 +166,20 @@ const GLANCE = [
   ["rise", "rise"],
   ["iae", "IAE"],
 ];
+
+/**
+ * The figures that one looks at first, in a line.
+ *
+ * @param {import("./messages").Figure[]} all
+ */
+export function glanceText(all) {
+  const found = GLANCE.flatMap(([key, name]) => {
+    const figure = all.find((one) => one.key === key);
+    const there = figure && figure.value !== null;
+    return there ? [`${name} ${rounded(figure.value, "LREAL", 3)} ${shownUnit(figure.unit)}`.trimEnd()] : [];
+  });
+  return found.join(", ");
+}
 
 /**
  * The figures that one looks at first, in the run bar.

@@ -4,9 +4,12 @@
  */
 
 import { ask } from "tool/engine.js";
+import { glanceText } from "tool/figures.js";
 import { drawnOfEarlier } from "tool/overlay.js";
 import { programOf } from "tool/program.js";
-import { isEdited, store, variable } from "tool/store.js";
+import { units } from "tool/signals.js";
+import { isEdited, split, store, variable } from "tool/store.js";
+import { shown } from "tool/values.js";
 
 /** So long nothing is typed before it is made, in milliseconds. */
 const PAUSE = 150;
@@ -56,13 +59,26 @@ async function make() {
   asked += 1;
   const mine = asked;
   try {
-    const curves = await ask({ do: "try", values, view: { variables: drawnOfEarlier(loop), points: POINTS } });
+    const { processValue: unit, manipulatedValue: travel_unit } = await units(loop);
+    const view = { variables: drawnOfEarlier(loop), points: POINTS };
+    const tried = await ask({ do: "try", values, view, figures: { unit, travel_unit } });
     if (mine !== asked) return;
-    store.ghost = curves;
+    store.ghost = { ...tried, values };
   } catch {
     // What is wrong with a value stands at its field.
     if (mine !== asked) return;
     store.ghost = undefined;
   }
   store.emit("prediction");
+}
+
+/** What is drawn dashed, with its figures: `GAIN 0.5: overshoot 3 %, settles 90 s`. Empty if nothing is. */
+export function ghostText() {
+  const { ghost, loop } = store;
+  if (!ghost || !loop) return "";
+  const told = Object.entries(ghost.values).map(([name, value]) => {
+    const [, own] = split(name);
+    return `${own} ${shown(value, loop.settings[own]?.variable.kind ?? "REAL")}`;
+  });
+  return [told.join(", "), glanceText(ghost.figures?.figures ?? [])].filter(Boolean).join(": ");
 }

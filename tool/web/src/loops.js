@@ -556,7 +556,7 @@ function showRow(row, number) {
  */
 function summaryOf(row) {
   const settings = Object.values(row.loop?.settings ?? {});
-  const changed = settings.filter((one) => source(one) === "changed").length;
+  const changed = settings.filter((one) => source(one, "sent") === "changed").length;
   const edited = settings.filter(isEdited).length;
   const warnings = row.warnings > 0 ? `! ${row.warnings}` : "";
   // One line, so that nothing below moves when a value is edited.

@@ -607,6 +607,17 @@ wires: Array<[number, boolean]>,
 /** What decided in each of the blocks that were asked for: a row for each of its writes. */
 decided: Array<Array<Decisions>>, };
 
+/** A setting that changes in a recording: what is compared was computed with the recording's values, not with that of the loop. */
+export type Moving = {
+/** The setting. */
+name: string,
+/** Its first value in the recording. */
+first: Value,
+/** Its last value there. */
+last: Value,
+/** What it is in the loop. */
+before: Value, };
+
 /** A variable that a line names. */
 export type Named = {
 /** The line, from 1. */
@@ -872,6 +883,8 @@ calls: number,
 outputs: Array<Compared>,
 /** The settings that the recording has otherwise than the loop: it was replayed with those of the recording. */
 settings: Array<Change>,
+/** The settings that change in the recording and end with another value than in the loop: the recording's values counted. */
+moving: Array<Moving>,
 /** What was tried, the best first. */
 suspects: Array<Suspect>,
 /** The conclusion. */
@@ -961,7 +974,9 @@ values: Values, } | { "do": "try",
 /** The settings, by `MEMBER.VARIABLE`; stimuli are ignored. */
 values: Values,
 /** What is drawn; its `run` is ignored. */
-view: View, } | { "do": "figures" } & FiguresRequest | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "rules" } & TuneRequest | { "do": "bode" } & BodeRequest | { "do": "step_test" } & StepTest | { "do": "relay_test" } & RelayTest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
+view: View,
+/** Of which part the figures are, and their units; its `run` is ignored. */
+figures: FiguresRequest, } | { "do": "figures" } & FiguresRequest | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "rules" } & TuneRequest | { "do": "bode" } & BodeRequest | { "do": "step_test" } & StepTest | { "do": "relay_test" } & RelayTest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
 /** The file's text. */
 text: string, } | { "do": "replay" } & ReplayRequest | { "do": "preset" } & PresetRequest | { "do": "export" } & Export;
 
@@ -1177,6 +1192,13 @@ inputs: Array<number>,
 /** Each variable with its means; true counts 1. */
 outputs: Array<[string, Array<number>]>, };
 
+/** The test of a run with other settings. */
+export type Tried = {
+/** Its curves. */
+curves: Curves,
+/** Its figures; none of a loop without a setpoint or a process value. */
+figures: Figures | null, };
+
 /** What to tune. */
 export type TuneRequest = {
 /** The plant. */
@@ -1197,7 +1219,9 @@ pace?: number | null,
 /** The step of the setpoint that is predicted. */
 step: Step,
 /** Ultimate gain and period, for the ultimate rule; computed from the model without it. */
-ultimate?: [number, number] | null, };
+ultimate?: [number, number] | null,
+/** When the loop exchanges its values: the prediction has the rows of such a run. */
+exchange: Exchange, };
 
 /** Settings and what they lead to. */
 export type Tuned = {
@@ -1335,7 +1359,7 @@ export interface Dialogue {
   events: { request: Extract<Request, { do: "events" }>; answer: Events };
   same_bits: { request: Extract<Request, { do: "same_bits" }>; answer: State };
   same_test: { request: Extract<Request, { do: "same_test" }>; answer: State };
-  try: { request: Extract<Request, { do: "try" }>; answer: Curves };
+  try: { request: Extract<Request, { do: "try" }>; answer: Tried };
   figures: { request: Extract<Request, { do: "figures" }>; answer: Figures };
   identify: { request: Extract<Request, { do: "identify" }>; answer: Identified };
   tune: { request: Extract<Request, { do: "tune" }>; answer: Tuned };

@@ -50,9 +50,10 @@ export function ofCalls(times, values) {
  * @param {Curve[]} visible
  * @param {{ view: View, colour: number }[]} earlier
  * @param {ReturnType<typeof theme>} [colours]
+ * @param {boolean} [isRunOnly] only what ran, nothing that is tried or predicted
  * @returns {Overlay[]}
  */
-export function overlays(loop, visible, earlier, { curves: palette, runs } = theme()) {
+export function overlays(loop, visible, earlier, { curves: palette, runs } = theme(), isRunOnly = false) {
   const { setpoint, processValue, manipulatedValue } = roles(loop);
   /** @param {string | undefined} name */
   const shown = (name) => visible.find((curve) => curve.name === name);
@@ -69,8 +70,9 @@ export function overlays(loop, visible, earlier, { curves: palette, runs } = the
       made.push({ scale: curve.scale, colour: at === 0 ? ink : `${ink}99`, ...of });
     });
   }
+  if (isRunOnly) return made;
   if (store.ghost) {
-    const { times, values, is_exact: isExact } = store.ghost;
+    const { times, values, is_exact: isExact } = store.ghost.curves;
     drawnOfEarlier(loop).forEach((name, at) => {
       const curve = shown(name);
       if (!curve) return;

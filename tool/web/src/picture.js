@@ -7,7 +7,8 @@ import { bringUpToDate, shownPicture } from "tool/curves.js";
 import { outline } from "tool/outline.js";
 import { store } from "tool/store.js";
 
-const [WIDTH, HEIGHT] = [1200, 640];
+/** A report is narrow: what is drawn smaller is scaled down less there, and its words are read. */
+const SIZES = { alone: [1200, 640], report: [800, 560] };
 const MARGINS = { left: 76, right: 76, top: 146, bottom: 48 };
 /** How many pixels of the PNG are one of the picture. */
 const SCALE = 2;
@@ -23,12 +24,13 @@ function escaped(text) {
 /**
  * The picture as SVG, in the colours of a light page.
  *
- * @param {Date} [date]
+ * @param {{ isReport?: boolean, date?: Date }} [how] that of a report has only what ran
  * @returns {Promise<string | undefined>} nothing if there is no run
  */
-export async function svgPicture(date = new Date()) {
+export async function svgPicture({ isReport = false, date = new Date() } = {}) {
   await bringUpToDate();
-  const { plot, view, curves, values, behind, runs, marks, base } = shownPicture();
+  const { plot, view, curves, values, behind, runs, ghost, marks, base } = shownPicture(isReport);
+  const [WIDTH, HEIGHT] = isReport ? SIZES.report : SIZES.alone;
   const loop = store.loop;
   if (!plot || !loop || view.times.length === 0) return undefined;
   const { curves: palette, runs: colours, ink, faint, paper, grid, mark } = paperTheme();
@@ -53,18 +55,24 @@ export async function svgPicture(date = new Date()) {
     words(date_, WIDTH - 24, 34, `text-anchor="end"`),
     words(plantOf(loop), 24, 54),
   );
-  let across = 24;
+  let [across, down] = [24, 78];
   /** @param {string} name @param {string} colour @param {boolean} isDashed */
   const entry = (name, colour, isDashed) => {
     const dash = isDashed ? ` stroke-dasharray="5 3"` : "";
-    parts.push(`<path d="M${across} 78h20" stroke="${colour}" stroke-width="3"${dash}/>`, words(name, across + 26, 82));
-    across += 50 + name.length * LETTER;
+    const wide = 50 + name.length * LETTER;
+    if (across > 24 && across + wide > WIDTH) [across, down] = [24, down + 16];
+    parts.push(
+      `<path d="M${across} ${down}h20" stroke="${colour}" stroke-width="3"${dash}/>`,
+      words(name, across + 26, down + 4),
+    );
+    across += wide;
   };
   for (const curve of curves) {
     const name = `${curve.label}${curve.unit ? ` in ${curve.unit}` : ""}`;
     entry(name, palette[curve.colour % palette.length], curve.isDashed === true);
   }
   for (const { name, colour } of runs) entry(name, colours[colour % colours.length], false);
+  if (ghost) entry(ghost, palette[1], true);
   const axes = plot.axes.map((axis) => /** @type {any} */ (axis));
   const length = (scales.x.max ?? 0) - (scales.x.min ?? 0);
   for (const split of axes[0]._splits ?? []) {
@@ -92,7 +100,7 @@ export async function svgPicture(date = new Date()) {
     parts.push(words(label ?? "", beside, middle, `text-anchor="middle" transform="rotate(-90 ${beside} ${middle})"`));
   });
   const seen = marks.filter(({ time }) => time >= (scales.x.min ?? 0) && time <= (scales.x.max ?? 0));
-  for (const { time, text, row, isLeft } of placed(seen, x)) {
+  for (const { time, text, row, isLeft } of placed(seen, x, WIDTH)) {
     const across = x(time).toFixed(1);
     const up = box.top - 4 - row * LINE;
     parts.push(`<path d="M${across} ${box.top}V${box.bottom}" stroke="${mark}" stroke-dasharray="2 3"/>`);
@@ -123,7 +131,13 @@ export async function svgPicture(date = new Date()) {
     const ground = base(switches.indexOf(curve));
     const rows = values[at].map((value) => (value === null ? null : ground + LANE * value));
     drawn(outline(view.times, rows, { ...how, base: ground }, x, y("lane")), colour, "");
-    parts.push(words(curve.label, box.left - 8, y("lane")(ground + LANE / 2) + 4, `text-anchor="end"`));
+    const middle = y("lane")(ground + LANE / 2) + 4;
+    for (const [value, from, to] of stretches(view.times, values[at])) {
+      const word = value === 0 ? "FALSE" : "TRUE";
+      const left = Math.max(x(from), box.left) + 4;
+      if (left + word.length * LETTER < Math.min(x(to), box.right)) parts.push(words(word, left, middle));
+    }
+    parts.push(words(curve.label, box.left - 8, middle, `text-anchor="end"`));
   });
   const area = `<clipPath id="area"><rect x="${box.left}" y="${box.top}" width="${box.right - box.left}" height="${box.bottom - box.top}"/></clipPath>`;
   const style = `text{font:${FONT.replace("11px", "13px")};fill:${faint}}.title{font-weight:600;font-size:18px;fill:${ink}}path:not([fill]){fill:none;stroke-linejoin:round}`;
@@ -135,14 +149,15 @@ export async function svgPicture(date = new Date()) {
  *
  * @param {{ time: number, text: string }[]} marks ascending
  * @param {(time: number) => number} x
+ * @param {number} width of the picture
  */
-function placed(marks, x) {
+function placed(marks, x, width) {
   const free = Array.from({ length: ROWS }, () => 0);
   /** @type {{ time: number, text: string, row: number, isLeft: boolean, more: number }[]} */
   const made = [];
   for (const { time, text } of marks) {
     const wide = text.length * LETTER + 8;
-    const isLeft = x(time) + wide > WIDTH;
+    const isLeft = x(time) + wide > width;
     const from = isLeft ? x(time) - wide : x(time);
     const row = free.findIndex((end) => end <= from);
     const before = made.findLast((one) => one.text !== "");
@@ -151,6 +166,24 @@ function placed(marks, x) {
     made.push({ time, text: row < 0 ? "" : text, row: Math.max(row, 0), isLeft, more: 0 });
   }
   return made.map((one) => ({ ...one, text: one.more > 0 ? `${one.text} +${one.more}` : one.text }));
+}
+
+/**
+ * How long a Boolean stays as it is, time after time.
+ *
+ * @param {number[]} times
+ * @param {(number | null)[]} values
+ * @returns {[number, number, number][]} the value, from when and to when
+ */
+function stretches(times, values) {
+  /** @type {[number, number, number][]} */
+  const found = [];
+  values.forEach((value, at) => {
+    const last = found.at(-1);
+    if (last) last[2] = times[at];
+    if (value !== null && value !== last?.[0]) found.push([value, times[at], times[at]]);
+  });
+  return found;
 }
 
 /** @param {import("tool/store.js").Work} loop */
@@ -168,7 +201,7 @@ export async function pngPicture() {
   image.src = address;
   await image.decode();
   const canvas = document.createElement("canvas");
-  [canvas.width, canvas.height] = [WIDTH * SCALE, HEIGHT * SCALE];
+  [canvas.width, canvas.height] = SIZES.alone.map((length) => length * SCALE);
   canvas.getContext("2d")?.drawImage(image, 0, 0, canvas.width, canvas.height);
   URL.revokeObjectURL(address);
   return new Promise((done) => canvas.toBlob((content) => done(content ?? undefined), "image/png"));

@@ -223,7 +223,7 @@ async function replaced(before, fmu) {
     if (!old || old.variable.kind !== setting.variable.kind || name === loop.description.cycle) continue;
     const isChanged = old.sent !== old.start;
     if (isChanged) setting.sent = setting.value = old.sent;
-    Object.assign(setting, { opened: old.opened, earlier: old.earlier });
+    setting.opened = old.opened;
   }
   const { member, members, step, exchange, notes, runs } = before;
   const isThere = (/** @type {string} */ end) => {

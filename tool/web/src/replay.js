@@ -255,7 +255,7 @@ function showResult(replayed, allowed) {
   const fits = replayed.outputs.length > 0 && replayed.outputs.every((output) => output.different === 0);
   const kind = (/** @type {string} */ name) => loop.description.variables.find((one) => one.name === name);
   const told = verdict(replayed, allowed, block);
-  const isSame = fits && replayed.doubt === null && replayed.settings.length === 0;
+  const isSame = fits && replayed.doubt === null && replayed.settings.length === 0 && replayed.moving.length === 0;
   const found = fitting(replayed).flatMap((change) =>
     "setting" in change ? [/** @type {[string, any]} */ ([change.setting.name, change.setting.value])] : [],
   );

@@ -112,6 +112,22 @@ function fit(changes, { variables }) {
 }
 
 /**
+ * With what of the recording its outputs are equal, though the loop has another value: `the recording's GAIN (0.7 at first, 0.77 at the
+ * end), while 1.2 is in force`.
+ *
+ * @param {Replayed["moving"]} moving
+ * @param {Block} block
+ */
+function withRecorded(moving, { variables }) {
+  const told = moving.map(({ name, first, last, before }) => {
+    const [begin, own] = valuesOf({ name, value: first, before }, variables);
+    const [end] = valuesOf({ name, value: last, before }, variables);
+    return `${name} (${begin} at first, ${end} at the end), while ${own} is in force`;
+  });
+  return `the recording's ${told.join(", and ")}`;
+}
+
+/**
  * The conclusion: the sentence that one looks for, and what else is to be said.
  *
  * @param {Replayed} replayed
@@ -120,7 +136,7 @@ function fit(changes, { variables }) {
  * @returns {{ headline: string, details: string[] }}
  */
 export function verdict(replayed, tolerance, block) {
-  const { outputs, calls, conclusion, settings, suspects } = replayed;
+  const { outputs, calls, conclusion, settings, moving, suspects } = replayed;
   if (conclusion === "equal") {
     const names = listed(outputs.map(({ variable }) => variable));
     const most = Math.max(...outputs.map(({ largest }) => largest), 0);
@@ -133,7 +149,12 @@ export function verdict(replayed, tolerance, block) {
     const is = outputs.length === 1 ? "is" : "are";
     const equal = `${names} ${is} equal from the first cycle on, ${how}.`;
     const more = doubt(replayed, block);
-    if (settings.length === 0) return { headline: equal, details: more };
+    const isOwn = moving.length === 0;
+    if (settings.length === 0 && isOwn) return { headline: equal, details: more };
+    if (settings.length === 0) {
+      return { headline: `${names} ${is} equal with ${withRecorded(moving, block)}.`, details: [equal, ...more] };
+    }
+    if (!isOwn) more.unshift(`It was replayed with ${withRecorded(moving, block)}.`);
     return { headline: `The recording fits ${fit(settings, block)}.`, details: [equal, ...more] };
   }
   const difference = ofDifference(replayed, block);

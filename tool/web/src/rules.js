@@ -6,11 +6,18 @@
  */
 
 import { element, tableHead, text } from "tool/dom.js";
+import { SETTLED } from "tool/figures.js";
 import { unitText } from "tool/signals.js";
 import { rounded, shown } from "tool/values.js";
 
-/** The band in which a step counts as settled, as a part of it. */
-const SETTLED = 0.02;
+/**
+ * The units of predicted figures, as they are shown.
+ *
+ * @typedef {object} Units
+ * @property {string} deviation of a difference of two process values
+ * @property {string} iae
+ * @property {string} travel
+ */
 
 /**
  * All rules side by side.
@@ -18,10 +25,10 @@ const SETTLED = 0.02;
  * @param {Work} loop
  * @param {import("./messages").Row[]} rows
  * @param {import("./messages").Rule} chosen
- * @param {string} unit of the manipulated value
+ * @param {Units} units
  * @param {(rule: import("./messages").Rule) => void} choose
  */
-export function rulesTable(loop, rows, chosen, unit, choose) {
+export function rulesTable(loop, rows, chosen, units, choose) {
   const settings = loop.description.roles.controller.slice(0, 3);
   const names = settings.map((name) => name.slice(name.lastIndexOf(".") + 1));
   const body = rows.map(({ rule, name, tuned, refusal }) => {
@@ -38,9 +45,9 @@ export function rulesTable(loop, rows, chosen, unit, choose) {
         return typeof value === "number" ? rounded(value, "LREAL", 3) : "";
       }),
       ...[number(sensitivity), number(predicted.overshoot, " %"), number(predicted.settling, " s")],
-      number(predicted.travel, ` ${unit}`),
-      ...[number(predicted.load?.deviation ?? null), number(predicted.load?.recovery ?? null, " s")],
-      number(predicted.load?.iae ?? null),
+      number(predicted.travel, ` ${units.travel}`),
+      number(predicted.load?.deviation ?? null, ` ${units.deviation}`),
+      ...[number(predicted.load?.recovery ?? null, " s"), number(predicted.load?.iae ?? null, ` ${units.iae}`)],
       ...[number(tuned.gain_margin), number(tuned.phase_margin, "°")],
     ];
     return element(
@@ -104,8 +111,9 @@ export function applyRow(rule, answer, next) {
  *
  * @param {Work} loop
  * @param {Tuned} answer
+ * @param {Units} units
  */
-export function settingsTable(loop, answer) {
+export function settingsTable(loop, answer, units) {
   const rows = Object.entries(answer.values).map(([name, value]) => {
     const setting = loop.settings[name];
     const kind = setting?.variable.kind ?? "LREAL";
@@ -132,7 +140,7 @@ export function settingsTable(loop, answer) {
     [
       "load: deviation",
       "Largest deviation after a load of 10 % at the plant's input",
-      number(predicted.load?.deviation ?? null),
+      number(predicted.load?.deviation ?? null, ` ${units.deviation}`),
     ],
     [
       "load: recovery",
@@ -182,5 +190,5 @@ export function deadBandRemarks(loop, { setpoint }) {
  * @param {string} [unit]
  */
 function number(value, unit = "") {
-  return value === null || value === undefined ? "–" : `${rounded(value, "LREAL", 3)}${unit}`;
+  return value === null || value === undefined ? "–" : `${rounded(value, "LREAL", 3)}${unit}`.trimEnd();
 }

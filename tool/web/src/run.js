@@ -9,7 +9,7 @@ import { attribute, byId, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { numberField } from "tool/number_field.js";
 import { disturbances, sensorOf } from "tool/plant.js";
-import { againButtons } from "tool/runs.js";
+import { againButtons, isAnotherTest } from "tool/runs.js";
 import { called, isSwitch, pulsePeriod, unitText } from "tool/signals.js";
 import { split, store, variable, wiredTo } from "tool/store.js";
 import { download } from "tool/takeaway.js";
@@ -158,9 +158,12 @@ export function mount(content) {
   });
   store.on("plant", showControls);
   store.on("settings", followSettings);
-  store.on("applied", (/** @type {string[]} */ names) => {
-    const isSetting = names.some((name) => store.loop?.settings[name]?.variable.is_stimulus === false);
-    if (isSetting && store.isLive() && made() > 0) offerAgain(true);
+  store.on("applied", async (/** @type {string[]} */ names) => {
+    const { loop, state } = store;
+    const isSetting = names.some((name) => loop?.settings[name]?.variable.is_stimulus === false);
+    if (!loop || !isSetting || !store.isLive() || made() === 0) return;
+    const isOffered = await isAnotherTest(loop);
+    if (store.loop === loop && store.state?.run === state?.run) offerAgain(isOffered);
   });
   for (const what of ["run", "loop"]) store.on(what, () => offerAgain(false));
   store.on("run", () => {

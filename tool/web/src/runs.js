@@ -155,21 +155,60 @@ function bitsButton({ run, name }) {
 }
 
 /**
+ * All values that the variables of the controller had in a run, each with its last one last.
+ *
+ * @param {Work} loop
+ * @param {Pick<Kept, "setup" | "events" | "calls">} of
+ * @returns {Map<string, import("tool/store.js").Value[]>}
+ */
+function valuesIn(loop, { setup, events, calls }) {
+  const begun = setup.members[0]?.values ?? {};
+  const all = new Map(Object.entries(loop.settings).map(([name, one]) => [name, [begun[name] ?? one.start]]));
+  for (const { variable, value, call } of events) {
+    const [member, name] = split(variable);
+    if (call < calls && member === loop.member) all.get(name)?.push(value);
+  }
+  return all;
+}
+
+/**
  * The settings of a run at its end, those of the controller that are no stimuli.
  *
  * @param {Work} loop
  * @param {Kept} kept
  */
-function settingsOf(loop, { setup, events, run, calls }) {
-  const isNow = store.isLive() && run === store.state?.run;
-  const values = { ...setup.members[0]?.values };
-  for (const { variable, value, call } of events) {
-    if (call >= calls) continue;
-    const [member, name] = split(variable);
-    if (member === loop.member) values[name] = value;
-  }
-  const settings = Object.entries(loop.settings).filter(([name]) => !isStimulus(loop, name));
-  return new Map(settings.map(([name, one]) => [name, isNow ? one.sent : (values[name] ?? one.start)]));
+function settingsOf(loop, kept) {
+  const isNow = store.isLive() && kept.run === store.state?.run;
+  const settings = [...valuesIn(loop, kept)].filter(([name]) => !isStimulus(loop, name));
+  return new Map(settings.map(([name, values]) => [name, isNow ? loop.settings[name].sent : (values.at(-1) ?? 0)]));
+}
+
+/**
+ * The settings of a loop before those of now, for a report: at the end of the run with which it is compared; without one, those with
+ * which the loop came under work.
+ *
+ * @param {Work} loop
+ * @param {number} [run]
+ * @returns {Promise<import("./messages").Setting[]>}
+ */
+export async function settingsBefore(loop, run) {
+  const values = run === undefined ? undefined : valuesIn(loop, await ask({ do: "events", run }));
+  return Object.entries(loop.settings).map(([name, { origin, opened }]) => {
+    return { name, value: values?.get(name)?.at(-1) ?? opened, origin: origin ?? null, file: null };
+  });
+}
+
+/**
+ * Whether the test of the present run would be another one with the settings in force: the run had other ones in some of its calls.
+ *
+ * @param {Work} loop
+ */
+export async function isAnotherTest(loop) {
+  const all = valuesIn(loop, await ask({ do: "events" }));
+  return [...all].some(([name, values]) => {
+    const { sent, variable } = loop.settings[name];
+    return !variable.is_stimulus && values.some((value) => !same(variable.kind, value, sent));
+  });
 }
 
 /**

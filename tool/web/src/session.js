@@ -88,8 +88,8 @@ function save() {
     undo: loop.undo,
     redo: loop.redo,
     settings: Object.entries(loop.settings).map(([name, one]) => {
-      const { file, origin, sent, opened, earlier, value, wrong, why } = one;
-      return { name, file, origin, sent, opened, earlier, value, wrong, why };
+      const { file, origin, sent, opened, value, wrong, why } = one;
+      return { name, file, origin, sent, opened, value, wrong, why };
     }),
   }));
   const live = store.live && setup && store.state && store.state.calls <= MOST_CALLS && events.length <= MOST_EVENTS;

@@ -147,3 +147,12 @@ export function isSwitch(one) {
 export function unitText(unit) {
   return unit === "1" ? "" : (unit ?? "").replace("degC", "°C");
 }
+
+/**
+ * The unit of a difference of two values, as it is shown: of temperatures it is K, as in the figures of a run.
+ *
+ * @param {string | null | undefined} unit
+ */
+export function differenceUnit(unit) {
+  return unit === "degC" ? "K" : unitText(unit);
+}

@@ -63,7 +63,6 @@
  * @property {string | undefined} origin where it stands in the file, `plant.awl:12:8`
  * @property {Value} sent the value in force
  * @property {Value} opened the value with which the loop came under work
- * @property {Value[]} earlier the values that were in force before, the last one last
  * @property {Value} value the last good value of the field
  * @property {string | undefined} wrong a text of the field that is no value
  * @property {string | undefined} why what is wrong with it
@@ -131,7 +130,7 @@ export const store = {
   live: undefined,
   /** @type {Prediction | undefined} */
   prediction: undefined,
-  /** The test of the present run with what is in the fields. @type {import("./messages").Curves | undefined} */
+  /** The test of the present run with what is in the fields. @type {(import("./messages").Tried & { values: Values }) | undefined} */
   ghost: undefined,
   /** Whether the server has stopped responding. */
   isLost: false,
@@ -212,8 +211,7 @@ export const store = {
       const value = found?.value ?? variable.start;
       const origin = found?.origin ?? undefined;
       const start = { variable, start: variable.start, file: found?.value, origin };
-      const inForce = { sent: value, opened: value, earlier: [] };
-      settings[variable.name] = { ...start, ...inForce, value, wrong: undefined, why: undefined };
+      settings[variable.name] = { ...start, sent: value, opened: value, value, wrong: undefined, why: undefined };
     }
     lastId += 1;
     const taken = new Set(["PLANT", "SENSOR", ...store.loops.map((loop) => loop.member)]);
@@ -354,8 +352,11 @@ export const store = {
     const errors =
       loop.checked?.remarks.filter((remark) => remark.is_error).flatMap((remark) => remark.variables) ?? [];
     const good = wanted.filter((name) => loop.settings[name].wrong === undefined && !errors.includes(name));
-    if (good.length === 0) return wanted.length === 0;
-    const values = Object.fromEntries(good.map((name) => [name, loop.settings[name].value]));
+    const isAll = good.length === wanted.length;
+    // What is in force is not set again: it would be marked in the curves as a change.
+    const sending = good.filter((name) => isEdited(loop.settings[name]));
+    if (sending.length === 0) return isAll;
+    const values = Object.fromEntries(sending.map((name) => [name, loop.settings[name].value]));
     try {
       await prepareTakeover(loop, values);
       if (store.live === loop) await store.take(ask({ do: "send", values: named(loop, values) }));
@@ -363,11 +364,11 @@ export const store = {
       store.say(error);
       return false;
     }
-    for (const [name, value] of Object.entries(values)) putInForce(loop.settings[name], value);
-    store.emit("settings", loop === store.loop ? good : []);
+    for (const [name, value] of Object.entries(values)) loop.settings[name].sent = value;
+    store.emit("settings", loop === store.loop ? sending : []);
     store.emit("loops");
-    if (loop === store.loop) store.emit("applied", good);
-    return good.length === wanted.length;
+    if (loop === store.loop) store.emit("applied", sending);
+    return isAll;
   },
 
   /** Takes the last edit back: a value that is in force in the run, too. @returns {Promise<unknown>} */
@@ -527,8 +528,7 @@ export const store = {
       const [member, own] = split(name);
       const setting = member === loop?.member ? loop?.settings[own] : undefined;
       if (setting && act === "set" && call >= state.calls) {
-        putInForce(setting, value);
-        setting.value = value;
+        setting.sent = setting.value = value;
       }
     }
     if (loop && run !== undefined) {
@@ -601,7 +601,7 @@ export const store = {
       const other = loop.members.find((one) => one.name === member);
       if (other) other.values = { ...other.values, [variable]: value };
       else if (loop.settings[variable]) {
-        putInForce(loop.settings[variable], value);
+        loop.settings[variable].sent = value;
         own[variable] = value;
       }
     }
@@ -659,39 +659,10 @@ export function isSettable(variable) {
   return variable.role !== "output" && variable.role !== "local";
 }
 
-/** A ramp has a value for each call: nobody wants all of them. */
-const MOST_EARLIER = 50;
-
-/**
- * Notes the value in force. A value that is taken back was not in force before.
- *
- * @param {Setting} setting
- * @param {Value} value
- */
-function putInForce(setting, value) {
-  const { variable, sent, earlier } = setting;
-  setting.sent = value;
-  if (same(variable.kind, sent, value)) return;
-  const last = earlier.at(-1);
-  if (last !== undefined && same(variable.kind, last, value)) earlier.pop();
-  else earlier.push(sent);
-  if (earlier.length > MOST_EARLIER) earlier.shift();
-}
-
-/**
- * The value that was in force before: that of the opened file, or the loop's earlier one.
- *
- * @param {Work} loop
- * @param {Setting} setting
- */
-export function valueBefore(loop, { opened, earlier }) {
-  return loop.file === undefined ? (earlier.at(-1) ?? opened) : opened;
-}
-
 /** The values of a loop that has just come under work: there were none before. @param {Work} loop */
 export function beginWith(loop) {
   loop.undo = [];
-  for (const setting of Object.values(loop.settings)) Object.assign(setting, { opened: setting.sent, earlier: [] });
+  for (const setting of Object.values(loop.settings)) setting.opened = setting.sent;
 }
 
 /** @param {Setting} setting */
@@ -700,15 +671,16 @@ export function isEdited(setting) {
 }
 
 /**
- * Where the value in the field comes from.
+ * Where a value comes from.
  *
  * @param {Setting} setting
+ * @param {"value" | "sent"} [which] that in the field, or that in force
  * @returns {"start" | "file" | "changed"}
  */
-export function source(setting) {
+export function source(setting, which = "value") {
   const { kind } = setting.variable;
-  if (setting.file !== undefined && same(kind, setting.value, setting.file)) return "file";
-  return setting.file === undefined && same(kind, setting.value, setting.start) ? "start" : "changed";
+  if (setting.file !== undefined && same(kind, setting[which], setting.file)) return "file";
+  return setting.file === undefined && same(kind, setting[which], setting.start) ? "start" : "changed";
 }
 
 /**
@@ -840,8 +812,7 @@ function follow(loop, state, before) {
     const { kind } = setting.variable;
     const last = isSameRun ? before?.values[variable(loop, name)] : undefined;
     if (same(kind, now, setting.sent) || (last !== undefined && same(kind, now, last))) continue;
-    putInForce(setting, now);
-    setting.value = now;
+    setting.sent = setting.value = now;
     moved.push(name);
   }
   return moved;

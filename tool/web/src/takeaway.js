@@ -12,10 +12,10 @@ import { linkOfLoop } from "tool/link.js";
 import { pngPicture, svgPicture } from "tool/picture.js";
 import { programOf } from "tool/program.js";
 import { replaysOf } from "tool/replay.js";
-import { comparedRuns } from "tool/runs.js";
+import { comparedRuns, settingsBefore } from "tool/runs.js";
 import { isTried, showSaved } from "tool/saved.js";
 import { units } from "tool/signals.js";
-import { asLoop, store, valueBefore } from "tool/store.js";
+import { asLoop, store } from "tool/store.js";
 import { tuning } from "tool/tune.js";
 import { rezipped, unzipped } from "tool/zip.js";
 
@@ -310,17 +310,13 @@ async function savePicture(format) {
 
 /** @param {import("tool/store.js").Work} loop */
 async function report(loop) {
-  const settings = Object.entries(loop.settings);
-  const before = settings.map(([name, one]) => ({
-    name,
-    value: valueBefore(loop, one),
-    origin: one.origin ?? null,
-    file: null,
-  }));
+  const runs = comparedRuns(loop);
+  const before = await settingsBefore(loop, runs.length > 1 ? runs[0].run : undefined);
+  const picture = (await svgPicture({ isReport: true })) ?? null;
   const date = `${new Date().toISOString().slice(0, 16).replace("T", " ")} UTC`;
   const { processValue: unit, manipulatedValue: travel_unit } = await units(loop);
   return download({
-    ...{ what: "report", of: asLoop(loop), before, date, tuning: tuning(), picture: (await svgPicture()) ?? null },
-    ...{ runs: comparedRuns(loop), replays: replaysOf(loop), unit: unit || null, travel_unit: travel_unit || null },
+    ...{ what: "report", of: asLoop(loop), before, date, tuning: tuning(), picture },
+    ...{ runs, replays: replaysOf(loop), unit: unit || null, travel_unit: travel_unit || null },
   });
 }

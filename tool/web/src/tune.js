@@ -15,7 +15,7 @@ import { chooser } from "tool/csv.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { applyRow, deadBandRemarks, rulesTable, settingsTable } from "tool/rules.js";
-import { units, unitText } from "tool/signals.js";
+import { differenceUnit, units, unitText } from "tool/signals.js";
 import { userStep } from "tool/steptest.js";
 import { store, valuesOf, wiredTo } from "tool/store.js";
 import { read, rounded, same } from "tool/values.js";
@@ -460,6 +460,12 @@ function unitOfManipulatedValue() {
   return unitText(unitsOf.manipulatedValue) || "%";
 }
 
+/** @returns {import("tool/rules.js").Units} */
+function unitsOfFigures() {
+  const deviation = differenceUnit(unitsOf.processValue);
+  return { deviation, iae: deviation ? `${deviation}·s` : "s", travel: unitOfManipulatedValue() };
+}
+
 /** @type {HTMLElement} */
 let gainUnit;
 
@@ -649,7 +655,7 @@ async function tune() {
       ...{ do: "rules", model: of, rule: kept.rule, structure: kept.structure },
       controller: { name: loop.member, fmu: loop.description.name, values: valuesOf(loop) },
       closed_loop: kept.closedLoop !== "" && closed > 0 ? closed : null,
-      ...{ pace: kept.pace, step, ultimate: kept.ultimate },
+      ...{ pace: kept.pace, step, ultimate: kept.ultimate, exchange: loop.exchange },
     });
     if (mine !== asked || store.loop !== loop) return;
     const row = rows.find(({ rule }) => rule === kept.rule);
@@ -686,7 +692,8 @@ function showRules(rows, chosen, place) {
   if (!loop) return;
   const kept = notes();
   const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset.rule : undefined;
-  const table = rulesTable(loop, rows, kept.rule, unitOfManipulatedValue(), (rule) => {
+  const units = unitsOfFigures();
+  const table = rulesTable(loop, rows, kept.rule, units, (rule) => {
     kept.rule = rule;
     showClosed();
     tune();
@@ -709,7 +716,9 @@ function showRules(rows, chosen, place) {
     element(
       "div",
       { class: "tuned" },
-      answer ? settingsTable(loop, answer) : element("p", { class: "error" }, chosen?.refusal ?? "Choose a rule."),
+      answer
+        ? settingsTable(loop, answer, units)
+        : element("p", { class: "error" }, chosen?.refusal ?? "Choose a rule."),
       element("div", { class: "rules wide" }, table),
     ),
     answer ? remarksOf([...answer.remarks, ...deadBandRemarks(loop, answer.predicted)]) : null,
