@@ -7,7 +7,7 @@ import pytest
 
 import test_tool_run
 from test_tool_run import automatic, browser, open_tool, readout, run_calls, saved, set_now, tool  # noqa: F401
-from tool import add_sensor, new_loop, show_tab
+from tool import add_sensor, new_loop, show_tab, until
 from test_tool_screen import box, open_example
 
 pytestmark = test_tool_run.pytestmark
@@ -157,13 +157,13 @@ def test_a_report_has_the_plant_the_runs_before_and_after_and_numbers_of_three_d
     drawn = """async () => {
         const { store } = await moduleOf("tool/store.js");
         const { svgPicture } = await moduleOf("tool/picture.js");
-        const pictures = () => [true, false].map(isReport => svgPicture({ isReport, date: new Date(0) }));
-        const before = pictures();
+        const pictures = () => Promise.all([true, false].map(isReport => svgPicture({ isReport, date: new Date(0) })));
+        const before = await pictures();
         const [setpoint, process_value, manipulated_value] = [[60, 110, 110], [60, 61, 70], [10, 60, 60]];
         const curves = { ...{ times: [0, 1, 30], setpoint, process_value, manipulated_value } };
         const origin = { time: 10, processValue: 60, manipulatedValue: 10 };
         store.predict({ title: "SIMC", curves, origin });
-        const after = pictures();
+        const after = await pictures();
         store.predict(undefined);
         return after.map((one, at) => one === before[at]);
     }"""
@@ -191,7 +191,7 @@ def test_runs_behind_the_present_one_have_no_row_before_the_first_call(open_tool
     show_tab(page, "Runs")
     page.locator("#runs").get_by_role("button", name="Same test").click()
     behind = "async () => (await moduleOf('tool/curves.js')).shownPicture().behind.map(({ values }) => values.slice(0, 2))"
-    page.wait_for_function(f"async () => (await ({behind})()).length === 2")
+    until(page, f"async () => (await ({behind})()).length === 2")
     # Members act in parallel: at 0 s the controller has not been called, and PV is no temperature of the furnace.
     (no_value, value), (no_output, _) = page.evaluate(behind)
     assert (no_value, no_output) == (None, None) and value == pytest.approx(1382 * 400 / 27648)

@@ -15,7 +15,7 @@ import second_plants
 import test_tool_run
 from test_loop_figures import second
 from test_tool_run import browser, open_tool, run_calls, saved, set_now  # noqa: F401
-from tool import new_loop, show_tab
+from tool import new_loop, show_tab, until
 
 pytestmark = test_tool_run.pytestmark
 
@@ -34,9 +34,7 @@ def switch(page, name, is_on):
     """Throws a switch, and applies it."""
     page.locator(f"#field-{name}").set_checked(is_on)
     page.keyboard.press("Control+Enter")
-    page.wait_for_function(
-        "async ([name, is_on]) => (await moduleOf('tool/store.js')).store.loop.settings[name].sent === is_on", arg=[name, is_on]
-    )
+    until(page, "async ([name, is_on]) => (await moduleOf('tool/store.js')).store.loop.settings[name].sent === is_on", [name, is_on])
 
 
 def open_with(open_tool, block, plant, **settings):

@@ -18,7 +18,7 @@ import pytest
 
 import host
 import oracle
-from tool import ARGUMENTS, CHROMIUM, PAGE, add_sensor, needs_browser, needs_page, new_loop, show_tab, take_generic_plant
+from tool import ARGUMENTS, CHROMIUM, PAGE, add_sensor, needs_browser, needs_page, new_loop, show_tab, take_generic_plant, until
 
 ROOT = pathlib.Path(__file__).parents[1]
 pytestmark = [*needs_browser, needs_page]
@@ -80,7 +80,7 @@ def manual(page):
 def automatic(page):
     """Ends manual mode. Before that, the page may make a call with what was set since the last one."""
     manual(page).uncheck()
-    page.wait_for_function("async () => (await moduleOf('tool/store.js')).store.loop.settings.MAN_ON.sent === false")
+    until(page, "async () => (await moduleOf('tool/store.js')).store.loop.settings.MAN_ON.sent === false")
 
 
 def press_calls(page, calls):
@@ -780,7 +780,7 @@ def test_a_run_with_a_step_test_replays_from_its_curves_and_another_gain_is_name
 
     def in_force(value):
         sent = "Math.fround((await moduleOf('tool/store.js')).store.loop.settings.GAIN.sent)"
-        tool.wait_for_function(f"async value => {sent} === Math.fround(value)", arg=value)
+        until(tool, f"async value => {sent} === Math.fround(value)", value)
 
     gain("0.7")
     show_tab(tool, "Tune")

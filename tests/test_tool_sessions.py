@@ -15,7 +15,7 @@ from test_tool_parameters import (
     open_tool,  # noqa: F401
     page,  # noqa: F401
 )
-from tool import PAGE
+from tool import PAGE, until
 
 pytestmark = test_tool_parameters.pytestmark
 
@@ -41,7 +41,7 @@ def test_a_reload_keeps_loops_values_edits_and_the_run(page):  # noqa: F811
     page.wait_for_function("() => JSON.parse(sessionStorage.getItem('plcfmu')).run?.events.length === 1")
     page.reload()
     field(page, "GAIN").wait_for()
-    page.wait_for_function('async () => (await moduleOf("tool/store.js")).store.state?.calls === 15')
+    until(page, 'async () => (await moduleOf("tool/store.js")).store.state?.calls === 15')
     checked(page)
     after = page.evaluate('async () => (await moduleOf("tool/store.js")).store.state')
     assert after["values"] == before["values"]
@@ -71,7 +71,7 @@ def test_a_session_outlives_its_tab_and_is_offered_on_the_first_page(page):  # n
     other.locator(".recent .session").get_by_text("TIC101").click()
     # After the reload.
     field(other, "GAIN").wait_for()
-    other.wait_for_function('async () => (await moduleOf("tool/store.js")).store.state?.calls === 10')
+    until(other, 'async () => (await moduleOf("tool/store.js")).store.state?.calls === 10')
     assert field(other, "GAIN").input_value() == "7" and other.locator("#what strong").inner_text() == "TIC101"
     # It is the same session, and not another one; it can be forgotten.
     other.evaluate("dispatchEvent(new Event('pagehide'))")

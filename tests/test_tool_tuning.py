@@ -9,7 +9,7 @@ import oracle
 import test_tool_run
 from test_loop_figures import second
 from test_tool_run import automatic, browser, open_tool, recorded, run_calls, saved, set_now, tool  # noqa: F401
-from tool import new_loop, show_tab, take_generic_plant
+from tool import new_loop, show_tab, take_generic_plant, until
 from test_tool_screen import bottom
 
 pytestmark = test_tool_run.pytestmark
@@ -137,7 +137,7 @@ def test_the_prediction_is_of_the_step_that_was_made_and_lies_on_it(tool):
     assert run["values"][0][0] == pytest.approx(45.5, abs=0.01)
     # Another step is what one types.
     tool.locator("#tune-to").fill("40")
-    tool.wait_for_function("async () => (await moduleOf('tool/store.js')).store.prediction?.curves.setpoint.at(-1) === 40")
+    until(tool, "async () => (await moduleOf('tool/store.js')).store.prediction?.curves.setpoint.at(-1) === 40")
 
 
 def test_a_refused_identification_leaves_no_model(tool):
