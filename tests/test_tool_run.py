@@ -1,4 +1,4 @@
-"""The parameter tool's page in a browser: a loop is run, judged, tuned, replayed and taken away, as a user does it.
+"""The parameter tool's page in a browser: a loop is run, judged, tuned and taken away, as a user does it.
 
 The page is that of PLCFMU_TOOL, or target/tool/plcfmu-tool.html (`cargo xtask tool`). What it computes is compared with
 `plcfmu run` of the description that it saves. Screenshots are in target/tool/screenshots afterwards.
@@ -17,7 +17,6 @@ import zipfile
 import pytest
 
 import host
-import oracle
 from tool import ARGUMENTS, CHROMIUM, PAGE, add_sensor, needs_browser, needs_page, new_loop, show_tab, take_generic_plant, until
 
 ROOT = pathlib.Path(__file__).parents[1]
@@ -718,121 +717,6 @@ def test_parameters_are_saved_in_every_format(tool):
         tool.get_by_label("Format of the parameter file").select_option(form, force=True)
         got, content = saved(tool, "Save parameters")
         assert got.endswith(f".{form}") and b"GAIN" in content
-
-
-def test_a_recording_of_the_same_block_replays_equal_and_a_wrong_gain_is_found(tool, tmp_path):
-    set_now(tool, "setpoint", 60)
-    manual(tool).uncheck()
-    run_calls(tool, 60)
-    _, table = saved(tool, "CSV of everything")
-    path = tmp_path / "recorded.csv"
-    path.write_bytes(table)
-    show_tab(tool, "Replay")
-    tool.locator("#replay-file").set_input_files(path)
-    verdict = tool.locator("#replay .verdict")
-    verdict.wait_for()
-    assert "good" in verdict.get_attribute("class"), verdict.inner_text()
-    # Both curves are in sight, in the place of those of the run, while the tab is.
-    chart = tool.locator(".replay-stage canvas")
-    place = chart.bounding_box()
-    assert place["y"] >= 0 and place["y"] + place["height"] <= tool.viewport_size["height"] and place["height"] > 200
-    assert "recorded" in tool.locator(".replay-stage").inner_text() and tool.locator(".no-run").is_hidden()
-    show_tab(tool, "Runs")
-    assert tool.locator(".replay-stage").is_hidden()
-    show_tab(tool, "Replay")
-    lines = table.decode().splitlines()
-    header = lines[0].split(",")
-    at = header.index("TIC101.LMN")
-    rows = [line.split(",") for line in lines[1:]]
-    for cells in rows:
-        cells[at] = repr(-float(cells[at]))
-    wrong = [lines[0], *(",".join(cells) for cells in rows)]
-    path.write_text("\n".join(wrong))
-    tool.locator("#replay-file").set_input_files(path)
-    tool.locator("#replay .verdict.note").wait_for()
-    assert "cycle" in tool.locator("#replay table").first.inner_text()
-    # Settings come near to an output that has pulses of its own, and none explains it: they are not offered.
-    columns = [0, *(header.index(f"TIC101.{name}") for name in ("SP_INT", "PV_IN", "MAN_ON", "LMN"))]
-    for number, cells in enumerate(rows):
-        cells[at] = repr(-0.8 * float(cells[at]) + 5.0 * (number % 3))
-    path.write_text("\n".join(",".join(cells[column] for column in columns) for cells in [header, *rows]))
-    tool.locator("#replay-file").set_input_files(path)
-    tool.get_by_text("No single or paired setting change explains this recording").wait_for()
-    assert "nearest is" in tool.locator("#replay .verdict").inner_text()
-    assert tool.get_by_role("button", name="Use ").count() == 0
-    # A recording in which GAIN changes proves nothing of the one in force.
-    for gain in ("0.77", "1.2"):
-        tool.locator("#field-GAIN").fill(gain)
-        tool.locator("#field-GAIN").press("Enter")
-        if gain == "0.77":
-            run_calls(tool, 20)
-            path.write_bytes(saved(tool, "CSV of everything")[1])
-    show_tab(tool, "Replay")
-    tool.locator("#replay-file").set_input_files(path)
-    tool.locator("#replay .verdict.note strong").get_by_text("equal with the recording's GAIN (2 at first, 0.77 at the end), while 1.2 is in force").wait_for()
-
-
-def test_a_run_with_a_step_test_replays_from_its_curves_and_another_gain_is_named_and_used(tool, tmp_path):
-    def gain(value):
-        tool.locator("#field-GAIN").fill(value)
-        tool.locator("#field-GAIN").press("Enter")
-        in_force(float(value))
-
-    def in_force(value):
-        sent = "Math.fround((await moduleOf('tool/store.js')).store.loop.settings.GAIN.sent)"
-        until(tool, f"async value => {sent} === Math.fround(value)", value)
-
-    gain("0.7")
-    show_tab(tool, "Tune")
-    tool.locator("#step-test").click()
-    tool.locator("#tune .fit").get_by_text("fit").wait_for()
-    set_now(tool, "setpoint", 60)
-    automatic(tool)
-    run_calls(tool, 60)
-    _, table = saved(tool, "CSV of the curves")
-    rows = recorded(table.decode())
-    # The step test switches to manual mode and moves MAN; GAIN was never changed.
-    assert {"TIC101.MAN_ON", "TIC101.MAN", "TIC101.SP_INT", "TIC101.PV_IN"} <= rows.keys() and "TIC101.GAIN" not in rows
-    assert set(rows["TIC101.MAN_ON"]) == {"0", "1"}
-    path = tmp_path / "step_test.csv"
-    path.write_bytes(table)
-    show_tab(tool, "Replay")
-    tool.locator("#replay-file").set_input_files(path)
-    verdict = tool.locator("#replay .verdict strong")
-    verdict.get_by_text("equal from the first cycle on, bit for bit").wait_for()
-    gain("2")
-    tool.get_by_text("The settings have changed since this replay.").wait_for()
-    tool.get_by_role("button", name="Run again with these values").wait_for()
-    tool.get_by_role("button", name="Replay", exact=True).click()
-    verdict.get_by_text("The recording fits GAIN 0.7 instead of 2.").wait_for()
-    tool.locator("#replay").get_by_role("button", name="Use GAIN 0.7").click()
-    in_force(0.7)
-    verdict.get_by_text("equal from the first cycle on, bit for bit").wait_for()
-    # The run had this GAIN in all of its calls: another one would be the same.
-    tool.get_by_role("button", name="Run again with these values").wait_for(state="hidden")
-    # What the report concludes is what the second text of the block does with the recording.
-    _, report = saved(tool, "Report (HTML)")
-    told = report.decode().split("<h2>Replay</h2>")[1].split("<h2>")[0]
-    assert re.search(r"step_test\.csv, replayed with GAIN 2,.*The recording fits GAIN 0\.7 instead of 2\.</strong>.*replayed with GAIN 0\.7,.*<strong>PV, LMN are equal", told, re.S)
-    assert '<td class="name">GAIN</td><td class="number">0.7</td><td class="number">2</td>' in told
-    assert differing(rows, 0.7) == 0 and differing(rows, 2.0) > 20
-    tool.keyboard.press("Control+Z")
-    in_force(2)
-
-
-def differing(rows, gain):
-    """In how many rows CONT_C, as it is written a second time, gives another LMN."""
-    controller = oracle.CONT_C()
-    controller.set("GAIN", gain)
-    controller.restart()
-    count = 0
-    for at, lmn in enumerate(rows["TIC101.LMN"]):
-        for name in ("SP_INT", "PV_IN", "MAN"):
-            controller.set(name, float(rows[f"TIC101.{name}"][at]))
-        controller.set("MAN_ON", rows["TIC101.MAN_ON"][at] == "1")
-        controller.call()
-        count += float(controller.LMN) != float(lmn)
-    return count
 
 
 def test_a_million_calls_do_not_grow_the_memory(tool):

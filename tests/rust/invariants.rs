@@ -7,6 +7,7 @@ use cargo_metadata::MetadataCommand;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// The product; `tests` and `examples` use it.
 const PRODUCT: &[&str] = &[
@@ -98,6 +99,27 @@ fn rooms_below() -> BTreeMap<String, BTreeSet<String>> {
         assert!(!others.contains(room), "the arrows of docs/architecture.md lead from {room} back to it");
     }
     below
+}
+
+#[test]
+fn cargo_xtask_and_cargo_test_compile_the_same() {
+    let tested = compiled(&["--workspace", "--edges=normal,build,dev"]);
+    let findings: Vec<_> =
+        compiled(&["--package=xtask", "--edges=normal,build"]).difference(&tested).cloned().collect();
+    assert_none(
+        &findings,
+        "tests compile this with other features, and all that depends on it twice: name the features in xtask/Cargo.toml",
+    );
+}
+
+/// The packages that cargo compiles, each with its features.
+fn compiled(selection: &[&str]) -> BTreeSet<String> {
+    let mut tree = Command::new(env!("CARGO"));
+    tree.args(["tree", "--offline", "--prefix=none", "--format={p} {f}"]).args(selection).current_dir(root());
+    let output = tree.output().unwrap_or_else(|error| panic!("{error}"));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).expect("cargo prints UTF-8");
+    text.lines().map(|line| line.trim_end_matches("(*)").trim().to_string()).collect()
 }
 
 #[test]
