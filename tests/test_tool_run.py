@@ -357,6 +357,14 @@ def test_an_applied_setting_is_tried_with_one_button_and_drawn_while_it_is_typed
     table = assert_same_bits(tool, run_described)
     assert {number(value) for value in table["TIC101.GAIN"]} == {0.5}
     assert [number(value) for value in table["TIC101.PV"]] == typed
+    # What is typed and not applied is one of "these values", too.
+    tool.locator("#field-GAIN").fill("0.75")
+    tool.locator("#field-GAIN").press("Enter")
+    again.wait_for()
+    tool.locator("#field-GAIN").fill("0.25")
+    again.click()
+    wait_for_runs(tool, 3)
+    until(tool, "async () => (await moduleOf('tool/store.js')).store.loop.settings.GAIN.sent === 0.25")
 
 
 def test_a_saved_description_opens_again_with_the_same_bits(open_tool, tool, tmp_path):

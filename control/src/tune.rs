@@ -344,14 +344,14 @@ fn tune_calmer(home: &dyn Fmus, request: &Request, calmer: Option<f64>) -> Resul
     let (cycle, period) = (controller.cycle(), controller.own_period().unwrap_or_default());
     let added = cycle / 2.0 + period / 2.0;
     let model = Model { dead_time: request.model.dead_time + added, ..request.model };
+    let what = if period > 0.0 { "half of CYCLE and half of the pulses' period" } else { "half of CYCLE" };
     if added > request.model.dead_time {
-        let what = if period > 0.0 { "half of CYCLE and half of the pulses' period" } else { "half of CYCLE" };
         remarks.push(format!(
             "The sampling costs more than the plant's dead time: {what} add {added} s to {} s. A shorter one allows more GAIN.",
             request.model.dead_time
         ));
     }
-    remarks.extend(half_rule(request));
+    remarks.extend(half_rule(request, &model, what));
     if let Some(pace) = request.pace.filter(|pace| !(0.0..=1.0).contains(pace)) {
         bail!("the pace is {pace}: it is from 0, calm, to 1, fast");
     }
@@ -452,17 +452,17 @@ pub fn ratio(heating: &Model, cooling: &Model) -> Result<Ratio> {
     Ok(Ratio { ratio, model: Model { gain, dead_time: slow.dead_time, ..*weaker }, remarks })
 }
 
-/// What is done with a second lag that the rule does not know.
-fn half_rule(request: &Request) -> Option<String> {
+/// What is done with a second lag that the rule does not know; the dead time of the model has that of the sampling in it.
+fn half_rule(request: &Request, model: &Model, sampling: &str) -> Option<String> {
     let knows_two = request.rule == Rule::ZieglerNicholsUltimate
         || request.rule == Rule::Simc && request.structure == Structure::Pid;
     if request.model.second_time_constant == 0.0 || knows_two {
         return None;
     }
-    let Model { time_constant, dead_time, .. } = request.model.without_second_lag();
+    let Model { time_constant, dead_time, .. } = model.without_second_lag();
     Some(format!(
-        "{} knows one lag: half of the smaller one counts as time constant and half as dead time, so that T = {} s and L = {} s. \
-         The margins are those of both lags.",
+        "{} knows one lag: half of the smaller one counts as time constant and half as dead time, so that T = {} s and, with \
+         {sampling}, L = {} s. The margins are those of both lags.",
         rules::name(request.rule),
         short(time_constant),
         short(dead_time)

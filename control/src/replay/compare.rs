@@ -12,6 +12,9 @@ const SEEDS: [u64; 3] = [1, 2, 3];
 /// What these few ways show may be too little by so much.
 const SPREAD: f64 = 3.0;
 
+/// By so many rows more that agree, it is no accident.
+const CLEARLY: usize = 3;
+
 /// What is compared with what.
 pub(super) struct Comparison<'a> {
     pub(super) block: &'a Block<'a>,
@@ -63,6 +66,16 @@ impl Outcome {
     /// The first row in which an output differs.
     pub(super) fn first(&self) -> Option<usize> {
         self.compared.iter().filter_map(|of| of.first).min()
+    }
+
+    /// Whether no output differs earlier than in another run, and one clearly later. What differs later on is of no account: there a
+    /// setting may have been changed.
+    pub(super) fn agrees_longer_than(&self, other: &Outcome, rows: usize) -> bool {
+        let lengths = |of: &Outcome| of.compared.iter().map(|of| of.first.unwrap_or(rows)).collect::<Vec<_>>();
+        let (own, others) = (lengths(self), lengths(other));
+        let pairs = || own.iter().zip(&others);
+        // A row is the call after it in one of the two.
+        pairs().all(|(own, other)| own + 1 >= *other) && pairs().any(|(own, other)| *own > other + CLEARLY)
     }
 
     /// What was allowed because of the inputs' last digits.

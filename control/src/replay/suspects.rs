@@ -327,7 +327,9 @@ impl Diagnosis<'_> {
         for Tried { outcome, changes, range, confused, .. } in all {
             let total = self.comparison.recording.rows;
             let outcome = if self.rows < total { self.comparison.run(&outcome.variant, total)? } else { outcome };
-            if rank(&outcome) >= rank(base) {
+            // What makes fewer values differ, and those by more, is not nearer.
+            let is_farther = outcome.different() > 0 && outcome.largest() > base.largest();
+            if rank(&outcome) >= rank(base) || is_farther {
                 continue;
             }
             let value = |(row, value): (&usize, &f64)| {

@@ -137,6 +137,22 @@ fn a_difference_is_told_with_call_time_and_size() {
 }
 
 #[test]
+fn rows_with_the_outputs_of_the_call_before_are_found_though_the_end_of_the_recording_differs() {
+    let mut rows = recorded(60);
+    // PV is an output of the block, too.
+    for row in (1..60).rev() {
+        (rows[row].2, rows[row].3) = (rows[row - 1].2, rows[row - 1].3);
+    }
+    // From call 39 on, in row 40, something is different that the recording does not have; the last row has the output of call 58.
+    rows[40..].iter_mut().for_each(|row| row.3 += 5.0);
+    let replayed = run(&request(text("time,SP,PV,OUT", &rows)));
+    assert!(says(&replayed, "Each row has the outputs of the call before"), "{:?}", replayed.remarks);
+    let out = &replayed.outputs[0];
+    assert_eq!((out.first, out.different), (Some((39, 19.5)), 20));
+    assert!((out.largest - 5.0).abs() < 1e-5, "{}", out.largest);
+}
+
+#[test]
 fn the_tolerance_of_the_user_is_all_that_is_allowed() {
     let mut rows = recorded(40);
     rows[12].3 += 1.5;

@@ -391,13 +391,14 @@ fn a_second_lag_is_told_where_the_rule_does_not_know_it() {
     let model = Model { second_time_constant: 2.0, ..lag(1.0, 10.0, 1.0) };
     let pi = tuned(&with("CONT_C", Rule::Simc, Structure::Pi, model, &[("CYCLE", 0.1)]));
     assert!(
-        pi.remarks[0].starts_with("SIMC knows one lag") && pi.remarks[0].contains("T = 11 s and L = 2 s"),
+        pi.remarks[0].starts_with("SIMC knows one lag")
+            && pi.remarks[0].contains("T = 11 s and, with half of CYCLE, L = 2.05 s"),
         "{:?}",
         pi.remarks
     );
     let third = Model { second_time_constant: 2.0 / 3.0, ..model };
     let told = &tuned(&with("CONT_C", Rule::Simc, Structure::Pi, third, &[("CYCLE", 0.1)])).remarks[0];
-    assert!(told.contains("T = 10.3333 s and L = 1.33333 s"), "{told}");
+    assert!(told.contains("T = 10.3333 s and, with half of CYCLE, L = 1.38333 s"), "{told}");
     let pid = tuned(&with("CONT_C", Rule::Simc, Structure::Pid, model, &[("CYCLE", 0.1)]));
     assert!(!pid.remarks.iter().any(|remark| remark.contains("one lag")));
     // 2 s / 1.238 = 1.6155 s.

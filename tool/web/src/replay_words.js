@@ -181,9 +181,11 @@ export function verdict(replayed, tolerance, block) {
   }
   const [best] = suspects;
   const still = best?.different === 1 ? "1 value still differs" : `${best?.different} values still differ`;
+  const begin = Math.min(...outputs.flatMap(({ first: at }) => at?.[0] ?? []));
+  const where = begin > 0 ? " that changed there: a setting perhaps" : "";
   const nearest = best
     ? `The nearest is: ${changed(best, block)} (${still}).`
-    : "Look for the cause in what the recording does not have.";
+    : `Look for the cause in what the recording does not have${where}.`;
   return {
     headline: "No single or paired setting change explains this recording.",
     details: [`${difference}.`, nearest, ...recorded],

@@ -62,7 +62,7 @@ export function rulesTable(loop, rows, chosen, units, choose) {
     {},
     tableHead(
       [
-        ...["Rule", ...names, "Ms", "overshoot", "settles", "travel", "load: deviation", "recovers", "IAE"],
+        ...["Rule", ...names, "Ms", "overshoot", "settles", "travel", "load: deviation", "recovers", "load: IAE"],
         ...["gain margin", "phase margin"],
       ],
       (at) => at > 0,

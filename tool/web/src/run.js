@@ -354,6 +354,8 @@ function offerAgain(isOffered) {
 async function runAgain() {
   pause();
   try {
+    // What is typed is part of "these values".
+    if (!(await store.send())) return;
     await store.repeat("same_test");
     if (byId("run").contains(document.activeElement) || document.activeElement === document.body) runButton.focus();
   } catch (error) {
