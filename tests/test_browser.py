@@ -27,6 +27,9 @@ PAGES = [
 # Pages of FMUs are of one kind: the longest have what the others have.
 LONGEST = sorted(host.names(), key=lambda name: zipfile.ZipFile(host.FOLDER / f"{name}.fmu").getinfo("documentation/index.html").file_size)[-4:]
 LONGEST_PAGES = [page for page in FMU_PAGES if page.split("/")[1] in LONGEST]
+# `cargo xtask test --deep` looks at all of them.
+EACH_FMU_PAGE = [page if page in LONGEST_PAGES else pytest.param(page, marks=pytest.mark.deep) for page in FMU_PAGES]
+EACH_PAGE = [*(page for page in PAGES if page not in FMU_PAGES), *EACH_FMU_PAGE]
 AXED = [page for page in PAGES if page not in FMU_PAGES or page in LONGEST_PAGES]
 SHOWN = ["index.html", "docs/studies.html", "examples/index.html", "python/index.html", *LONGEST_PAGES]
 
@@ -88,7 +91,7 @@ def is_outside(url):
     return not url.startswith(("file:", "data:", "blob:"))
 
 
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize("name", EACH_PAGE)
 def test_a_page_is_as_wide_as_its_window_and_shows_its_pictures(show, name):
     for width in (DESKTOP, PHONE):
         page = show(name, width)
@@ -182,7 +185,7 @@ def axe(page, options):
     return Axe().run(page, options=options).response["violations"]
 
 
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize("name", EACH_PAGE)
 def test_the_dark_scheme_is_dark_everywhere(show, name):
     page = show(name, scheme="dark")
     brightness = "element => Math.max(...getComputedStyle(element).backgroundColor.match(/[0-9.]+/g).slice(0, 3))"
@@ -191,7 +194,7 @@ def test_the_dark_scheme_is_dark_everywhere(show, name):
     assert all(paper < 64 for paper in page.eval_on_selector_all("svg .paper", papers))
 
 
-@pytest.mark.parametrize("name", FMU_PAGES)
+@pytest.mark.parametrize("name", EACH_FMU_PAGE)
 def test_drawings_and_formulas_are_shown(show, name):
     page = show(name)
     large = """elements => elements.map(one => one.getBoundingClientRect())
@@ -205,7 +208,7 @@ def test_drawings_and_formulas_are_shown(show, name):
     assert page.locator("merror").count() == 0
 
 
-@pytest.mark.parametrize("name", FMU_PAGES)
+@pytest.mark.parametrize("name", EACH_FMU_PAGE)
 def test_lines_of_a_formula_meet_at_their_signs_of_equality_and_no_name_of_a_lane_is_struck(show, name):
     page = show(name)
     left_sides = """cells => cells.filter(cell => cell.firstElementChild).map(cell => cell.getBoundingClientRect().right
@@ -215,7 +218,7 @@ def test_lines_of_a_formula_meet_at_their_signs_of_equality_and_no_name_of_a_lan
     assert all(gap > 0 for gap in page.eval_on_selector_all('svg.chart g[class^="curve"] + text', below))
 
 
-@pytest.mark.parametrize("name", FMU_PAGES)
+@pytest.mark.parametrize("name", EACH_FMU_PAGE)
 def test_an_anchor_opens_the_help_of_a_variable(show, name):
     page = show(name)
     variable = page.locator("tr[id]").last.get_attribute("id")
@@ -223,7 +226,7 @@ def test_an_anchor_opens_the_help_of_a_variable(show, name):
     assert page.locator(f'tr[id="{variable}"]').evaluate("row => row.getBoundingClientRect().top < innerHeight")
 
 
-@pytest.mark.parametrize("name", FMU_PAGES)
+@pytest.mark.parametrize("name", EACH_FMU_PAGE)
 def test_print_cuts_nothing(show, name):
     page = show(name, PAPER)
     page.emulate_media(media="print")

@@ -426,6 +426,8 @@ BUILDS = {
     "win64": "zig cc -target x86_64-windows-gnu -O2",
     "win64 by mingw": "x86_64-w64-mingw32-gcc -std=c99 -O2",
 }
+# One of each kind is enough for every day: the others are compiled by `cargo xtask test --deep`.
+DEEP = ["gcc -O3", "clang -O0", "clang -O3 -march=native", "gcc -O2 -mfma", "zig", "i386 with SSE", "aarch64", "win64"]
 RUNNERS = {"aarch64": ["qemu-aarch64"], "win64": [host.remote.RUNNERS["win64"]]}
 
 
@@ -447,7 +449,7 @@ def hashes(program, words, runner, folder):
     return run(*runner, built, env=environment).split()
 
 
-@pytest.mark.parametrize("build", BUILDS)
+@pytest.mark.parametrize("build", [pytest.param(name, marks=[pytest.mark.deep] * (name in DEEP)) for name in BUILDS])
 def test_every_compiler_option_and_platform_gives_the_same_states(build, program, expected, tmp_path):
     assert hashes(program, BUILDS[build], RUNNERS.get(build.split(" by")[0], []), tmp_path) == expected
 

@@ -1,11 +1,13 @@
-//! What `cargo xtask test --deep` adds: the tests that call the libraries' C functions, in Rust and in Python, under
-//! valgrind, which watches every read and write and counts every leak; and those in Rust with far more cases.
+//! What `cargo xtask test --deep` adds: the tests in Python that are marked as deep; the tests that call the libraries' C functions,
+//! in Rust and in Python, under valgrind, which watches every read and write and counts every leak; and those in Rust with far more
+//! cases.
 
 use crate::python::Environment;
 use anyhow::{Context, Result, bail};
 use plcfmu::build::compile::artifacts;
 use plcfmu::build::workspace::{self, Workspace};
 use plcfmu::command::{heading, output, run};
+use std::ffi::OsString;
 use std::fs;
 use std::process::Command;
 
@@ -28,8 +30,12 @@ pub fn ready() -> Result<()> {
     version.context("--deep needs valgrind: on Debian and Ubuntu 'apt install valgrind'").map(|_| ())
 }
 
-/// Runs the tests.
-pub fn test(workspace: &Workspace, environment: &Environment) -> Result<()> {
+/// Runs the tests. Those in Python that are left out otherwise need these variables.
+pub fn test(workspace: &Workspace, environment: &Environment, variables: &[(&str, OsString)]) -> Result<()> {
+    heading("Python tests that take long");
+    let mut pytest = environment.python();
+    pytest.args(["-m", "pytest", "tests", "-m", "deep", "-nauto", "--dist=loadfile"]);
+    run(pytest.envs(variables.iter().cloned()).current_dir(&workspace.root))?;
     let mut build = workspace::cargo();
     build.args(["test", "--package", "tests", "--test", "*", "--no-run"]).current_dir(&workspace.root);
     let programs: Vec<_> = artifacts(&mut build)?.into_iter().filter_map(|artifact| artifact.executable).collect();

@@ -19,7 +19,7 @@ use std::process::Command;
 /// How much to test.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
-    /// Also run the tests under valgrind, and the random ones with far more cases (half an hour more)
+    /// Also run the tests that take long, all under valgrind, and the random ones with far more cases (an hour more)
     #[arg(long)]
     pub deep: bool,
     /// Also run tests on the libraries for other platforms, under Wine and qemu: .ci/platforms (an hour more)
@@ -45,16 +45,17 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     let mut tests = workspace::cargo();
     tests.args(["test", "--workspace"]).env("PLCFMU_LIBRARIES", libraries(workspace)?);
     run(tests.current_dir(&workspace.root))?;
-    let libclang = libclang(&environment)?;
     steps.begin("the parameter tool");
     let files = [("PLCFMU_FMUS", workspace.fmus()), ("PLCFMU_TOOL", make::place(workspace))];
+    let variables: Vec<_> =
+        libclang(&environment)?.into_iter().chain(files.map(|(name, path)| (name, path.into_os_string()))).collect();
     page(workspace)?;
     steps.begin("other importers in Rust");
     let mut importers = workspace::cargo();
     importers.args(["test", "--locked", "--manifest-path", "tests/importers/Cargo.toml"]);
     // What both workspaces depend on is compiled once.
     importers.arg("--target-dir").arg(&workspace.target);
-    run(importers.current_dir(&workspace.root).envs(libclang.clone()).envs(files.clone()))?;
+    run(importers.current_dir(&workspace.root).envs(variables.clone()))?;
     steps.begin("Python tests");
     let mut pytest = environment.python();
     pytest.args(["-m", "pytest", "tests", "-nauto", "--dist=loadfile"]).args(&options.pytest);
@@ -62,10 +63,10 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     if options.pytest.is_empty() {
         pytest.env("PLCFMU_RESULTS", workspace.target.join("results"));
     }
-    run(pytest.envs(libclang).envs(files).current_dir(&workspace.root))?;
+    run(pytest.envs(variables.clone()).current_dir(&workspace.root))?;
     if options.deep {
         steps.begin("deep tests");
-        deep::test(workspace, &environment)?;
+        deep::test(workspace, &environment, &variables)?;
     }
     if options.platforms {
         steps.begin("other platforms");
