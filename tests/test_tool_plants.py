@@ -178,7 +178,7 @@ def test_predicted_and_run_figures_agree(open_tool, command, tmp_path, walk):
     assert_predicted(told, rows, begin, page)
     if walk is heating_and_cooling:
         # A difference of temperatures is in K.
-        assert told["row"]["load: deviation"].endswith(" K") and told["row"]["IAE"].endswith(" K·s"), told["row"]
+        assert told["row"]["load: deviation"].endswith(" K") and told["row"]["load: IAE"].endswith(" K·s"), told["row"]
     if walk is furnace:
         # The report's prediction is of the same calls as the run.
         text = saved(page, "Report (HTML)")[1].decode().split("Predicted and measured</h2>")[1].split("</table>")[0]
