@@ -189,8 +189,10 @@ fn a_setpoint_step_is_predicted_beside_what_was_measured_and_drawn_alone() {
     let mut begin = figures.clone();
     begin.step.as_mut().unwrap().cause = control::figures::Cause::Start;
     assert!(!with(&tuning(1.5), &begin).contains("Predicted and measured"));
-    let whole = Figures { from: 0.0, ..figures };
-    assert!(!with(&tuning(1.5), &whole).contains("The measured step"));
+    // A step that is most of the run is drawn alone only beside its prediction.
+    let whole = |of: &Figures| Figures { from: 0.0, ..of.clone() };
+    assert!(with(&tuning(1.5), &whole(&figures)).contains("The measured step"));
+    assert!(!with(&tuning(1.5), &whole(&begin)).contains("The measured step"));
 }
 
 #[test]
