@@ -584,10 +584,9 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
             // What was not given before had its start value.
             let before = before.or_else(|| has_before.then_some(variable.start));
             let reference = before.unwrap_or(variable.start);
-            let is_changed = shown(variable, value) != shown(variable, reference);
-            let is_unused = unused.contains(&field.name);
             let source = report.record.and_then(|record| record.source_of_own(&field.name));
-            let is_changed = is_changed && source.is_none();
+            let is_changed = source.is_none() && shown(variable, value) != shown(variable, reference);
+            let is_unused = unused.contains(&field.name);
             let class = match (is_changed, is_unused) {
                 (true, _) => " class=\"changed\"",
                 (_, true) => " class=\"unused\"",

@@ -135,8 +135,7 @@ export async function bringUpToDate() {
   show();
 }
 
-/** What is shown, for a picture of it. */
-/** @param {boolean} [isRunOnly] without what is tried or predicted */
+/** What is shown, for a picture of it. @param {boolean} [isRunOnly] without what is tried or predicted */
 export function shownPicture(isRunOnly = false) {
   const visible = curves.filter(isShown);
   return {

@@ -104,7 +104,7 @@ function show(figures, why) {
   glance(all);
   for (const { key, value, unit } of all) {
     const place = /** @type {HTMLElement} */ (places.get(key));
-    text(place, value === null ? "–" : `${rounded(value, "LREAL", 3)} ${shownUnit(unit)}`.trimEnd());
+    text(place, value === null ? "–" : valueText(value, unit));
     place.title = value === null ? "" : String(value);
   }
   const sentences = figures?.remarks ?? [];
@@ -167,33 +167,32 @@ const GLANCE = [
   ["iae", "IAE"],
 ];
 
-/**
- * The figures that one looks at first, in a line.
- *
- * @param {import("./messages").Figure[]} all
- */
-export function glanceText(all) {
-  const found = GLANCE.flatMap(([key, name]) => {
-    const figure = all.find((one) => one.key === key);
-    const there = figure && figure.value !== null;
-    return there ? [`${name} ${rounded(figure.value, "LREAL", 3)} ${shownUnit(figure.unit)}`.trimEnd()] : [];
-  });
-  return found.join(", ");
+/** A figure with its unit. @param {number} value @param {string | null} unit */
+function valueText(value, unit) {
+  return `${rounded(value, "LREAL", 3)} ${shownUnit(unit)}`.trimEnd();
 }
 
-/**
- * The figures that one looks at first, in the run bar.
- *
- * @param {import("./messages").Figure[]} all
- */
+/** The figures that one looks at first, as far as there are values. @param {import("./messages").Figure[]} all */
+function glanced(all) {
+  return GLANCE.flatMap(([key, name]) => {
+    const figure = all.find((one) => one.key === key);
+    return figure && figure.value !== null ? [{ ...figure, name, value: figure.value }] : [];
+  });
+}
+
+/** They in a line. @param {import("./messages").Figure[]} all */
+export function glanceText(all) {
+  return glanced(all)
+    .map(({ name, value, unit }) => `${name} ${valueText(value, unit)}`)
+    .join(", ");
+}
+
+/** They in the run bar. @param {import("./messages").Figure[]} all */
 function glance(all) {
   const manual = store.loop && store.isLive() && roles(store.loop).manual;
   const isManual = manual && store.state?.values[manual] === true;
-  const found = GLANCE.flatMap(([key, name]) => {
-    // In manual mode nothing brings the deviation to zero: its integral judges no controller.
-    const figure = key === "iae" && isManual ? undefined : all.find((one) => one.key === key);
-    return figure && figure.value !== null ? [{ ...figure, name }] : [];
-  });
+  // In manual mode nothing brings the deviation to zero: its integral judges no controller.
+  const found = glanced(isManual ? all.filter(({ key }) => key !== "iae") : all);
   fill(
     byId("glance"),
     found.map(({ name, title, meaning, value, unit }) =>
@@ -201,7 +200,7 @@ function glance(all) {
         "div",
         { title: `${title}: ${meaning}` },
         element("dt", {}, name),
-        element("dd", { "data-full": String(value) }, `${rounded(value, "LREAL", 3)} ${shownUnit(unit)}`.trimEnd()),
+        element("dd", { "data-full": String(value) }, valueText(value, unit)),
       ),
     ),
   );
