@@ -266,6 +266,19 @@ def test_the_advice_of_an_fmu_goes_to_standard_error(run):
     assert "MAN_ON is TRUE: LMN follows MAN = 0 within its limits until MAN_ON is FALSE" in done.stderr
 
 
+def test_the_figures_do_not_depend_on_what_is_recorded(run):
+    """A step while the loop is in manual mode is none: automatic mode at 300 s begins it."""
+    record = ["CONT_C.SP_INT", "CONT_C.PV", "CONT_C.LMN"]
+    given = {"CONT_C.GAIN": 0.7, "CONT_C.TI": 130, "CONT_C.SP_INT": "60@60", "CONT_C.MAN_ON": "false@300", "CONT_C.CYCLE": 1}
+
+    def figures(*more):
+        done = run("CONT_C", "HEATER", connect=LOOP, set=given, record=[*record, *more], step=1, stop=900)
+        assert done.returncode == 0, done.stderr
+        return [line for line in done.stdout.splitlines() if re.match(r" *(rise|settling|overshoot|after|step|from)", line)]
+
+    assert figures() == figures("CONT_C.MAN_ON") != []
+
+
 def test_a_drawing_can_be_svg(run, tmp_path):
     assert run("HEATER", stop=2, plot="result.svg").returncode == 0
     assert (tmp_path / "result.svg").read_text().startswith("<svg ")

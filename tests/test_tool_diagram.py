@@ -228,9 +228,9 @@ def test_the_diagram_stands_on_a_phone_and_in_the_dark(open_tool):
             show_tab(page, "Parameters")
             page.get_by_role("button", name="More").click()
         page.locator('[data-input="start"] .push').wait_for()
-        run_calls(page, 40, 0.1)
+        run_calls(page, 40, 0.5)
         page.locator('[data-input="start"] .push').click()
-        run_calls(page, 300, 0.1)
+        run_calls(page, 300, 0.5)
         label(page, "TankFilling.pump").wait_for()
         drawn(page)
         screenshot(page, f"diagram-{size[0]}-{scheme}")
@@ -329,9 +329,9 @@ def test_a_session_with_a_plant_becomes_a_test_that_plcfmu_test_runs(open_tool, 
     until(page, "async () => (await moduleOf('tool/store.js')).store.loop?.connections.length === 5")
     start = page.locator('[data-input="start"] .push')
     start.wait_for()
-    run_calls(page, 5, 0.1)
+    run_calls(page, 5, 0.5)
     start.click()
-    run_calls(page, 400, 0.1)
+    run_calls(page, 400, 0.5)
     values = page.evaluate(VALUES)
     assert values["TankFilling.step"] == 40 and values["TankFilling.fillings"] == 1
     # Log, Save as test, Save.
@@ -349,9 +349,14 @@ def test_a_session_with_a_plant_becomes_a_test_that_plcfmu_test_runs(open_tool, 
     assert done.returncode == 0 and "what was recorded on the page: ok" in done.stdout, done.stdout + done.stderr + content.decode()
     # It fails if the program does something else: a tank that is full at 70 % is full earlier.
     source = tmp_path / "tank.scl"
-    source.write_text(source.read_text().replace("levelFull : Real := 80.0", "levelFull : Real := 70.0"))
+    text = source.read_text()
+    source.write_text(text.replace("levelFull : Real := 80.0", "levelFull : Real := 70.0"))
     done = run_case(command, tmp_path, content)
     assert done.returncode != 0 and re.search(r"(step|pump|inletValve|fillings) is .*, expected", done.stdout), done.stdout
+    # With half the gain, only an analog output differs.
+    source.write_text(text.replace("GAIN := -2.0", "GAIN := -1.0"))
+    done = run_case(command, tmp_path, content)
+    assert done.returncode != 0 and re.search(r"outlet is .*, expected", done.stdout), done.stdout
     # What is struck out is not expected.
     page.get_by_role("button", name="Strike out all").click()
     _, none = saved(page, "Save TankFilling_test.toml", "#done")

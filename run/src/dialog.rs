@@ -26,6 +26,9 @@ use blocks::Role;
 use modeldescription::Table;
 use serde::{Deserialize, Serialize};
 
+/// The meaning of the signal that is TRUE while a controller inside a program is in manual mode.
+pub const MANUAL_MODE: &str = "manual mode";
+
 /// The roles of an FMU's variables in a loop. All names are the FMU's own.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(default)]
@@ -241,6 +244,12 @@ impl Roles {
                 || self.setpoint.as_deref() == Some(name)
                 || named(&self.disturbances)
                 || named(&self.stimuli))
+    }
+
+    /// Whether a controller is in manual mode: its switch, or the variable that says so where a program sets the switch.
+    pub fn manual_mode(&self) -> Option<&String> {
+        let said = || self.signals.iter().find(|(meaning, _)| meaning == MANUAL_MODE).map(|(_, name)| name);
+        self.manual.as_ref().map(|(switch, _)| switch).or_else(said)
     }
 
     /// What tells that an actuator is at one of its stops.

@@ -5,7 +5,9 @@
 
 mod known;
 
-use crate::syntax::key;
+use crate::compiler::{Compiler, Interface};
+use crate::syntax::{Block, BlockKind, SectionKind, attribute, key};
+use crate::system_memory;
 use crate::undeclared::{Bounds, Formal, Part, Undeclared, Uses, What};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -223,6 +225,11 @@ impl<'a> Declared<'a> {
         let name = &self.of.name;
         let stub = "its inputs are outputs of the FMU, and its outputs inputs";
         let (what, text) = match self.kind {
+            Kind::Variable if self.system_address().is_some() => {
+                let (address, of) = self.system_address().unwrap_or_default();
+                let what = format!("system or clock memory at {address}");
+                (what, format!("VAR_GLOBAL\n   \"{name}\" AT {address} : {of};\nEND_VAR\n"))
+            }
             Kind::Variable => {
                 let of = self.node.written("   ");
                 let what = match (self.node.of(), self.node.members.len()) {
@@ -256,41 +263,116 @@ impl<'a> Declared<'a> {
         Assumption { name: name.clone(), what, at: (self.of.span.file, self.of.span.start), text }
     }
 
+    /// Where the CPU keeps what it writes itself under this name, and the type: unless the uses tell another.
+    fn system_address(&self) -> Option<(String, &'static str)> {
+        let (address, of) = system_memory::proposed(&key(&self.of.name))?;
+        let is_plain = self.node.element.is_none() && self.node.members.is_empty() && !self.node.is_written();
+        (is_plain && self.node.of().is_none_or(|told| told.eq_ignore_ascii_case(of))).then_some((address, of))
+    }
+
     fn block(&self, name: &str) -> String {
         let sections = sections(&self.formals);
         format!("FUNCTION_BLOCK \"{name}\"\n{{ {STUB} := 'TRUE' }}\n{sections}BEGIN\nEND_FUNCTION_BLOCK\n")
     }
 
-    /// A function that hands its arguments on to variables, and takes its values from them.
     fn function(&self) -> String {
-        let name = &self.of.name;
         let value = self.node.value.as_ref().map(|value| value.of().unwrap_or(DEFAULT));
-        let result = known::value(&key(name)).or(value).unwrap_or("VOID");
-        let call = format!("{name}_call");
-        let mut members = String::new();
-        let mut body = String::new();
-        for formal in &self.formals {
-            let own = quoted(&formal.name);
-            let of = formal.of.as_deref().unwrap_or(DEFAULT);
-            let _ = writeln!(members, "      {own} : {of};");
-            let parameter = format!("#{own}");
-            let _ = match formal.is_output {
-                true => writeln!(body, "   {parameter} := \"{call}\".{own};"),
-                false => writeln!(body, "   \"{call}\".{own} := {parameter};"),
-            };
-        }
-        if result != "VOID" {
-            let _ = writeln!(members, "      RET_VAL : {result};");
-            let _ = writeln!(body, "   RET_VAL := \"{call}\".RET_VAL;");
-        }
-        let globals = match members.is_empty() {
-            true => String::new(),
-            false => format!("VAR_GLOBAL\n   \"{call}\" : STRUCT\n{members}   END_STRUCT;\nEND_VAR\n"),
+        function(&self.of.name, known::value(&key(&self.of.name)).or(value).unwrap_or("VOID"), &self.formals)
+    }
+}
+
+/// A function that hands its arguments on to variables, and takes its values from them.
+fn function(name: &str, result: &str, formals: &[Formal]) -> String {
+    let call = format!("{name}_call");
+    let mut members = String::new();
+    let mut body = String::new();
+    for formal in formals {
+        let own = quoted(&formal.name);
+        let of = formal.of.as_deref().unwrap_or(DEFAULT);
+        let _ = writeln!(members, "      {own} : {of};");
+        let parameter = format!("#{own}");
+        let _ = match formal.is_output {
+            true => writeln!(body, "   {parameter} := \"{call}\".{own};"),
+            false => writeln!(body, "   \"{call}\".{own} := {parameter};"),
         };
-        let sections = sections(&self.formals);
-        format!(
-            "FUNCTION \"{name}\" : {result}\n{{ {STUB} := 'TRUE' }}\n{sections}BEGIN\n{body}END_FUNCTION\n{globals}"
-        )
+    }
+    if result != "VOID" {
+        let _ = writeln!(members, "      RET_VAL : {result};");
+        let _ = writeln!(body, "   RET_VAL := \"{call}\".RET_VAL;");
+    }
+    let globals = match members.is_empty() {
+        true => String::new(),
+        false => format!("VAR_GLOBAL\n   \"{call}\" : STRUCT\n{members}   END_STRUCT;\nEND_VAR\n"),
+    };
+    let sections = sections(formals);
+    format!("FUNCTION \"{name}\" : {result}\n{{ {STUB} := 'TRUE' }}\n{sections}BEGIN\n{body}END_FUNCTION\n{globals}")
+}
+
+/// Whether a block is marked as a stub.
+pub fn is_marked(block: &Block) -> bool {
+    attribute(&block.attributes, STUB).is_some_and(|value| value.eq_ignore_ascii_case("true"))
+}
+
+impl Compiler<'_> {
+    /// Stubs for the blocks that cannot be read: those that others call, or those that are named. What is wrong in them is then
+    /// their own matter.
+    pub fn unreadable(&self, only: Option<&[String]>) -> Vec<Assumption> {
+        let is_called =
+            |block: usize| self.calls.iter().any(|(caller, callee, _)| *callee == block && *caller != block);
+        let is_asked = |block: usize, name: &str| match only {
+            Some(names) => names.iter().any(|of| key(of) == key(name)),
+            None => is_called(block),
+        };
+        let stub = |(number, interface): (usize, &Interface)| {
+            let (file, index) = interface.source.filter(|(file, _)| *file != self.library_file())?;
+            let block = self.block((file, index));
+            let reason = self.report.first_error(self.trees[file].extents[index])?;
+            if is_marked(block) || !is_asked(number, &interface.name) {
+                return None;
+            }
+            let text = match interface.kind {
+                BlockKind::FunctionBlock => self.stub_of_block(interface),
+                BlockKind::Function => self.stub_of_function(interface),
+                _ => return None,
+            };
+            let what = format!("a stub, as it cannot be read: {reason}");
+            Some(Assumption { name: interface.name.clone(), what, at: (file as u32, block.name.span.start), text })
+        };
+        self.blocks.iter().enumerate().filter_map(stub).collect()
+    }
+
+    /// The declarations of a block's variables of these sections; those whose type has no name are left out.
+    fn lines(&self, interface: &Interface, of: SectionKind) -> String {
+        let members = interface.members.iter().filter(|member| member.section == of);
+        members
+            .filter_map(|member| Some(format!("   {} : {};\n", quoted(&member.name), self.written(&member.of)?)))
+            .collect()
+    }
+
+    fn stub_of_block(&self, interface: &Interface) -> String {
+        let words = [
+            ("VAR_INPUT", SectionKind::Input),
+            ("VAR_OUTPUT", SectionKind::Output),
+            ("VAR_IN_OUT", SectionKind::InOut),
+            ("VAR", SectionKind::Static),
+        ];
+        let sections = words.map(|(word, of)| match self.lines(interface, of) {
+            lines if lines.is_empty() => lines,
+            lines => format!("{word}\n{lines}END_VAR\n"),
+        });
+        let name = &interface.name;
+        format!("FUNCTION_BLOCK \"{name}\"\n{{ {STUB} := 'TRUE' }}\n{}BEGIN\nEND_FUNCTION_BLOCK\n", sections.concat())
+    }
+
+    fn stub_of_function(&self, interface: &Interface) -> String {
+        let is_parameter = |section| matches!(section, SectionKind::Input | SectionKind::Output | SectionKind::InOut);
+        let parameters = interface.members.iter().filter(|member| is_parameter(member.section));
+        let formals = parameters.filter_map(|member| {
+            let of = Some(self.written(&member.of)?);
+            Some(Formal { name: member.name.clone(), is_output: member.section == SectionKind::Output, of })
+        });
+        let result = self.written(&interface.result).unwrap_or_else(|| "VOID".into());
+        function(&interface.name, &result, &formals.collect::<Vec<_>>())
     }
 }
 

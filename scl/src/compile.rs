@@ -1,6 +1,6 @@
 //! Sources to a typed program.
 
-use crate::assume::{Assumption, declare};
+use crate::assume::{self, Assumption, declare};
 use crate::compiler::{BlockId, Compiler, Note};
 use crate::lexer::Span;
 use crate::network::{self, Network};
@@ -107,6 +107,7 @@ fn translated(sources: &[Source], options: &Manifest, is_watched: bool) -> Resul
     let instance = root.as_ref().map_or("", |root| root.instance.as_str());
     let globals = crate::interface::globals(&compiler, instance);
     let globals = compiler.told(globals, Span::default()).unwrap_or_default();
+    compiler.tell_overlaps();
     compiler.tell_undeclared();
     let Compiler { report, mut program, notes, .. } = compiler;
     program.files = all.iter().map(|source| source.file.clone()).collect();
@@ -177,7 +178,10 @@ pub fn assume(sources: &[Source], options: &Manifest, only: Option<&[String]>) -
         if let Some(only) = only {
             missing.retain(|name, _| only.iter().any(|of| key(of) == *name));
         }
-        let found = declare(&missing, assumptions.len(), &|name| compiler.names.contains_key(&key(name)));
+        let mut found = declare(&missing, assumptions.len(), &|name| compiler.names.contains_key(&key(name)));
+        if found.is_empty() {
+            found = compiler.unreadable(only);
+        }
         if found.is_empty() {
             break;
         }
@@ -245,6 +249,9 @@ impl<'a> Compiler<'a> {
                     names.insert(block.name.key(), (file, index));
                     continue;
                 };
+                if !is_library && self.is_replaced(earlier, (file, index)) {
+                    continue;
+                }
                 if !is_library {
                     self.add_copy(earlier, (file, index), copy);
                 }
@@ -255,13 +262,29 @@ impl<'a> Compiler<'a> {
         self.collect_kinds();
     }
 
+    /// Whether one of two blocks is a stub that takes the place of the other, which cannot be read: its errors do not count.
+    fn is_replaced(&mut self, earlier: BlockId, id: BlockId) -> bool {
+        let is_stub = |id: BlockId| assume::is_marked(self.block(id));
+        let (file, index) = match (is_stub(earlier), is_stub(id)) {
+            (false, true) => earlier,
+            (true, false) => id,
+            _ => return false,
+        };
+        if (file, index) == earlier {
+            self.names.insert(self.block(id).name.key(), id);
+        }
+        self.report.forget(self.trees[file].extents[index]);
+        true
+    }
+
     /// A block of which there is an interface alone is a stub, if it is to be one.
     fn refuse_protected(&mut self) {
         let trees = self.trees;
         for (file, tree) in trees.iter().enumerate() {
             for (number, span) in &tree.protected {
                 let name = &self.block((file, *number)).name;
-                if !self.stubs.contains(&name.key()) && !self.assumes {
+                let is_it = self.names.get(&name.key()) == Some(&(file, *number));
+                if is_it && !self.stubs.contains(&name.key()) && !self.assumes {
                     let message = format!("{}: protected block without source", name.text);
                     self.report.error_with(*span, message, Some(Remedy::Stub(name.text.clone())));
                 }

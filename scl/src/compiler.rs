@@ -104,12 +104,19 @@ impl<'a> Compiler<'a> {
 
     /// Where a tag lies, if its address says it, and its comment; `None` if nothing declares a tag of this name.
     pub fn tag(&self, name: &str) -> Option<(Option<Area>, &'a str)> {
-        if let Some((_, _, member)) = self.global_members.get(name) {
-            let address = member.at.as_ref().and_then(|at| tags::address(&at.text));
-            return Some((address.as_deref().and_then(tags::area), &member.comment));
+        let comment = match self.global_members.get(name) {
+            Some((_, _, member)) => &member.comment,
+            None => &self.declared.get(name)?.comment,
+        };
+        Some((self.address(name).as_deref().and_then(tags::area), comment))
+    }
+
+    /// The address of a tag.
+    pub fn address(&self, name: &str) -> Option<String> {
+        match self.global_members.get(name) {
+            Some((_, _, member)) => tags::address(&member.at.as_ref()?.text),
+            None => self.declared.get(name)?.address.clone(),
         }
-        let tag = self.declared.get(name)?;
-        Some((tag.area(), &tag.comment))
     }
 
     /// A warning; the library gets none.

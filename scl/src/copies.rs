@@ -1,6 +1,7 @@
 //! Blocks that several sources have, as those do that were exported in two formats: one block if all are the same program.
 
 use crate::compiler::{BlockId, Compiler};
+use crate::format::Format;
 use crate::lexer::{Token, tokens};
 use crate::program::{Body, Program, Type};
 use crate::report::Report;
@@ -39,6 +40,10 @@ impl Compiler<'_> {
     /// Whether two blocks have the same words: of several blocks TIA Portal generates sources that each have what they depend on.
     fn has_same_words(&self, one: BlockId, other: BlockId) -> bool {
         let words = |(file, index): BlockId| {
+            // Of XML, words say nothing.
+            if Format::of(&self.sources[file].text) != Format::Scl {
+                return None;
+            }
             let text = self.text(*self.trees[file].extents.get(index)?);
             let found = tokens(text, 0, 0);
             let word = |token: &Token| text[token.span.range()].to_string();
@@ -52,7 +57,11 @@ impl Compiler<'_> {
         let name = &self.block(id).name;
         let message =
             format!("{} is declared twice: first in {}:{}", name.text, self.sources[first.0].file, place.line);
-        self.error(name.span, message, Some("rename one of them, or leave one file out"));
+        let help = match first.0 == id.0 {
+            true => "rename one of them, or leave one file out",
+            false => "rename one of them, or leave one file out; of several PLCs, give the folder of one",
+        };
+        self.error(name.span, message, Some(help));
     }
 
     /// Tells which copies are other programs. A program with errors is none that could be compared.

@@ -171,7 +171,7 @@ impl Compiler<'_> {
             .map(|id| self.block(*id))
             .filter(|block| matches!(block.kind, BlockKind::Type | BlockKind::FunctionBlock));
         let like = nearest(name, types.map(|block| block.name.text.as_str())).map(str::to_string);
-        match like {
+        match like.filter(|_| !self.assumes) {
             Some(like) => {
                 let help = format!("\"{like}\" is declared: is it meant?");
                 self.error(span, format!("no source declares the type \"{name}\""), Some(&help));
@@ -587,9 +587,7 @@ impl Compiler<'_> {
     /// Whether the interface of a block alone counts.
     fn is_stub(&self, block: &Block) -> bool {
         block.kind == BlockKind::FunctionBlock
-            && (self.stubs.contains(&block.name.key())
-                || attribute(&block.attributes, crate::assume::STUB)
-                    .is_some_and(|value| value.eq_ignore_ascii_case("true")))
+            && (self.stubs.contains(&block.name.key()) || crate::assume::is_marked(block))
     }
 
     /// What a source declares outside of blocks, or a tag or an instance that the options declare.
@@ -638,7 +636,13 @@ impl Compiler<'_> {
         };
         for (target, _) in targets {
             let mut lowerer = Lowerer::of_constants(self, file, nothing());
-            let Some((place, of)) = lowerer.member_of(global, *target) else { continue };
+            let Some((place, of)) = lowerer.member_of(global, *target) else {
+                // An instance may have members that its stub lacks.
+                if matches!(global.of, Type::Instance(block) if self.blocks[block].is_stub) {
+                    self.report.forget(statement.span);
+                }
+                continue;
+            };
             let Some(offset) = self.offset(&place) else { continue };
             let memory = self.program.memory;
             let start = crate::syntax::Start::Value(*value);

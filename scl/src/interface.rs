@@ -319,12 +319,13 @@ fn role_of(area: Option<Area>, is_written: bool) -> Role {
 }
 
 /// What a program writes in its memory, in bytes; of an array all elements.
-struct Written<'c, 'a> {
+pub struct Written<'c, 'a> {
     compiler: &'c Compiler<'a>,
     ranges: Vec<Range<usize>>,
 }
 
-fn written<'c, 'a>(compiler: &'c Compiler<'a>) -> Written<'c, 'a> {
+/// What the program writes in its memory.
+pub fn written<'c, 'a>(compiler: &'c Compiler<'a>) -> Written<'c, 'a> {
     let mut written = Written { compiler, ranges: Vec::new() };
     for function in &compiler.program.functions {
         if let Body::Code(code) = &function.body {
@@ -341,7 +342,8 @@ fn written<'c, 'a>(compiler: &'c Compiler<'a>) -> Written<'c, 'a> {
 }
 
 impl Written<'_, '_> {
-    fn contains(&self, offset: usize) -> bool {
+    /// Whether a byte of the memory is written.
+    pub fn contains(&self, offset: usize) -> bool {
         let before = self.ranges.partition_point(|range| range.start <= offset);
         before.checked_sub(1).is_some_and(|last| offset < self.ranges[last].end)
     }

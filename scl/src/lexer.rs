@@ -14,6 +14,11 @@ pub struct Span {
 }
 
 impl Span {
+    /// Whether another span begins in this one.
+    pub fn holds(self, other: Span) -> bool {
+        self.file == other.file && self.range().contains(&(other.start as usize))
+    }
+
     /// The bytes.
     pub fn range(self) -> Range<usize> {
         self.start as usize..self.end as usize

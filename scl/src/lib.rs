@@ -13,6 +13,7 @@ mod library;
 mod lint;
 mod lower;
 mod network;
+mod overlap;
 mod parser;
 mod report;
 mod root;
@@ -20,6 +21,7 @@ mod simatic_ml;
 mod simatic_sd;
 mod start;
 mod syntax;
+mod system_memory;
 mod types;
 mod undeclared;
 

@@ -44,6 +44,17 @@ impl Report {
         self.places.push((span, place));
     }
 
+    /// Forgets the errors in these bytes.
+    pub fn forget(&mut self, span: Span) {
+        self.errors.retain(|finding| !span.holds(finding.span));
+    }
+
+    /// The first error in these bytes.
+    pub fn first_error(&self, span: Span) -> Option<&str> {
+        let found = self.errors.iter().filter(|finding| span.holds(finding.span));
+        found.min_by_key(|finding| finding.span.start).map(|finding| finding.message.as_str())
+    }
+
     /// Whether there is an error.
     pub fn has_errors(&self) -> bool {
         !self.errors.is_empty()

@@ -15,7 +15,9 @@ const STARTUP: [&str; 2] = ["OB100", "STARTUP"];
 const MAIN: [&str; 2] = ["OB1", "MAIN"];
 
 /// The kinds of organization blocks that are called again and again, as SimaticML has them.
-const CYCLIC: [&str; 3] = ["ProgramCycle", "CyclicInterrupt", "SynchronousCycle"];
+const CYCLIC: [&str; 3] = [PROGRAM_CYCLE, "CyclicInterrupt", "SynchronousCycle"];
+
+const PROGRAM_CYCLE: &str = "ProgramCycle";
 
 /// Other organization blocks, which an event calls, by the names that TIA Portal gives them; of some the beginning.
 const EVENTS: [&str; 12] = [
@@ -81,8 +83,10 @@ impl Compiler<'_> {
             }
         };
         let startup = self.organization_blocks().find(|block| self.is_startup(*block));
-        let startup = startup.and_then(|block| self.called(&[(Target::Function(block), 0)], "startup"));
-        let cycle = self.called(&targets, "cycle")?;
+        let system = self.system_tags();
+        let written = |is_startup| system.iter().filter_map(|tag| tag.write(is_startup)).collect();
+        let startup = startup.and_then(|block| self.called(written(true), &[(Target::Function(block), 0)], "startup"));
+        let cycle = self.called(written(false), &targets, "cycle")?;
         let (instance, variables) = match targets.as_slice() {
             [(Target::Instance(name, of), _)] => {
                 let offset = self
@@ -123,9 +127,8 @@ impl Compiler<'_> {
         cyclic.chain(self.unused()).map(|block| self.blocks[block].name.clone()).collect()
     }
 
-    /// A function without parameters that calls these, one after the other.
-    fn called(&mut self, targets: &[(Target, u32)], name: &str) -> Option<usize> {
-        let mut code = Vec::new();
+    /// A function without parameters that runs `code` and then calls these, one after the other.
+    fn called(&mut self, mut code: Vec<Statement>, targets: &[(Target, u32)], name: &str) -> Option<usize> {
         for (target, period) in targets {
             let call = match target {
                 Target::Instance(name, of) => {
@@ -267,12 +270,14 @@ impl Compiler<'_> {
         if cyclic.len() > 1 {
             let main = main?;
             cyclic.retain(|block| *block != main);
-            for block in &cyclic {
+            // What belongs to the program cycle is called as often as Main.
+            let others = cyclic.iter().copied().filter(|block| self.event(*block) != Some(PROGRAM_CYCLE));
+            for block in others.collect::<Vec<_>>() {
                 let message = format!(
                     "{} is called as often as {}: the sources do not have its period",
-                    self.blocks[*block].name, self.blocks[main].name
+                    self.blocks[block].name, self.blocks[main].name
                 );
-                self.warn(self.name_of(*block), message, Some("name both as what is called, each with its cycle"));
+                self.warn(self.name_of(block), message, Some("name both as what is called, each with its cycle"));
             }
             cyclic.push(main);
         }
@@ -285,8 +290,8 @@ impl Compiler<'_> {
 
     /// Whether an organization block is called by an event: as its export says, or as its name tells.
     fn is_event(&self, block: usize) -> bool {
-        let Interface { name, source, .. } = &self.blocks[block];
-        match source.and_then(|id| attribute(&self.block(id).attributes, EVENT)) {
+        let Interface { name, .. } = &self.blocks[block];
+        match self.event(block) {
             Some(kind) => !CYCLIC.contains(&kind),
             None => {
                 let name = key(name);
@@ -310,9 +315,12 @@ impl Compiler<'_> {
     }
 
     fn is_startup(&self, block: usize) -> bool {
-        let Interface { name, source, .. } = &self.blocks[block];
-        let kind = source.and_then(|id| attribute(&self.block(id).attributes, EVENT));
-        kind == Some("Startup") || STARTUP.contains(&key(name).as_str())
+        self.event(block) == Some("Startup") || STARTUP.contains(&key(&self.blocks[block].name).as_str())
+    }
+
+    /// What calls an organization block, where its export says it.
+    fn event(&self, block: usize) -> Option<&str> {
+        attribute(&self.block(self.blocks[block].source?).attributes, EVENT)
     }
 
     fn organization_blocks(&self) -> impl Iterator<Item = usize> {

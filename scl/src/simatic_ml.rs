@@ -79,8 +79,8 @@ impl Reader<'_> {
                 }
                 "SW.Types.PlcStruct" => self.block(element, BlockKind::Type),
                 name if name.starts_with("SW.") => {
-                    let message = format!("{name} is not read: it is no block, no data block and no type");
-                    self.report.error(self.span(element), message, Some("leave the file out"));
+                    let message = format!("{name} is passed over: it is no block, no data block and no type");
+                    self.report.warning(self.span(element), message, None);
                 }
                 _ => {}
             }
@@ -129,6 +129,7 @@ impl Reader<'_> {
         let owner = Owner::of(&block);
         let statements = self.networks(element, &owner);
         block.body.extend(statements);
+        self.tree.extents.push(extent);
         self.tree.blocks.push(block);
     }
 }

@@ -372,7 +372,7 @@ pub struct Tree {
     pub blocks: Vec<Block>,
     /// The networks of the blocks in LAD and FBD, each with the number of its block.
     pub networks: Vec<(usize, Network)>,
-    /// The text of each block, where the format has one for a block alone.
+    /// Where each block stands, from its first word or element to its last.
     pub extents: Vec<Span>,
     /// Variables and constants that all blocks see.
     pub globals: Vec<Section>,

@@ -62,6 +62,8 @@ impl Missing {
 pub struct Uses {
     /// Its type as it is written, where its surroundings tell.
     pub of: Option<String>,
+    /// Whether only a 0 or 1 tells the type, which may be a truth value as well.
+    pub is_doubtful: bool,
     /// Whether something writes it.
     pub is_written: bool,
     /// The lowest and the highest index of each dimension, where it is an array, and whether some are calculated.
@@ -106,7 +108,7 @@ pub struct Undeclared {
 }
 
 /// A message lists this many names at most.
-const MOST_NAMES: usize = 10;
+pub const MOST_NAMES: usize = 10;
 
 impl Undeclared {
     /// Its type, where its surroundings tell.
@@ -167,7 +169,17 @@ impl Compiler<'_> {
     /// What the surroundings tell of the type of something that is missing: the first that tell it count.
     pub fn guess_missing(&mut self, missing: &Missing, of: String) {
         if let Some(uses) = self.uses(missing) {
+            if std::mem::take(&mut uses.is_doubtful) {
+                uses.of = None;
+            }
             uses.of.get_or_insert(of);
+        }
+    }
+
+    /// A 0 or 1 is written to something that is missing: a number, unless another use tells a truth value.
+    pub fn guess_bit(&mut self, missing: &Missing) {
+        if let Some(uses) = self.uses(missing).filter(|uses| uses.of.is_none()) {
+            (uses.of, uses.is_doubtful) = (Some("INT".to_string()), true);
         }
     }
 
@@ -208,6 +220,9 @@ impl Compiler<'_> {
                 Some(format!("ARRAY[{}] OF {}", bounds.join(", "), self.written(&array.of)?))
             }
             Type::Structure(structure) if structure.name == "DTL" => Some("DTL".to_string()),
+            Type::Structure(structure) if self.library.contains_key(&key(&structure.name)) => {
+                Some(structure.name.clone())
+            }
             Type::Structure(structure) => {
                 let id = self.names.get(&key(&structure.name))?;
                 (self.block(*id).kind == BlockKind::Type).then(|| format!("\"{}\"", structure.name))

@@ -17,7 +17,7 @@ use crate::syntax::{
     Argument, Binary, Block, BlockKind, ExpressionId, ExpressionKind, Expressions, Member, Scope, SectionKind, Start,
     Statement, StatementKind, TypeKind, Unary,
 };
-use parameters::Source;
+use parameters::{Source, literal};
 use std::collections::HashMap;
 
 /// Temporaries of networks are looked through so deep.
@@ -128,8 +128,50 @@ pub struct Passed {
     pub formal: String,
     /// The variable that is passed; what is calculated has none.
     pub path: Option<String>,
+    /// The literal that is passed, as it is written.
+    pub literal: Option<String>,
     /// The line, from 1.
     pub line: usize,
+}
+
+/// The time between two calls in milliseconds where no source says one.
+const CYCLE: u32 = 100;
+
+/// The time between two calls in milliseconds that the sources propose, and why. It is the period of the OB, which sources do
+/// not have, but authors write it down.
+pub fn proposed_cycle(blocks: &[Watched]) -> (u32, String) {
+    let milliseconds = |text: &str| {
+        let plain = text.trim_start_matches(['T', 't', 'I', 'i', 'M', 'm', 'E', 'e', '#']);
+        let nanoseconds = literal::duration(plain, 1).ok()?;
+        u32::try_from(nanoseconds / 1_000_000).ok().filter(|time| (1..=3_600_000).contains(time))
+    };
+    for block in blocks.iter().filter(|block| block.is_organization) {
+        // "every 100 ms" as well as "100ms".
+        let joined = block.comment.replace(" ms", "ms").replace(" s ", "s ");
+        let words = joined.split(|c: char| c.is_whitespace() || matches!(c, ',' | ';' | '(' | ')' | ':' | '"'));
+        if let Some(time) = words
+            .filter(|word| word.starts_with(|c: char| c.is_ascii_digit()))
+            .find_map(|word| milliseconds(word.trim_end_matches('.')))
+        {
+            return (time, format!("the comment of {}", block.name));
+        }
+    }
+    let is_cycle = |name: &str| name.eq_ignore_ascii_case("CYCLE");
+    for block in blocks {
+        let constant = block.constants.iter().find(|(name, _)| is_cycle(name));
+        if let Some(time) = constant.and_then(|(_, value)| milliseconds(value)) {
+            return (time, format!("the constant CYCLE of {}", block.name));
+        }
+    }
+    for block in blocks {
+        for call in &block.calls {
+            let passed = call.arguments.iter().find(|of| is_cycle(&of.formal));
+            if let Some(time) = passed.and_then(|of| milliseconds(of.literal.as_ref()?)) {
+                return (time, format!("the CYCLE that {} passes to {}", block.name, call.instance));
+            }
+        }
+    }
+    (CYCLE, "no source says one: give the period of the OB that calls it".into())
 }
 
 /// What stands outside of blocks with code, and is seen by all: data blocks and tags, each with its source and its line, from 1.
@@ -422,7 +464,11 @@ impl Reader<'_> {
                 if let (None, Some((instance, is_global))) = (&path, &instance) {
                     self.note(argument.span, format!("{instance}.{formal}"), *is_global);
                 }
-                passed.push(Passed { formal, path, line: self.line(argument.span) });
+                let literal = match &self.expressions[argument.value].kind {
+                    ExpressionKind::Literal(text) => Some(text.clone()),
+                    _ => None,
+                };
+                passed.push(Passed { formal, path, literal, line: self.line(argument.span) });
             }
             self.expression(argument.value);
         }
@@ -573,12 +619,14 @@ END_FUNCTION_BLOCK";
             ]
         );
         assert_eq!(pump.calls.len(), 1);
-        let passed = |formal: &str, path: Option<&str>, line| Passed {
+        let passed = |formal: &str, path: Option<&str>, literal: Option<&str>, line| Passed {
             formal: formal.into(),
             path: path.map(str::to_string),
+            literal: literal.map(str::to_string),
             line,
         };
-        let arguments = vec![passed("IN", None, 7), passed("PT", None, 8), passed("Q", Some("m[1]"), 8)];
+        let arguments =
+            vec![passed("IN", None, None, 7), passed("PT", None, Some("T#2s"), 8), passed("Q", Some("m[1]"), None, 8)];
         assert_eq!(pump.calls[0], Called { instance: "t".into(), arguments });
         assert_eq!(pump.temps, [("i".to_string(), "INT".to_string())]);
         assert_eq!(pump.constants, [("CYCLE".to_string(), "T#1s".to_string())]);

@@ -53,6 +53,15 @@ fn tags_are_inputs_or_outputs_by_their_use() {
         ("Stop", "BOOL", Role::Input),
     ]);
     assert_eq!(interface(&compiled(&text)), expected);
+    // What the CPU writes is no input, and holds.
+    let text = block("\"Lamp\" := \"AlwaysTRUE\" AND \"Start\";");
+    assert_eq!(
+        interface(&compiled(&text)).iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>(),
+        ["Lamp", "Start"]
+    );
+    let always = assumptions(&text).into_iter().find(|of| of.name == "AlwaysTRUE").unwrap();
+    assert_eq!(always.what, "system or clock memory at %M1.2");
+    let text = block("\"Lamp\" := \"Start\";");
     let lamp = assumptions(&text).into_iter().find(|of| of.name == "Lamp").unwrap();
     assert_eq!((lamp.what.as_str(), lamp.at), ("output of type BOOL", (0, text.find("\"Lamp\"").unwrap() as u32)));
 }
@@ -144,4 +153,52 @@ fn the_documentation_lists_the_parameters_of_the_blocks_that_are_known() {
     };
     let listed = |cell: &'static str| cell.split(", ").collect::<std::collections::BTreeSet<_>>();
     assert_eq!((named(Role::Output), named(Role::Input)), (listed(cells[2]), listed(cells[3])));
+}
+
+/// Its outputs are inputs of the FMU: who plays the block gives them.
+#[test]
+fn a_block_that_cannot_be_read_is_a_stub_by_its_interface() {
+    let text = "FUNCTION_BLOCK \"Clock\"\nVAR_INPUT raw : Word; any : Variant; END_VAR\nVAR_OUTPUT hour : Int; END_VAR\nBEGIN\n\
+        #hour := BCD16_TO_INT(#raw);\nEND_FUNCTION_BLOCK\n\
+        FUNCTION \"Digits\" : Int\nVAR_INPUT raw : Word; END_VAR\nBEGIN\n  #Digits := BCD16_TO_INT(#raw);\nEND_FUNCTION\n\
+        FUNCTION_BLOCK \"Main\"\nVAR_INPUT raw : Word; END_VAR\nVAR_OUTPUT y : Int; END_VAR\nVAR clock : \"Clock\"; END_VAR\nBEGIN\n\
+        #clock(raw := #raw, any := #raw);\n  #y := #clock.hour + \"Digits\"(#raw);\nEND_FUNCTION_BLOCK\n";
+    let told: Vec<(String, String)> = assumptions(text).into_iter().map(|of| (of.name, of.what)).collect();
+    let what = "a stub, as it cannot be read: BCD16_TO_INT is not supported";
+    let names: Vec<&str> = told.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["Clock", "Digits"], "{told:?}");
+    assert_eq!(told[1].1, what);
+    let program = compiled(text);
+    let expected = expected(&[
+        ("Digits_call.RET_VAL", "INT", Role::Input),
+        ("Digits_call.raw", "WORD", Role::Output),
+        ("clock.hour", "INT", Role::Input),
+        ("clock.raw", "WORD", Role::Output),
+        ("raw", "WORD", Role::Input),
+        ("y", "INT", Role::Output),
+    ]);
+    assert_eq!(interface(&program), expected);
+}
+
+#[test]
+fn a_bit_is_one_though_a_0_or_1_is_written_to_it() {
+    let text = block(
+        "\"Alarm\" := 1;\nIF \"Reset\" AND NOT \"Alarm\" THEN \"Alarm\" := 0; END_IF;\n\"Step\" := 1;\n\"Next\" := 7;",
+    );
+    let expected = expected(&[
+        ("Alarm", "BOOL", Role::Output),
+        ("Next", "INT", Role::Output),
+        ("Reset", "BOOL", Role::Input),
+        ("Step", "INT", Role::Output),
+    ]);
+    assert_eq!(interface(&compiled(&text)), expected);
+}
+
+/// A stub has no parameter for a structure without a name; a single argument needs no name.
+#[test]
+fn structures_are_left_out_of_a_stub() {
+    let text = "FUNCTION_BLOCK \"Main\"\nVAR\n  go : Bool;\n  frame : STRUCT a : Int; b : Int; END_STRUCT;\nEND_VAR\nBEGIN\n\
+        \"Sender\"(go := #go, frame := #frame);\n  \"Ping\"(#go);\nEND_FUNCTION_BLOCK\n";
+    let names: Vec<String> = interface(&compiled(text)).into_iter().map(|(name, ..)| name).collect();
+    assert_eq!(names, ["Ping_call.IN", "Sender_call.go"]);
 }

@@ -60,6 +60,20 @@ fn told(text: &str, cpu: Option<Cpu>) -> (Vec<String>, Vec<String>) {
     }
 }
 
+#[test]
+fn tags_that_share_memory_are_named() {
+    let of = |start: &str| {
+        let text = format!(
+            "VAR_GLOBAL\n  Cmd AT %MW10 : Word;\n  Start AT {start} : Bool;\nEND_VAR\nFUNCTION_BLOCK F\nVAR_OUTPUT y : Bool; \
+             END_VAR\nBEGIN\n  \"Cmd\" := 1;\n  #y := \"Start\";\nEND_FUNCTION_BLOCK\n"
+        );
+        told(&text, None).1
+    };
+    let warned = of("%M11.0");
+    assert!(warned[0].contains("variables of their own here: Cmd (%MW10) and Start (%M11.0)"), "{warned:?}");
+    assert_eq!(of("%M12.0"), [""; 0]);
+}
+
 /// A program with these declarations and statements; the statements begin in the line that is returned.
 fn program(declarations: &str, statements: &str) -> (String, usize) {
     let before = format!("{HEAD}FUNCTION_BLOCK \"Main\"\n{VARIABLES}{declarations}BEGIN\n");

@@ -16,7 +16,7 @@ use anyhow::Result;
 use fmu::cyclic::Cyclic;
 use manifest::{Manifest, Task};
 use modeldescription::{Interface, ModelDescription, Table, units};
-use parameters::{Problems, Source, literal};
+use parameters::{Problems, Source};
 use program::project::Parts;
 use program::{Loaded, Wrong, survey};
 use run::dialog;
@@ -24,9 +24,6 @@ use scl::watch::{self, Guarding, Watched};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-
-/// The time between two calls where nothing proposes one, in milliseconds.
-const CYCLE: u32 = 100;
 
 /// At most this many problems are told.
 const MOST_PROBLEMS: usize = 500;
@@ -250,7 +247,7 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compile
     let blocks = Arc::new(watch::watched(sources));
     let (cycle, cycle_from) = match request.manifest.cycle {
         Some(cycle) => (cycle, String::new()),
-        None => proposed_cycle(&blocks),
+        None => watch::proposed_cycle(&blocks),
     };
     let manifest = completed(manifest, sources, &blocks, cycle);
     let mut compiled = Compiled {
@@ -351,34 +348,6 @@ fn last_call<H: Home>(home: &Programs<H>, member: &str, looked: Looked) -> Resul
         lines: program.lines().into_iter().map(|(file, line)| (file, line as usize)).collect(),
         warnings: warnings.to_vec(),
     })
-}
-
-/// The time between two calls in milliseconds that the sources propose, and why. It is the period of the OB, which sources do
-/// not have, but authors write it down.
-fn proposed_cycle(blocks: &[Watched]) -> (u32, String) {
-    let milliseconds = |text: &str| {
-        let plain = text.trim_start_matches(['T', 't', 'I', 'i', 'M', 'm', 'E', 'e', '#']);
-        let nanoseconds = literal::duration(plain, 1).ok()?;
-        u32::try_from(nanoseconds / 1_000_000).ok().filter(|time| (1..=3_600_000).contains(time))
-    };
-    for block in blocks.iter().filter(|block| block.is_organization) {
-        // "every 100 ms" as well as "100ms".
-        let joined = block.comment.replace(" ms", "ms").replace(" s ", "s ");
-        let words = joined.split(|c: char| c.is_whitespace() || matches!(c, ',' | ';' | '(' | ')' | ':' | '"'));
-        if let Some(time) = words
-            .filter(|word| word.starts_with(|c: char| c.is_ascii_digit()))
-            .find_map(|word| milliseconds(word.trim_end_matches('.')))
-        {
-            return (time, format!("the comment of {}", block.name));
-        }
-    }
-    for block in blocks {
-        let is_cycle = |(name, _): &&(String, String)| name.eq_ignore_ascii_case("CYCLE");
-        if let Some(time) = block.constants.iter().find(is_cycle).and_then(|(_, value)| milliseconds(value)) {
-            return (time, format!("the constant CYCLE of {}", block.name));
-        }
-    }
-    (CYCLE, "no source says one: give the period of the OB that calls it".into())
 }
 
 /// The manifest with its sources and its cycle. Organization blocks are called.

@@ -62,7 +62,7 @@ impl Signals {
         let process_value = needed(roles.compared_process_value(), "process value")?;
         let manipulated_value = roles.manipulated_value.as_ref().map(column).transpose()?;
         let pulses = roles.pulses.iter().map(column).collect::<Result<Vec<_>>>()?;
-        let manual = roles.manual.as_ref().map(|(switch, _)| column(switch)).transpose()?;
+        let manual = roles.manual_mode().map(column).transpose()?;
         let switched = |column: usize| values(column).into_iter().map(|value| value == 1.0).collect::<Vec<_>>();
         let wiring =
             wiring(home, record, format!("{}.{}", controller.name, roles.setpoint.as_deref().unwrap_or_default()))?;

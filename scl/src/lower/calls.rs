@@ -120,40 +120,52 @@ impl Lowerer<'_, '_> {
             let name = argument.name.as_ref().map(|name| name.text.clone());
             let is_enabling = name.as_ref().is_some_and(|name| matches!(key(name).as_str(), "EN" | "ENO"));
             let actual = self.actual(argument, is_enabling);
-            if let Some(name) = name.filter(|_| !is_enabling) {
-                formals.push(Formal { name, is_output: argument.is_output, of: actual });
+            // A single argument needs no name.
+            let name = name.or_else(|| (arguments.len() == 1).then(|| "IN".to_string()));
+            if let (Some(name), Some(of)) = (name.filter(|_| !is_enabling), actual) {
+                formals.push(Formal { name, is_output: argument.is_output, of });
             }
         }
         self.compiler.call_missing(&missing.name, formals);
     }
 
-    /// What an argument tells of its parameter.
-    fn actual(&mut self, argument: &Argument, is_enabling: bool) -> Option<String> {
+    /// What an argument tells of its parameter, if it tells the type; nothing of an instance, or of a structure without a name: a stub
+    /// has no parameter for these.
+    fn actual(&mut self, argument: &Argument, is_enabling: bool) -> Option<Option<String>> {
         if argument.is_output {
             self.declare_for(argument.value, &Type::Elementary(Elementary::Bool));
             return match self.path(argument.value) {
                 Path::Variable(variable) => {
                     self.use_view(&variable, true);
                     match variable.slice {
-                        Some(slice) => Some(slice.of.name().to_string()),
-                        None => self.compiler.written(&variable.of),
+                        Some(slice) => Some(Some(slice.of.name().to_string())),
+                        None => self.type_of_argument(&variable.of),
                     }
                 }
                 Path::Missing(missing) => {
                     self.compiler.write_missing(&missing);
-                    None
+                    Some(None)
                 }
-                _ => None,
+                _ => Some(None),
             };
         }
-        match self.operand(argument.value, is_enabling.then_some(Elementary::Bool)) {
+        let of = match self.operand(argument.value, is_enabling.then_some(Elementary::Bool)) {
             Operand::Whole(whole) if i16::try_from(whole).is_ok() => Some("INT".to_string()),
             Operand::Whole(whole) => Some(self.widest(whole).name().to_string()),
             Operand::Fraction(..) => Some("REAL".to_string()),
             Operand::Text(_, wide) => Some(if wide == Some(true) { "WSTRING" } else { "STRING" }.to_string()),
             Operand::Value(of, _) => Some(of.name().to_string()),
-            Operand::Variable(of, _) => self.compiler.written(&of),
+            Operand::Variable(of, _) => return self.type_of_argument(&of),
             Operand::Wrong(_) => None,
+        };
+        Some(of)
+    }
+
+    fn type_of_argument(&self, of: &Type) -> Option<Option<String>> {
+        let written = self.compiler.written(of).filter(|_| !matches!(of, Type::Instance(_)));
+        match of {
+            Type::Instance(_) | Type::Structure(_) | Type::Array(_) => written.map(Some),
+            _ => Some(written),
         }
     }
 
@@ -421,7 +433,12 @@ impl Lowerer<'_, '_> {
             return None;
         };
         let found = interface.members.iter().filter(is_parameter).find(|member| member.key == name.key()).cloned();
-        if found.is_none() {
+        let is_stub = interface.source.is_some_and(|id| crate::assume::is_marked(self.compiler.block(id)));
+        if found.is_none() && is_stub {
+            let message =
+                format!("{} of the stub {} is left out: its type has no form here", name.text, interface.name);
+            self.warn(name.span, message, None);
+        } else if found.is_none() {
             let names: Vec<&str> = interface.members.iter().filter(is_parameter).map(|of| of.name.as_str()).collect();
             let help = match nearest(&name.text, names.iter().copied()) {
                 Some(like) => Some(format!("it has {like}")),

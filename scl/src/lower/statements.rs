@@ -294,6 +294,7 @@ impl Lowerer<'_, '_> {
         match operand {
             Operand::Value(of, _) => self.guess(&missing, *of),
             Operand::Fraction(..) => self.guess(&missing, Elementary::Real),
+            Operand::Whole(0 | 1) => self.compiler.guess_bit(&missing),
             Operand::Whole(_) => self.guess(&missing, Elementary::Int),
             Operand::Text(_, wide) => {
                 let of = if *wide == Some(true) { "WSTRING" } else { "STRING" };

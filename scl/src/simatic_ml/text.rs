@@ -19,6 +19,19 @@ const SCOPES: [&str; 8] = [
     "TypedConstant",
 ];
 
+/// Elements that change nothing: comments, blanks, which are there already, and what the editor notes.
+const IDLE: [&str; 9] = [
+    "Address",
+    "Blank",
+    "BooleanAttribute",
+    "Comment",
+    "DateAttribute",
+    "IntegerAttribute",
+    "LineComment",
+    "NewLine",
+    "StringAttribute",
+];
+
 /// A text as long as the document, blank but for the fragments in SCL that were written to the places of their elements: so a
 /// span in it is one in the document.
 pub struct Written {
@@ -178,8 +191,26 @@ impl Reader<'_> {
     /// The path of a variable: the components of a symbol or an instance.
     pub fn write_path(&mut self, parent: Element, is_local: bool) {
         let mut is_first = true;
-        for component in parent.children("Component") {
+        for component in parent.elements() {
             let at = component.span().start;
+            match component.name() {
+                "Component" => {}
+                // A slice in statements; the points between components are written here.
+                "Token" => {
+                    let text = component.attribute("Text").unwrap_or_default();
+                    if text.starts_with('%') {
+                        self.written.put(at, &format!(".{}", text.to_ascii_uppercase()));
+                    } else if text != "." {
+                        self.refuse(component);
+                    }
+                    continue;
+                }
+                name if IDLE.contains(&name) => continue,
+                _ => {
+                    self.refuse(component);
+                    continue;
+                }
+            }
             let name = component.attribute("Name").unwrap_or_default();
             let text = match (is_first, is_local) {
                 (true, true) => format!("#{}", quoted_name(name)),
@@ -188,7 +219,9 @@ impl Reader<'_> {
             };
             self.written.put(at, &text);
             is_first = false;
-            let is_array = component.attribute("AccessModifier").is_some_and(|how| how == "Array");
+            // TIA Portal V17 has indices without the attribute, too.
+            let is_array = component.attribute("AccessModifier").is_some_and(|how| how == "Array")
+                || component.children("Access").next().is_some();
             if let Some(how) = component.attribute("AccessModifier").filter(|how| how.starts_with("Reference")) {
                 let message = format!("{} is used through a reference ({how})", quoted(name));
                 self.report.error(self.span(component), message, Some("use the variable itself"));
@@ -273,8 +306,13 @@ impl Reader<'_> {
                 }
             }
             "Instruction" => {
-                self.written.put(at, token.attribute("Name").unwrap_or_default());
-                self.write_children(token);
+                match token.child("Instance") {
+                    Some(instance) => {
+                        self.write_path(instance, instance.attribute("Scope") == Some("LocalVariable"));
+                    }
+                    None => self.written.put(at, token.attribute("Name").unwrap_or_default()),
+                }
+                token.elements().filter(|child| child.name() != "Instance").for_each(|child| self.write_token(child));
             }
             "Parameter" | "NamelessParameter" => {
                 if let Some(name) = token.attribute("Name") {
@@ -286,9 +324,16 @@ impl Reader<'_> {
                 let (text, range) = token.text();
                 self.written.put(range.start, text);
             }
-            // Comments are no code; blanks are there already.
-            "LineComment" | "Comment" | "Blank" => {}
-            _ => self.write_children(token),
+            name if IDLE.contains(&name) => {}
+            "Label" | "Symbol" | "Component" | "Constant" => self.write_children(token),
+            _ => self.refuse(token),
         }
+    }
+
+    /// An element that is not known may change what the statement does.
+    fn refuse(&mut self, element: Element) {
+        let name = element.attribute("Text").unwrap_or(element.name());
+        let message = format!("{} is not read in a statement", quoted(name));
+        self.report.error(self.span(element), message, Some("generate the block's source, and use that"));
     }
 }

@@ -420,11 +420,13 @@ fn calls_of_blocks_in_other_files() {
 /// SCL in tokens, as one network of a block among others.
 #[test]
 fn a_network_in_scl() {
-    let tokens = "<StructuredText xmlns=\"http://www.siemens.com/automation/Openness/SW/NetworkSource/StructuredText/v3\">\
+    let tokens = |attribute: &str| {
+        format!(
+            "<StructuredText xmlns=\"http://www.siemens.com/automation/Openness/SW/NetworkSource/StructuredText/v3\">\
         <Token Text=\"IF\" UId=\"21\" /><Blank UId=\"22\" />\n<Access Scope=\"LocalVariable\" UId=\"23\"><Symbol UId=\"24\">\
         <Component Name=\"a\" UId=\"25\" /></Symbol></Access><Blank UId=\"26\" /><Token Text=\"THEN\" UId=\"27\" />\
         <LineComment UId=\"28\"><Text UId=\"29\"> counts; (* all of it</Text></LineComment><NewLine UId=\"30\" />\n\
-        <Access Scope=\"LocalVariable\" UId=\"31\"><Symbol UId=\"32\"><Component Name=\"list\" AccessModifier=\"Array\" UId=\"33\">\
+        <Access Scope=\"LocalVariable\" UId=\"31\"><Symbol UId=\"32\"><Component Name=\"list\" {attribute}UId=\"33\">\
         <Token Text=\"[\" UId=\"34\" /><Access Scope=\"LocalVariable\" UId=\"35\"><Symbol UId=\"36\"><Component Name=\"i\" UId=\"37\" />\
         </Symbol></Access><Token Text=\"]\" UId=\"38\" /></Component></Symbol></Access><Blank UId=\"39\" /><Token Text=\":=\" UId=\"40\" />\
         <Access Scope=\"Call\" UId=\"41\"><Instruction Name=\"MAX\" UId=\"42\"><Token Text=\"(\" UId=\"43\" /><Parameter Name=\"IN1\" UId=\"44\">\
@@ -432,16 +434,43 @@ fn a_network_in_scl() {
         </Constant></Access></Parameter><Token Text=\",\" UId=\"49\" /><Parameter Name=\"IN2\" UId=\"50\"><Token Text=\":=\" UId=\"51\" />\
         <Access Scope=\"LocalVariable\" UId=\"52\"><Symbol UId=\"53\"><Component Name=\"i\" UId=\"54\" /></Symbol></Access></Parameter>\
         <Token Text=\")\" UId=\"55\" /></Instruction></Access><Token Text=\";\" UId=\"56\" /><NewLine UId=\"57\" />\n\
-        <Token Text=\"END_IF\" UId=\"58\" /><Token Text=\";\" UId=\"59\" /></StructuredText>";
-    let mut lad = Net::new("");
-    let flow = contact(&mut lad, "a");
-    coil(&mut lad, "y", flow);
+        <Token Text=\"END_IF\" UId=\"58\" /><Token Text=\";\" UId=\"59\" /></StructuredText>"
+        )
+    };
     let sections = [("Input", "a : Bool; i : Int"), ("Output", "y : Bool"), ("Static", "list : Array[0..9] of Int")];
-    let mut ran = Ran::of(&sections, vec![lad, Net::of_source("", tokens)]);
-    ran.set("a", 1).set("i", 7).call();
-    assert_eq!([ran.get("y"), ran.get("list[7]"), ran.get("list[3]")], [1, 7, 0]);
-    ran.set("i", 1).call();
-    assert_eq!([ran.get("list[1]"), ran.get("list[7]")], [3, 7]);
+    // TIA Portal V17 leaves the attribute out.
+    for attribute in ["AccessModifier=\"Array\" ", ""] {
+        let mut lad = Net::new("");
+        let flow = contact(&mut lad, "a");
+        coil(&mut lad, "y", flow);
+        let mut ran = Ran::of(&sections, vec![lad, Net::of_source("", &tokens(attribute))]);
+        ran.set("a", 1).set("i", 7).call();
+        assert_eq!([ran.get("y"), ran.get("list[7]"), ran.get("list[3]")], [1, 7, 0]);
+        ran.set("i", 1).call();
+        assert_eq!([ran.get("list[1]"), ran.get("list[7]")], [3, 7]);
+    }
+}
+
+/// A slice comes as tokens, and what is not known is refused: it could be a NOT.
+#[test]
+fn a_slice_in_tokens_and_an_unknown_element() {
+    let variable = |name: &str, rest: &str| {
+        format!("<Access Scope=\"LocalVariable\"><Symbol><Component Name=\"{name}\" />{rest}</Symbol></Access>")
+    };
+    let text = |before: &str| {
+        let slice = variable("w", "<Token Text=\".\" /><Token Text=\"%X9\" />");
+        format!(
+            "<StructuredText xmlns=\"http://www.siemens.com/automation/Openness/SW/NetworkSource/StructuredText/v3\">{}\
+             <Token Text=\":=\" />{before}{slice}<Token Text=\";\" /></StructuredText>",
+            variable("y", "")
+        )
+    };
+    let sections = [("Input", "w : Word"), ("Output", "y : Bool")];
+    let mut ran = Ran::of(&sections, vec![Net::of_source("", &text(""))]);
+    assert_eq!([0x0200, 0x0100].map(|word| ran.set("w", word).call().get("y")), [1, 0]);
+    let block = xml::block("FB", "Pump", &sections, vec![Net::of_source("", &text("<Inverted />"))], "LAD");
+    let errors = compiled(&[("pump.xml", block)]).unwrap_err();
+    assert_eq!(errors[0].problems[0].message, "FB Pump, network 1: `Inverted` is not read in a statement");
 }
 
 /// What is not read is refused by name, with block, network and element, and what else is wrong is told all the same.

@@ -5,7 +5,7 @@ use super::Instance;
 use crate::home::Home;
 use blocks::{Kind, Role};
 use modeldescription::{Row, Table};
-use run::dialog::{self, Roles};
+use run::dialog::{self, MANUAL_MODE, Roles};
 use scl::watch::{Called, Watched};
 use std::fmt::Write;
 
@@ -30,6 +30,9 @@ pub fn dialog(home: &dyn Home, table: &Table, blocks: &[Watched], parts: &[Insta
     role("setpoint", &roles.setpoint);
     role("process value", &roles.process_value);
     role("manipulated value", &roles.manipulated_value);
+    for (meaning, name) in &roles.signals {
+        let _ = writeln!(text, "signal {meaning}: {name}");
+    }
     if let Some((on, value)) = &roles.manual {
         let _ = writeln!(text, "manual: {on}, {value}");
     }
@@ -70,6 +73,10 @@ fn through(table: &Table, call: &Called, of_native: &Roles) -> Roles {
         .manual
         .as_ref()
         .and_then(|(on, value)| Some((settable(&Some(on.clone()))?, settable(&Some(value.clone()))?)));
+    // Many programs switch the mode themselves.
+    let switch =
+        of_native.manual.as_ref().filter(|_| manual.is_none()).map(|(on, _)| format!("{}.{on}", call.instance));
+    let switch = switch.and_then(|name| table.variables.iter().find(|row| row.name.eq_ignore_ascii_case(&name)));
     let process_value = passed(&of_native.process_value, |role| role == Role::Input);
     Roles {
         // A ramp or a choice of setpoints is often between the program's setpoint and the controller's.
@@ -78,6 +85,7 @@ fn through(table: &Table, call: &Called, of_native: &Roles) -> Roles {
         process_value,
         manipulated_value: passed(&of_native.manipulated_value, |role| role == Role::Output),
         manual,
+        signals: switch.map(|row| (MANUAL_MODE.into(), row.name.clone())).into_iter().collect(),
         ..Roles::default()
     }
 }

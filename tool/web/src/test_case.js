@@ -126,13 +126,18 @@ async function observed(loop) {
   const exact = results.filter(({ kind }) => !REAL.test(kind) && !isTime(kind));
   const expected = group(exact, (one) => changes(one, of(one), [], state.calls));
   const last = state.calls - 1;
-  const rest = results.filter((one) => !exact.includes(one));
-  const ends = new Map((expected.size > 0 ? rest : results).map((one) => [one, of(one).values.at(-1) ?? 0]));
   const items = [...sets].map(([call, values]) => ({ call, until: call, values, isSet: true, isKept: true }));
   for (const [call, values] of expected)
     items.push({ call, until: lastOf([...values.keys()].map(of), call, last), values, isSet: false, isKept: true });
-  // Analog values go on changing: only what they are at the end is offered.
-  if (ends.size > 0) items.push({ call: last, until: last, values: ends, isSet: false, isKept: expected.size === 0 });
+  // Analog values go on changing: they are expected where another output changes, and at the end.
+  const calls = [...new Set([...expected.keys(), last])].sort((one, other) => one - other);
+  const analog = results.filter((one) => !exact.includes(one));
+  for (const [call, values] of group(analog, (one) => sampled(one, of(one), calls)))
+    items.push({ call, until: call, values, isSet: false, isKept: true });
+  if (items.every(({ isSet }) => isSet)) {
+    const values = new Map(results.map((one) => [one, of(one).values.at(-1) ?? 0]));
+    if (values.size > 0) items.push({ call: last, until: last, values, isSet: false, isKept: true });
+  }
   if (items.length > MOST_STEPS)
     throw new EngineError(`The test would have ${items.length} steps, ${MOST_STEPS} at most: make a shorter run.`);
   return items.sort((one, two) => one.call - two.call || Number(two.isSet) - Number(one.isSet));
@@ -160,6 +165,25 @@ function changes({ start }, track, spans, calls) {
     }
   }
   return [...found];
+}
+
+/**
+ * The values in some calls, of those in which it differs from the one before; before the first it has its start value.
+ *
+ * @param {Variable} variable
+ * @param {Track} track
+ * @param {number[]} calls
+ * @returns {[number, number][]}
+ */
+function sampled({ start }, track, calls) {
+  let before = number(start);
+  return calls
+    .map((call) => /** @type {[number, number]} */ ([call, track.values[placeOf(track, call)]]))
+    .filter(([, value]) => {
+      const isChange = !Object.is(value, before);
+      before = value;
+      return isChange;
+    });
 }
 
 /**

@@ -5,6 +5,7 @@ use control::figures::{Figure, Happened, Set, Signals, Span, Window, Wiring};
 use host::child::run::Rows;
 use host::package::Package;
 use run::dialog::Roles;
+use run::fmus::number_of;
 use run::master::write_cells;
 use run::plan::Plan;
 use run::system::{Exchange, Member, System};
@@ -52,6 +53,8 @@ pub struct Kept<'a> {
     pulses: Vec<(usize, Vec<bool>)>,
     /// The switch to manual mode, if it is recorded.
     manual: Option<(usize, Vec<bool>)>,
+    /// What sets the switch and when, if it is not recorded and nothing is connected to it.
+    switched: Vec<(f64, bool)>,
     /// How many rows there were.
     pub rows: usize,
     /// How many were recorded.
@@ -120,6 +123,7 @@ impl<'a, 'w> Recorder<'a, 'w> {
             values: Default::default(),
             pulses: Vec::new(),
             manual: None,
+            switched: Vec::new(),
             rows: 0,
             recorded: 0,
             last: Vec::new(),
@@ -195,6 +199,17 @@ impl Kept<'_> {
         Some((curves.calls.into_iter().map(time).collect(), curves.values))
     }
 
+    /// Whether the controller is in manual mode in each of these calls, as far as it is known.
+    fn manual(&self, calls: usize) -> Vec<bool> {
+        if let Some((_, values)) = &self.manual {
+            return values[..calls].to_vec();
+        }
+        // Times of calls have roundings.
+        let slack = self.times.windows(2).next().map_or(0.0, |pair| 1e-6 * (pair[1] - pair[0]));
+        let at = |time: &f64| self.switched.iter().rev().find(|(since, _)| *since <= time + slack);
+        self.times[..calls].iter().map(|time| at(time).is_some_and(|(_, is_manual)| *is_manual)).collect()
+    }
+
     /// The figures of the loop; the reason in a sentence if there are none.
     pub fn figures(&self) -> Result<Figures, String> {
         if self.signals.is_none() {
@@ -215,7 +230,7 @@ impl Kept<'_> {
             // The mean of pulses does not travel.
             manipulated_value: if pulses.is_empty() { output } else { &[] },
             pulses: &pulses,
-            manual: self.manual.as_ref().map_or(&[], |(_, values)| &values[..calls]),
+            manual: &self.manual(calls),
             disturbances: &self.disturbances,
             // Where members act in parallel, the first row has the outputs before the first call.
             first: usize::from(self.plan.exchange == Exchange::Parallel),
@@ -262,6 +277,21 @@ impl Rows for Recorder<'_, '_> {
                 })
             };
             kept.unit = wiring.unit_of_process_value(unit);
+            let description = described.first().map(|(_, description)| description);
+            let switch = kept.roles.manual.as_ref().zip(description);
+            if let Some(((switch, _), variable)) =
+                switch.and_then(|(manual, of)| Some((manual, of.variables.iter().find(|of| of.name == manual.0)?)))
+            {
+                let name = format!("{}.{switch}", kept.plan.members[0].name);
+                let start = variable.start.map(|start| (f64::NEG_INFINITY, start));
+                let settings = kept.system.settings.iter().filter(|of| of.variable == name);
+                let set = settings.map(|of| (of.time.unwrap_or(f64::NEG_INFINITY), number_of(of.value)));
+                kept.switched = start.into_iter().chain(set).map(|(time, value)| (time, value != 0.0)).collect();
+                kept.switched.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+                if kept.system.connections.iter().any(|of| of.to == name) {
+                    kept.switched.clear();
+                }
+            }
             kept.travel_unit = wiring.unit_of_manipulated_value(unit);
             kept.disturbances = wiring.disturbances(std::mem::take(&mut kept.set));
         }

@@ -14,7 +14,8 @@ const HEAD: &str = "// What plcfmu has assumed, because no source declares it. C
     // A variable that is only read is an input of the FMU, another one an output; AT %I*, %Q* or %M* says it.\n\
     // Nothing here is a statement on safety: a safety block is taken by its interface alone.\n\n";
 
-/// Adds the file of assumptions to the sources of a program, and what they lack to the file. Each new assumption is printed.
+/// Adds the file of assumptions to the sources of a program, what they lack to the file, and a cycle to the manifest. Each new
+/// assumption is printed.
 ///
 /// # Errors
 /// A file of the program cannot be read, or that of the assumptions cannot be written.
@@ -23,6 +24,11 @@ pub fn complete(manifest: &mut Manifest, file: &Path) -> Result<()> {
         manifest.sources.push(file.to_path_buf());
     }
     let Parts { sources, manifest: of, .. } = program::parts(manifest)?;
+    if manifest.cycle.is_none() {
+        let (cycle, why) = scl::watch::proposed_cycle(&scl::watch::watched(&sources));
+        tell::text(&format!("assumed: the program is called every {cycle} ms: {why}"));
+        manifest.cycle = Some(cycle);
+    }
     let assumptions = scl::assume(&sources, &of, None);
     if assumptions.is_empty() {
         return Ok(());
