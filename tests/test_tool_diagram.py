@@ -416,7 +416,8 @@ def test_a_wrong_value_is_followed_to_the_input_that_caused_it(open_tool):
     # What would start the filling did not run.
     others = why.locator(".why-statement", has_text="This did not run:")
     idle = others.filter(has_text="#startEdge.Q AND #released").inner_text()
-    assert "#step := #OPEN" in idle and f"in the CASE of line {row('CASE #step OF')}: #step" in idle
+    # The CASE went by what the step was before: IDLE, not the 90 that another statement wrote after it.
+    assert "#step := #OPEN" in idle and f"in the CASE of line {row('CASE #step OF')}: #step step 0" in idle, idle
     screenshot(page, "diagram-why")
     wrote.get_by_role("button", name="fault TRUE").click()
     wrote.get_by_role("button", name="faultCode 16#0001").click()
@@ -433,6 +434,22 @@ def test_a_wrong_value_is_followed_to_the_input_that_caused_it(open_tool):
     assert "is-target" in line(page, row("#faultCode.%X0")).get_attribute("class")
     line(page, row("#faultCode.%X0")).locator(".value", has_text="eStopOk").click()
     why.get_by_text("Why is eStopOk FALSE at 0 s?").wait_for()
+    # What is asked in turn is asked of the cycle in which it counted, though others followed: reset, then start, and it opens.
+    for name, value in (("eStopOk", True), ("reset", True)):
+        set_input(page, name, value)
+    one_cycle(page)
+    set_input(page, "reset", False)
+    one_cycle(page)
+    set_input(page, "start", True)
+    one_cycle(page)
+    set_input(page, "start", False)
+    one_cycle(page, 3)
+    label(page, "TankFilling.step").get_by_role("button", name="Why step?").click()
+    why.get_by_text(re.compile("^Why is step 10 at 0.6")).wait_for()
+    assert re.search("At 0.3 s this wrote it: .*#step := #OPEN", wrote.inner_text(), re.S)
+    assert re.search(r"in the CASE of .*step 0$", wrote.locator("li", has_text="CASE").inner_text(), re.S)
+    wrote.get_by_role("button", name="startEdge.Q TRUE").click()
+    why.get_by_text("Why is startEdge.Q TRUE at 0.3 s?").wait_for()
     # Connected inputs say where they come from; what is forced says so.
     other = open_tool(LAPTOP)
     drop(other, PROGRAMS / "tank.scl", PROGRAMS / "tank_plant.scl")

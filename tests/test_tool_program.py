@@ -245,6 +245,11 @@ def test_on_a_phone_the_program_is_a_tab(open_tool):
     drop(page, ("counter.scl", COUNTER))
     show_tab(page, "Program")
     line(page, 7).wait_for()
+    # A narrower one, too: a line that is too long wraps, and nothing is beyond the edge.
+    page.set_viewport_size({"width": 350, "height": 844})
+    assert page.evaluate("document.documentElement.scrollWidth") <= 350
+    head = line(page, 1).locator("code").bounding_box()
+    assert head["x"] >= 0 and head["x"] + head["width"] <= 350
 
 
 def test_a_block_inside_is_shown_with_its_diagram_and_opens_as_a_loop(open_tool):
@@ -328,6 +333,10 @@ def test_a_word_is_shown_in_hexadecimal_and_a_function_has_no_values_of_another_
     digits = line(page, 100).locator(".line-number")
     parts = "one => { const text = new Range(); text.selectNodeContents(one); return text.getClientRects().length; }"
     assert digits.inner_text() == "100" and digits.evaluate(parts) == 1
+    # The source has more room than the values, and its longest comment needs no second row.
+    comment = line(page, row("// the outlet opens when the level is above its setpoint"))
+    code, values = (comment.locator(part).evaluate("one => one.getBoundingClientRect().width") for part in ("code", ".values"))
+    assert code > 350 and code > values and comment.evaluate("one => one.getBoundingClientRect().height") == 20
     set_input(page, "eStopOk", False)
     page.get_by_role("button", name="One cycle").click()
     # Values stand beside the lines that are in sight.

@@ -49,7 +49,7 @@ def test_a_recording_of_the_same_block_replays_equal_and_a_wrong_gain_is_found(t
     tool.locator("#replay-file").set_input_files(path)
     tool.get_by_text("No single or paired setting change explains this recording").wait_for()
     assert "nearest is" in tool.locator("#replay .verdict").inner_text()
-    assert tool.get_by_role("button", name="Use ").count() == 0
+    assert tool.locator("#replay").get_by_role("button", name="Apply ").count() == 0
     # A recording in which GAIN changes proves nothing of the one in force.
     for gain in ("0.77", "1.2"):
         tool.locator("#field-GAIN").fill(gain)
@@ -59,7 +59,17 @@ def test_a_recording_of_the_same_block_replays_equal_and_a_wrong_gain_is_found(t
             path.write_bytes(saved(tool, "CSV of everything")[1])
     show_tab(tool, "Replay")
     tool.locator("#replay-file").set_input_files(path)
-    tool.locator("#replay .verdict.note strong").get_by_text("equal with the recording's GAIN (2 at first, 0.77 at the end), while 1.2 is in force").wait_for()
+    headline = tool.locator("#replay .verdict.note strong")
+    headline.get_by_text("equal with the recording's GAIN (2 at first, 0.77 at the end), while 1.2 is in force").wait_for()
+    # Without its column, the calls themselves tell that GAIN was changed, and when: the 20 calls before the end had the other one.
+    header, *rows = (line.split(",") for line in path.read_text().splitlines())
+    gain = header.index("TIC101.GAIN")
+    changed = next(at for at, cells in enumerate(rows) if float(cells[gain]) != float(rows[0][gain]))
+    path.write_text("\n".join(",".join(cells[:gain] + cells[gain + 1 :]) for cells in [header, *rows]))
+    tool.locator("#replay-file").set_input_files(path)
+    headline.get_by_text(f"Up to cycle {changed - 1} GAIN is 2; from cycle {changed} (").wait_for()
+    assert "on, GAIN 0.77 explains every cycle." in headline.inner_text()
+    tool.locator("#replay").get_by_role("button", name="Apply GAIN 0.77").wait_for()
 
 
 def test_a_run_with_a_step_test_replays_from_its_curves_and_another_gain_is_named_and_used(tool, tmp_path):
@@ -91,11 +101,14 @@ def test_a_run_with_a_step_test_replays_from_its_curves_and_another_gain_is_name
     verdict = tool.locator("#replay .verdict strong")
     verdict.get_by_text("equal from the first cycle on, bit for bit").wait_for()
     gain("2")
-    tool.get_by_text("The settings have changed since this replay.").wait_for()
+    tool.get_by_text("The settings have changed since this replay: it was made with GAIN 0.7, TI").wait_for()
+    colours = [verdict.evaluate("of => getComputedStyle(of).color"), tool.locator("#replay p.faint").first.evaluate("of => getComputedStyle(of).color")]
+    assert colours[0] == colours[1], "a verdict on former settings is not green"
+    assert "former settings" in tool.locator("#glance").evaluate("of => getComputedStyle(of, '::before').content")
     tool.get_by_role("button", name="Run again with these values").wait_for()
     tool.get_by_role("button", name="Replay", exact=True).click()
     verdict.get_by_text("The recording fits GAIN 0.7 instead of 2.").wait_for()
-    tool.locator("#replay").get_by_role("button", name="Use GAIN 0.7").click()
+    tool.locator("#replay").get_by_role("button", name="Apply GAIN 0.7").click()
     in_force(0.7)
     verdict.get_by_text("equal from the first cycle on, bit for bit").wait_for()
     # The run had this GAIN in all of its calls: another one would be the same.

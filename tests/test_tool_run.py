@@ -365,6 +365,18 @@ def test_an_applied_setting_is_tried_with_one_button_and_drawn_while_it_is_typed
     again.click()
     wait_for_runs(tool, 3)
     until(tool, "async () => (await moduleOf('tool/store.js')).store.loop.settings.GAIN.sent === 0.25")
+    # Run does not leave it out either; the run is then named by all that it had, one after the other.
+    tool.locator("#field-GAIN").fill("0.125")
+    run_calls(tool, 5)
+    until(tool, "async () => (await moduleOf('tool/store.js')).store.loop.settings.GAIN.sent === 0.125")
+    show_tab(tool, "Runs")
+    names = tool.locator("#runs tbody tr").evaluate_all("rows => rows.map(row => row.cells[1].innerText)")
+    assert names == ["GAIN 2", "GAIN 0.5", "GAIN 0.25, then 0.125"]
+    # A text that is no value is not passed over: nothing runs.
+    tool.locator("#field-GAIN").fill("fast")
+    tool.locator("#run-go").click()
+    tool.get_by_text("GAIN cannot be applied. Correct the value, or take it back with Esc.").wait_for()
+    assert made(tool) == 45
 
 
 def test_a_saved_description_opens_again_with_the_same_bits(open_tool, tool, tmp_path):
@@ -466,8 +478,10 @@ def test_a_step_test_is_offered_to_a_loop_that_can_make_one_and_to_no_other(open
     new_loop(page, "LOOP", block)
     page.locator(".no-run").get_by_role("button", name=plant).click()
     page.locator(".no-run").get_by_text("Ready: run the loop").wait_for()
-    has_button = page.get_by_role("button", name="Make a step test").count() == 1
-    assert has_button == ("step test" in page.locator(".no-run p").inner_text()) == (block == "CONT_C")
+    is_tunable = block == "CONT_C"
+    assert page.get_by_role("button", name="Make a step test").count() == is_tunable
+    ready = "Ready: run the loop, or make a step test to tune it." if is_tunable else "Ready: run the loop."
+    assert page.locator(".no-run p").inner_text() == ready
 
 
 def test_dragging_zooms_and_a_double_click_follows_again(tool):

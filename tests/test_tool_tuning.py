@@ -227,6 +227,12 @@ def assert_report_of_the_step(page):
         for title, key in FIGURES.items():
             assert told[title][place] == pytest.approx(figures[key], rel=0.006), title
         assert told["Overshoot"][place] == pytest.approx(figures["overshoot"], abs=0.02)
+    # The screen has the same table, turned by a quarter.
+    shown = """told => {
+        const [head, ...rows] = [...document.querySelectorAll("#tune .forecast tr")].map(row => [...row.cells].map(cell => cell.innerText));
+        const all = head?.slice(1).map((title, at) => [title, rows.map(row => Number.parseFloat(row[at + 1]))]) ?? [];
+        return all.length > 5 && rows.length === 2 && all.every(([title, values]) => String(values) === String(told[title])); }"""
+    page.wait_for_function(shown, arg=told)
     # The step is less than half of the run: it is drawn alone, too, with what was predicted.
     assert "The measured step</h2>" in text and ">PV predicted</text>" in text
 

@@ -9,8 +9,8 @@
 //! Whoever gives a tolerance gets that and nothing else.
 //!
 //! If they differ, the cause is looked for in this order: the mode, if the recording does not say it; the time between two calls, if the
-//! times of the recording disagree with it; then one setting, then two, whose values are estimated with the block itself. An explanation
-//! is sure if it is the only one and its values could not be others; otherwise the conclusion is that the recording does not tell.
+//! times of the recording disagree with it; then one setting, then two, whose values are estimated with the block itself; then a setting
+//! that was changed while the recording was made. An explanation is sure if it is the only one and its values could not be others; otherwise the conclusion is that the recording does not tell.
 //!
 //! What the block did before the first row is in its memory and not in the file. If the file begins with a restart (COM_RST is
 //! TRUE), that is row 0. If it does not say so, the block is brought to the recorded manipulated value in manual, or begins with
@@ -21,11 +21,12 @@ mod columns;
 mod compare;
 mod estimate;
 mod instance;
+mod midway;
 mod suspects;
 
 use crate::csv::Table as Csv;
 use anyhow::{Context, Result, bail};
-pub use change::{Change, Doubt, Moving, Why};
+pub use change::{Change, Doubt, Moving, Since, Why};
 use columns::Recording;
 use compare::Comparison;
 use instance::{Beginning, Block, Variant};
@@ -128,13 +129,15 @@ pub struct Compared {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Suspect {
-    /// What was changed.
+    /// What was changed, from the start on.
     pub changes: Vec<Change>,
+    /// What was changed besides, while the recording was made.
+    pub since: Option<Since>,
     /// From where to where the value of the only number among them explains the recording as well.
     pub range: Option<(f64, f64)>,
     /// Other settings with which it would have another value and explain the recording as well.
     pub confused: Vec<String>,
-    /// The settings that were changed, as they are in the loop then.
+    /// The settings that were changed, as they are in the loop then; at the end of the recording, if one changed in it.
     pub values: Values,
     /// How many calls still differ.
     pub different: usize,
@@ -173,13 +176,17 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
     }
     let comparison = Comparison { block: &block, recording: &recording, tolerance: request.tolerance };
     let (mut base, mut suspects) = explained(&comparison, request.try_suspects)?;
-    if base.different() > 0 && !suspects.iter().any(|suspect| suspect.fits) && recording.rows > 2 {
-        let earlier = Recording::of(&block, &csv, &request.columns, &mut Vec::new())?.with_earlier_outputs();
-        let comparison = Comparison { block: &block, recording: &earlier, tolerance: request.tolerance };
-        let (other, others) = explained(&comparison, request.try_suspects)?;
-        let explains = other.different() == 0 || others.iter().any(|suspect| suspect.fits);
-        if explains || other.agrees_longer_than(&base, recording.rows) {
-            (base, suspects, recording) = (other, others, earlier);
+    if base.different() > 0 && recording.rows > 2 {
+        // Where the setpoint steps, outputs that are a call late look like a row that is no call.
+        let has_to_explain = request.try_suspects && !suspects.iter().any(is_of_settings);
+        let late = late(&block, &csv, request, has_to_explain)?;
+        let fits = suspects.iter().any(|suspect| suspect.fits);
+        let is_taken = |of: &Late| {
+            of.is_explained()
+                || !fits && (of.suspects.iter().any(|of| of.fits) || of.base.agrees_longer_than(&base, recording.rows))
+        };
+        if let Some(late) = Some(late).filter(is_taken) {
+            (base, suspects, recording) = (late.base, late.suspects, late.recording);
             remarks.push(
                 "Each row has the outputs of the call before, as those of a loop with parallel exchange do: they are compared with \
                  that call."
@@ -203,6 +210,60 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
     let outputs = (0..recording.outputs.len()).map(|output| compared(&recording, &base, output)).collect();
     let Recording { matched: columns, settings, moving, .. } = recording;
     Ok(Replayed { columns, calls, outputs, settings, moving, conclusion, doubt, suspects, remarks })
+}
+
+/// A recording whose rows have the outputs of the call before.
+struct Late {
+    recording: Recording,
+    base: compare::Outcome,
+    suspects: Vec<Suspect>,
+}
+
+impl Late {
+    /// Whether nothing differs, or settings explain what does.
+    fn is_explained(&self) -> bool {
+        self.base.different() == 0 || self.suspects.iter().any(is_of_settings)
+    }
+}
+
+/// The recording with each output in the row of its call. What a recorder calls the process value may be the block's input or its output:
+/// whatever explains more.
+fn late(block: &Block, csv: &Csv, request: &Request, has_to_explain: bool) -> Result<Late> {
+    let of = |has_late_process_value: bool, has_to_explain: bool| -> Result<Option<Late>> {
+        let recording = Recording::of(block, csv, &request.columns, &mut Vec::new())?;
+        if has_late_process_value && !recording.has_unclear_process_value(block) {
+            return Ok(None);
+        }
+        let recording = recording.with_earlier_outputs(block, has_late_process_value);
+        let comparison = Comparison { block, recording: &recording, tolerance: request.tolerance };
+        let (base, suspects) = explained(&comparison, has_to_explain)?;
+        Ok(Some(Late { recording, base, suspects }))
+    };
+    // What is equal as it is needs no cause.
+    let plain = of(false, false)?.context("the input is always there")?;
+    let shifted = of(true, false)?;
+    if plain.is_explained() {
+        return Ok(plain);
+    }
+    let Some(shifted) = shifted else { return Ok(of(false, has_to_explain)?.unwrap_or(plain)) };
+    if shifted.is_explained() {
+        return Ok(shifted);
+    }
+    // Which of the two it is shows in where they begin to differ; if it does not, both are tried.
+    let rows = plain.recording.rows;
+    let is_shifted = shifted.base.agrees_longer_than(&plain.base, rows);
+    let is_plain = plain.base.agrees_longer_than(&shifted.base, rows);
+    let best = of(is_shifted, has_to_explain)?.unwrap_or(plain);
+    if best.is_explained() || is_shifted || is_plain {
+        return Ok(best);
+    }
+    Ok(of(true, has_to_explain)?.filter(Late::is_explained).unwrap_or(best))
+}
+
+/// Whether it explains everything by settings, without rows that are no calls.
+fn is_of_settings(suspect: &Suspect) -> bool {
+    let is_of_rows = |change: &Change| matches!(change, Change::LeftOut { .. } | Change::Added { .. });
+    suspect.fits && !suspect.changes.iter().any(is_of_rows)
 }
 
 /// The run of the block as it is and, if it differs, what explains that.

@@ -12,7 +12,7 @@ use crate::signals::{self, Signals};
 use anyhow::{Context, Result, bail, ensure};
 use control::identify::{self, Data, Identified, Method, Model, means_of_pulses, resolution};
 use run::fmus::number_of;
-use run::system::Value;
+use run::system::{Exchange, Value};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -360,9 +360,14 @@ impl<'a> Bench<'a> {
             every: 1,
         };
         let record = bench.session.record(None)?;
+        // Where all members act at once, each passes on what it got a call later: before that, a row has values of no call.
+        let until_seen = match record.setup().exchange {
+            Exchange::Sequential => 1,
+            Exchange::Parallel => record.members().count(),
+        };
         // What was set since the last call, such as the manual value, counts.
         if record.calls() == 0 || record.done().last().is_some_and(|done| done.call == record.calls()) {
-            bench.run(1)?;
+            bench.run(until_seen)?;
         }
         // Between two cycles pulses are on or off: the actuator is at their mean.
         let pulses = bench.signals(0.0)?;
@@ -386,7 +391,7 @@ impl<'a> Bench<'a> {
         }
         for _ in 0..3 {
             bench.put(bench.manual)?;
-            bench.run(1)?;
+            bench.run(until_seen)?;
             let now = bench.value(&output)?;
             let off = target - now;
             if off.abs() <= 1e-6 * target.abs().max(1.0) {

@@ -1,6 +1,7 @@
 //! A loop on one page: its settings, what the block does with them, what was done, how it went. HTML that loads nothing.
 
 mod step;
+mod tuning;
 
 use crate::describe::{check, describe};
 use crate::home::Home;
@@ -9,7 +10,7 @@ use crate::session::Record;
 use anyhow::{Context, Result, bail};
 use control::identify::Model;
 use control::replay::Change;
-use control::rules::{self, Rule};
+use control::rules::Rule;
 use draw::escape::Text;
 use draw::plot::{Chart, Curve, Panel, svg};
 use draw::response::Colors;
@@ -21,6 +22,7 @@ use run::system::Value;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 use step::Predicted;
+pub(crate) use step::{Forecasted, forecast};
 
 /// This many points a curve has.
 const POINTS: usize = 1500;
@@ -65,9 +67,12 @@ pub struct ReportedRun {
     pub run: usize,
     /// What the user calls it.
     pub name: String,
-    /// Its settings that other runs had otherwise.
+    /// Its settings that other runs had otherwise, as they were at its end.
     #[serde(default)]
     pub values: Values,
+    /// Those that were changed while it ran, as they were at its beginning.
+    #[serde(default)]
+    pub begun: Values,
 }
 
 /// A recording that was replayed through the block.
@@ -158,7 +163,7 @@ pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
         plants(&mut page, home, record)?;
     }
     if let Some(of) = report.tuning {
-        tuning(&mut page, of, report.units)?;
+        tuning::told(&mut page, home, report, of, (&fmu, &description))?;
     }
     settings(&mut page, report, &description, &checked.unused)?;
     if let Some(record) = report.record {
@@ -350,7 +355,10 @@ fn compared(page: &mut String, runs: &[(&ReportedRun, Figures)], unit: Option<&s
     for (run, _) in runs {
         let told = |(name, value): (&String, &Value)| {
             let all: Vec<Value> = runs.iter().filter_map(|(other, _)| other.values.get(name).copied()).collect();
-            format!("{name} {}", brief(*value, &all))
+            match run.begun.get(name) {
+                Some(begun) => format!("{name} {}, then {}", brief(*begun, &[*value]), brief(*value, &all)),
+                None => format!("{name} {}", brief(*value, &all)),
+            }
         };
         let values: Vec<String> = run.values.iter().map(told).collect();
         write!(page, "<th class=\"number\">{}<br>{}</th>", Text(&run.name), Text(&values.join(", ")))?;
@@ -417,55 +425,6 @@ fn plants(page: &mut String, home: &dyn Home, record: &Record) -> Result<()> {
         }
         writeln!(page, "</tbody>\n</table>")?;
     }
-    Ok(())
-}
-
-/// The plant's model, the rule and the margins.
-fn tuning(page: &mut String, of: &Tuning, units: [Option<&str>; 2]) -> Result<()> {
-    let Model { gain, time_constant, second_time_constant, dead_time, is_integrating } = of.model;
-    let [process_value, manipulated_value] = units.map(|unit| units::shown(unit.unwrap_or("1")));
-    let of_gain = match (process_value.as_ref(), manipulated_value.as_ref(), is_integrating) {
-        ("1", "1", false) => String::new(),
-        (above, "1", true) => format!("{above}/s"),
-        (above, "1", false) => above.to_string(),
-        (above, below, true) => format!("{above}/({below}\u{b7}s)"),
-        (above, below, false) => format!("{above}/{below}"),
-    };
-    let mut rows = vec![("K", three(gain), of_gain.as_str())];
-    if !is_integrating {
-        rows.push(("T", three(time_constant), "s"));
-    }
-    if second_time_constant != 0.0 {
-        rows.push(("T2", three(second_time_constant), "s"));
-    }
-    rows.push(("L", three(dead_time), "s"));
-    let margins = [
-        ("\u{3bb}", of.closed_loop, "s"),
-        ("Ms", of.sensitivity, ""),
-        ("gain margin", of.gain_margin, ""),
-        ("phase margin", of.phase_margin, "\u{b0}"),
-    ];
-    rows.extend(margins.into_iter().filter_map(|(name, value, unit)| Some((name, three(value?), unit))));
-    let values: Vec<String> = of
-        .values
-        .iter()
-        .filter_map(|(name, value)| match value {
-            Value::Boolean(_) => None,
-            value => Some(format!("{name} {}", three(number_of(*value)))),
-        })
-        .collect();
-    let rule = rules::name(of.rule);
-    writeln!(
-        page,
-        "<h2>Tuning</h2>\n<p class=\"about\">{} by {} for a plant with gain K, {}dead time L.</p>\n<dl class=\"figures\">",
-        Text(&values.join(", ")),
-        Text(rule),
-        if is_integrating { "integrating, and " } else { "time constant T and " }
-    )?;
-    for (name, value, unit) in rows {
-        writeln!(page, "<div><dt>{name}</dt> <dd>{value} {}</dd></div>", Text(unit))?;
-    }
-    writeln!(page, "</dl>")?;
     Ok(())
 }
 
@@ -541,7 +500,8 @@ fn curves(
     if let Some(of) = predicted {
         let values = step::curve(of, &view.times);
         let name = format!("{} predicted", process_value.map_or("process value", String::as_str));
-        controlled.curves.push(Curve { name, values, is_input: true, color: Some(Colors::OF_ROLES[1]) });
+        let color = Some(Colors::free(false, &Colors::OF_ROLES));
+        controlled.curves.push(Curve { name, values, is_input: true, color });
     }
     let panels = [controlled, manipulated].into_iter().filter(|panel| !panel.curves.is_empty()).collect();
     let chart =

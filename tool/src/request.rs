@@ -9,6 +9,7 @@ use crate::message::{
 };
 use crate::preset::{self, Preset};
 use crate::program::{self, Compiled, Looked, Monitored, Programs};
+use crate::report::{self, Forecasted, Tuning};
 use crate::session::{Session, Until};
 use crate::{connect, describe, known, signals};
 use anyhow::Result;
@@ -187,6 +188,15 @@ requests! { |home, session|
     } -> Tried = home.beside(|| signals::tried(home, session, &values, view, figures))?;
     /// The figures of a run.
     Figures(of: FiguresRequest) -> Figures = signals::figures(home, session, &of)?;
+    /// The last step of the setpoint in a run as the identified plant predicts it with the settings that were in force, to stand beside the
+    /// figures of the run; none if it was no step from rest in automatic mode.
+    Forecast {
+        /// The run; the present one without it.
+        #[serde(default)]
+        run: Option<usize>,
+        /// The plant.
+        tuning: Box<Tuning>,
+    } -> Option<Forecasted> = report::forecast(home, session, run, &tuning)?;
     /// A plant's model from a step in a run or in a CSV file.
     Identify(of: identify::Request) -> Identified = signals::identify(home, session, &of)?;
     /// Settings for a plant's model by a rule, with what they lead to.

@@ -38,6 +38,18 @@ pub enum Change {
     },
 }
 
+/// Where a setting was changed while the recording was made.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
+pub struct Since {
+    /// The setting, its value from there on, and that before it.
+    pub change: Change,
+    /// The last call that may have been the first with the new value, from 0, with its time in seconds.
+    pub latest: (usize, f64),
+    /// The first call that may have been: the block does the same in the calls between.
+    pub earliest: (usize, f64),
+}
+
 /// Why a value of a setting was tried.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]

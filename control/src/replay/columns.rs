@@ -165,9 +165,20 @@ impl Recording {
         })
     }
 
+    /// Whether its process value is neither named as the block's input nor as its output.
+    pub(super) fn has_unclear_process_value(&self, block: &Block) -> bool {
+        let terminal = block.row(block.roles.process_value.as_ref());
+        let named = |of: &&Signal| Some(of.row) == terminal && !of.is_output_column;
+        self.inputs.iter().find(named).is_some_and(|of| variable_of(block, &of.written.name).is_none())
+    }
+
     /// The recording with each output in the row of its call, where a row has the outputs of the call before: those that the other
-    /// FMUs read in a step in which all values are exchanged at once.
-    pub(super) fn with_earlier_outputs(mut self) -> Recording {
+    /// FMUs read in a step in which all values are exchanged at once. The process value may be one of them.
+    pub(super) fn with_earlier_outputs(mut self, block: &Block, has_late_process_value: bool) -> Recording {
+        if has_late_process_value {
+            let terminal = block.row(block.roles.process_value.as_ref());
+            self.inputs.iter_mut().filter(|of| Some(of.row) == terminal).for_each(|of| of.is_output_column = true);
+        }
         let shifted = self.inputs.iter_mut().filter(|of| of.is_output_column).chain(&mut self.outputs);
         for of in shifted {
             of.values.remove(0);
@@ -219,7 +230,7 @@ impl Recording {
                 })?;
             }
         }
-        let is_tunable = matches!(variable.role, Role::Input | Role::Parameter);
+        let is_tunable = is_tunable(variable.role);
         let changes = values.windows(2).filter(|pair| pair[0] != pair[1]).count();
         let name = &variable.name;
         let is_setting = is_input && variable.role != Role::Input;
@@ -424,6 +435,11 @@ impl Recording {
         }
         Ok(())
     }
+}
+
+/// Whether a running block takes another value.
+pub(super) fn is_tunable(role: Role) -> bool {
+    matches!(role, Role::Input | Role::Parameter)
 }
 
 fn found(csv: &Csv, name: &str) -> Result<usize> {

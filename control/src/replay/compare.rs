@@ -13,7 +13,7 @@ const SEEDS: [u64; 3] = [1, 2, 3];
 const SPREAD: f64 = 3.0;
 
 /// By so many rows more that agree, it is no accident.
-const CLEARLY: usize = 3;
+pub(super) const CLEARLY: usize = 3;
 
 /// What is compared with what.
 pub(super) struct Comparison<'a> {

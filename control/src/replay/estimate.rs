@@ -4,7 +4,7 @@
 //! One setting is searched on a grid and by golden section, two by least squares (Levenberg and Marquardt). Switches count by how often
 //! they were TRUE so far: so a pulse that comes late costs little, and one that does not come costs more and more.
 
-use super::columns::Signal;
+use super::columns::{Signal, is_tunable};
 use super::compare::{Comparison, Outcome};
 use super::instance::Variant;
 use blocks::table::number::to_value;
@@ -117,16 +117,19 @@ impl<'a> Search<'a> {
     }
 
     /// The value of a setting in a variant.
-    fn value(&self, variant: &Variant, row: usize) -> f64 {
-        variant.values.get(&row).copied().unwrap_or(self.comparison.block.settings[row])
+    pub(super) fn value(&self, variant: &Variant, row: usize) -> f64 {
+        variant.value(row).unwrap_or(self.comparison.block.settings[row])
     }
 
-    /// The variant with another value of a setting, as its type holds it; `None` if it does not.
+    /// The variant with another value of a setting, as its type holds it; `None` if it does not, or if a running block does not take it.
     fn with(&self, variant: &Variant, row: usize, value: f64) -> Option<Variant> {
         let of = &self.comparison.block.table.variables[row];
         let value = held(of.kind, value).filter(|value| is_sensible(of, *value))?;
         let mut variant = variant.clone();
-        variant.values.insert(row, value);
+        if variant.later.is_some() && !is_tunable(of.role) {
+            return None;
+        }
+        variant.set(row, value);
         Some(variant)
     }
 
@@ -144,7 +147,8 @@ impl<'a> Search<'a> {
         let is_candidate = |row: &usize| {
             let of = &block.table.variables[*row];
             let is_setting = matches!(of.role, Role::Parameter | Role::Fixed | Role::Input)
-                && !block.roles.is_stimulus(&of.name, of.role == Role::Input);
+                // What changes while it runs may be any input: a disturbance that was not recorded acts as LMN_OFF does.
+                && (base.variant.later.is_some() || !block.roles.is_stimulus(&of.name, of.role == Role::Input));
             let is_number = !matches!(of.kind, Kind::Bool | Kind::Word | Kind::Byte | Kind::DWord | Kind::LWord);
             let is_recorded = recording.inputs.iter().any(|input| input.row == *row);
             is_setting && is_number && !is_recorded && *row != block.table.cycle && is_used(&of.name)

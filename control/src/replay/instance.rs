@@ -49,6 +49,8 @@ pub(super) enum Beginning {
 pub(super) struct Variant {
     /// The values of variables, by their rows in the table.
     pub(super) values: BTreeMap<usize, f64>,
+    /// What is changed while the block runs.
+    pub(super) later: Option<Later>,
     pub(super) beginning: Beginning,
     /// The rows in which the block is not called.
     pub(super) skipped: BTreeSet<usize>,
@@ -56,6 +58,29 @@ pub(super) struct Variant {
     pub(super) doubled: BTreeSet<usize>,
     /// More calls for each row than one.
     pub(super) more_calls: usize,
+}
+
+/// Values of variables from a row on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Later {
+    /// The first row whose call has them.
+    pub(super) from: usize,
+    /// By their rows in the table.
+    pub(super) values: BTreeMap<usize, f64>,
+}
+
+impl Variant {
+    /// The value that a variable has in the end; none if it is that of the loop.
+    pub(super) fn value(&self, row: usize) -> Option<f64> {
+        let later = self.later.as_ref().and_then(|later| later.values.get(&row));
+        later.or_else(|| self.values.get(&row)).copied()
+    }
+
+    /// Gives a variable a value: from the row on if something is changed while the block runs, else from the start.
+    pub(super) fn set(&mut self, row: usize, value: f64) {
+        let values = self.later.as_mut().map_or(&mut self.values, |later| &mut later.values);
+        values.insert(row, value);
+    }
 }
 
 impl<'a> Block<'a> {
@@ -167,6 +192,7 @@ impl<'a> Block<'a> {
         let groups = self.groups(&outputs);
         let recorded = recording.inputs.iter().enumerate();
         let written: Vec<_> = recorded.filter(|(_, of)| !variant.values.contains_key(&of.row)).collect();
+        let later = variant.later.as_ref();
         for row in 0..rows {
             let is_called = match variant.beginning {
                 Beginning::Restart => row > 0,
@@ -194,6 +220,9 @@ impl<'a> Block<'a> {
                         calls.set(of.row, before + share * (after - before)).with_context(context)?;
                     }
                     calls.step().with_context(context)?;
+                }
+                for (changed, value) in later.iter().filter(|later| row >= later.from).flat_map(|later| &later.values) {
+                    calls.set(*changed, *value).with_context(context)?;
                 }
                 for &(number, of) in written.iter().filter(|(_, of)| of.is_tunable) {
                     calls.set(of.row, input(number, row)).with_context(context)?;

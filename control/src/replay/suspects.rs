@@ -37,13 +37,13 @@ struct Try {
 }
 
 /// A suspect that was tried.
-struct Tried {
-    outcome: Outcome,
+pub(super) struct Tried {
+    pub(super) outcome: Outcome,
     changes: Vec<Change>,
     /// The settings that it changes, numbers that were searched for among them.
     rows: Vec<usize>,
     is_estimate: bool,
-    range: Option<(f64, f64)>,
+    pub(super) range: Option<(f64, f64)>,
     confused: Vec<String>,
 }
 
@@ -53,7 +53,7 @@ impl Tried {
     }
 
     /// The same of numbers that were searched for.
-    fn estimated(outcome: Outcome, changes: Vec<Change>, rows: Vec<usize>) -> Tried {
+    pub(super) fn estimated(outcome: Outcome, changes: Vec<Change>, rows: Vec<usize>) -> Tried {
         Tried { is_estimate: true, ..Tried::new(outcome, changes, rows) }
     }
 }
@@ -88,16 +88,22 @@ pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspe
     }
     all.sort_by(|a, b| rank(&a.outcome).partial_cmp(&rank(&b.outcome)).unwrap_or(std::cmp::Ordering::Equal));
     all.truncate(MOST_SUSPECTS);
-    diagnosis.told(all, is_sure, base)
+    let mut suspects = diagnosis.told(all, is_sure, base)?;
+    if !suspects.iter().any(|suspect| suspect.fits)
+        && let Some(suspect) = diagnosis.midway(base)?
+    {
+        suspects.insert(0, suspect);
+    }
+    Ok(suspects)
 }
 
 /// The changes with that of the mode before them.
 type Whole<'a> = &'a dyn Fn(Vec<Change>) -> Vec<Change>;
 
-struct Diagnosis<'a> {
-    comparison: &'a Comparison<'a>,
-    search: Search<'a>,
-    rows: usize,
+pub(super) struct Diagnosis<'a> {
+    pub(super) comparison: &'a Comparison<'a>,
+    pub(super) search: Search<'a>,
+    pub(super) rows: usize,
 }
 
 impl Diagnosis<'_> {
@@ -253,6 +259,10 @@ impl Diagnosis<'_> {
     /// but switches is recorded, it leaves out what needs a tolerance, too, if another explanation needs none.
     fn keep_likeliest(&self, tried: &mut Vec<Tried>) {
         let fits = |of: &Tried| of.outcome.different() == 0 && !of.rows.is_empty();
+        // What a setting explains needs no calls that were missed.
+        if tried.iter().any(fits) {
+            tried.retain(|of| !of.rows.is_empty() || of.outcome.different() > 0);
+        }
         let is_exact = |of: &Tried| of.outcome.largest() == 0.0;
         if !self.search.has_numbers() && tried.iter().any(|of| fits(of) && is_exact(of)) {
             tried.retain(|of| !fits(of) || is_exact(of));
@@ -291,7 +301,7 @@ impl Diagnosis<'_> {
 
     /// Whether the recording tells the values of the explanation that fits, and tells them apart from other settings. Adds what else
     /// would do.
-    fn is_told(&self, tried: &mut [Tried], candidates: &[usize]) -> bool {
+    pub(super) fn is_told(&self, tried: &mut [Tried], candidates: &[usize]) -> bool {
         let (search, block) = (&self.search, self.comparison.block);
         let name = |row: &usize| block.table.variables[*row].name.clone();
         let mut is_told = true;
@@ -307,7 +317,7 @@ impl Diagnosis<'_> {
                 confused.extend(search.confused(&found, *row, &rest).iter().map(name));
                 if numbers.len() == 1 {
                     let (low, high) = search.range(&found, *row);
-                    let own = found.variant.values[row];
+                    let own = search.value(&found.variant, *row);
                     let width = (high - low) / own.abs().max(1e-12);
                     is_told &= width < WIDE;
                     of.range = (width > 0.001).then_some((low, high));
@@ -321,6 +331,15 @@ impl Diagnosis<'_> {
         is_told
     }
 
+    /// Values of the table's rows by their names.
+    pub(super) fn named<'v>(&self, values: impl Iterator<Item = (&'v usize, &'v f64)>) -> Values {
+        let named = |(row, value): (&usize, &f64)| {
+            let of = &self.comparison.block.table.variables[*row];
+            (of.name.clone(), typed(of.kind, *value))
+        };
+        values.map(named).collect()
+    }
+
     /// The answer, with the outcomes over all rows.
     fn told(&self, all: Vec<Tried>, is_sure: bool, base: &Outcome) -> Result<Vec<Suspect>> {
         let mut suspects = Vec::new();
@@ -332,16 +351,13 @@ impl Diagnosis<'_> {
             if rank(&outcome) >= rank(base) || is_farther {
                 continue;
             }
-            let value = |(row, value): (&usize, &f64)| {
-                let of = &self.comparison.block.table.variables[*row];
-                (of.name.clone(), typed(of.kind, *value))
-            };
             let fits = outcome.different() == 0;
             suspects.push(Suspect {
                 changes,
                 range,
                 confused,
-                values: outcome.variant.values.iter().map(value).collect::<Values>(),
+                values: self.named(outcome.variant.values.iter()),
+                since: None,
                 different: outcome.different(),
                 largest: outcome.largest(),
                 fits,
@@ -375,7 +391,7 @@ pub(super) fn is_usual(block: &Block, suspect: &Suspect) -> bool {
 }
 
 /// How many different sets of settings explain everything.
-fn fitting(tried: &[Tried]) -> usize {
+pub(super) fn fitting(tried: &[Tried]) -> usize {
     let mut sets: Vec<Vec<usize>> =
         tried.iter().filter(|of| of.outcome.different() == 0).map(|of| of.rows.clone()).collect();
     sets.iter_mut().for_each(|rows| rows.sort_unstable());
@@ -562,12 +578,13 @@ impl Tries<'_> {
     }
 }
 
-/// The limits of the manipulated value, where the recording stays at its highest or its lowest value.
+/// The limits of the manipulated value, where the recording comes to its highest or its lowest value again and again.
 fn limits(tries: &mut Tries) {
     let (block, recording) = (tries.comparison.block, tries.comparison.recording);
     let Some(manipulated) = block.manipulated(recording) else { return };
     let values = &recording.outputs[manipulated].values;
-    let stays = |extreme: f64| values.windows(2).filter(|pair| pair[0] == extreme && pair[1] == extreme).count() > 1;
+    // Where it only touches its limit, it does so more than once to the last digit.
+    let stays = |extreme: f64| values.iter().filter(|value| **value == extreme).count() > 1;
     let known = || values.iter().copied().filter(|value| value.is_finite());
     let (high, low) = (known().fold(f64::NEG_INFINITY, f64::max), known().fold(f64::INFINITY, f64::min));
     let why = Some(Why::Stays);

@@ -1,16 +1,22 @@
 use super::*;
+use run::fmus::number_of;
 use run::system::Value;
 use run::test_home::TestHome;
 use std::fmt::Write;
 
 /// SP, PV and OUT of the test's PI controller with GAIN 2, TI 20 s and CYCLE 0.5 s, computed here: `(time, sp, pv, out)`.
 fn recorded(calls: usize) -> Vec<(f64, f32, f32, f32)> {
+    recorded_with(calls, |_| (2.0, 20.0))
+}
+
+/// The same with a GAIN and a TI for each call.
+fn recorded_with(calls: usize, settings: impl Fn(usize) -> (f32, f32)) -> Vec<(f64, f32, f32, f32)> {
     let mut integral = 0.0f32;
     let row = |call: usize| {
         let (sp, pv) = (if call < 4 { 10.0f32 } else { 30.0 }, 0.25 * (call % 7) as f32);
-        let e = sp - pv;
-        integral += e * (0.5f32 / 20.0) * 2.0;
-        (call as f64 * 0.5, sp, pv, (2.0 * e + integral).clamp(0.0, 100.0))
+        let (e, (gain, ti)) = (sp - pv, settings(call));
+        integral += e * (0.5 / ti) * gain;
+        (call as f64 * 0.5, sp, pv, (gain * e + integral).clamp(0.0, 100.0))
     };
     (0..calls).map(row).collect()
 }
@@ -214,6 +220,63 @@ fn a_wrong_setting_is_named_and_its_value_given() {
     assert!(replayed.suspects[0].fits && replayed.suspects[0].different == 0);
     request.try_suspects = false;
     assert!(run(&request).suspects.is_empty());
+}
+
+/// What is said of a setting that was changed: its name, its value before and after, and its first call with its time.
+fn since(replayed: &Replayed) -> Option<(&str, f64, f64, (usize, f64))> {
+    let Since { change: Change::Setting { name, value, before, .. }, latest, .. } =
+        replayed.suspects[0].since.as_ref()?
+    else {
+        panic!("{replayed:?}");
+    };
+    Some((name, number_of(*before), number_of(*value), *latest))
+}
+
+#[test]
+fn a_setting_that_was_changed_by_hand_is_named_with_its_time_and_both_values() {
+    let close = |a: f64, b: f64| (a - b).abs() < 1e-6 * b;
+    // The loop has the value before the change, that after it, or neither.
+    for own in [2.0, 0.75, 1.5] {
+        let rows = recorded_with(120, |call| (if call < 70 { 2.0 } else { 0.75 }, 200.0));
+        let mut request = request(text("time,SP,PV,OUT", &rows));
+        request.controller = member(&[("GAIN", own), ("TI", 200.0)]);
+        let replayed = run(&request);
+        assert_eq!(replayed.conclusion, Conclusion::Cause, "{own}: {:?}", replayed.suspects);
+        let (name, before, value, latest) = since(&replayed).expect("it was changed");
+        assert!(name == "GAIN" && close(before, 2.0) && close(value, 0.75), "{own}: {:?}", replayed.suspects);
+        assert_eq!(latest, (70, 35.0), "{own}");
+        // What is used then is what the block had at the end.
+        let used = Values::from([("GAIN".to_string(), Value::Number(0.75))]);
+        assert_eq!(replayed.suspects[0].values, if own == 0.75 { Values::new() } else { used }, "{own}");
+        assert_eq!(replayed.suspects[0].changes.len(), usize::from(own != 2.0), "{own}");
+    }
+}
+
+#[test]
+fn a_change_that_two_settings_explain_or_that_few_rows_follow_is_not_named() {
+    // Without the P action, a third of GAIN is three times TI.
+    let integrals = |calls: usize| {
+        let mut integral = 0.0f32;
+        let rows = recorded(calls).into_iter().enumerate().map(move |(call, (time, sp, pv, _))| {
+            integral += (sp - pv) * (0.5 / 200.0) * if call < 70 { 3.0 } else { 1.0 };
+            (time, sp, pv, integral)
+        });
+        rows.collect::<Vec<_>>()
+    };
+    let changed = |calls| recorded_with(calls, |call| (if call < 70 { 2.0 } else { 0.75 }, 200.0));
+    for (rows, values) in [
+        (integrals(120), [("GAIN", 3.0), ("TI", 200.0), ("P_SEL", 0.0)].as_slice()),
+        (changed(72), &[("GAIN", 2.0), ("TI", 200.0)]),
+    ] {
+        let mut request = request(text("time,SP,PV,OUT", &rows));
+        request.controller = member(values);
+        if let Some(switch) = request.controller.values.get_mut("P_SEL") {
+            *switch = Value::Boolean(false);
+        }
+        let replayed = run(&request);
+        assert_eq!(replayed.outputs[0].first.map(|first| first.0), Some(70), "{values:?}");
+        assert_eq!(replayed.conclusion, Conclusion::Unexplained, "{values:?}: {:?}", replayed.suspects);
+    }
 }
 
 #[test]

@@ -1,9 +1,12 @@
 //! The step that the figures of a report belong to: predicted beside measured, and larger than in the curves of the whole run.
 
 use super::{Tuning, three, with_unit};
-use crate::message::Figures;
-use crate::session::Record;
-use anyhow::Result;
+use crate::describe::describe;
+use crate::home::Home;
+use crate::message::{Figures, FiguresRequest};
+use crate::session::{Record, Session};
+use crate::signals;
+use anyhow::{Context, Result};
 use blocks::Kind;
 use control::figures::{Cause, Happened};
 use control::predict::{self, Forecast};
@@ -15,6 +18,8 @@ use run::component::Type;
 use run::dialog::Roles;
 use run::fmus::{Fmus, Member};
 use run::system::Value;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// A step that takes a smaller part of the run is drawn alone, too.
@@ -87,6 +92,39 @@ pub(super) fn predicted(
     };
     let settings: Vec<String> = roles.controller.iter().filter(acts).map(told).collect();
     Ok(Some(Predicted { start: step.start, forecast, settings: settings.join(", ") }))
+}
+
+/// A step that the identified plant predicts.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Forecasted {
+    /// The controller's settings that were in force and had an effect, as a list.
+    pub settings: String,
+    /// Its figures by their keys, of the same step over the same time as those of the run.
+    pub figures: BTreeMap<String, f64>,
+}
+
+/// The last step of the setpoint in a run as the identified plant predicts it with the settings that were in force. None if it was no
+/// step from rest in automatic mode.
+///
+/// # Errors
+/// The run has no controller or no figures, or the block cannot be simulated with the model.
+pub(crate) fn forecast(
+    home: &dyn Home,
+    session: &Session,
+    run: Option<usize>,
+    tuning: &Tuning,
+) -> Result<Option<Forecasted>> {
+    let record = session.record(run)?;
+    let fmu = &record.setup().members.first().context("there is no controller")?.fmu;
+    let roles = describe(home, fmu)?.roles;
+    let figures = signals::figures(home, session, &FiguresRequest { run, ..FiguresRequest::default() })?;
+    let Some(step) = &figures.step else { return Ok(None) };
+    let predicted = predicted(home, record, (fmu, &roles), tuning, step)?;
+    Ok(predicted.map(|of| {
+        let figures = of.forecast.figures.iter().map(|(key, value)| (key.to_string(), *value)).collect();
+        Forecasted { settings: of.settings, figures }
+    }))
 }
 
 /// The figures of the prediction and of the run side by side.

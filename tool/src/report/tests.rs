@@ -181,6 +181,12 @@ fn a_setpoint_step_is_predicted_beside_what_was_measured_and_drawn_alone() {
         assert!((value - expected).abs() <= off, "{title}: {measured}");
     }
     assert!(page.contains("<h2>The measured step</h2>") && page.contains(">PV predicted</text>"), "{page}");
+    // It has a colour of its own, beside those of setpoint, process value and manipulated value.
+    let classes = |curve: &str| {
+        let legend = page.split(&format!(">{curve}</text>")).next().unwrap();
+        legend.rsplit("class=\"").nth(1).unwrap().split('"').next().unwrap().to_string()
+    };
+    assert!(["SP", "PV", "OUT"].iter().all(|of| classes(of) != classes("PV predicted")), "{page}");
     // Half of the gain is another prediction, of the same measurement.
     let other = with(&tuning(0.75), &figures);
     assert_ne!(cells(&other, "IAE")[0], cells(&page, "IAE")[0]);
@@ -193,6 +199,30 @@ fn a_setpoint_step_is_predicted_beside_what_was_measured_and_drawn_alone() {
     let whole = |of: &Figures| Figures { from: 0.0, ..of.clone() };
     assert!(with(&tuning(1.5), &whole(&figures)).contains("The measured step"));
     assert!(!with(&tuning(1.5), &whole(&begin)).contains("The measured step"));
+}
+
+#[test]
+fn the_tuning_says_whether_other_settings_than_those_of_the_rule_are_in_force_and_how_far_they_are_from_swinging() {
+    let values = [("GAIN", 1.0), ("TI", 10.0)].map(|(name, value)| (name.to_string(), Value::Number(value)));
+    let by_rule = Tuning { values: Values::from(values), phase_margin: Some(88.0), ..tuning(1.5) };
+    let with = |gain: f64| {
+        let now = of("C", vec![setting("GAIN", gain, None), setting("TI", 10.0, None), setting("CYCLE", 0.5, None)]);
+        let page = made(&Report { tuning: Some(&by_rule), ..report(&now) });
+        page.split("<h2>Tuning</h2>").nth(1).unwrap().split("<h2>").next().unwrap().to_string()
+    };
+    let told = with(1.0);
+    assert!(told.contains("<p>These settings are in force.</p>") && !told.contains("instead"), "{told}");
+    let told = with(2.0);
+    assert!(told.contains("Other settings than those of the rule are in force: GAIN 2 instead of 1.</p>"), "{told}");
+    // TI is the plant's lag: the open loop is GAIN K/(T s) = 0.3/s, which a call that is held for 0.5 s delays by half of that.
+    let (rule, own) = told.split_once("instead of").unwrap();
+    assert!(
+        rule.contains("<dt>phase margin</dt> <dd>88 \u{b0}</dd>") && own.contains("<dt>gain margin</dt>"),
+        "{told}"
+    );
+    let margin = own.split("<dt>phase margin</dt> <dd>").nth(1).unwrap().split(' ').next().unwrap();
+    let expected = 90.0 - (0.3f64 * 0.25).to_degrees();
+    assert!((margin.parse::<f64>().unwrap() - expected).abs() < 1.0, "{margin} {expected}");
 }
 
 #[test]
@@ -319,12 +349,15 @@ fn runs_of_the_same_step_stand_side_by_side_with_their_names() {
         run,
         name: name.into(),
         values: Values::from([("GAIN".to_string(), Value::Number(gain))]),
+        begun: Values::new(),
     };
-    let (before, after) = (run(7, "before", 2.0), run(0, "tuned", 0.751_88));
+    let (mut before, after) = (run(7, "before", 2.0), run(0, "tuned", 0.751_88));
+    // GAIN was changed in it.
+    before.begun.insert("GAIN".into(), Value::Number(3.5));
     let compared = vec![(&before, stepped(39.9, 25.0, 2506.88)), (&after, stepped(40.03, 0.0, 0.123_456))];
     let page = made(&Report { record: Some(session.record(None).unwrap()), compared, ..report(&now) });
     for part in [
-        "<th class=\"number\">before<br>GAIN 2</th><th class=\"number\">tuned<br>GAIN 0.752</th>",
+        "<th class=\"number\">before<br>GAIN 3.5, then 2</th><th class=\"number\">tuned<br>GAIN 0.752</th>",
         "<td>Setpoint step</td><td class=\"number\">39.9 to 60 °C, at 25 s</td><td class=\"number\">40 to 60 °C, at 0 s</td>",
         "<tr><td>IAE</td><td class=\"number\">2510 K·s</td><td class=\"number\">0.123 K·s</td></tr>",
         "<p>tuned: 100 calls",

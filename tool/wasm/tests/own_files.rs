@@ -145,6 +145,64 @@ fn outputs_one_call_late_hide_no_cause() {
 }
 
 #[test]
+fn outputs_one_call_late_are_no_missed_calls_where_they_are_rounded_and_the_process_value_is_late_too() {
+    for decimals in 1..=3 {
+        // The column has a name of neither the block's input nor its output, and the values of the output.
+        let text = recording(&[], Kind::Parallel, Some(decimals));
+        let mut rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+        for row in (2..rows.len()).rev() {
+            rows[row][2] = rows[row - 1][2];
+        }
+        (rows[0][2], rows[1][2]) = ("Istwert", "0");
+        let text: Vec<String> = rows.iter().map(|row| row.join(",")).collect();
+        let replayed = replayed(FILE, text.join("\n"));
+        assert_eq!(replayed.conclusion, Conclusion::Equal, "{decimals}: {:?}", replayed.suspects);
+    }
+}
+
+#[test]
+fn a_limit_that_is_only_touched_is_named_and_no_call_is_missed_instead() {
+    // A manipulated value that swings to 60 % a few times, each time for a call.
+    for decimals in [None, Some(2)] {
+        let home = Linked::new();
+        let description = home.description("CONT_C").unwrap();
+        let find = |name: &str| {
+            let variable = description.variable(name).unwrap();
+            (variable.kind.unwrap(), variable.value_reference)
+        };
+        let mut block = home.instantiate("CONT_C", "PLC").unwrap();
+        block.setup(0.0, None).unwrap();
+        for (name, value) in FILE.iter().chain(&[("LMN_HLM", 60.0)]) {
+            block.write(find(name).0, &[find(name).1], &[*value]).unwrap();
+        }
+        block.enter_initialization().unwrap();
+        block.exit_initialization().unwrap();
+        let (mut text, mut lmn) = (String::from("time,SP_INT,PV_IN,LMN\n"), [0.0]);
+        for call in 0..120 {
+            let pv = if call % 30 == 20 { 20.0 } else { 59.0 + 0.1 * f64::from(call % 7) };
+            for (name, value) in [("SP_INT", 60.0), ("PV_IN", f64::from(pv as f32))] {
+                block.write(find(name).0, &[find(name).1], &[value]).unwrap();
+            }
+            block.step(f64::from(call), 1.0).unwrap();
+            block.read(find("LMN").0, &[find("LMN").1], &mut lmn).unwrap();
+            let shown = decimals.map_or_else(|| format!("{}", lmn[0]), |digits: usize| format!("{:.digits$}", lmn[0]));
+            writeln!(text, "{call},60,{pv:.1},{shown}").unwrap();
+        }
+        let replayed = replayed(FILE, text);
+        let [(name, value)] = &replayed.suspects[0].values.iter().collect::<Vec<_>>()[..] else {
+            panic!("{replayed:?}")
+        };
+        assert_eq!((name.as_str(), **value), ("LMN_HLM", Value::Number(60.0)), "{:?}", replayed.suspects);
+        // Where digits are missing, an offset below the limit of the loop does the same.
+        let told = if decimals.is_none() { Conclusion::Cause } else { Conclusion::Ambiguous };
+        assert_eq!(replayed.conclusion, told, "{:?}", replayed.suspects);
+        let is_missed = |change: &Change| matches!(change, Change::LeftOut { .. } | Change::Added { .. });
+        let fitting = replayed.suspects.iter().filter(|suspect| suspect.fits);
+        assert!(!fitting.flat_map(|suspect| &suspect.changes).any(is_missed), "{:?}", replayed.suspects);
+    }
+}
+
+#[test]
 fn at_least_six_of_seven_causes_are_named_and_none_wrong() {
     let all: String = VERDICTS.iter().map(|(.., told)| *told).collect();
     assert!(all.len() >= 40 && !all.contains('!'), "{all}");

@@ -168,7 +168,7 @@ const GLANCE = [
 ];
 
 /** A figure with its unit. @param {number} value @param {string | null} unit */
-function valueText(value, unit) {
+export function valueText(value, unit) {
   return `${rounded(value, "LREAL", 3)} ${shownUnit(unit)}`.trimEnd();
 }
 

@@ -415,6 +415,13 @@ help: string | null,
 /** Whether there is no program because of it. */
 is_error: boolean, };
 
+/** A step that the identified plant predicts. */
+export type Forecasted = {
+/** The controller's settings that were in force and had an effect, as a list. */
+settings: string,
+/** Its figures by their keys, of the same step over the same time as those of the run. */
+figures: { [key in string]: number }, };
+
 /** Where a wire comes from: an operand, the output pin of an element, else the power rail. */
 export type From = {
 /** The variable or the constant. */
@@ -913,8 +920,10 @@ export type ReportedRun = {
 run: number,
 /** What the user calls it. */
 name: string,
-/** Its settings that other runs had otherwise. */
-values: Values, };
+/** Its settings that other runs had otherwise, as they were at its end. */
+values: Values,
+/** Those that were changed while it ran, as they were at its beginning. */
+begun: Values, };
 
 /** What the page asks for. */
 export type Request = { "do": "catalogue" } | { "do": "describe",
@@ -976,7 +985,11 @@ values: Values,
 /** What is drawn; its `run` is ignored. */
 view: View,
 /** Of which part the figures are, and their units; its `run` is ignored. */
-figures: FiguresRequest, } | { "do": "figures" } & FiguresRequest | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "rules" } & TuneRequest | { "do": "bode" } & BodeRequest | { "do": "step_test" } & StepTest | { "do": "relay_test" } & RelayTest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
+figures: FiguresRequest, } | { "do": "figures" } & FiguresRequest | { "do": "forecast",
+/** The run; the present one without it. */
+run?: number | null,
+/** The plant. */
+tuning: Tuning, } | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "rules" } & TuneRequest | { "do": "bode" } & BodeRequest | { "do": "step_test" } & StepTest | { "do": "relay_test" } & RelayTest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
 /** The file's text. */
 text: string, } | { "do": "replay" } & ReplayRequest | { "do": "preset" } & PresetRequest | { "do": "export" } & Export;
 
@@ -1085,6 +1098,15 @@ step: number | null,
 /** When values go from output to input. */
 exchange: Exchange, };
 
+/** Where a setting was changed while the recording was made. */
+export type Since = {
+/** The setting, its value from there on, and that before it. */
+change: Change,
+/** The last call that may have been the first with the new value, from 0, with its time in seconds. */
+latest: [number, number],
+/** The first call that may have been: the block does the same in the calls between. */
+earliest: [number, number], };
+
 /** A source. */
 export type SourceFile = {
 /** Its name. */
@@ -1162,13 +1184,15 @@ export type Structure = "p" | "pi" | "pid";
 
 /** A change that was tried. */
 export type Suspect = {
-/** What was changed. */
+/** What was changed, from the start on. */
 changes: Array<Change>,
+/** What was changed besides, while the recording was made. */
+since: Since | null,
 /** From where to where the value of the only number among them explains the recording as well. */
 range: [number, number] | null,
 /** Other settings with which it would have another value and explain the recording as well. */
 confused: Array<string>,
-/** The settings that were changed, as they are in the loop then. */
+/** The settings that were changed, as they are in the loop then; at the end of the recording, if one changed in it. */
 values: Values,
 /** How many calls still differ. */
 different: number,
@@ -1361,6 +1385,7 @@ export interface Dialogue {
   same_test: { request: Extract<Request, { do: "same_test" }>; answer: State };
   try: { request: Extract<Request, { do: "try" }>; answer: Tried };
   figures: { request: Extract<Request, { do: "figures" }>; answer: Figures };
+  forecast: { request: Extract<Request, { do: "forecast" }>; answer: Forecasted | null };
   identify: { request: Extract<Request, { do: "identify" }>; answer: Identified };
   tune: { request: Extract<Request, { do: "tune" }>; answer: Tuned };
   rules: { request: Extract<Request, { do: "rules" }>; answer: Array<Row> };

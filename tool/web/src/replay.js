@@ -7,7 +7,7 @@
 
 import { draw } from "tool/charts.js";
 import { chooser } from "tool/csv.js";
-import { byId, element, fill, tableHead } from "tool/dom.js";
+import { byId, element, fill, tableHead, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { changed, fitting, verdict } from "tool/replay_words.js";
 import { unitText } from "tool/signals.js";
@@ -35,8 +35,9 @@ let drawCurve;
 let endChart = () => {};
 /** Says that the settings are others than those of the result. @type {HTMLElement} */
 let stale;
-/** The settings of the result, as text. */
+/** The settings of the result, as text: all that count, and the controller's as they are shown. */
 let replayedWith = "";
+let shownWith = "";
 /** What of the stage is above and below its chart, in pixels. */
 const AROUND = 96;
 /** A report tells so many replays, each with the values that the one before it gave. */
@@ -54,7 +55,7 @@ export function mount(content) {
     hidden: true,
   });
   byId("curves").querySelector(".content")?.append(stage);
-  stale = element("p", { class: "note", hidden: true }, "The settings have changed since this replay.");
+  stale = element("p", { class: "note", hidden: true });
   fill(content, body, mapping, stale, result);
   store.on("csv", open);
   store.on("loop", show);
@@ -76,8 +77,11 @@ function settingsInFields() {
   return JSON.stringify(Object.entries(valuesOf(loop)).filter(([name]) => !loop.settings[name].variable.is_stimulus));
 }
 
+/** A verdict on former settings is no verdict on those of now, and does not look like one. */
 function showStale() {
   stale.hidden = replayedWith === "" || replayedWith === settingsInFields();
+  text(stale, `The settings have changed since this replay: it was made with ${shownWith}. Press Replay.`);
+  result.classList.toggle("is-former", !stale.hidden);
 }
 
 /** No curves any more. */
@@ -158,6 +162,7 @@ async function replay(isGoingOn = false) {
   showStale();
   const used = loop.description.roles.controller.filter((name) => !loop.checked?.unused.includes(name));
   const values = Object.fromEntries(used.map((name) => [name, loop.settings[name].value]));
+  shownWith = settings(values);
   fill(result, element("p", {}, "Replaying …"));
   // The sentence is drawn before a long computation begins.
   await new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
@@ -309,11 +314,11 @@ function showResult(replayed, allowed) {
 
 /** @param {import("./messages").Values} values @param {string} [kind] */
 function useButton(values, kind = "") {
-  const title = "In force from the next cycle on; Undo takes them back";
+  const title = "In force from the next cycle on, and the recording is replayed with them; Undo takes them back";
   return element(
     "button",
     { type: "button", class: kind, title, onclick: () => take(values) },
-    `Use ${settings(values)}`,
+    `Apply ${settings(values)}`,
   );
 }
 

@@ -3,6 +3,7 @@
  *
  * @typedef {import("./messages").Change} Change
  * @typedef {import("./messages").Replayed} Replayed
+ * @typedef {import("./messages").Since} Since
  * @typedef {import("./messages").Suspect} Suspect
  * @typedef {import("./messages").Variable} Variable
  * @typedef {import("./messages").Why} Why
@@ -97,7 +98,46 @@ export function fitting({ conclusion, settings, suspects }) {
   if (conclusion === "equal") return settings;
   const isFound = conclusion === "cause" || conclusion === "likely_cause";
   const found = suspects.find(({ fits }) => fits);
-  return isFound && found ? [...settings, ...found.changes] : [];
+  if (!isFound || !found) return [];
+  const { changes, since, values } = found;
+  if (!since || !("setting" in since.change)) return [...settings, ...changes];
+  // What counts is the end of the recording; what the loop has already is no change.
+  const { setting } = since.change;
+  const own = changes.flatMap((change) => ("setting" in change ? change.setting : []));
+  const before = own.find(({ name }) => name === setting.name)?.before ?? setting.before;
+  const others = own.filter(({ name }) => name !== setting.name);
+  return [
+    ...settings,
+    ...[...others, { ...setting, before }].filter(({ name }) => name in values).map((one) => ({ setting: one })),
+  ];
+}
+
+/**
+ * That a setting was changed while the recording was made: `Up to cycle 69 GAIN is 2; from cycle 70 (35 s) on, GAIN 0.75 explains every
+ * cycle.`, and what else is to be said.
+ *
+ * @param {Since} since
+ * @param {Change[]} changes with what the loop has otherwise from the start on
+ * @param {Variable[]} variables
+ */
+function ofSince({ change, earliest, latest }, changes, variables) {
+  if (!("setting" in change)) return { headline: "", details: [] };
+  const { name } = change.setting;
+  const [value, before] = valuesOf(change.setting, variables);
+  const [call, time] = latest;
+  const details = [];
+  if (earliest[0] < call) {
+    const from = `cycle ${earliest[0]} (${rounded(earliest[1], "LREAL")} s)`;
+    details.push(
+      `It may have been changed at any cycle from ${from} on: in the cycles between, both values do the same.`,
+    );
+  }
+  const own = changes.flatMap((one) => ("setting" in one ? one.setting : [])).find((one) => one.name === name);
+  if (own) details.push(`The loop has ${name} ${valuesOf(own, variables)[1]}.`);
+  return {
+    headline: `Up to cycle ${call - 1} ${name} is ${before}; from cycle ${call} (${rounded(time, "LREAL")} s) on, ${name} ${value} explains every cycle.`,
+    details,
+  };
 }
 
 /** `GAIN 0.7 instead of 2, and line 902 (5 s) is no call` @param {Change[]} changes @param {Block} block */
@@ -158,10 +198,18 @@ export function verdict(replayed, tolerance, block) {
     return { headline: `The recording fits ${fit(settings, block)}.`, details: [equal, ...more] };
   }
   const difference = ofDifference(replayed, block);
-  const recorded = settings.length > 0 ? [`It was replayed with ${fit(settings, block)}, as recorded.`] : [];
+  const isRecorded = settings.length > 0;
+  const recorded = isRecorded ? [`It was replayed with ${fit(settings, block)}, as recorded.`] : [];
+  // That file and loop have other settings is what one looks for first.
+  const own = isRecorded ? `The recording has ${fit(settings, block)}, and even with that ` : "";
   const told = suspects.filter(({ fits }) => fits).map((suspect) => changed(suspect, block));
   const [first, ...others] = told.slice(0, MOST_EXPLANATIONS);
-  if (conclusion === "differs") return { headline: `${difference}.`, details: recorded };
+  if (conclusion === "differs") return { headline: `${own}${difference}.`, details: [] };
+  const since = conclusion === "cause" ? suspects.find(({ fits }) => fits) : undefined;
+  if (since?.since) {
+    const { headline, details } = ofSince(since.since, since.changes, block.variables);
+    return { headline, details: [`With the settings of the loop, ${difference}.`, ...details, ...recorded] };
+  }
   if (conclusion === "cause") {
     const details = [`${difference}; nothing differs any more when ${first}.`, ...recorded];
     return { headline: `The recording fits ${fit(fitting(replayed), block)}.`, details };
@@ -175,20 +223,24 @@ export function verdict(replayed, tolerance, block) {
     const each = `These changes cannot be told apart, since each explains this recording: ${[first, ...others].join("; or: ")}.`;
     const remedy = "Record a step of the setpoint in automatic mode, with more digits.";
     return {
-      headline: "The recording fits more than one change.",
-      details: [`${difference}.`, each, remedy, ...recorded],
+      headline: isRecorded
+        ? `The recording has ${fit(settings, block)}, and fits more than one further change.`
+        : "The recording fits more than one change.",
+      details: [`${difference}.`, each, remedy],
     };
   }
   const [best] = suspects;
   const still = best?.different === 1 ? "1 value still differs" : `${best?.different} values still differ`;
   const begin = Math.min(...outputs.flatMap(({ first: at }) => at?.[0] ?? []));
-  const where = begin > 0 ? " that changed there: a setting perhaps" : "";
+  const where = begin > 0 ? " that changed there: several settings perhaps" : "";
   const nearest = best
     ? `The nearest is: ${changed(best, block)} (${still}).`
     : `Look for the cause in what the recording does not have${where}.`;
   return {
-    headline: "No single or paired setting change explains this recording.",
-    details: [`${difference}.`, nearest, ...recorded],
+    headline: isRecorded
+      ? `${own}no single or paired setting change explains it.`
+      : "No single or paired setting change explains this recording.",
+    details: [`${difference}.`, nearest],
   };
 }
 

@@ -19,6 +19,23 @@ import { rounded, shown } from "tool/values.js";
  * @property {string} travel
  */
 
+/** What the table says of each rule, beside its settings. */
+const FIGURES = [
+  ...[
+    "Ms",
+    "overshoot",
+    "settles",
+    "travel",
+    "load: deviation",
+    "recovers",
+    "load: IAE",
+    "gain margin",
+    "phase margin",
+  ],
+];
+/** What a narrow table says of the chosen rule only, beside it. */
+const DETAILS = new Set(["travel", "recovers", "gain margin", "phase margin"]);
+
 /**
  * All rules side by side.
  *
@@ -50,25 +67,17 @@ export function rulesTable(loop, rows, chosen, units, choose) {
       ...[number(predicted.load?.recovery ?? null, " s"), number(predicted.load?.iae ?? null, ` ${units.iae}`)],
       ...[number(tuned.gain_margin), number(tuned.phase_margin, "°")],
     ];
+    const isDetail = (/** @type {number} */ at) => DETAILS.has(FIGURES[at - settings.length]);
     return element(
       "tr",
       { class: rule === chosen && "is-now" },
       button,
-      cells.map((cell) => element("td", { class: "number" }, cell)),
+      cells.map((cell, at) => element("td", { class: isDetail(at) ? "number detail" : "number" }, cell)),
     );
   });
-  return element(
-    "table",
-    {},
-    tableHead(
-      [
-        ...["Rule", ...names, "Ms", "overshoot", "settles", "travel", "load: deviation", "recovers", "load: IAE"],
-        ...["gain margin", "phase margin"],
-      ],
-      (at) => at > 0,
-    ),
-    element("tbody", {}, body),
-  );
+  const head = tableHead(["Rule", ...names, ...FIGURES], (at) => at > 0);
+  for (const cell of head.querySelectorAll("th")) cell.classList.toggle("detail", DETAILS.has(cell.textContent ?? ""));
+  return element("table", {}, head, element("tbody", {}, body));
 }
 
 /**
@@ -137,6 +146,11 @@ export function settingsTable(loop, answer, units) {
     ["phase margin", "", number(answer.phase_margin, "°")],
     ["overshoot", "Of the predicted setpoint step", number(predicted.overshoot, " %")],
     ["settling", "Settling time of the predicted setpoint step, within 2 %", number(predicted.settling, " s")],
+    [
+      "travel",
+      "How far the manipulated value goes to and fro in that step",
+      number(predicted.travel, ` ${units.travel}`),
+    ],
     [
       "load: deviation",
       "Largest deviation after a load of 10 % at the plant's input",

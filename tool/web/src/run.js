@@ -92,7 +92,7 @@ export function mount(content) {
     ...{ title: "How long to run; empty is until Pause, at max until the loop has settled", oninput: checkDuration },
   });
   duration.addEventListener("keydown", (event) => {
-    if (event.key === "Enter") run();
+    if (event.key === "Enter" && !running) runOrPause();
   });
   controls = element("div", { class: "row controls" });
   for (const [name, factor] of /** @type {[string, Speed][]} */ ([
@@ -211,9 +211,18 @@ export function pause() {
   showDone();
 }
 
-function runOrPause() {
+async function runOrPause() {
   if (running) pause();
-  else run();
+  else if (await isApplied()) run();
+}
+
+/** Applies what is typed: a run with other values than those that one sees misleads. What cannot be applied is said, and nothing runs. */
+async function isApplied() {
+  if (store.edited().length === 0 || (await store.send())) return true;
+  const wrong = store.edited().filter((name) => store.loop?.settings[name].wrong !== undefined);
+  if (wrong.length > 0)
+    store.say(`${wrong.join(", ")} cannot be applied. Correct the value, or take it back with Esc.`);
+  return false;
 }
 
 /** Makes calls until it is told otherwise. */
@@ -347,6 +356,8 @@ async function oneCall() {
 /** @param {boolean} isOffered */
 function offerAgain(isOffered) {
   againButton.hidden = !isOffered;
+  // The metrics in the bar are not those of the settings in force.
+  byId("glance").classList.toggle("is-former", isOffered);
   runButton.classList.toggle("primary", !isOffered);
   showButton();
 }
@@ -355,7 +366,7 @@ async function runAgain() {
   pause();
   try {
     // What is typed is part of "these values".
-    if (!(await store.send())) return;
+    if (!(await isApplied())) return;
     await store.repeat("same_test");
     if (byId("run").contains(document.activeElement) || document.activeElement === document.body) runButton.focus();
   } catch (error) {

@@ -50,6 +50,7 @@ export function mount(content) {
     if (now) now.calls = store.state?.calls ?? 0;
   });
   for (const what of ["loop", "tab"]) store.on(what, show);
+  store.on("applied", follow);
   show();
 }
 
@@ -155,7 +156,7 @@ function bitsButton({ run, name }) {
 }
 
 /**
- * All values that the variables of the controller had in a run, each with its last one last.
+ * All values that the variables of the controller had in the calls of a run, each with its last one last.
  *
  * @param {Work} loop
  * @param {Pick<Kept, "setup" | "events" | "calls">} of
@@ -166,21 +167,38 @@ function valuesIn(loop, { setup, events, calls }) {
   const all = new Map(Object.entries(loop.settings).map(([name, one]) => [name, [begun[name] ?? one.start]]));
   for (const { variable, value, call } of events) {
     const [member, name] = split(variable);
-    if (call < calls && member === loop.member) all.get(name)?.push(value);
+    const values = all.get(name);
+    if (call >= calls || member !== loop.member || !values) continue;
+    // What was set before the first call was in force in all of them.
+    if (call === 0) values.length = 0;
+    values.push(value);
   }
   return all;
 }
 
 /**
- * The settings of a run at its end, those of the controller that are no stimuli.
+ * The settings of a run, those of the controller that are no stimuli, with the values that each had one after the other.
  *
  * @param {Work} loop
  * @param {Kept} kept
  */
 function settingsOf(loop, kept) {
-  const isNow = store.isLive() && kept.run === store.state?.run;
   const settings = [...valuesIn(loop, kept)].filter(([name]) => !isStimulus(loop, name));
-  return new Map(settings.map(([name, values]) => [name, isNow ? loop.settings[name].sent : (values.at(-1) ?? 0)]));
+  return new Map(
+    settings.map(([name, values]) => {
+      const { kind } = loop.settings[name].variable;
+      return [name, values.filter((value, at) => at === 0 || !same(kind, value, values[at - 1]))];
+    }),
+  );
+}
+
+/** What is known of the present run is what was done in it so far. */
+async function follow() {
+  const [loop, now] = [store.loop, present()];
+  if (!loop || !now) return;
+  const { events, calls } = await ask({ do: "events", run: now.run });
+  Object.assign(now, { events: events.length > MOST_EVENTS ? [] : events, calls });
+  show();
 }
 
 /**
@@ -215,12 +233,15 @@ export async function isAnotherTest(loop) {
  * The names of the settings in which runs differ.
  *
  * @param {Work} loop
- * @param {Map<string, import("tool/store.js").Value>[]} all the settings of each
+ * @param {ReturnType<typeof settingsOf>[]} all the settings of each
  */
 function differingOf(loop, all) {
   return [...(all[0]?.keys() ?? [])].filter((name) => {
     const { kind } = loop.settings[name].variable;
-    return all.some((one) => !same(kind, one.get(name) ?? 0, all[0].get(name) ?? 0));
+    const first = all[0].get(name) ?? [];
+    const isFirst = (/** @type {import("tool/store.js").Value[]} */ values) =>
+      values.length === first.length && values.every((value, at) => same(kind, value, first[at]));
+    return all.some((one) => !isFirst(one.get(name) ?? []));
   });
 }
 
@@ -237,10 +258,16 @@ export function comparedRuns(loop) {
   const list = runsOf(loop).filter(isThere);
   const all = list.map((kept) => settingsOf(loop, kept));
   const differing = differingOf(loop, all);
-  return list.map(({ run, name }, at) => ({
-    ...{ run, name },
-    values: Object.fromEntries(differing.map((setting) => [setting, all[at].get(setting) ?? 0])),
-  }));
+  return list.map(({ run, name }, at) => {
+    const values = differing.map((setting) => ({ setting, had: all[at].get(setting) ?? [] }));
+    return {
+      ...{ run, name },
+      values: Object.fromEntries(values.map(({ setting, had }) => [setting, had.at(-1) ?? 0])),
+      begun: Object.fromEntries(
+        values.filter(({ had }) => had.length > 1).map(({ setting, had }) => [setting, had[0]]),
+      ),
+    };
+  });
 }
 
 function show() {
@@ -273,8 +300,9 @@ function show() {
       kept.name = name.value.trim() || kept.name;
     });
     const values = differing.map((setting) => {
-      const { variable } = loop.settings[setting];
-      return `${setting} ${shown(all[at].get(setting), variable.kind)}`;
+      const { kind } = loop.settings[setting].variable;
+      const had = (all[at].get(setting) ?? []).map((value) => shown(value, kind));
+      return `${setting} ${had.join(", then ")}`;
     });
     const isComparable = kept === list.at(-1) || areComparable(kept.step, list.at(-1)?.step);
     const cells = [...titles.keys()].map((key) => {

@@ -14,6 +14,7 @@ import { draw } from "tool/charts.js";
 import { chooser } from "tool/csv.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
+import { forecast } from "tool/forecast.js";
 import { applyRow, deadBandRemarks, rulesTable, settingsTable } from "tool/rules.js";
 import { differenceUnit, units, unitText } from "tool/signals.js";
 import { userStep } from "tool/steptest.js";
@@ -73,6 +74,8 @@ let csvPlace;
 let identifiedPlace;
 /** @type {HTMLElement} */
 let resultPlace;
+/** @type {HTMLElement} */
+let forecastPlace;
 /** @type {ReturnType<typeof bodePlot>} */
 let bode;
 /** @type {HTMLElement} */
@@ -87,6 +90,7 @@ let fit;
 /** @param {HTMLElement} content */
 export function mount(content) {
   body = element("div", {});
+  forecastPlace = forecast();
   fill(content, body);
   store.on("loop", show);
   store.on("loop", findUnits);
@@ -143,18 +147,8 @@ function show() {
   ratioPlace = element("div", {});
   fitPlace = element("div", {});
   fit = element("span", { class: "fit" });
-  fill(
-    body,
-    identifyRow(),
-    csvPlace,
-    modelRow(),
-    identifiedPlace,
-    ruleRow(),
-    resultPlace,
-    bodePlace,
-    ratioPlace,
-    fitPlace,
-  );
+  const fields = element("div", {}, identifyRow(), csvPlace, modelRow(), identifiedPlace, ruleRow());
+  fill(body, element("div", { class: "tuning" }, fields, resultPlace), bodePlace, ratioPlace, fitPlace);
   showCsv();
   showRatio();
   tune();
@@ -568,10 +562,13 @@ function ruleRow() {
   closedField = closed;
   const closedLabel = element(
     "label",
-    { title: "Lambda, the time constant of the closed loop that the rule aims at: short is fast, long is calm" },
+    {
+      title:
+        "Lambda, the time constant in seconds that the closed loop is to have. Larger is calmer: less overshoot, more time. Empty: as the slider says",
+    },
     "λ ",
     closed,
-    element("span", { class: "faint" }, " s, closed loop"),
+    element("span", { class: "faint" }, " s, larger is calmer"),
   );
   const slider = element("input", {
     ...{ type: "range", id: "tune-speed", min: 0, max: 1, step: 0.02, value: kept.pace ?? 1 },
@@ -710,6 +707,7 @@ function showRules(rows, chosen, place) {
   fill(
     resultPlace,
     answer ? nextRow(loop, chosen?.name ?? "", answer, place === "") : null,
+    forecastPlace,
     place === ""
       ? null
       : element("p", { class: "faint" }, `Start and target are both ${place}. Enter a different start or target.`),

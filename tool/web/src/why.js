@@ -23,6 +23,8 @@
  * @typedef {object} Call what is known of a call
  * @property {number} call
  * @property {Values} values at its end
+ * @property {import("./messages").Value | null} [before] what the variable that is asked for was before the call
+ * @property {number} [first] the first line that has written it in the call: what is read there and before is `before`
  * @property {import("./messages").Monitored} monitored
  * @property {[string, string][]} looked the blocks of which it is known what decided, with their instances
  */
@@ -44,8 +46,10 @@ const MOST_LISTED = 6;
 
 /** @type {HTMLElement} */
 let place;
-/** What was asked, the last one last. @type {string[]} */
+/** What was asked, the last one last; in which call, without one in that of the cursor or of now. @type {{ name: string, call?: number }[]} */
 let asked = [];
+/** The call whose decisions are marked in the networks. @type {number | undefined} */
+let marked;
 
 /** The place of the answer. */
 export function whyPanel() {
@@ -56,30 +60,44 @@ export function whyPanel() {
     answer(name);
   });
   store.on("loop", close);
+  // What decided in one call is no mark in the networks of another.
+  for (const what of ["cursor", "state"])
+    store.on(what, () => marked !== undefined && marked !== shownCall() && unmark());
   return place;
 }
 
 function close() {
   place.hidden = true;
   asked = [];
+  unmark();
+}
+
+function unmark() {
+  marked = undefined;
   store.emit("decided");
 }
 
-/** @param {string} name */
-async function answer(name) {
+/** The call that is looked at. */
+function shownCall() {
+  const time = cursorTime();
+  return time === undefined ? (store.state?.calls ?? 0) - 1 : callAt(time);
+}
+
+/** @param {string} name @param {number} [of] the call; that which is looked at without it */
+async function answer(name, of) {
   const loop = store.loop;
   const state = store.isLive() ? store.state : undefined;
   if (!loop || !state || state.calls === 0) return;
-  if (asked.at(-1) !== name) asked.push(name);
+  const last = asked.at(-1);
+  if (last?.name !== name || last.call !== of) asked.push({ name, call: of });
   try {
-    const time = cursorTime();
-    const call = time === undefined ? state.calls - 1 : callAt(time);
+    const call = of ?? shownCall();
     const told = await explained(loop, name, call);
     place.hidden = false;
     const back = () => {
       asked.pop();
       const before = asked.pop();
-      if (before) answer(before);
+      if (before) answer(before.name, before.call);
     };
     fill(
       place,
@@ -107,7 +125,7 @@ async function answer(name) {
  * @returns {Promise<HTMLElement[]>} a heading first
  */
 async function explained(loop, name, call) {
-  store.emit("decided");
+  unmark();
   const state = /** @type {NonNullable<typeof store.state>} */ (store.state);
   const track = (await tracks([name], state)).get(name);
   const changed = track ? track.calls[placeOf(track, call)] : undefined;
@@ -122,7 +140,7 @@ async function explained(loop, name, call) {
   const span = forcedSpans(name).findLast(([first, end]) => first <= call && call < end);
   if (span) return says(`It is forced since ${timeOf(span[0])} s.`);
   const wire = loop.connections.find(([, to]) => to === name);
-  if (wire) return says("It comes from ", operand(loop, wire[0], now), ".");
+  if (wire) return says("It comes from ", operand(loop, wire[0], now, call), ".");
   if (variable && isSettable(variable)) return says(`It is an input that you set: it has had this value${since}.`);
   const of = fmu ? programNamed(fmu) : undefined;
   if (!of) return says(`${member} is no program: what it does inside is not known. It has had this value${since}.`);
@@ -130,31 +148,35 @@ async function explained(loop, name, call) {
   const all = writesOf(of.compiled, own);
   if (all.length === 0) return says("No statement of the program writes it: it has its start value.");
   // Statements that ran in this call, else those of the call that changed it.
-  let at = await callOf(member, call, now, all);
-  if (!all.some((one) => hasRun(at, one)) && changed) at = await callOf(member, changed, await valuesAt(changed), all);
+  let at = await callOf(member, call, all);
+  if (!all.some((one) => hasRun(at, one)) && changed) at = await callOf(member, changed, all);
   const ran = all.filter((one) => hasRun(at, one)).reverse();
+  at.before = at.call > 0 ? (await valuesAt(at.call - 1))[name] : variable?.start;
+  at.first = Math.min(...ran.map(({ write }) => write.line));
   const others = all.filter((one) => !ran.includes(one) && guardsOf(one.write, false).length > 0);
   const answers = [heading];
   const nothing = `No statement has written it${changed ? "" : " in this run: it has its start value"}.`;
   if (ran.length === 0) answers.push(element("p", {}, nothing));
   for (const [place, one] of ran.slice(0, MOST_LISTED).entries())
     answers.push(
-      statement(loop, member, one, at, place === 0 ? `At ${timeOf(at.call)} s this wrote it:` : "Before it:"),
+      statement(loop, member, one, at, place === 0 ? `At ${timeOf(at.call)} s this wrote it:` : "Before it:", name),
     );
-  for (const one of others.slice(0, MOST_LISTED)) answers.push(statement(loop, member, one, at, "This did not run:"));
+  for (const one of others.slice(0, MOST_LISTED))
+    answers.push(statement(loop, member, one, at, "This did not run:", name));
   mark(ran[0] ?? others[0], at);
   answers.push(
     element(
       "p",
       { class: "faint" },
-      "Booleans of a condition are as it found them; other values are those at the end of the cycle.",
+      "Booleans of a condition are as it found them, the variable itself as its first statement found it; other values are those at the end of the cycle.",
     ),
   );
   return answers;
 }
 
-/** @param {string} member @param {number} call @param {Values} values @param {Found[]} all @returns {Promise<Call>} */
-async function callOf(member, call, values, all) {
+/** @param {string} member @param {number} call @param {Found[]} all @returns {Promise<Call>} */
+async function callOf(member, call, all) {
+  const values = await valuesAt(call);
   const each = new Map(
     all.map(({ block, instance }) => [`${block} ${instance}`, /** @type {[string, string]} */ ([block, instance])]),
   );
@@ -172,6 +194,7 @@ function decisionsOf({ looked, monitored }, { block, instance, number }) {
 function mark(of, at) {
   const { value, guards } = (of && decisionsOf(at, of)) ?? { value: null, guards: [] };
   const wires = [value, ...guards].flatMap((one) => one?.wires ?? []);
+  marked = at.call;
   store.emit("decided", of && { block: of.block, wires: new Set(wires) });
 }
 
@@ -229,15 +252,16 @@ function writesOf(compiled, own) {
  * @param {Found} of
  * @param {Call} at
  * @param {string} title
+ * @param {string} name the variable that is asked for
  */
-function statement(loop, member, of, at, title) {
+function statement(loop, member, of, at, title, name) {
   const { write, file } = of;
   const decisions = decisionsOf(at, of);
   const ran = hasRun(at, of);
   // A number is not decided, it is calculated.
   const value = ran && decisions?.value?.truth !== null ? decisions?.value : null;
   const reads = (/** @type {Named[]} */ names, /** @type {Decision | null | undefined} */ decision) =>
-    apart(operands(loop, member, of, names, at, decision), decision);
+    apart(operands(loop, member, of, names, at, decision, name), decision);
   const line = (/** @type {number} */ line, /** @type {string} */ text) =>
     element(
       "button",
@@ -331,8 +355,11 @@ const PARTS = ["decided", "shared", "idle", undefined];
  * @param {Named[]} names
  * @param {Call} at
  * @param {Decision | null | undefined} decision
+ * @param {string} written the variable that is asked for
  */
-function operands(loop, member, { prefix, constants }, names, { values, monitored }, decision) {
+function operands(loop, member, { write, prefix, constants }, names, at, decision, written) {
+  const { call, values, before, first, monitored } = at;
+  const isBefore = before !== undefined && before !== null && write.line <= (first ?? 0);
   const known = new Map(Object.keys(values).map((name) => [plain(name), name]));
   const seen = new Set();
   const all = names.map((named, number) => {
@@ -346,7 +373,9 @@ function operands(loop, member, { prefix, constants }, names, { values, monitore
     const key = own ?? temp ?? constant?.[0];
     if (key === undefined || seen.has(key)) return [];
     seen.add(key);
-    if (own) return [{ part, shown: operand(loop, own, values, was) }];
+    if (own === written && isBefore)
+      return [{ part, shown: operand(loop, own, { [own]: before }, Math.max(call - 1, 0), was) }];
+    if (own) return [{ part, shown: operand(loop, own, values, call, was) }];
     if (temp) return [{ part, shown: value(`${path} ${plcText(monitored.temps[temp], "")}`) }];
     return [{ part, shown: value(`${path} ${constant?.[1]}`, "A constant") }];
   });
@@ -363,16 +392,22 @@ function value(text, title) {
  * @param {Work} loop
  * @param {string} name
  * @param {Values} values
+ * @param {number} call in whose time it is asked
  * @param {boolean | null} [was] what it was when the condition was calculated
  */
-function operand(loop, name, values, was) {
+function operand(loop, name, values, call, was) {
   const [member, own] = split(name);
   const kind = member === loop.member ? loop.description.variables.find((one) => one.name === own)?.kind : undefined;
   const value = was ?? values[name];
   const look = typeof value === "boolean" ? (value ? " is-true" : " is-false") : "";
   return element(
     "button",
-    { type: "button", class: `operand value${look}`, title: `Why ${called(loop, name)}?`, onclick: () => answer(name) },
+    {
+      type: "button",
+      class: `operand value${look}`,
+      title: `Why ${called(loop, name)}?`,
+      onclick: () => answer(name, call),
+    },
     `${called(loop, name)} ${plcText(value, kind ?? "")}`,
   );
 }

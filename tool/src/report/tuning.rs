@@ -1,0 +1,127 @@
+//! Where the settings of a report come from: the plant's model, the rule, and the margins of what it gave and of what is in force.
+
+use super::{Report, Tuning, shown, three};
+use crate::home::Home;
+use crate::message::Description;
+use anyhow::Result;
+use control::bode;
+use control::identify::Model;
+use control::rules;
+use draw::escape::Text;
+use modeldescription::units;
+use run::fmus::{Member, Values, number_of};
+use run::system::Value;
+use std::fmt::Write;
+
+/// The plant's model, the rule and the margins; and of a controller, which is this FMU, what is in force instead.
+///
+/// # Errors
+/// There is no such FMU.
+pub(super) fn told(
+    page: &mut String,
+    home: &dyn Home,
+    report: &Report,
+    of: &Tuning,
+    (fmu, description): (&str, &Description),
+) -> Result<()> {
+    let Model { gain, time_constant, second_time_constant, dead_time, is_integrating } = of.model;
+    let [process_value, manipulated_value] = report.units.map(|unit| units::shown(unit.unwrap_or("1")));
+    let of_gain = match (process_value.as_ref(), manipulated_value.as_ref(), is_integrating) {
+        ("1", "1", false) => String::new(),
+        (above, "1", true) => format!("{above}/s"),
+        (above, "1", false) => above.to_string(),
+        (above, below, true) => format!("{above}/({below}\u{b7}s)"),
+        (above, below, false) => format!("{above}/{below}"),
+    };
+    let mut rows = vec![("K", three(gain), of_gain.as_str())];
+    if !is_integrating {
+        rows.push(("T", three(time_constant), "s"));
+    }
+    if second_time_constant != 0.0 {
+        rows.push(("T2", three(second_time_constant), "s"));
+    }
+    rows.push(("L", three(dead_time), "s"));
+    rows.extend(of.closed_loop.map(|lambda| ("\u{3bb}", three(lambda), "s")));
+    rows.extend(margins([of.sensitivity, of.gain_margin, of.phase_margin]));
+    let values: Vec<String> = of
+        .values
+        .iter()
+        .filter_map(|(name, value)| match value {
+            Value::Boolean(_) => None,
+            value => Some(format!("{name} {}", three(number_of(*value)))),
+        })
+        .collect();
+    let rule = rules::name(of.rule);
+    writeln!(
+        page,
+        "<h2>Tuning</h2>\n<p class=\"about\">{} by {} for a plant with gain K, {}dead time L.</p>",
+        Text(&values.join(", ")),
+        Text(rule),
+        if is_integrating { "integrating, and " } else { "time constant T and " }
+    )?;
+    facts(page, &rows)?;
+    in_force(page, home, report, of, (fmu, description))
+}
+
+/// The settings of the controller that are others than those of the rule, with the margins that they have.
+fn in_force(
+    page: &mut String,
+    home: &dyn Home,
+    report: &Report,
+    of: &Tuning,
+    (fmu, description): (&str, &Description),
+) -> Result<()> {
+    let mut values = Values::new();
+    let mut others = Vec::new();
+    for variable in &description.variables {
+        let set = report.of.settings.iter().find(|setting| setting.name == variable.name);
+        let value = set.map_or(variable.start, |setting| setting.value);
+        if set.is_some() {
+            values.insert(variable.name.clone(), value);
+        }
+        let Some(by_rule) = of.values.get(&variable.name) else { continue };
+        let unit = units::shown(variable.unit.as_deref().unwrap_or_default());
+        let told = |value: Value| match value {
+            Value::Boolean(_) => shown(variable, value),
+            value => format!("{} {unit}", three(number_of(value))).trim_end().to_string(),
+        };
+        if told(value) != told(*by_rule) {
+            others.push(format!("{} {} instead of {}", variable.name, told(value), told(*by_rule)));
+        }
+    }
+    if others.is_empty() {
+        writeln!(page, "<p>These settings are in force.</p>")?;
+        return Ok(());
+    }
+    writeln!(page, "<p>Other settings than those of the rule are in force: {}.</p>", Text(&others.join(", ")))?;
+    let controller = Member { name: report.of.name.clone(), fmu: fmu.into(), values };
+    match bode::bode(home, &bode::Request { model: of.model, controller, others: Vec::new() }) {
+        Ok(plot) => {
+            let now = &plot.loops[0];
+            if now.sensitivity.is_none() {
+                writeln!(page, "<p>With them the loop of this plant is unstable.</p>")?;
+            }
+            facts(page, &margins([now.sensitivity, now.gain_margin, now.phase_margin]))
+        }
+        Err(error) => {
+            writeln!(page, "<p>They have no margins: {}.</p>", Text(&format!("{error:#}")))?;
+            Ok(())
+        }
+    }
+}
+
+/// Ms, gain margin and phase margin, as far as they are there, with their units.
+fn margins(of: [Option<f64>; 3]) -> Vec<(&'static str, String, &'static str)> {
+    let names = [("Ms", ""), ("gain margin", ""), ("phase margin", "\u{b0}")];
+    names.into_iter().zip(of).filter_map(|((name, unit), value)| Some((name, three(value?), unit))).collect()
+}
+
+/// A list of facts: name, value and unit.
+fn facts(page: &mut String, rows: &[(&str, String, &str)]) -> Result<()> {
+    writeln!(page, "<dl class=\"figures\">")?;
+    for (name, value, unit) in rows {
+        writeln!(page, "<div><dt>{name}</dt> <dd>{value} {}</dd></div>", Text(unit))?;
+    }
+    writeln!(page, "</dl>")?;
+    Ok(())
+}

@@ -1,0 +1,75 @@
+/**
+ * The last step of the setpoint: its figures as the identified plant predicts them with the settings that were in force, beside those of
+ * the run. A model that does not hold is seen here.
+ *
+ * @typedef {import("./messages").Figures} Figures
+ */
+
+import { element, fill, tableHead } from "tool/dom.js";
+import { ask } from "tool/engine.js";
+import { stepText, valueText } from "tool/figures.js";
+import { store } from "tool/store.js";
+
+/** The figures that came last, while an answer is waited for. @type {Figures | undefined} */
+let next;
+let isAsking = false;
+
+/**
+ * A place that shows them from now on, as soon as settings were applied and a step was made.
+ *
+ * @returns {HTMLElement}
+ */
+export function forecast() {
+  const place = element("div", { class: "forecast", "aria-live": "polite" });
+  store.on("figures", async (/** @type {Figures} */ figures) => {
+    next = figures;
+    if (isAsking) return;
+    isAsking = true;
+    while (next) {
+      const now = next;
+      next = undefined;
+      await show(place, now);
+    }
+    isAsking = false;
+  });
+  for (const what of ["run", "loop"]) store.on(what, () => fill(place));
+  return place;
+}
+
+/** @param {HTMLElement} place @param {Figures} figures */
+async function show(place, { step, figures }) {
+  const { loop, state } = store;
+  const tuning = /** @type {import("./messages").Tuning | undefined} */ (loop?.notes.tune?.applied);
+  if (!tuning || step?.cause !== "setpoint") return fill(place);
+  // Why a step cannot be predicted, the report says.
+  const of = await ask({ do: "forecast", tuning }).catch(() => null);
+  if (store.loop !== loop || store.state?.run !== state?.run) return;
+  const both = figures.filter(({ key, value }) => of && value !== null && key in of.figures);
+  if (!of || both.length === 0) return fill(place);
+  const row = (/** @type {string} */ name, /** @type {(one: typeof both[number]) => number | null} */ value) =>
+    element(
+      "tr",
+      {},
+      element("th", { scope: "row" }, name),
+      both.map((one) => element("td", { class: "number" }, valueText(value(one) ?? 0, one.unit))),
+    );
+  fill(
+    place,
+    element("p", { class: "faint" }, `The step from ${stepText(step)}, with ${of.settings}:`),
+    element(
+      "div",
+      { class: "wide", tabindex: 0, role: "region", "aria-label": "Predicted and run" },
+      element(
+        "table",
+        {},
+        tableHead(["", ...both.map(({ title }) => title)], (at) => at > 0),
+        element(
+          "tbody",
+          {},
+          row("predicted", ({ key }) => of.figures[key]),
+          row("run", ({ value }) => value),
+        ),
+      ),
+    ),
+  );
+}
