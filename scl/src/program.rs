@@ -5,8 +5,7 @@
 //!
 //! - [`Program::memory`] is a record with everything that persists between calls;
 //! - a [`Function`] works on its parameters and temporaries ([`Function::locals`]) and, if it belongs to a function
-//! block, on an
-//!   instance, which is a record somewhere in the memory.
+//!   block, on an instance, which is a record somewhere in the memory.
 
 mod law;
 mod layout;

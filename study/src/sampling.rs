@@ -1,19 +1,15 @@
 //! The samples of the distributions: a function only of the seed, the axis and the sample index.
 //!
 //! - Random: the samples of an axis are words of a ChaCha8 key stream, with a key made of seed and axis; the sample
-//! index is the
-//!   position in the stream. An axis appended after the others does not change their samples.
+//!   index is the position in the stream. An axis appended after the others does not change their samples.
 //! - Latin hypercube (M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21, 1979): sample `s` of an axis lies at
-//! a random
-//!   position in stratum `p(s)`, with as many strata as samples. The permutation `p` is a Feistel network with cycle
-//! walking
-//!   (J. Black, P. Rogaway, "Ciphers with Arbitrary Finite Domains", CT-RSA 2002): nothing is stored, and any sample is
-//!   computed independently.
+//!   a random position in stratum `p(s)`, with as many strata as samples. The permutation `p` is a Feistel network with
+//!   cycle walking (J. Black, P. Rogaway, "Ciphers with Arbitrary Finite Domains", CT-RSA 2002): nothing is stored, and
+//!   any sample is computed independently.
 //! - Sobol: the sequence of the crate `sobol_burley` with Owen scrambling (B. Burley, "Practical Hash-based Owen
-//! Scrambling",
-//!   Journal of Computer Graphics Techniques 9, 2020); its first 2^16 samples in up to 256 dimensions.
+//!   Scrambling", Journal of Computer Graphics Techniques 9, 2020); its first 2^16 samples in up to 256 dimensions.
 //! - Saltelli: this sequence with two dimensions, A and B, for each axis; each sample has the runs listed in
-//! [`crate::sobol`].
+//!   [`crate::sobol`].
 
 use crate::Sampling;
 use crate::sobol::runs_of_sample;
