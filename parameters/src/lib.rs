@@ -41,7 +41,7 @@ pub use rewrite::{Replaced, rewrite};
 pub use source::Source;
 pub use value::{decimal, plc_value};
 
-/// The example in the README.
+/// Tests the example in the README.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
