@@ -75,7 +75,7 @@ macro_rules! block {
                 pub $mean: $crate::LReal,
             )?
             $(
-                /// What the block keeps from call to call.
+                /// The block's memory between calls.
                 pub memory: $Memory,
             )?
         }
@@ -177,7 +177,7 @@ macro_rules! block {
 
             const CYCLE: usize = $crate::table::cycle_row(&ROWS);
 
-            /// The number of each own row, by the name of its field.
+            /// The field names as an enum, whose values are the row numbers.
             #[allow(non_camel_case_types)]
             enum Number { $($( $name, )*)* }
             struct At;
@@ -195,7 +195,7 @@ macro_rules! block {
             };
 
             impl Block for $Block {
-                // That of the crate which is compiled.
+                // The code hash of the crate being compiled.
                 const CODE: Option<&'static str> = option_env!("PLCFMU_CODE");
 
                 type Abreast = $crate::block!(@abreast $($($lanes)?)?);
@@ -325,7 +325,8 @@ macro_rules! block {
                 }
 
                 fn read(bytes: &mut &[u8]) -> Option<Self> {
-                    // The order of the fields is that of `write`: struct fields are evaluated as they are written.
+                    // The fields are in the order of `write`: struct fields are evaluated in the order in which they
+                    // are written.
                     Some($Block {
                         $($( $name: $crate::Stored::read(bytes)?, )*)*
                         $($( $instance: $crate::Stored::read(bytes)?, )*)?
@@ -363,7 +364,8 @@ macro_rules! block {
             "unknown section `", stringify!($other), "`: use input, parameter, fixed, cycle, output or local"
         ))
     };
-    // The number of a row, or of a row of an inner block, for one of the four functions that look for numbers of one type.
+    // Finds the number of a row, or of a row of an inner block, for one of the four functions that access numbers of
+    // one type.
     (
         @number $this:ident.$function:ident($($receiver:tt)+) -> $Number:ty;
         [$($name:ident $kind:ident)*] [$($instance:ident $Instance:ty)*] [$($mean:ident)?]
