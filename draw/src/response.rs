@@ -38,7 +38,7 @@ pub struct Sweep {
 pub struct Colors(Vec<Option<usize>>);
 
 impl Colors {
-    /// The colours for roles in a loop, the same for all blocks: setpoint, process value, manipulated value.
+    /// The colours for roles in a loop, common to all blocks: setpoint, process value, manipulated value.
     pub const OF_ROLES: [usize; 3] = [6, 0, 1];
 
     /// The order in which other variables get their colours: numbers, and Booleans.

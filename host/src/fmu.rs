@@ -259,7 +259,7 @@ mod tests {
     use modeldescription::v2::{self, CoSimulation, ModelDescription, ModelExchange};
     use std::io::Cursor;
 
-    /// What is said about an FMU with this description and this file as its library.
+    /// Returns the error for an FMU with this description and this file as its library.
     fn error(description: &ModelDescription, library: &str) -> String {
         let files =
             [(DESCRIPTION.to_string(), v2::write(description)), (library.to_string(), b"not a library".to_vec())];

@@ -10,8 +10,8 @@
 //! }
 //! ```
 //!
-//! A TIME is in seconds. An object of numbers alone is one loop, to which the file gives no name. What an object lacks has the
-//! block's start value. The file does not say of which block a loop is: that is the one that has these names.
+//! A TIME is in seconds. An object that contains only numbers is a single unnamed loop. Missing members have the
+//! block's start values. The file does not state the block of a loop, which is identified by its names.
 
 use crate::block::Block;
 use crate::loops::Loop;

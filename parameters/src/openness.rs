@@ -10,8 +10,8 @@
 //!           <Member Name="GAIN" Datatype="Real"><StartValue>2.0</StartValue></Member>
 //! ```
 //!
-//! A member without a start value has that of the block. The version in the namespace does not count. What is written was never
-//! imported into a TIA Portal.
+//! A member without a start value has that of the block. The version in the namespace is ignored. Files written by this
+//! module have never been imported into TIA Portal.
 
 use crate::block::{Block, Member, Part};
 use crate::literal;

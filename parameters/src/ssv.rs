@@ -10,8 +10,8 @@
 //! </ssv:ParameterSet>
 //! ```
 //!
-//! A set of one loop has the names of the FMU; in a set of several, the loop stands before them: `TIC101.GAIN`. A TIME is in
-//! seconds. The file does not say of which block a loop is: that is the one that has these names.
+//! A set with one loop uses the names of the FMU; in a set of several, they are prefixed with the loop: `TIC101.GAIN`.
+//! A TIME is in seconds. The file does not state the block of a loop, which is identified by its names.
 
 use crate::block::Block;
 use crate::loops::{Loop, Setting};

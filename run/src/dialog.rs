@@ -1,4 +1,4 @@
-//! What a block's documentation says of its dialog: what its variables are in a loop, and its settings in groups.
+//! The dialog in a block's documentation: the roles of its variables in a loop, and its settings in groups.
 //!
 //! A block says it in a fence of its documentation:
 //!

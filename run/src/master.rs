@@ -1,28 +1,29 @@
 //! Runs a plan and records it.
 //!
-//! Initialization: every FMU gets its parameters, enters Initialization Mode and gets its inputs; then the connected values
-//! go from output to input, in the order of the FMUs, until no output changes, so that a value goes through chains (plant, sensor,
-//! filter) in whatever order they are, but not more often than there are FMUs; then every FMU leaves Initialization Mode.
-//! With [`Exchange::Parallel`] they go once.
+//! Initialization: every FMU receives its parameters, enters Initialization Mode and receives its inputs. Connected
+//! values are then copied from outputs to inputs, in the order of the FMUs, until no output changes, but in at most as
+//! many passes as there are FMUs; a value thus propagates through chains (plant, sensor, filter) in any order. Finally
+//! every FMU leaves Initialization Mode. With [`Exchange::Parallel`], values are copied once.
 //!
-//! Step k goes from `start + k step` to `start + (k + 1) step`. Each FMU in turn gets the values that are set at that time,
-//! then its connected inputs, and steps. With [`Exchange::Parallel`], all inputs are what was there before any of them steps.
+//! Step k goes from `start + k step` to `start + (k + 1) step`. Each FMU in turn receives the values set at that time,
+//! then its connected inputs, and steps. With [`Exchange::Parallel`], all connected inputs are read before any of the
+//! FMUs steps.
 //!
-//! A row of the recording belongs to a time. An input has the value that its FMU gets for the step that begins then. An output
-//! has the value that the connected FMUs read in that step. So the row of a controller is what it saw and gave in its call at
-//! that time, and a plant that is connected back to the controller shows what it is at that time. An output that no FMU reads
-//! is recorded as the other outputs of its FMU; if none of them is read, all have the values of that time, before the step.
-//! The last row is that of the end, without a step: outputs have the values that the last step gave, connected
-//! inputs those of their outputs.
+//! Each row of the recording belongs to a time. An input has the value that its FMU receives for the step beginning at
+//! that time. An output has the value that the connected FMUs read in that step. The row of a controller thus shows the
+//! inputs and outputs of its call at that time, and a plant that feeds back to the controller shows its state at that
+//! time. An output that no FMU reads is recorded together with the other outputs of its FMU; if none of them is read,
+//! all have their values at that time, before the step. The last row belongs to the end, without a step: outputs have
+//! the values after the last step, and connected inputs those of their outputs.
 //!
-//! An FMU with Event Mode has no place in that order: the values that it gives and gets at a communication point are exchanged
-//! there, before any FMU steps. All such FMUs enter Event Mode; each that has an event then is updated after those that feed it and
-//! have one too, and all once more as long as an output changes. Others see its outputs as they are after that, wherever it
-//! stands. If an FMU without Event Mode that stands before it gives it another value in the step, it takes that over in Event Mode too.
-//! An event within a step is handled with the inputs as they are.
+//! FMUs with Event Mode are not part of that order: their values are exchanged at a communication point, before any FMU
+//! steps. All of them enter Event Mode; each that has an event is updated after those that feed it and have an event
+//! too, and all are updated again as long as an output changes. The other FMUs read its outputs after that, whatever
+//! its position. If an FMU without Event Mode that comes before it passes it a different value in the step, it reads
+//! that value in Event Mode too. An event within a step is handled with the present inputs.
 //!
-//! [`Run`] gives the same rows but for one thing: a row is a call of the first member, the controller, so that its outputs are
-//! those that the call gave, whether anybody reads them or not.
+//! [`Run`] produces the same rows, with one exception: each row is a call of the first member, the controller, whose
+//! outputs are therefore the results of that call, whether they are read or not.
 
 mod abreast;
 mod events;
@@ -323,7 +324,7 @@ pub fn run_cells<C: Component>(
     Ok(ended)
 }
 
-/// A run in progress, step by step. Each call needs its [`Plan`]; it has no end of its own.
+/// A run in progress, step by step. Each call requires its [`Plan`]; the run has no predetermined end.
 #[derive(Debug)]
 pub struct Run<C> {
     members: Vec<Running<C>>,

@@ -22,7 +22,7 @@ pub enum Literal {
 /// Reads a literal.
 ///
 /// # Errors
-/// What is expected, as a part of a sentence, and what to do.
+/// The expected literal, as a part of a sentence, and the remedy.
 pub fn read(text: &str) -> Result<Literal, (String, Option<&'static str>)> {
     if text.starts_with('\'') {
         return Ok(Literal::Text(characters(text), None));

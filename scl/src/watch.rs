@@ -1,5 +1,4 @@
-//! What an engineer watches while a program runs: the variables named in each line, and the block to which a line
-//! belongs.
+//! The data for watching a running program: the variables named in each line, and the block to which a line belongs.
 //!
 //! This is derived from the source text only, so it is available even for a program with errors. Paths have the form of
 //! the FMU's variable names, `motors[1].fault`; an index that is not constant is replaced by the path of its variable,

@@ -108,7 +108,7 @@ impl Target {
         Quantity { name, unit: self.unit.clone() }
     }
 
-    /// The setting that gives it a value.
+    /// Returns the setting that assigns the value to the variable.
     fn setting(&self, value: f64) -> Setting {
         Setting {
             variable: self.name.clone(),

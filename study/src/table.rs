@@ -57,8 +57,8 @@ struct Given {
     remarks: Vec<String>,
 }
 
-/// Reads the rows of a file. `fmu` is the FMU that gets the values of a parameter file, of which the variables in
-/// `fixed` are left out.
+/// Reads the rows of a file. `fmu` is the FMU that receives the values of a parameter file, except for the variables in
+/// `fixed`.
 ///
 /// # Errors
 /// The file cannot be read or is not a table; the message names the remedy.

@@ -63,8 +63,8 @@ pub enum Request {
     Curve(Vec<f64>, Detail),
 }
 
-/// The block of an FMU, linked into this program. If the FMU's library is compiled from the same code, an instance
-/// computes the same bits as one behind the C interface, and refuses the same with the same words.
+/// The block of an FMU, linked into this program. If the FMU's library was compiled from the same code, an instance
+/// computes the same bits as one behind the C interface, and fails with the same messages.
 #[derive(Clone, Debug)]
 pub struct Linked {
     /// The description in the FMU's library.

@@ -22,15 +22,14 @@
 /// }
 /// ```
 ///
-/// A long documentation stands in a file of its own: `#[doc = include_str!("page.md")]` below the first sentence.
+/// Long documentation is kept in a separate file: `#[doc = include_str!("page.md")]` below the first sentence.
 ///
-/// Behind `NAME` and `|` stand the other names by which a PLC project may call the block, if there are any. The sections of
-/// variables may be repeated and stand in any order, so that the rows can keep the order of an instance
-/// data block; start, `from`, `min`, `max` and `unit` may be left out. `from` names the block's own settings on which the
-/// value of an output after a restart depends; without it, the restart always gives the same value. A table has one
-/// `cycle` row. `mean`, `instances` and
-/// `memory` may be left out. In an instance, `wired` names the terminals that the law connects: they become locals;
-/// settings and unconnected inputs become tunable parameters, outputs become locals.
+/// `NAME` and `|` are followed by alternative names of the block in a PLC project, if there are any. Sections of
+/// variables may be repeated, in any order, so that the rows can keep the order of an instance data block; start,
+/// `from`, `min`, `max` and `unit` are optional. `from` names the block's own settings on which the value of an output
+/// after a restart depends; without it, the value after a restart is constant. A table has exactly one `cycle` row.
+/// `mean`, `instances` and `memory` are optional. In an instance, `wired` names the terminals that the law connects,
+/// which become locals; settings and unconnected inputs become tunable parameters, and outputs become locals.
 #[macro_export]
 macro_rules! block {
     (

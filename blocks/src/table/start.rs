@@ -1,4 +1,4 @@
-//! Start values as text: what an instance starts from instead of the start values in its block's table.
+//! Start values as text, which replace those in the block's table for an instance.
 //!
 //! ```text
 //! preset = TIC101
@@ -9,8 +9,8 @@
 //! CYCLE = 0.1
 //! ```
 //!
-//! There is a line for each setting, in any order, and each value has one form only: a REAL with all digits that tell it
-//! from the 64-bit numbers beside it, a TIME in seconds. A hash over the text tells whether it was changed.
+//! Each setting has a line, in any order, and each value has only one valid form: a REAL with all digits that
+//! distinguish it from the neighbouring 64-bit numbers, a TIME in seconds. A hash of the text reveals changes.
 
 use super::number::{number, to_value};
 use super::{Kind, Row, Table, Value, fingerprint};

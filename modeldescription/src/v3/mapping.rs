@@ -17,8 +17,8 @@ use blocks::table::fingerprint;
 use blocks::{Class, Kind, Role, Types};
 use std::collections::{HashMap, HashSet};
 
-/// The instantiation token of an FMU: its GUID with the version and the choice of types, which tell the library what is
-/// expected of it.
+/// Returns the instantiation token of an FMU: its GUID with the version and the choice of types, so that the library
+/// knows which interface is expected.
 pub fn token(guid: &str, types: Types) -> String {
     let hash = fingerprint::parse(guid).unwrap_or(fingerprint::checksum(guid.as_bytes()));
     String::from_utf8_lossy(&fingerprint::text(types.token(hash))).into_owned()

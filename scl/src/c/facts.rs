@@ -213,7 +213,7 @@ pub(super) fn taken<'a>(expr: &'a Expr, facts: &[Facts]) -> Option<(&'a Call, us
     local(to).filter(|_| fits).map(|local| (call, local))
 }
 
-/// How often each local is named, and which locals only carry a call's value.
+/// Counts how often each local is named, and finds the locals that only carry a call's value.
 pub(super) struct Uses<'a> {
     facts: &'a [Facts],
     counts: BTreeMap<usize, usize>,
