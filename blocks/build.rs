@@ -1,5 +1,6 @@
-//! Gives a crate a hash of its own sources as `PLCFMU_CODE`: by it, whoever has a block linked in knows whether the library of an
-//! FMU was compiled from the same code. The build script of all crates that decide what an FMU computes.
+//! Sets `PLCFMU_CODE` to a hash of the crate's own sources, which tells a program that links a block whether the
+//! library of an FMU was compiled from the same code. This is the build script of all crates that determine what an FMU
+//! computes.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
@@ -16,7 +17,7 @@ fn main() -> io::Result<()> {
     for (name, path) in ordered(&root, files) {
         name.bytes().for_each(&mut add);
         add(0);
-        // Some checkouts end lines with CR LF.
+        // Some checkouts have CR LF line endings.
         fs::read(path)?.into_iter().filter(|byte| *byte != b'\r').for_each(&mut add);
         add(0);
     }
@@ -24,7 +25,7 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// The files with their names, in an order that is the same on all systems.
+/// Returns the files with their names, in an order that is the same on all systems.
 fn ordered(root: &Path, files: Vec<PathBuf>) -> Vec<(String, PathBuf)> {
     let name = |file: &Path| {
         let parts = file.strip_prefix(root).unwrap_or(file).iter().map(|part| part.to_string_lossy());
@@ -35,7 +36,7 @@ fn ordered(root: &Path, files: Vec<PathBuf>) -> Vec<(String, PathBuf)> {
     named
 }
 
-/// Adds the files in Rust of a folder and of those below it.
+/// Adds the Rust files of a folder and its subfolders.
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();

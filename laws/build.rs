@@ -1,4 +1,4 @@
-//! Puts the sources of the blocks into the library, so that it can read them wherever it runs.
+//! Embeds the sources of the blocks into the library, so that it can read them wherever it runs.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ fn main() -> io::Result<()> {
     fs::write(PathBuf::from(env::var("OUT_DIR").expect("Cargo sets OUT_DIR")).join("blocks.rs"), text)
 }
 
-/// The sources that a law may be made of: all but what is compiled under `#[cfg(test)]` alone.
+/// Collects the sources that a law may consist of: all except those compiled only under `#[cfg(test)]`.
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
     let declares = |name: &str| fs::read_to_string(folder.join(name)).unwrap_or_default();
     let declared = declares("mod.rs") + &declares("lib.rs");

@@ -17,7 +17,7 @@
 //! *measured* (recorded at the terminals of a real block), *observed* (published descriptions of how the blocks
 //! behave), *decided* (by us, where all of these are silent).
 
-/// Says which blocks a vendor has, in the file of the vendor.
+/// Lists the blocks of a vendor, in the vendor's file.
 macro_rules! vendor {
     ($($block:ident::$Block:ident),* $(,)?) => {
         $(pub use $block::$Block;)*
@@ -37,19 +37,19 @@ pub use table::{
     TextType, Time, Types, Value, Word, low_word, rnd,
 };
 
-/// A hash of the sources of this crate; none in a copy of them without their build script.
+/// A hash of the sources of this crate; `None` in a copy without the build script.
 pub const CODE: Option<&str> = option_env!("PLCFMU_CODE");
 
-/// What is done with each block by [`for_each_block`].
+/// An operation on each block, for [`for_each_block`].
 pub trait EachBlock {
-    /// Does it with one of them.
+    /// Performs the operation on one block.
     fn block<B: Block>(&mut self);
 }
 
 pub use abb::*;
 pub use siemens::*;
 
-/// Does something with every block of this crate, for example collects their tables:
+/// Calls `what` for every block of this crate, for example to collect their tables:
 ///
 /// ```
 /// use blocks::{Block, EachBlock, Table, for_each_block};

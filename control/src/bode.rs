@@ -1,7 +1,8 @@
 //! The Bode plot of an open loop: the controller as its block computes it, call by call, with a plant's model.
 //!
-//! What the plot shows and the margins that are read in it are those of [`margins`]. The settings count as the block raises them: TI
-//! and TM_LAG to half the time between two calls of the controller, TD to all of it.
+//! The plotted response and the margins read off it are those of [`margins`]. The settings are those that the block
+//! uses after it has raised them: TI and TM_LAG to at least half the time between two calls of the controller, TD to at
+//! least the whole time.
 
 use crate::identify::Model;
 use crate::margins::{self, Law, Plant};
@@ -13,9 +14,9 @@ use libm::log10;
 use run::fmus::{Fmus, Member, Values};
 use serde::{Deserialize, Serialize};
 
-/// A curve has at most about this many points.
+/// The approximate maximum number of points of a curve.
 const POINTS: usize = 400;
-/// The plot begins this factor below the lowest frequency at which a margin is read.
+/// The ratio of the lowest frequency at which a margin is read to the frequency at which the plot begins.
 const BELOW: f64 = 30.0;
 
 /// Whose open loops are drawn.
@@ -61,10 +62,11 @@ pub struct OpenLoop {
     pub gain_crossover: Option<f64>,
 }
 
-/// The open loops of a controller with a plant.
+/// Computes the open loops of a controller with a plant.
 ///
 /// # Errors
-/// The model is not that of a plant, the FMU is not a controller or has no such setting, or its P action is off: what works.
+/// The model is not that of a plant, the FMU is not a controller or lacks such a setting, or its P action is off; the
+/// message names what works.
 pub fn bode(home: &dyn Fmus, request: &Request) -> Result<Bode> {
     request.model.check()?;
     let mut plotted = Vec::new();
@@ -81,7 +83,7 @@ pub fn bode(home: &dyn Fmus, request: &Request) -> Result<Bode> {
     let lowest = crossovers.flatten().fold(f64::INFINITY, f64::min) / BELOW;
     let of_first = &plotted[0].0;
     let from = of_first.iter().position(|point| point.frequency >= lowest).unwrap_or_default();
-    // The last point is where the calls show no more.
+    // Counted from the end, so that the last point is the highest frequency that the calls can represent.
     let stride = (of_first.len() - from).div_ceil(POINTS).max(1);
     let taken = |points: &[margins::Point]| -> Vec<margins::Point> {
         let mut taken: Vec<_> = points[from..].iter().rev().step_by(stride).copied().collect();
@@ -104,7 +106,7 @@ pub fn bode(home: &dyn Fmus, request: &Request) -> Result<Bode> {
     Ok(Bode { frequencies, loops: loops.collect() })
 }
 
-/// What a controller computes with its settings.
+/// Returns the control law that a controller computes with its settings.
 fn law(home: &dyn Fmus, controller: &Controller) -> Result<Law> {
     let fmu = &controller.member.fmu;
     let is_on = |action: usize| controller.roles.structure.get(action).is_none_or(|name| controller.value(name) != 0.0);

@@ -1,4 +1,4 @@
-//! The characteristic of a pulse former: the mean of its pulses over its input, with the settings as they are.
+//! The characteristic of a pulse former: the mean of its pulses over its input, with the present settings.
 
 use anyhow::{Context, Result, bail};
 use blocks::Kind;
@@ -12,10 +12,10 @@ use run::plan::Plan;
 use run::system::{self, Setting, System, Value};
 use serde::{Deserialize, Serialize};
 
-/// The most calls of one characteristic; with longer periods it has fewer points.
+/// The maximum number of calls for one characteristic; with longer periods it has fewer points.
 const MOST_CALLS: usize = 4_000_000;
 
-/// The fewest points.
+/// The minimum number of points.
 const FEWEST_POINTS: usize = 11;
 
 /// Whose.
@@ -51,11 +51,11 @@ pub struct Sweep {
     pub outputs: Vec<(String, Vec<f64>)>,
 }
 
-/// The characteristics of a block with the member's settings: one for each of the table that sweeps another variable or shows
-/// other ones.
+/// Computes the characteristics of a block with the member's settings: one for each sweep in the table that differs in
+/// the swept variable or in the outputs shown.
 ///
 /// # Errors
-/// There is no such block, it refuses a setting, or a period of its pulses has too many calls.
+/// There is no such block, it rejects a setting, or a period of its pulses takes too many calls.
 pub fn characteristics(home: &dyn Fmus, member: &Member) -> Result<Characteristics> {
     let table = home.table(&member.fmu)?;
     let table =
@@ -70,7 +70,7 @@ pub fn characteristics(home: &dyn Fmus, member: &Member) -> Result<Characteristi
     Ok(Characteristics { sweeps })
 }
 
-/// The member's value of a setting; true is 1.
+/// Returns the member's value of a setting, with TRUE as 1.
 fn value(member: &Member, table: &Table, row: usize, description: &modeldescription::Description) -> f64 {
     let row = &table.variables[row];
     let start = || description.start(&row.name).unwrap_or(row.start);
@@ -84,10 +84,10 @@ fn sweep(home: &dyn Fmus, member: &Member, table: &Table, of: &Characteristic) -
     let period = roles.pulse_former.first().and_then(|name| table.find(name));
     let period = period.map(|row| {
         let given = value(member, table, row, &description);
-        // A time, or a number of calls.
+        // The period is a time or a number of calls.
         if table.variables[row].kind == Kind::Time { given / step.max(0.001) } else { given }
     });
-    // The mean is that of whole periods.
+    // The mean is taken over whole periods.
     let period = period.filter(|period| period.is_finite()).map_or(1, |period| period.round().max(1.0) as usize);
     let calls = (of.calls as usize).next_multiple_of(period);
     if calls > MOST_CALLS / FEWEST_POINTS {
@@ -126,7 +126,7 @@ fn sweep(home: &dyn Fmus, member: &Member, table: &Table, of: &Characteristic) -
     }
     let swept = table.find(&of.variable).map(|row| &table.variables[row]);
     Ok(Sweep {
-        // The table's title tells the table's settings.
+        // The table's own title names the table's settings, not the member's.
         title: format!("{} over {}", of.show.join(", "), of.variable),
         variable: of.variable.clone(),
         unit: swept.and_then(|row| if row.kind == Kind::Time { Some("s".into()) } else { row.unit.clone() }),

@@ -1,7 +1,8 @@
-//! CSV files as plants, recorders and spreadsheets write them, as columns of numbers.
+//! CSV files as plants, recorders and spreadsheets write them, read as columns of numbers.
 //!
-//! Separator (comma, semicolon, tab), decimal sign (point or comma), units in the header (`PV [degC]`) and the form of the
-//! time (seconds, milliseconds, date and time of day) are found from the file. What is ambiguous is an error, or a remark.
+//! The separator (comma, semicolon, tab), the decimal sign (point or comma), units in the header (`PV [degC]`) and the
+//! format of the time (seconds, milliseconds, date and time of day) are detected. An ambiguity is an error or results
+//! in a remark.
 
 mod clock;
 pub mod names;
@@ -14,39 +15,39 @@ use number::Style;
 use std::error::Error;
 use std::fmt;
 
-/// The largest text in bytes.
+/// The maximum size of the text in bytes.
 pub const LARGEST: usize = 128 << 20;
 
-/// The most values in all columns together.
+/// The maximum number of values in all columns together.
 pub const MOST_VALUES: usize = 32 << 20;
 
-/// The most columns.
+/// The maximum number of columns.
 const MOST_COLUMNS: usize = 20_000;
 
-/// The longest of the first lines, in bytes.
+/// The maximum length in bytes of a line among those that are sampled.
 const LONGEST_LINE: usize = 1 << 20;
 
-/// What the rows of a file are.
+/// The meaning of the rows of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum RowsAre {
-    /// Calls of a block, one after the other.
+    /// Consecutive calls of a block.
     Calls,
-    /// Control loops. A column that is named as a variable has a number in each row.
+    /// Control loops. A column named like a variable must have a number in each row.
     Loops,
 }
 
-/// What is wrong in a line of a file.
+/// An error in a line of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
     line: usize,
-    /// The number of the column, from 1, and its name; none if it is the whole line.
+    /// The column's number, from 1, and its name; `None` if the error concerns the whole line.
     column: Option<(usize, String)>,
-    /// After "line 3" or "line 3, column 2 (PV):".
+    /// The message after "line 3" or "line 3, column 2 (PV):".
     text: String,
 }
 
 impl Fault {
-    /// The same with the file's name: `loops.csv:3:2: PUMP.SPEED: "fast" is no number`.
+    /// Formats the error with the file's name: `loops.csv:3:2: PUMP.SPEED: "fast" is no number`.
     pub fn in_file(&self, file: &str) -> String {
         let Fault { line, text, .. } = self;
         match &self.column {
@@ -71,40 +72,41 @@ impl Error for Fault {}
 /// A recorded table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// Its columns, in the order of the file. Columns of texts are left out; a date goes into the column of the time of day.
+    /// The columns in the order of the file. Text columns are left out; a date column is merged into the column with
+    /// the time of day.
     pub columns: Vec<Column>,
-    /// The line of the file of each row, from 1.
+    /// The line of each row in the file, from 1.
     pub lines: Vec<usize>,
-    /// What the user should know, a sentence each.
+    /// Remarks for the user, one sentence each.
     pub remarks: Vec<String>,
 }
 
 /// A column of a table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Column {
-    /// Its name, without the unit.
+    /// The name without the unit.
     pub name: String,
-    /// Its name as the header has it, with the unit.
+    /// The name with its unit, as written in the header.
     pub header: String,
-    /// Its number in the file, from 1.
+    /// The column number in the file, from 1.
     pub number: usize,
-    /// The unit that the header has: `PV [degC]`, `PV (degC)` or `PV / degC`.
+    /// The unit given in the header: `PV [degC]`, `PV (degC)` or `PV / degC`.
     pub unit: Option<String>,
-    /// Its values, one for each row; TRUE and ON are 1. A value that is missing is NaN.
+    /// The values, one per row; TRUE and ON are 1. A missing value is NaN.
     pub values: Vec<f64>,
-    /// Whether its values were written as date or time of day; they are seconds after the first row then.
+    /// Whether the values were written as dates or times of day; they are then seconds after the first row.
     pub is_clock: bool,
-    /// Whether its values were written as words, such as TRUE and FALSE.
+    /// Whether the values were written as words, such as TRUE and FALSE.
     pub is_boolean: bool,
-    /// The most digits behind the decimal sign.
+    /// The maximum number of decimal places.
     pub decimals: i32,
-    /// The most digits from the first that is not 0.
+    /// The maximum number of significant digits.
     pub digits: i32,
 }
 
 impl Column {
-    /// Where values are missing among these rows: `Line 5, column PV: there is no value (nor in 2 rows after it)`. The lines are those of
-    /// the table.
+    /// Reports missing values among these rows: `Line 5, column PV: there is no value (nor in 2 rows after it)`.
+    /// `lines` are those of the table.
     pub(crate) fn missing(&self, rows: impl Iterator<Item = usize>, lines: &[usize]) -> Option<String> {
         let mut missing = rows.filter(|row| self.values[*row].is_nan());
         let first = missing.next()?;
@@ -115,9 +117,9 @@ impl Column {
         Some(format!("Line {}, column {}: there is no value{more}", lines[first], self.name))
     }
 
-    /// How far the true value may be from a value as it is written: half of the last digit. A column whose values have up to
-    /// three decimals, 0.125, may be off by 0.0005; one with six digits of any size, 123.456 and 0.00123456, by half of the
-    /// sixth digit of the value.
+    /// Returns the maximum rounding error of a value as written: half of its last digit. A column with up to three
+    /// decimals, such as 0.125, may be off by 0.0005; one with six significant digits, such as 123.456 and 0.00123456,
+    /// by half of the sixth digit.
     pub fn resolution(&self, value: f64) -> f64 {
         if self.is_boolean || self.is_clock || !value.is_finite() {
             return 0.0;
@@ -128,45 +130,46 @@ impl Column {
     }
 }
 
-/// The seconds of the rows.
+/// The times of the rows in seconds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Times {
-    /// They never decrease. Those of a date count from the first row.
+    /// The seconds, which never decrease. Those of a date are counted from the first row.
     pub seconds: Vec<f64>,
-    /// Whether the file says the unit; else it was guessed from the size of the steps.
+    /// Whether the file states the unit; otherwise, it was guessed from the size of the steps.
     pub is_unit_known: bool,
-    /// The guess, one sentence.
+    /// A sentence that states the guess.
     pub remark: Option<String>,
 }
 
 impl Table {
-    /// Reads a file's text.
+    /// Parses a file's text.
     ///
     /// # Errors
-    /// What is wrong, with line and column, and what to do.
+    /// The text is malformed; the message gives line and column, and the remedy.
     pub fn read(text: &str) -> Result<Table> {
         Layout::of(text, RowsAre::Calls)?.read()
     }
 
-    /// Reads a table with a row for each loop. A column that is named as a variable, `FMU.VARIABLE`, has numbers alone.
+    /// Parses a table with a row for each loop. A column named like a variable, `FMU.VARIABLE`, may contain only
+    /// numbers.
     ///
     /// # Errors
-    /// As [`Table::read`]; a [`Fault`] if it is about a line.
+    /// As in [`Table::read`]; a [`Fault`] if the error concerns a line.
     pub fn of_loops(text: &str) -> Result<Table> {
         Layout::of(text, RowsAre::Loops)?.read()
     }
 
-    /// The names of its columns as the header has them, with their units.
+    /// Returns the names of the columns with their units, as written in the header.
     pub fn headers(self) -> Vec<String> {
         self.columns.into_iter().map(|column| column.header).collect()
     }
 
-    /// How many rows there are.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.lines.len()
     }
 
-    /// The column of this name, with or without its unit, in any case.
+    /// Returns the index of the column with this name, with or without its unit, ignoring case.
     pub fn find(&self, name: &str) -> Option<usize> {
         let written = |column: &Column| column.header == name;
         let equal = |column: &Column| column.name == name;
@@ -175,17 +178,17 @@ impl Table {
         position(&written).or_else(|| position(&equal)).or_else(|| position(&alike))
     }
 
-    /// The column that is called by one of these names, the first of them that there is.
+    /// Returns the column with the first of these names that the table has.
     pub fn called(&self, names: &[&str]) -> Option<&Column> {
         let short: Vec<String> = self.columns.iter().map(|column| names::short_name(&column.name)).collect();
         let place = names.iter().find_map(|name| short.iter().position(|short| short == name))?;
         Some(&self.columns[place])
     }
 
-    /// The column of this name.
+    /// Returns the column with this name.
     ///
     /// # Errors
-    /// No column has this name; the message lists those that exist.
+    /// No column has this name; the message lists the existing ones.
     pub fn column(&self, name: &str) -> Result<&Column> {
         let names = || self.columns.iter().map(|column| column.name.as_str());
         let found = self.find(name).with_context(|| {
@@ -197,8 +200,8 @@ impl Table {
         Ok(&self.columns[found])
     }
 
-    /// The column of the time: the one with a name such as `time`, `t [ms]`, `Zeit`, `timestamp`; else the first with dates or
-    /// times of day; else the first column if its unit is one of time.
+    /// Returns the index of the time column: the one with a name such as `time`, `t [ms]`, `Zeit` or `timestamp`;
+    /// otherwise the first with dates or times of day; otherwise the first column if its unit is a time unit.
     pub fn time(&self) -> Option<usize> {
         let named = |column: &Column| {
             let (name, _) = clock::unit_of_name(&column.name);
@@ -213,10 +216,10 @@ impl Table {
         dated.or_else(|| self.columns.iter().position(|column| column.is_clock)).or_else(by_unit)
     }
 
-    /// The times of the rows in seconds, from that column.
+    /// Returns the times of the rows in seconds, from the given column.
     ///
     /// # Errors
-    /// A time is missing, or it goes back.
+    /// A time is missing or decreases.
     pub fn times(&self, column: usize) -> Result<Times> {
         let of = &self.columns[column];
         for (row, value) in of.values.iter().enumerate() {
@@ -236,11 +239,11 @@ impl Table {
     }
 }
 
-/// The cells of the first column that is called by one of these names, in any case, as they are written; none without such a
+/// Returns the cells, as written, of the first column with one of these names, ignoring case; `None` without such a
 /// column.
 ///
 /// # Errors
-/// The text is no CSV file.
+/// The text is not a CSV file.
 pub fn texts(text: &str, names: &[&str]) -> Result<Option<Vec<String>>> {
     let layout = Layout::of(text, RowsAre::Loops)?;
     let is_called = |header: &Header| names.contains(&header.name.trim().to_lowercase().as_str());
@@ -253,21 +256,21 @@ pub fn texts(text: &str, names: &[&str]) -> Result<Option<Vec<String>>> {
     Ok(Some(texts))
 }
 
-/// Where the rows of a text begin, and how they are written.
+/// The place where the rows of a text begin, and their format.
 struct Layout<'a> {
     text: &'a str,
-    /// The line in which `text` begins, from 1.
+    /// The line number, from 1, at which `text` begins.
     line: usize,
     separator: u8,
     rows_are: RowsAre,
     header: Vec<Header>,
-    /// How many records of `text` come before the values.
+    /// The number of records in `text` before the first row of values.
     skip: usize,
 }
 
-/// The name of a column and what belongs to it.
+/// The name and unit of a column.
 struct Header {
-    /// Name and unit as they are written; `column 3` of a column without a name.
+    /// The name and unit as written; `column 3` for a column without a name.
     written: String,
     name: String,
     unit: Option<String>,
@@ -279,7 +282,7 @@ fn reader(text: &str, separator: u8) -> ::csv::Reader<&[u8]> {
     builder.from_reader(text.as_bytes())
 }
 
-/// This many records decide on the layout.
+/// The number of records from which the layout is determined.
 const SAMPLE: usize = 100;
 
 impl<'a> Layout<'a> {
@@ -291,8 +294,7 @@ impl<'a> Layout<'a> {
             );
         }
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        // Before anything is made of it.
-        // DOS ends a file with U+001A.
+        // A binary file is rejected before anything is parsed. DOS ends a text file with U+001A.
         let is_binary = |c: &char| c.is_control() && !c.is_whitespace() && *c != '\u{1a}';
         if let Some(found) = text.chars().take(LONGEST_LINE).find(is_binary) {
             bail!("the file is not a text, it has the character {found:?}: export the recording as CSV");
@@ -304,7 +306,7 @@ impl<'a> Layout<'a> {
         loop {
             let end = rest.find('\n').map_or(rest.len(), |end| end + 1);
             let first = rest[..end].trim();
-            // What spreadsheets write to tell each other the separator.
+            // The `sep=` line with which spreadsheets declare the separator.
             let separator = first.to_lowercase().strip_prefix("sep=").and_then(|of| of.bytes().next());
             match separator {
                 Some(separator) => told = Some(separator),
@@ -350,7 +352,7 @@ impl<'a> Layout<'a> {
         }
         let mut header: Vec<Header> =
             header.iter().enumerate().map(|(number, cell)| Header::of(cell, number)).collect();
-        // A second line with the units alone.
+        // A second header line that contains only units.
         if skip == titles + 1
             && let Some(units) = sample.get(skip)
             && units.len() == header.len()
@@ -369,7 +371,7 @@ impl<'a> Layout<'a> {
         Ok(Layout { text: rest, line, separator, rows_are, header, skip })
     }
 
-    /// The rows after the header, each with its line.
+    /// Calls a function for each row after the header, with its line.
     fn each(&self, mut row: impl FnMut(usize, &::csv::StringRecord) -> Result<()>) -> Result<()> {
         let mut reader = reader(self.text, self.separator);
         let mut record = ::csv::StringRecord::new();
@@ -426,7 +428,7 @@ impl<'a> Layout<'a> {
         })?;
         let mut table = Table { columns: Vec::new(), lines, remarks: Vec::new() };
         if let Some((line, found)) = short {
-            // A recording ends where the recorder was switched off; a list of loops does not.
+            // A recording may be cut off where the recorder was switched off, but a list of loops may not.
             if self.rows_are == RowsAre::Loops {
                 bail!(incomplete(line, found));
             }
@@ -456,7 +458,7 @@ impl<'a> Layout<'a> {
         Ok(table)
     }
 
-    /// How numbers and dates are written in this file.
+    /// Detects how numbers and dates are written in this file.
     fn style(&self) -> Result<Style> {
         let mut found = number::Found::default();
         self.each(|line, record| {
@@ -471,7 +473,7 @@ impl<'a> Layout<'a> {
 }
 
 impl Header {
-    /// The header of a column, of which `number` are before it.
+    /// Parses the header of a column; `number` is its index.
     fn of(cell: &str, number: usize) -> Header {
         let cell = cell.trim();
         let header = |name: &str, unit: Option<&str>| Header {
@@ -486,7 +488,7 @@ impl Header {
         for (open, close) in [('[', ']'), ('(', ')')] {
             if let Some((name, unit)) = cell.strip_suffix(close).and_then(|cell| cell.rsplit_once(open))
                 && !name.trim().is_empty()
-                // An element of an array is no unit.
+                // An array index in brackets is not a unit.
                 && !(open == '[' && unit.parse::<u32>().is_ok())
             {
                 return header(name, Some(unit));
@@ -499,24 +501,24 @@ impl Header {
     }
 }
 
-/// The cells of a column so far.
+/// The cells of a column that have been read so far.
 #[derive(Default)]
 pub struct Cells {
     values: Vec<f64>,
-    /// Date and time of day; as many as values, or none.
+    /// The dates and times of day: one per value, or empty.
     stamps: Vec<clock::Stamp>,
-    /// How many cells were numbers or words for true and false, words among them, literals of TIME among them, dates, and none
-    /// of these.
+    /// The number of cells that were numbers or words for true and false, words among them, TIME literals among them,
+    /// dates, and none of these.
     numbers: usize,
     words: usize,
     literals: usize,
     dates: usize,
     texts: usize,
-    /// The first cell that is neither number nor date: line and text.
+    /// The line and text of the first cell that is neither a number nor a date.
     text: Option<(usize, String)>,
     decimals: i32,
     digits: i32,
-    /// It has gone into another column.
+    /// Whether the cells have been merged into another column.
     is_merged: bool,
 }
 
@@ -553,7 +555,7 @@ impl Cells {
         self.values.push(value);
     }
 
-    /// The column of a variable, which has a number for each of the `lines`.
+    /// Converts the cells into the column of a variable, which has a number for each of the `lines`.
     fn of_variable(self, number: usize, header: Header, lines: &[usize]) -> Result<Column> {
         let wrong = |line: usize, text: String| Fault { line, column: Some((number + 1, header.name.clone())), text };
         if let Some((line, text)) = &self.text {
@@ -575,7 +577,7 @@ impl Cells {
         column.context("a column of numbers has them")
     }
 
-    /// The column, unless it has no numbers.
+    /// Converts the cells into a column, unless they have no numbers.
     fn column(mut self, number: usize, header: Header, remarks: &mut Vec<String>) -> Result<Option<Column>> {
         let name = header.name;
         if self.is_merged || (header.unit.is_none() && self.numbers + self.dates + self.texts == 0) {
@@ -628,23 +630,23 @@ impl RowsAre {
     }
 }
 
-/// Whether a column is named as a variable, `FMU.VARIABLE`; "Descr. 1" is not.
+/// Whether a column is named like a variable, `FMU.VARIABLE`; "Descr. 1" is not.
 fn is_variable(name: &str) -> bool {
     name.split_once('.').is_some_and(|(fmu, own)| !fmu.is_empty() && !own.is_empty())
         && !name.contains(char::is_whitespace)
 }
 
-/// Whether a cell below a header may be a unit in a table of loops: one with a name or a damaged number is a loop.
+/// Whether a cell below a header may be a unit in a table of loops: a row with a name or a damaged number is a loop.
 fn is_unit_of_loops((header, cell): (&Header, &String)) -> bool {
     if is_variable(&header.name) { !cell.starts_with(|letter: char| letter.is_ascii_digit()) } else { cell.is_empty() }
 }
 
-/// Whether a cell of a header is a name: it has a letter and is no value.
+/// Whether a header cell is a name: it contains a letter and is not a value.
 fn is_name(cell: &str) -> bool {
     cell.chars().any(char::is_alphabetic) && !number::is_value(cell) && clock::parse(cell, false).is_none()
 }
 
-/// The separator that gives the first lines the same number of fields, more than one.
+/// Detects the separator: the one that splits the first lines into the same number of fields, more than one.
 fn separator(text: &str) -> u8 {
     let rated = [b';', b'\t', b',', b'|'].map(|separator| {
         let widths: Vec<usize> =
@@ -654,12 +656,12 @@ fn separator(text: &str) -> u8 {
         let share = if usual > 1 { 100 * equal / widths.len().max(1) } else { 0 };
         (share, separator)
     });
-    // The first of those that are equally good; a decimal comma may give more fields.
+    // The first among those that are nearly equally good; a decimal comma may result in more fields.
     let best = rated.iter().map(|(share, _)| *share).max().unwrap_or(0);
     rated.iter().find(|(share, _)| *share > 0 && *share + 10 >= best).map_or(b',', |(_, separator)| *separator)
 }
 
-/// The most frequent one.
+/// Returns the most frequent width.
 fn usual(widths: &[usize]) -> usize {
     let count = |width: usize| widths.iter().filter(|other| **other == width).count();
     widths.iter().copied().max_by_key(|width| (count(*width), *width)).unwrap_or(0)
@@ -667,7 +669,7 @@ fn usual(widths: &[usize]) -> usize {
 
 fn usual_width(sample: &[Vec<String>]) -> usize {
     let widths: Vec<usize> = sample.iter().map(Vec::len).collect();
-    // The header may have fewer or more fields than the rows, which is told later.
+    // The header may have fewer or more fields than the rows, which is reported later.
     if widths.len() <= 2 { widths.first().copied().unwrap_or(0) } else { usual(&widths) }
 }
 

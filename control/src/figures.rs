@@ -1,15 +1,16 @@
-//! Figures of a loop: how fast, how far, how much. [`FIGURES`] defines each of them once, for the parameter tool, its report,
-//! studies, the command and Python.
+//! Figures of a loop: how fast, how far, how much. [`FIGURES`] defines each of them once, for the parameter tool, its
+//! report, studies, the command and Python.
 //!
-//! Figures belong to one event of a run: a step of the setpoint, or a disturbance. The part of the run that an event has, its
-//! *window*, ends at the next change of the setpoint, disturbance, or change between manual and automatic mode. A step begins in
-//! the call in which the setpoint has the new value for the first time; a setpoint that changes in several calls in a row, a ramp,
-//! changes in the first of them. A run that begins far from its setpoint begins with a step, in the first call with a process value
-//! that the plant has given.
+//! A figure belongs to one event of a run: a step of the setpoint or a disturbance. The *window* of an event ends at
+//! the next change of the setpoint, disturbance, or change between manual and automatic mode. A step begins in the
+//! first call with the new setpoint; a ramp, in which the setpoint changes in several consecutive calls, counts from
+//! the first of them. A run that begins far from its setpoint begins with a step, in the first call with a process
+//! value computed by the plant.
 //!
-//! The *step* goes from the process value in that call, which the new setpoint has not moved yet, to the last setpoint of the
-//! window. *Rise*, *overshoot* and *settling* refer to it; *rise* interpolates between two calls. The integrals are sums over
-//! the calls, each with the time to the next call; the last call of a run takes as long as the one before it.
+//! The *step* goes from the process value in that call, on which the new setpoint has had no effect yet, to the last
+//! setpoint of the window. *Rise*, *overshoot* and *settling* refer to it; *rise* interpolates between two calls. The
+//! integrals are sums over the calls, each weighted with the time to the next call; the last call of a run is taken to
+//! last as long as the one before it.
 
 mod events;
 
@@ -20,32 +21,33 @@ use modeldescription::digits::short;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Half of the band in which the process value counts as settled, as a part of the step.
+/// Half the width of the band in which the process value counts as settled, relative to the step.
 const BAND: f64 = 0.02;
-/// The process value has to stay in the band for at least this part of the time since the step: else it may only cross it.
+/// The minimum time that the process value has to stay in the band, relative to the time since the step; otherwise, it
+/// may only be crossing the band.
 const STAY: f64 = 0.1;
-/// Ends the reason why a figure is absent.
+/// The end of the reason why a figure is absent.
 const NOT_FINITE: &str = "is not a number in some calls";
 
-/// Why there is no step.
+/// The reason why there is no step.
 const NO_CHANGE: &str = "the setpoint does not change in this part of the run";
 
 /// A figure of a loop.
 #[derive(Debug)]
 pub struct Figure {
-    /// Its name, everywhere: `settling`.
+    /// The name, used everywhere: `settling`.
     pub key: &'static str,
-    /// Its title, `Settling time`.
+    /// The title: `Settling time`.
     pub title: &'static str,
-    /// What it is, in a few words.
+    /// A short definition.
     pub meaning: &'static str,
     /// Its unit.
     pub unit: Unit,
     /// Whether the lowest value is the best.
     pub is_lower_better: bool,
-    /// Why a run does not have it, usually.
+    /// The usual reason why a run lacks the figure.
     pub absent: &'static str,
-    /// What it needs besides setpoint and process value.
+    /// The signals required besides setpoint and process value.
     pub needs: Needs,
     of: fn(&Window) -> Result<f64, String>,
 }
@@ -53,23 +55,23 @@ pub struct Figure {
 /// A figure's unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
-    /// None: a number of events.
+    /// No unit: a number of events.
     One,
     /// Seconds.
     Seconds,
     /// Percent of the step.
     Percent,
-    /// That of the process value.
+    /// The unit of the process value.
     ProcessValue,
-    /// That of the process value times seconds.
+    /// The unit of the process value times seconds.
     ProcessValueSeconds,
-    /// The square of the process value's times seconds.
+    /// The squared unit of the process value times seconds.
     SquareSeconds,
-    /// That of the manipulated value.
+    /// The unit of the manipulated value.
     ManipulatedValue,
 }
 
-/// What a figure needs besides setpoint and process value.
+/// The signals that a figure requires besides setpoint and process value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
     /// Nothing.
@@ -82,7 +84,7 @@ pub enum Needs {
     Disturbance,
 }
 
-/// All figures, in the order in which they are shown.
+/// All figures, in display order.
 pub static FIGURES: [&Figure; 11] = [
     &Figure {
         key: "rise",
@@ -178,7 +180,7 @@ pub static FIGURES: [&Figure; 11] = [
     },
 ];
 
-/// Overshoot, which a prediction tells too.
+/// The overshoot, which a prediction reports too.
 pub static OVERSHOOT: Figure = Figure {
     key: "overshoot",
     title: "Overshoot",
@@ -190,7 +192,7 @@ pub static OVERSHOOT: Figure = Figure {
     of: |window| window.step()?.overshoot(),
 };
 
-/// Settling time, which a prediction tells too.
+/// The settling time, which a prediction reports too.
 pub static SETTLING: Figure = Figure {
     key: "settling",
     title: "Settling time",
@@ -202,30 +204,30 @@ pub static SETTLING: Figure = Figure {
     of: |window| window.settling(),
 };
 
-/// Why there are no figures of a disturbance.
+/// The reason why there are no figures of a disturbance.
 const NO_DISTURBANCE: &str = "nothing disturbs the loop in this part of the run";
 
 const NO_CALL: &str = "there is no call in this part of the run";
 const NO_DEVIATION: &str = "the setpoint or the process value is not a number in some calls";
 
-/// The figure of this name.
+/// Returns the figure with this name.
 pub fn find(key: &str) -> Option<&'static Figure> {
     FIGURES.into_iter().find(|figure| figure.key == key)
 }
 
 impl Figure {
-    /// Its value, or why it has none.
+    /// Computes the figure.
     ///
     /// # Errors
-    /// Why a run has no such figure, as the end of a sentence.
+    /// The run lacks this figure; the error is the reason, as the end of a sentence.
     pub fn value(&self, window: &Window) -> Result<f64, String> {
         if window.calls.is_empty() { Err(NO_CALL.into()) } else { (self.of)(window) }
     }
 }
 
 impl Unit {
-    /// Its text, with the units of the process value and of the manipulated value. Differences of degC are in K. An integral of values
-    /// without a unit has none.
+    /// Formats the unit, given the units of the process value and of the manipulated value. Differences of degC are in
+    /// K. An integral of values without a unit has no unit.
     pub fn text(self, process_value: Option<&str>, manipulated_value: Option<&str>) -> Option<String> {
         let process_value =
             process_value.map(|unit| if unit == "degC" { "K" } else { unit }).filter(|unit| *unit != "1");
@@ -241,60 +243,62 @@ impl Unit {
     }
 }
 
-/// The square of a unit.
+/// Returns the square of a unit.
 fn squared(unit: &str) -> String {
     let is_simple = unit.chars().all(|character| character.is_alphabetic() || character == '%');
     if is_simple { format!("{unit}^2") } else { format!("({unit})^2") }
 }
 
-/// Of which part of a run.
+/// The part of a run that is evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Span {
-    /// The beginning in seconds; that of the last step without it.
+    /// The beginning in seconds; by default that of the last step.
     pub from: Option<f64>,
-    /// The end in seconds. Without it and without a beginning, that of the last step; with a beginning, the last call.
+    /// The end in seconds; by default that of the last step, or the last call if a beginning is given.
     pub to: Option<f64>,
-    /// From which to which value the step goes, if it is known: then it begins with the first call.
+    /// The start and end values of the step, if they are known: the step then begins with the first call.
     pub step: Option<(f64, f64)>,
 }
 
-/// What a run has recorded of a loop: a value of each signal for every call.
+/// The recorded signals of a loop, each with a value for every call.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Signals<'a> {
-    /// When the calls are, in seconds.
+    /// The times of the calls in seconds.
     pub times: &'a [f64],
     /// The setpoint.
     pub setpoint: &'a [f64],
     /// The process value in the setpoint's unit.
     pub process_value: &'a [f64],
-    /// The manipulated value; empty if the controller drives the plant by pulses, whose mean does not travel.
+    /// The manipulated value; empty if the controller drives the plant by pulses, because the travel of their mean is
+    /// meaningless.
     pub manipulated_value: &'a [f64],
     /// The pulse outputs; may be empty.
     pub pulses: &'a [Vec<bool>],
-    /// Whether the controller is in manual mode; empty: never. A setpoint that is changed in manual mode is a step when automatic
-    /// mode begins.
+    /// Whether the controller is in manual mode; empty if it never is. A setpoint changed in manual mode becomes a step
+    /// when automatic mode begins.
     pub manual: &'a [bool],
-    /// What disturbed the loop, and when.
+    /// The disturbances, with their times.
     pub disturbances: &'a [Set],
-    /// The first call with outputs of a call: 1 where members act in parallel, whose first row has those before it.
+    /// The first row that holds outputs of a call: 1 where members run in parallel, because their first row holds the
+    /// outputs before the first call.
     pub first: usize,
-    /// Whether the run began before the first call.
+    /// Whether the run began before the first recorded call.
     pub is_cut: bool,
-    /// The unit of the manipulated value, for a reason.
+    /// The unit of the manipulated value, for messages.
     pub travel_unit: Option<&'a str>,
 }
 
-/// A part of a run. Signals are compared up to the end of the shortest one.
+/// A part of a run. Signals are evaluated up to the end of the shortest one.
 #[derive(Debug)]
 pub struct Window<'a> {
     signals: Signals<'a>,
-    /// Which calls it has.
+    /// The calls in the window.
     calls: Range<usize>,
     step: Result<Step<'a>, String>,
     deviation: Result<Deviation, String>,
-    /// The disturbance, if there is one.
+    /// The response to the disturbance, if there is one.
     disturbed: Option<Disturbed>,
-    /// Whether it has figures of a step.
+    /// Whether the window has figures of a step.
     has_step: bool,
 }
 
@@ -316,18 +320,18 @@ pub struct Happened {
     pub by: Vec<Set>,
 }
 
-/// A range of values in a part of the time.
+/// A range of values during a time interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Band {
-    /// From when to when, in seconds.
+    /// The start and end of the interval in seconds.
     pub times: (f64, f64),
-    /// Its lower end.
+    /// The lower bound.
     pub low: f64,
-    /// Its upper end.
+    /// The upper bound.
     pub high: f64,
 }
 
-/// Integrals and extremes of the deviation.
+/// The integrals and the peak of the deviation.
 #[derive(Clone, Copy, Debug)]
 struct Deviation {
     iae: f64,
@@ -335,7 +339,7 @@ struct Deviation {
     peak: f64,
 }
 
-/// What follows a disturbance.
+/// The response to a disturbance.
 #[derive(Debug)]
 struct Disturbed {
     calls: Range<usize>,
@@ -343,33 +347,34 @@ struct Disturbed {
     recovery: Result<f64, String>,
 }
 
-/// A step of the setpoint with the answer of the process value.
+/// A step of the setpoint with the response of the process value.
 #[derive(Debug)]
 struct Step<'a> {
     cause: Cause,
     times: &'a [f64],
-    /// The process value at its beginning.
+    /// The process value when the step begins.
     start: f64,
-    /// Where it goes.
+    /// The setpoint after the step.
     setpoint: f64,
-    /// How far, with its sign.
+    /// The signed height of the step.
     height: f64,
-    /// How much of the step is done, from 0 to 1.
+    /// The completed fraction of the step in each call, from 0 to 1.
     done: Vec<f64>,
-    /// How far the process value goes beyond the setpoint, as a part of the step.
+    /// The overshoot beyond the setpoint as a fraction of the step.
     beyond: f64,
     is_ramp: bool,
 }
 
 impl<'a> Window<'a> {
-    /// The part of a recorded loop: by default that of its last step. It has the figures of the last disturbance, too.
+    /// Returns the window of a recorded loop: by default that of its last step. It includes the figures of the last
+    /// disturbance.
     pub fn of(signals: Signals<'a>, span: &Span) -> Window<'a> {
         let count = signals.count();
         let times = &signals.times[..count];
         let end = span.to.map_or(count, |to| times.partition_point(|time| *time <= to));
         let mut events = signals.events(end);
         if span.step.is_some() {
-            // The rows begin with the step, so that nothing before a disturbance ends it.
+            // The rows begin with the given step, so no other step before a disturbance ends its window.
             events.retain(|event| !event.is_step());
             let until = events.first().map_or(end, |event| event.calls.start);
             events.insert(0, Event { cause: Cause::Setpoint, calls: 0..until });
@@ -382,13 +387,13 @@ impl<'a> Window<'a> {
             (None, Some(step)) => step.calls.clone(),
             (None, None) => signals.first_call(end)..end,
         };
-        // In its first call a disturbance has not yet had any effect.
+        // A disturbance has no effect yet in its first call.
         let has_effect = |event: &Event| !event.is_step() && is_inside(&event) && event.calls.len() > 1;
         let disturbance = events.iter().rposition(has_effect);
         Window::new(signals, calls, step, disturbance.map(|at| events.split_at(at)), span.step)
     }
 
-    /// The windows of all steps and disturbances, in the order of time, each with its own figures alone.
+    /// Returns the windows of all steps and disturbances in chronological order, each with only its own figures.
     pub fn of_events(signals: Signals<'a>) -> Vec<Window<'a>> {
         let events = signals.events(signals.count());
         let window = |(at, event): (usize, &Event)| {
@@ -403,7 +408,7 @@ impl<'a> Window<'a> {
         events.iter().enumerate().map(window).collect()
     }
 
-    /// `disturbance` is the events before it, and it with those after it.
+    /// `disturbance` holds the events before the disturbance, and the events from the disturbance on.
     fn new(
         signals: Signals<'a>,
         calls: Range<usize>,
@@ -427,7 +432,7 @@ impl<'a> Window<'a> {
         Window { signals, calls, step, deviation, disturbed, has_step: true }
     }
 
-    /// The times of its first and its last call in seconds, unless it has none.
+    /// Returns the times of the first and the last call in seconds; `None` for an empty window.
     pub fn times(&self) -> Option<(f64, f64)> {
         self.times_of(&self.calls)
     }
@@ -437,14 +442,14 @@ impl<'a> Window<'a> {
         Some((*times.first()?, *times.last()?))
     }
 
-    /// The step that its figures belong to.
+    /// Returns the step that the figures refer to.
     pub fn step_happened(&self) -> Option<Happened> {
         let Step { cause, start: from, setpoint: to, times, .. } = self.step.as_ref().ok()?;
         let (start, end) = (times[0], times[times.len() - 1]);
         Some(Happened { cause: *cause, from: *from, to: *to, start, duration: end - start, by: Vec::new() })
     }
 
-    /// The disturbance that its figures belong to.
+    /// Returns the disturbance that the figures refer to.
     pub fn disturbance_happened(&self) -> Option<Happened> {
         let calls = &self.disturbed.as_ref()?.calls;
         let (start, end) = self.times_of(calls)?;
@@ -453,7 +458,7 @@ impl<'a> Window<'a> {
         Some(Happened { cause: Cause::Disturbance, from, to, start, duration: end - start, by })
     }
 
-    /// The band in which the process value counts as settled; none without a step.
+    /// Returns the band in which the process value counts as settled; `None` without a step.
     pub fn band(&self) -> Option<Band> {
         let step = self.step.as_ref().ok()?;
         let half = BAND * step.height.abs();
@@ -461,7 +466,7 @@ impl<'a> Window<'a> {
         Some(Band { times, low: step.setpoint - half, high: step.setpoint + half })
     }
 
-    /// The figures that its signals allow.
+    /// Returns the figures that can be computed from the signals.
     pub fn figures(&self) -> impl Iterator<Item = &'static Figure> {
         let has_step = self.has_step;
         let given = Given {
@@ -472,7 +477,7 @@ impl<'a> Window<'a> {
         applicable(given).filter(move |figure| has_step || figure.needs == Needs::Disturbance)
     }
 
-    /// What is to be said of figures, a sentence each: which of them are absent and why.
+    /// Returns remarks on these figures, one sentence each: which of them are absent and why.
     pub fn remarks(&self, figures: &[&Figure]) -> Vec<String> {
         if self.calls.is_empty() {
             return vec![NO_CALL.into()];
@@ -530,7 +535,7 @@ impl<'a> Window<'a> {
     }
 
     fn pulses(&self) -> Result<f64, String> {
-        // Before the first call of a run the outputs are FALSE.
+        // The outputs are FALSE before the first call of a run.
         let begins = |pulse: &Vec<bool>| {
             let calls = self.calls.start..self.calls.end.min(pulse.len());
             calls.filter(|call| pulse[*call] && !(*call > 0 && pulse[call - 1])).count() as f64
@@ -538,7 +543,8 @@ impl<'a> Window<'a> {
         Ok(self.signals.pulses.iter().map(begins).sum())
     }
 
-    /// The manipulated value and since when, if it has not moved in the last tenth of the time since the step.
+    /// Returns the settled manipulated value and the time it settled, if it was constant over the last tenth of the
+    /// response.
     fn standstill(&self, step: f64) -> Option<(f64, f64)> {
         let first = self.signals.times.partition_point(|time| *time < step);
         let values = self.signals.manipulated_value.get(first..self.calls.end)?;
@@ -551,18 +557,18 @@ impl<'a> Window<'a> {
     }
 }
 
-/// What a loop has besides setpoint and process value.
+/// The signals of a loop besides setpoint and process value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Given {
-    /// A manipulated value that moves by itself, not as the mean of pulses.
+    /// Whether there is a manipulated value that is not just the mean of pulses.
     pub manipulated_value: bool,
-    /// Pulse outputs.
+    /// Whether there are pulse outputs.
     pub pulses: bool,
     /// A disturbance.
     pub disturbance: bool,
 }
 
-/// The figures of a loop that has what is given.
+/// Returns the figures that can be computed from the given signals.
 pub fn applicable(given: Given) -> impl Iterator<Item = &'static Figure> {
     FIGURES.into_iter().filter(move |figure| match figure.needs {
         Needs::Nothing => true,
@@ -572,21 +578,21 @@ pub fn applicable(given: Given) -> impl Iterator<Item = &'static Figure> {
     })
 }
 
-/// A title inside a sentence; an abbreviation stays as it is.
+/// Converts a title for use inside a sentence; an abbreviation is left as it is.
 fn in_sentence(title: &str) -> String {
     let is_abbreviation = title.chars().all(|letter| letter.is_ascii_uppercase());
     if is_abbreviation { title.into() } else { title.to_lowercase() }
 }
 
 impl Signals<'_> {
-    /// How many calls it has.
+    /// Returns the number of calls.
     fn count(&self) -> usize {
         self.times.len().min(self.setpoint.len()).min(self.process_value.len())
     }
 }
 
 impl Disturbed {
-    /// What follows in these calls; within half of the band it has recovered.
+    /// Evaluates the response in these calls; the loop has recovered within `half` of the setpoint.
     fn of(signals: &Signals, calls: Range<usize>, half: Result<f64, String>) -> Disturbed {
         let recovery = half.and_then(|half| Disturbed::recovery(signals, &calls, half));
         Disturbed { deviation: Deviation::of(signals, calls.clone()), recovery, calls }
@@ -596,7 +602,7 @@ impl Disturbed {
         let deviation = |call: usize| (signals.setpoint[call] - signals.process_value[call]).abs();
         let times = &signals.times[calls.clone()];
         let (begin, end) = (times[0], times[times.len() - 1]);
-        // What is not a number is not within the band.
+        // NaN counts as outside the band.
         let outside = calls.clone().rev().find(|call| !deviation(*call).le(&half));
         let since = outside.map_or(calls.start, |call| call + 1);
         if since >= calls.end {
@@ -627,7 +633,7 @@ impl Deviation {
     }
 }
 
-/// The time from a call to the next one; the last call takes as long as the one before it.
+/// Returns the time from a call to the next one; the last call is taken to last as long as the one before it.
 fn duration(times: &[f64], call: usize) -> f64 {
     match (times.get(call + 1), call.checked_sub(1)) {
         (Some(next), _) => next - times[call],
@@ -637,7 +643,7 @@ fn duration(times: &[f64], call: usize) -> f64 {
 }
 
 impl<'a> Step<'a> {
-    /// The step of an event, from and to the values that are given.
+    /// Returns the step of an event, from and to the given values if there are any.
     fn of(signals: &Signals<'a>, event: &Event, given: Option<(f64, f64)>) -> Result<Step<'a>, String> {
         let Event { cause, calls } = event.clone();
         if calls.is_empty() {
@@ -690,7 +696,8 @@ impl<'a> Step<'a> {
         }
     }
 
-    /// When the step is done to within the band for good, in seconds after the step, or why it is not.
+    /// Returns the time in seconds after the step from which the process value stays in the band, or the reason why
+    /// there is none.
     fn settling(&self) -> Result<f64, String> {
         let (times, done) = (self.times, &self.done);
         let percent = BAND * 100.0;

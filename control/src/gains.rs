@@ -69,26 +69,28 @@ pub struct Controller {
 pub enum Form {
     /// The settings of the block.
     Plc,
-    /// Three gains.
+    /// Three parallel gains.
     Parallel,
-    /// A gain and two times; the ISA or standard form.
+    /// A gain and two times: the ISA or standard form.
     Ideal,
-    /// A PI and a PD controller in series; the interacting form.
+    /// A PI and a PD controller in series: the interacting form.
     Series,
-    /// Simulink's block PID Controller with the form Parallel.
+    /// Simulink's PID Controller block in its Parallel form.
     ///
     /// <https://www.mathworks.com/help/simulink/slref/pidcontroller.html>
     Simulink,
-    /// The same with the form Ideal.
+    /// Simulink's PID Controller block in its Ideal form.
     SimulinkIdeal,
-    /// FB_CTRL_PID of TwinCAT's controller toolbox, and FB_BasicPID. In the pages' texts Tn is the integral action time, Tv the
-    /// derivative action time and Td the damping time of the derivative (a D-T1 element), of a PID controller in additive form; the
-    /// transfer function itself is a picture there. FB_CTRL_PID has TIMEs, which are in seconds here.
+    /// FB_CTRL_PID of TwinCAT's controller toolbox, and FB_BasicPID. Their documentation defines Tn as the integral
+    /// action time, Tv as the derivative action time and Td as the damping time of the derivative (a D-T1 element) of a
+    /// PID controller in additive form; the transfer function itself is shown only as an image. The parameters of
+    /// FB_CTRL_PID are TIMEs, given in seconds here.
     ///
     /// <https://infosys.beckhoff.com/content/1033/tcplclib_tc2_utilities/34976395.html>,
     /// <https://infosys.beckhoff.com/content/1033/tcplclibcontrollertoolbox/11282668683.html>
     TwinCat,
-    /// PID and PID_FIXCYCLE of CODESYS's library Util: proportional gain, reset time and rate time in seconds, no filter.
+    /// PID and PID_FIXCYCLE of the CODESYS library Util: proportional gain, reset time and rate time in seconds, no
+    /// filter.
     ///
     /// <https://content.helpme-codesys.com/en/libs/Util/3.5.21.0/Controller/PID_FIXCYCLE.html>
     Codesys,
@@ -107,7 +109,7 @@ impl Form {
         Form::Codesys,
     ];
 
-    /// What it is called on the command line.
+    /// Returns the name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Form::Plc => "plc",
@@ -121,7 +123,7 @@ impl Form {
         }
     }
 
-    /// Its transfer function.
+    /// Returns the transfer function as text.
     pub const fn formula(self) -> &'static str {
         match self {
             Form::Plc => "GAIN (1 + 1 / (TI s) + TD s / (1 + TM_LAG s))",
@@ -135,8 +137,8 @@ impl Form {
         }
     }
 
-    /// The names of its numbers, in the order in which they are printed. Times are in seconds. N and Tf say the same; a
-    /// controller without I or D action lacks what belongs to it.
+    /// Returns the names of the form's parameters, in the order of printing. Times are in seconds. N and Tf are
+    /// alternatives; a controller without I or D action lacks the respective parameters.
     pub const fn names(self) -> &'static [&'static str] {
         match self {
             Form::Plc => &["GAIN", "TI", "TD", "TM_LAG", "P_SEL", "I_SEL", "D_SEL"],
@@ -149,7 +151,7 @@ impl Form {
     }
 }
 
-/// The numbers that the user gave, by their names.
+/// The numbers given by the user, with their names.
 struct Given<'a> {
     form: Form,
     values: &'a [(String, f64)],
@@ -168,7 +170,7 @@ impl Given<'_> {
         }
     }
 
-    /// A time that divides; `None` if the action is off.
+    /// Returns a time used as a divisor; `None` if the action is off.
     fn reset_time(&self, name: &str) -> Result<Option<f64>, String> {
         match self.find(name) {
             Some(time) if time <= 0.0 => {
@@ -178,7 +180,7 @@ impl Given<'_> {
         }
     }
 
-    /// A time that may be 0, which is also what it is if it is missing.
+    /// Returns a time that may be 0, which is also the default.
     fn time(&self, name: &str) -> Result<f64, String> {
         match self.find(name) {
             Some(time) if time < 0.0 => Err(format!("{name} = {time} is negative: a time is 0 s or longer")),
@@ -186,7 +188,7 @@ impl Given<'_> {
         }
     }
 
-    /// N or another divisor.
+    /// Returns N or another divisor.
     fn divisor(&self, name: &str) -> Result<Option<f64>, String> {
         match self.find(name) {
             Some(divisor) if divisor <= 0.0 => Err(format!("{name} = {divisor} is not above 0")),
@@ -194,7 +196,7 @@ impl Given<'_> {
         }
     }
 
-    /// The lag by Tf, or by N relative to the derivative time.
+    /// Returns the lag given by Tf, or by N relative to the derivative time.
     fn relative_lag(&self, derivative_time: f64) -> Result<f64, String> {
         match (self.divisor("N")?, self.find("Tf")) {
             (Some(_), Some(_)) => Err("N and Tf say the same: give one of them".into()),
@@ -204,7 +206,7 @@ impl Given<'_> {
         }
     }
 
-    /// The lag by Simulink's filter coefficient.
+    /// Returns the lag given by Simulink's filter coefficient.
     fn coefficient_lag(&self, derivative: f64) -> Result<f64, String> {
         match self.divisor("N")? {
             Some(n) => Ok(1.0 / n),
@@ -223,11 +225,11 @@ impl Given<'_> {
 }
 
 impl Controller {
-    /// The controller with these numbers, by the names of the form in any case.
+    /// Creates the controller from these numbers, named as in the form, ignoring case.
     ///
     /// # Errors
-    /// One sentence: a name that the form does not have, a number that is missing or not possible, or a controller that no
-    /// block computes.
+    /// One sentence: a name that the form does not have, a missing or impossible number, or a controller that no block
+    /// can compute.
     pub fn new(form: Form, values: &[(String, f64)]) -> Result<Controller, String> {
         for (place, (name, value)) in values.iter().enumerate() {
             if !form.names().iter().any(|own| own.eq_ignore_ascii_case(name)) {
@@ -277,7 +279,7 @@ impl Controller {
         controller.check()
     }
 
-    /// The controller, unless no block computes it.
+    /// Returns the controller if a block can compute it.
     fn check(self) -> Result<Controller, String> {
         let Controller { proportional, integral, derivative, lag } = self;
         if [proportional, integral, derivative, lag].iter().any(|number| !number.is_finite()) {
@@ -297,10 +299,10 @@ impl Controller {
         Ok(self)
     }
 
-    /// GAIN, TI and TD; a time is `None` if the action is off.
+    /// Returns GAIN, TI and TD; a time is `None` if the action is off.
     fn times(&self) -> (f64, Option<f64>, Option<f64>) {
         let gain = match self.proportional {
-            // Without a P action one of the three is free.
+            // Without a P action, one of the three numbers can be chosen freely.
             0.0 if self.integral < 0.0 || self.derivative < 0.0 => -1.0,
             0.0 if self.integral > 0.0 || self.derivative > 0.0 => 1.0,
             gain => gain,
@@ -310,11 +312,11 @@ impl Controller {
         (gain, reset_time, derivative_time)
     }
 
-    /// Its numbers in a form, by name. What belongs to an action that is off is left out. A filter is given by N where the
-    /// form has it.
+    /// Returns the controller's numbers in a form, with their names. Those of an action that is off are left out. A
+    /// filter is given by N where the form has it.
     ///
     /// # Errors
-    /// One sentence: why the form cannot express the controller.
+    /// One sentence: the reason why the form cannot express the controller.
     pub fn numbers(&self, form: Form) -> Result<Vec<(&'static str, f64)>, String> {
         let Controller { proportional, integral, derivative, lag } = *self;
         let (gain, reset_time, derivative_time) = self.times();
@@ -331,7 +333,7 @@ impl Controller {
                 "the D action has no filter, and Simulink's always has one: give a filter time above 0 s".into()
             );
         }
-        // What an action that is off would have is not a number that anyone set.
+        // A number that belongs to an action that is off is meaningless.
         let some = |name: &'static str, value: Option<f64>| value.map(|value| (name, value));
         let filter = |n: Option<f64>| is_filtered.then_some(n).flatten();
         let relative = filter(derivative_time.filter(|_| proportional != 0.0).map(|time| time / lag));
@@ -403,15 +405,15 @@ impl Controller {
         }
     }
 
-    /// Gain, reset time and derivative time of the series form.
+    /// Returns the gain, reset time and derivative time of the series form.
     fn series(&self) -> Result<(f64, Option<f64>, Option<f64>), String> {
         let (gain, reset_time, derivative_time) = self.times();
         let (Some(ti), Some(td)) = (reset_time, derivative_time) else {
-            // One factor is 1: the forms are the same.
+            // Without I or D action one factor is 1, so the forms are identical.
             return Ok((gain, reset_time, derivative_time));
         };
         let discriminant = (ti - self.lag).powi(2) - 4.0 * ti * td;
-        // Two equal zeros may seem complex by the round-off of the computation.
+        // Round-off may make two equal zeros appear complex.
         let discriminant = if discriminant > -1e-12 * ti * ti { discriminant.max(0.0) } else { discriminant };
         if discriminant < 0.0 || self.lag >= ti {
             let bound = match self.lag {
@@ -426,16 +428,16 @@ impl Controller {
             ));
         }
         let series_ti = ((ti + self.lag) + discriminant.sqrt()) / 2.0;
-        // From the equation for TD: TI - Ti would lose the digits of a Td that is much shorter.
+        // Uses the equation for TD, because TI - Ti would lose the digits of a much shorter Td.
         let series_td = ti * td / (series_ti - self.lag);
         Ok((gain * series_ti / ti, Some(series_ti), Some(series_td)))
     }
 
-    /// What the block in a PLC has of the controller: GAIN as a REAL, times in whole milliseconds. The sentences say where
-    /// that differs from the controller.
+    /// Returns the settings that a block in a PLC can hold: GAIN as a REAL, times in whole milliseconds. The sentences
+    /// state the differences from the controller.
     ///
     /// # Errors
-    /// One sentence: a number that the PLC cannot hold.
+    /// One sentence: a number that the PLC cannot represent.
     pub fn settings(&self) -> Result<(Settings, Vec<String>), String> {
         let (gain, reset_time, derivative_time) = self.times();
         let mut remarks = Vec::new();
@@ -480,14 +482,14 @@ pub struct Settings {
     pub gain: f32,
     /// P_SEL.
     pub p_sel: bool,
-    /// TI; I_SEL is whether there is one.
+    /// TI; `None` if I_SEL is FALSE.
     pub ti: Option<Time>,
-    /// TD and TM_LAG; D_SEL is whether there are any.
+    /// TD and TM_LAG; `None` if D_SEL is FALSE.
     pub derivative: Option<(Time, Time)>,
 }
 
 impl Settings {
-    /// The values by the names of the block. Settings of an action that is off are left out.
+    /// Returns the values with the names of the block's settings. Settings of an action that is off are left out.
     pub fn values(&self) -> Vec<(&'static str, Value)> {
         let mut values = vec![("GAIN", Value::Real(self.gain))];
         values.extend(self.ti.map(|ti| ("TI", Value::Time(ti))));
@@ -502,8 +504,9 @@ impl Settings {
         values
     }
 
-    /// The controller that the block is with these settings if it is called every `cycle` seconds: it raises TI to at
-    /// least half the cycle, TD to a cycle and TM_LAG to half a cycle. The sentences say what it raises.
+    /// Returns the controller that the block computes with these settings if it is called every `cycle` seconds: it
+    /// raises TI to at least half the cycle, TD to a cycle and TM_LAG to half a cycle. The sentences state what is
+    /// raised.
     pub fn computed(&self, cycle: f64) -> (Controller, Vec<String>) {
         let mut remarks = Vec::new();
         let mut raised = |name: &str, time: Time, bound: &str, lowest: f64| {
@@ -529,7 +532,7 @@ impl Settings {
     }
 }
 
-/// The controller with one gain for all actions.
+/// Creates a controller with one gain for all actions.
 fn ideal(gain: f64, reset_time: Option<f64>, derivative_time: f64, lag: f64) -> Controller {
     Controller {
         proportional: gain,
@@ -585,7 +588,7 @@ fn real(name: &str, number: f64, remarks: &mut Vec<String>) -> Result<f32, Strin
     if number != 0.0 && real == 0.0 {
         return Err(format!("{name} = {number:e} is too small for a REAL: it would become 0"));
     }
-    // A user expects the nearest REAL of 0.1: it prints as 0.1.
+    // The REAL nearest to 0.1 prints as 0.1, which is what a user expects.
     if real.to_string().parse() != Ok(shown(number)) {
         remarks.push(format!("{name} = {} becomes the REAL {real}", shown(number)));
     }
@@ -602,7 +605,7 @@ fn whole_milliseconds(name: &str, seconds: f64, remarks: &mut Vec<String>) -> Re
     Ok(time)
 }
 
-/// The number with at most twelve digits: without the round-off of the computation.
+/// Rounds a number to at most twelve digits, which removes the round-off of the computation.
 pub fn shown(number: f64) -> f64 {
     format!("{number:.11e}").parse().unwrap_or(number)
 }

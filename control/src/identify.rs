@@ -1,20 +1,23 @@
-//! A plant's model from the answer to a step of the manipulated value.
+//! Identification of a plant's model from the response to a step of the manipulated value.
 //!
-//! The step is the last one that is recorded: the manipulated value is constant before it and after it, as in manual mode. The
-//! process value is at rest before it, or drifts evenly. A recorded manipulated value acts from its time on, and the process
-//! value is that of its time, as in the recordings of a run here. A plant whose logger writes both at once, but looks at
-//! them at different times, adds the difference to the dead time.
+//! The last recorded step is used: the manipulated value is constant before it and after it, as in manual mode. Before
+//! it, the process value is at rest or drifts at a constant rate. A recorded manipulated value takes effect at its
+//! time, and the process value is the one at its time, as in the recordings of a run here. If a plant's logger records
+//! both together but samples them at different times, the difference adds to the dead time.
 //!
-//! - [`Method::Tangent`]: the steepest slope, over several calls if there is noise. The tangent there meets the old level at the
-//!   dead time, and the new level one time constant later.
-//! - [`Method::TwoPoints`]: the times of 28.3 % and 63.2 % of the answer; T is 1.5 times what lies between.
-//! - [`Method::Area`]: the area between the answer and its last level is K (T + L); that below the answer until then gives T.
-//! - [`Method::LeastSquares`]: the dead time is searched for; for each one, gain and time constant follow from a linear
-//!   equation for the answer and its integral, and the one whose model fits best is improved by least squares over all three. A
-//!   second lag is fitted too, and kept if it explains more than the noise and the resolution of the process value can.
+//! - [`Method::Tangent`]: the steepest slope, over several calls if there is noise. The tangent there meets the old
+//!   level at the dead time, and the new level one time constant later.
+//! - [`Method::TwoPoints`]: the times at which 28.3 % and 63.2 % of the response are reached; T is 1.5 times the
+//!   difference.
+//! - [`Method::Area`]: the area between the response and its final level is K (T + L); the area below the response
+//!   until T + L gives T.
+//! - [`Method::LeastSquares`]: a search over the dead time; for each one, gain and time constant follow from a linear
+//!   equation for the response and its integral, and the best model is refined by least squares over all three
+//!   parameters. A second lag is fitted too, and kept if it explains more than the noise and the resolution of the
+//!   process value can.
 //!
-//! The first three need an answer that ends within the record. An integrating plant is identified by tangent or least squares.
-//! A model whose fit is below [`LOWEST_FIT`] is refused.
+//! The first three need a response that settles within the record. An integrating plant is identified by tangent or
+//! least squares. A model whose fit is below [`LOWEST_FIT`] is rejected.
 
 mod gauss_newton;
 mod least_squares;
@@ -30,13 +33,13 @@ use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 use step::Step;
 
-/// A model that fits worse, in percent, is refused.
+/// The fit in percent below which a model is rejected.
 pub const LOWEST_FIT: f64 = 60.0;
-/// A model that fits worse gets a remark.
+/// The fit in percent below which a model gets a remark.
 const GOOD_FIT: f64 = 85.0;
-/// At most this many points are drawn.
+/// The maximum number of points drawn.
 const MOST_POINTS: usize = 2000;
-/// A process value may move by so much of its answer in the last fifth of the record and still counts as settled.
+/// The maximum movement of a settled process value in the last fifth of the record, relative to the response.
 const SETTLED: f64 = 0.02;
 
 /// What to identify from.
@@ -149,7 +152,7 @@ pub struct Identified {
     pub remarks: Vec<String>,
 }
 
-/// What is recorded of a step.
+/// A recorded step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Recorded<'a> {
     /// The times in seconds.
@@ -160,10 +163,10 @@ pub struct Recorded<'a> {
     pub output: &'a [f64],
 }
 
-/// The model from a recorded step.
+/// Identifies the model from a recorded step.
 ///
 /// # Errors
-/// Why the record says nothing about the plant, with numbers, and what to do.
+/// The record does not reveal the plant; the message gives the reason with numbers, and the remedy.
 pub fn of(recorded: &Recorded, method: Method, is_integrating: bool) -> Result<Identified> {
     let step = Step::of(recorded, is_integrating)?;
     let model = match (method, is_integrating) {
@@ -183,23 +186,23 @@ pub fn of(recorded: &Recorded, method: Method, is_integrating: bool) -> Result<I
     judged(&step, model, method)
 }
 
-/// What a plant does after a unit step of the manipulated value, sample by sample.
+/// The sampled response of a plant to a unit step of the manipulated value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
-    /// The process value, less where it was at rest, from the sample of the step on.
+    /// The deviation of the process value from its rest, beginning with the sample of the step.
     pub values: Vec<f64>,
     /// The time between two samples in seconds.
     pub interval: f64,
-    /// The standard deviation of the noise in it.
+    /// The standard deviation of the noise in the response.
     pub noise: f64,
 }
 
 impl Answer {
-    /// The answer in a record whose samples are equally far apart. What the resolution of the process value and its noise add is
-    /// smoothed, as far as nothing else is: of changes from sample to sample they may be the most.
+    /// Extracts the response from a record with equidistant samples. The noise and the resolution of the process value
+    /// are smoothed out without affecting the response: they may dominate the changes from sample to sample.
     ///
     /// # Errors
-    /// Why the record says nothing about the plant, with numbers, and what to do.
+    /// The record does not reveal the plant; the message gives the reason with numbers, and the remedy.
     pub fn of(recorded: &Recorded, is_integrating: bool) -> Result<Answer> {
         let mut step = Step::of(recorded, is_integrating)?;
         step.smooth();
@@ -207,7 +210,8 @@ impl Answer {
         Ok(Answer { values, interval: step.interval(), noise: (step.noise / step.height).abs() })
     }
 
-    /// The answer as it is on the average of this many seconds before, which has no pulses of this period in it.
+    /// Returns the moving average of the response over the preceding `period` seconds, which removes pulses with this
+    /// period.
     #[must_use]
     pub fn averaged(&self, period: f64) -> Answer {
         let count = (period / self.interval).round().max(1.0) as usize;
@@ -215,24 +219,24 @@ impl Answer {
         Answer { values: (0..self.values.len()).map(mean).collect(), ..*self }
     }
 
-    /// The answer at each n-th sample.
+    /// Returns every `count`-th sample of the response.
     #[must_use]
     pub fn every(&self, count: usize) -> Answer {
         let values = self.values.iter().step_by(count).copied().collect();
         Answer { values, interval: self.interval * count as f64, ..*self }
     }
 
-    /// How much of the answer the noise in all of its changes may be, at the frequency where it is the most.
+    /// Returns the possible share of noise in the response's spectrum, at the frequency where it is largest.
     pub fn uncertainty(&self) -> f64 {
         let largest = self.values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
         self.noise * (self.values.len() as f64).sqrt() / largest
     }
 }
 
-/// The model from a recorded step in a CSV file.
+/// Identifies the model from a recorded step in a CSV file.
 ///
 /// # Errors
-/// What is wrong with the file, with line and column; otherwise as in [`of`].
+/// The file is malformed; the message gives line and column. Otherwise as in [`of`].
 pub fn of_csv(request: &Request) -> Result<Identified> {
     let Data::Csv { text, time, input, output, from, to } = &request.data else {
         bail!("the data are not a CSV file");
@@ -261,7 +265,7 @@ pub fn of_csv(request: &Request) -> Result<Identified> {
     };
     let missing: Vec<String> = [input, output].into_iter().filter_map(missing).collect();
     rows.retain(|row| input.values[*row].is_finite() && output.values[*row].is_finite());
-    // Several rows of one time: the last one counts.
+    // Of several rows with the same time, the last one counts.
     let latest: Vec<bool> = (0..rows.len())
         .map(|place| rows.get(place + 1).is_none_or(|next| times.seconds[*next] > times.seconds[rows[place]]))
         .collect();
@@ -278,7 +282,7 @@ pub fn of_csv(request: &Request) -> Result<Identified> {
     Ok(identified)
 }
 
-/// A method as users know it.
+/// Returns the name of a method for users.
 fn name(method: Method) -> &'static str {
     match method {
         Method::Tangent => "the tangent",
@@ -288,7 +292,7 @@ fn name(method: Method) -> &'static str {
     }
 }
 
-/// The model's answer to the input of the record, at its times after the step.
+/// Returns the model's response to the recorded input, at the record's times after the step.
 fn response(step: &Step, model: &Model) -> Vec<f64> {
     let mut process = Process::at_rest(*model, 0.0);
     for (time, input) in &step.moves {
@@ -297,7 +301,7 @@ fn response(step: &Step, model: &Model) -> Vec<f64> {
     step.times.iter().map(|time| process.output_at(*time)).collect()
 }
 
-/// The root of the mean square of what a model misses, as a part of that of the answer around its mean.
+/// Returns the RMS error of a model relative to the RMS deviation of the response from its mean.
 fn error(step: &Step, modelled: &[f64]) -> f64 {
     let mean = step.values.iter().sum::<f64>() / step.values.len() as f64;
     let missed: f64 = step.values.iter().zip(modelled).map(|(is, model)| (is - model) * (is - model)).sum();
@@ -305,7 +309,7 @@ fn error(step: &Step, modelled: &[f64]) -> f64 {
     (missed / all).sqrt()
 }
 
-/// Refuses a model that says little about the record, and shows it.
+/// Rejects a model that explains too little of the record; otherwise returns it with its curve.
 fn judged(step: &Step, model: Model, method: Method) -> Result<Identified> {
     let Model { gain, time_constant, dead_time, is_integrating, .. } = model;
     if !(gain.is_finite() && gain != 0.0 && time_constant.is_finite() && dead_time.is_finite()) {
@@ -352,7 +356,7 @@ fn judged(step: &Step, model: Model, method: Method) -> Result<Identified> {
     })
 }
 
-/// Where a function with one minimum between two numbers is smallest, after this many divisions of the interval.
+/// Finds the minimum of a unimodal function between two numbers, with this many divisions of the interval.
 pub fn golden_section(low: f64, high: f64, divisions: usize, mut function: impl FnMut(f64) -> f64) -> f64 {
     let ratio = (5.0_f64.sqrt() - 1.0) / 2.0;
     let (mut low, mut high) = (low, high);

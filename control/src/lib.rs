@@ -1,5 +1,5 @@
-//! Control engineering: figures of a recorded step, a plant's model, settings by rules, their margins and what they lead to,
-//! why a recording differs from what a block computes, and gains as other tools write them.
+//! Control engineering: figures of a recorded step, a plant's model, settings by tuning rules with their margins and
+//! predicted effects, reasons why a recording differs from what a block computes, and gains as other tools write them.
 
 pub mod bode;
 pub mod characteristic;

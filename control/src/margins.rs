@@ -1,12 +1,12 @@
-//! How far a loop is from instability: sensitivity, gain margin and phase margin of a sampled loop; and the gain at which a plant
-//! oscillates.
+//! Distance of a loop from instability: sensitivity, gain margin and phase margin of a sampled loop, and the ultimate
+//! gain of a plant.
 //!
-//! The controller sees the plant at its calls only, and holds its manipulated value between them. So a plant is here what its
-//! process value does from call to call: after a unit step of the manipulated value the process value changes by h1, h2, ...,
-//! and `P(z) = h1 z^-1 + h2 z^-2 + ...`. That holds for any linear plant, whether the steps come from a [record](Plant::of_step)
-//! or from a [model](Plant::of_model); behind the last one they go on as a geometric sequence. The controller is the law that is
-//! computed in each call, see [`Law`]. By the argument principle, a loop is stable if `(1 - z^-1)^k (1 + C(z) P(z))`, with k
-//! integrators, does not turn around 0 on the way along the unit circle.
+//! The controller samples the plant only at its calls, and holds its manipulated value between them. A plant is
+//! therefore represented by its process value at the calls: after a unit step of the manipulated value the process
+//! value changes by h1, h2, ..., and `P(z) = h1 z^-1 + h2 z^-2 + ...`. That holds for any linear plant, whether the
+//! steps come from a [record](Plant::of_step) or from a [model](Plant::of_model); after the last one they continue as a
+//! geometric sequence. The controller is the law computed in each call, see [`Law`]. By the argument principle, a loop
+//! is stable if `(1 - z^-1)^k (1 + C(z) P(z))`, with k integrators, does not encircle 0 along the unit circle.
 
 use crate::identify::Model;
 use crate::process::Process;
@@ -15,30 +15,31 @@ use libm::{atan, atan2, cos, exp, hypot, log, pow, sin};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::{Add, Div, Mul, Sub};
 
-/// By how much two neighbouring frequencies differ, as a logarithm: the phase of a dead time turns by this part of a radian between
-/// them where it is one radian.
+/// The logarithmic distance between neighbouring frequencies: where the phase of a dead time is one radian, it turns by
+/// this fraction of a radian between them.
 const DENSITY: f64 = 0.012;
-/// A plant has at most this many steps: the sampling time is a multiple of the call's beyond.
+/// The maximum number of steps of a plant; beyond it, the sampling time is a multiple of that of the calls.
 const MOST_STEPS: usize = 20_000;
-/// After this many time constants a lag is at rest.
+/// The number of time constants after which a lag is at rest.
 const RESTS: f64 = 12.0;
-/// If the change in a tenth of a record is more than this part of that in the tenth before, it is no lag that ends.
+/// The ratio of the change in a tenth of a record to that in the tenth before it above which the plant is not a
+/// settling lag.
 const SLOWEST: f64 = 0.95;
-/// How often an interval is divided when a crossing is refined.
+/// The number of bisections that refine a crossing.
 const BISECTIONS: usize = 80;
 
-/// What the frequency response of a loop says. A margin that is infinite is absent.
+/// The margins read off the frequency response of a loop. An infinite margin is absent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Margins {
-    /// Ms, the largest amplification of a disturbance; absent if the loop is unstable.
+    /// Ms, the maximum amplification of a disturbance; absent if the loop is unstable.
     pub sensitivity: Option<f64>,
-    /// By which factor GAIN can rise until the loop oscillates; below 1 it is unstable.
+    /// The factor by which GAIN can rise until the loop oscillates; an unstable loop has less than 1.
     pub gain_margin: Option<f64>,
-    /// By how many degrees the phase can fall until the loop oscillates; below 0 it is unstable.
+    /// The number of degrees by which the phase can fall until the loop oscillates; an unstable loop has less than 0.
     pub phase_margin: Option<f64>,
-    /// The frequency in radians per second at which the gain margin is read: the phase is -180 degrees.
+    /// The frequency in rad/s at which the gain margin is read: the phase is -180 degrees.
     pub phase_crossover: Option<f64>,
-    /// The frequency in radians per second at which the phase margin is read: the amplitude is 1.
+    /// The frequency in rad/s at which the phase margin is read: the amplitude is 1.
     pub gain_crossover: Option<f64>,
 }
 
@@ -49,7 +50,7 @@ impl Margins {
     }
 }
 
-/// What a controller computes from the error, call by call:
+/// The control law: what a controller computes from the error in each call.
 ///
 /// ```text
 /// LMN = p + i + d    p = GAIN e
@@ -57,23 +58,24 @@ impl Margins {
 /// d = TD/(TM_LAG + CYCLE/2) (p - w), then w = w + CYCLE/TD d
 /// ```
 ///
-/// The plant may see each n-th manipulated value only, if the loop's exchange of values is slower than the calls.
+/// The plant may receive only every n-th manipulated value, if the loop exchanges values more slowly than the calls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Law {
-    /// GAIN counts by its amount. Times below what the law can compute with are the caller's to raise.
+    /// The settings, of which the magnitude of GAIN is used. The caller has to raise times that are too short for the
+    /// law.
     pub settings: Settings,
     /// The time between two calls in seconds.
     pub cycle: f64,
-    /// How many calls there are from one process value to the next.
+    /// The number of calls from one process value to the next.
     pub calls: u32,
 }
 
 impl Law {
-    /// The frequency response at `z^-1` of the process values.
+    /// Returns the frequency response at `z^-1`, sampled at the process values.
     fn response(&self, back: Complex) -> Complex {
         let Law { settings: Settings { gain, ti, td, tm_lag }, cycle, calls } = *self;
         let mut sum = Complex::ONE;
-        // The error is the same in all calls but the first one, which still knows the previous one.
+        // The error is the same in all calls except the first one, whose integration still includes the previous error.
         if let Some(ti) = ti {
             let added = (Complex::ONE + back) * 0.5 + Complex::ONE * f64::from(calls - 1);
             sum = sum + added * (cycle / ti) / (Complex::ONE - back);
@@ -93,23 +95,23 @@ impl Law {
     }
 }
 
-/// A plant between two calls of the controller, as a frequency response.
+/// The frequency response of a plant between two calls of the controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plant {
-    /// The frequencies in radians per second, and the response at each.
+    /// The frequencies in rad/s, with the response at each.
     responses: Vec<(f64, Complex)>,
-    /// By how much the hold of the manipulated value and pulses delay it, in seconds.
+    /// The delay in seconds caused by the hold of the manipulated value and by pulses.
     hold: f64,
     is_integrating: bool,
 }
 
 impl Plant {
-    /// The plant whose process value answers to a unit step of the manipulated value with these values, `interval` seconds
-    /// apart. The first one is at the call of the step.
+    /// Creates a plant from the sampled response of its process value to a unit step of the manipulated value. The
+    /// values are `interval` seconds apart, beginning at the call of the step.
     ///
-    /// `delay` is what pulses add to it, half of their period, in seconds.
+    /// `delay` is the delay added by pulses, half of their period, in seconds.
     ///
-    /// The change in the last tenth and that in the tenth before it tell how it goes on.
+    /// The changes in the last tenth and in the tenth before it determine how the response continues.
     pub fn of_step(values: &[f64], interval: f64, is_integrating: bool, delay: f64) -> Plant {
         let stride = values.len().div_ceil(MOST_STEPS).max(1);
         let values: Vec<f64> = values.iter().step_by(stride).copied().collect();
@@ -121,7 +123,7 @@ impl Plant {
             (1.0, (last + before) / (2 * tenth) as f64)
         } else if last / before > 0.0 && last / before < SLOWEST {
             let ratio = pow(last / before, 1.0 / tenth as f64);
-            // The next step begins a tenth that is as much smaller than the last one.
+            // The next step begins a tenth that is smaller than the last one in the same ratio.
             (ratio, last * (last / before) * (1.0 - ratio) / (1.0 - last / before))
         } else {
             (0.0, 0.0)
@@ -132,11 +134,11 @@ impl Plant {
         Plant { hold: plant.hold + delay, ..plant }
     }
 
-    /// The plant of a model, for a controller with this time between two calls in seconds.
+    /// Creates a plant from a model, for a controller with this time between two calls in seconds.
     pub fn of_model(model: &Model, cycle: f64) -> Plant {
         let lags = [model.time_constant, model.second_time_constant];
         let (short, long) = (lags[0].min(lags[1]), lags[0].max(lags[1]));
-        // Behind the shorter lag there is the longer one alone.
+        // Once the shorter lag is at rest, only the longer one remains.
         let end = model.dead_time + RESTS * if model.is_integrating { long } else { short };
         let interval = cycle.max(end / MOST_STEPS as f64);
         let mut process = Process::at_rest(*model, 0.0);
@@ -153,7 +155,8 @@ impl Plant {
         Plant::new(&steps, (ratio, steps[count - 1] * ratio), interval, longest, model.is_integrating)
     }
 
-    /// With the ratio of the steps behind the last one and the first of them, and the longest time of the plant in seconds.
+    /// `tail` holds the ratio of the steps after the last one and the first of these steps; `longest` is the longest
+    /// time of the plant in seconds.
     fn new(steps: &[f64], tail: (f64, f64), interval: f64, longest: f64, is_integrating: bool) -> Plant {
         // The loop may be much slower than an integrating plant.
         let lowest = log(if is_integrating { 1e-5 } else { 1e-2 } / longest);
@@ -171,18 +174,19 @@ impl Plant {
     }
 }
 
-/// A point of the frequency response of an open loop, whose negative feedback is left out.
+/// A point of the frequency response of an open loop, without the sign of the negative feedback.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// In radians per second.
+    /// The frequency in rad/s.
     pub frequency: f64,
-    /// As a factor.
+    /// The amplitude as a factor.
     pub amplitude: f64,
-    /// In degrees, without jumps by 360.
+    /// The phase in degrees, without jumps by 360.
     pub phase: f64,
 }
 
-/// The open loop of a controller with a plant, up to the highest frequency that the calls can show. `delay` is that of [`of`].
+/// Computes the open loop of a controller with a plant, up to the highest frequency that the calls can represent.
+/// `delay` is that of [`of`].
 pub fn open_loop(plant: &Plant, law: &Law, delay: f64) -> Vec<Point> {
     let mut phase = 0.0;
     let mut before: Option<Complex> = None;
@@ -195,7 +199,7 @@ pub fn open_loop(plant: &Plant, law: &Law, delay: f64) -> Vec<Point> {
     points.collect()
 }
 
-/// The frequency response of the open loop.
+/// Computes the frequency response of the open loop.
 fn responses(plant: &Plant, law: &Law, delay: f64) -> impl Iterator<Item = (f64, Complex)> {
     let sampling = law.sampling();
     let delay = delay + sampling / 2.0 - plant.hold;
@@ -206,18 +210,20 @@ fn responses(plant: &Plant, law: &Law, delay: f64) -> impl Iterator<Item = (f64,
     })
 }
 
-/// The phase in radians with which an open loop begins: between that of three integrators and that of a differentiator.
+/// Returns the phase in radians with which an open loop begins: between that of three integrators and that of a
+/// differentiator.
 fn first_phase(open: Complex) -> f64 {
     open.angle() - if open.angle() > FRAC_PI_2 { 2.0 * PI } else { 0.0 }
 }
 
-/// The margins of a controller with a plant, whose gain counts by its amount.
+/// Computes the margins of a controller with a plant; the magnitude of the gain is used.
 ///
-/// `delay` is what pulses add to the hold, half of their period, in seconds. If the plant is known for another delay, or another time
-/// between two process values than that of the law, the difference is taken for it, and half of that.
+/// `delay` is the delay that pulses add to the hold, half of their period, in seconds. If the plant is known for
+/// another delay, or another time between two process values than that of the law, it is corrected by the difference of
+/// the delays and half the difference of the times.
 pub fn of(plant: &Plant, law: &Law, delay: f64) -> Margins {
     let sampling = law.sampling();
-    // The integrators, of which each is a pole at 1.
+    // Each integrator is a pole at 1.
     let integrators = usize::from(law.settings.ti.is_some()) + usize::from(plant.is_integrating);
     let mut points = responses(plant, law, delay).map(|(frequency, open)| {
         let back = Complex::turned(-frequency * sampling);
@@ -250,7 +256,7 @@ pub fn of(plant: &Plant, law: &Law, delay: f64) -> Margins {
             let part = log(amount) / (log(amount) - log(next_amount));
             least(&mut phase_margin, 180.0 + (phase + part * turn).to_degrees(), between(part));
         }
-        // Between them the amount and the angle change evenly, which is an arc.
+        // Between two points the logarithm of the amplitude and the angle change linearly, which is an arc.
         let middle = open * Complex::turned(turn / 2.0) * (next_amount / amount).sqrt();
         for (from, to) in [(open, middle), (middle, next)] {
             nearest = nearest.min(distance(from + Complex::ONE, to + Complex::ONE));
@@ -258,7 +264,7 @@ pub fn of(plant: &Plant, law: &Law, delay: f64) -> Margins {
         phase += turn;
         (frequency, open, turning) = (next_frequency, next, next_turning);
     }
-    // At the highest frequency a sampled loop is real.
+    // The response of a sampled loop is real at the highest frequency.
     if open.real < 0.0 && open.imaginary < 0.0 {
         least(&mut gain_margin, -1.0 / open.real, frequency);
     }
@@ -271,7 +277,7 @@ pub fn of(plant: &Plant, law: &Law, delay: f64) -> Margins {
     }
 }
 
-/// How far the line between two points is from 0.
+/// Returns the distance of the line between two points from 0.
 fn distance(from: Complex, to: Complex) -> f64 {
     let way = to - from;
     let length = way.real * way.real + way.imaginary * way.imaginary;
@@ -280,17 +286,18 @@ fn distance(from: Complex, to: Complex) -> f64 {
     (from + way * part).amount()
 }
 
-/// The ultimate gain, by its amount, and the period of the oscillation in seconds: what a P controller needs to make the loop
-/// oscillate. A plant without dead time has none, as its phase does not reach -180 degrees.
+/// Returns the magnitude of the ultimate gain and the period of the oscillation in seconds: the gain at which a P
+/// controller makes the loop oscillate. A plant without dead time has none, as its phase does not reach -180 degrees.
 pub fn ultimate(model: &Model) -> Option<(f64, f64)> {
     if model.dead_time <= 0.0 {
         return None;
     }
-    // At this frequency the dead time alone makes -180 degrees.
+    // At this frequency the dead time alone contributes -180 degrees.
     ultimate_of(PI / model.dead_time, |frequency| plant(model, frequency))
 }
 
-/// The same for any plant: its amplitude and its phase in radians, falling from above -180 degrees to below at `highest`.
+/// Like [`ultimate`], for any plant: `plant` returns its amplitude and its phase in radians, which falls from above
+/// -180 degrees to below them at `highest`.
 pub fn ultimate_of(highest: f64, plant: impl Fn(f64) -> (f64, f64)) -> Option<(f64, f64)> {
     if plant(highest).1 > -PI {
         return None;
@@ -299,7 +306,7 @@ pub fn ultimate_of(highest: f64, plant: impl Fn(f64) -> (f64, f64)) -> Option<(f
     Some((1.0 / plant(frequency).0, 2.0 * PI / frequency))
 }
 
-/// Amplitude and phase of the plant.
+/// Returns the amplitude and phase of the plant.
 fn plant(model: &Model, frequency: f64) -> (f64, f64) {
     let second = frequency * model.second_time_constant;
     let (amplitude, phase) = if model.is_integrating {
@@ -311,7 +318,7 @@ fn plant(model: &Model, frequency: f64) -> (f64, f64) {
     (amplitude / hypot(1.0, second), phase - atan(second) - frequency * model.dead_time)
 }
 
-/// Where a function changes its sign within an interval.
+/// Finds the sign change of a function within an interval.
 fn crossing(between: &[f64], function: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (between[0], between[1]);
     let is_positive = function(low) > 0.0;
@@ -336,7 +343,7 @@ struct Complex {
 impl Complex {
     const ONE: Complex = Complex { real: 1.0, imaginary: 0.0 };
 
-    /// The one on the unit circle at an angle in radians.
+    /// Returns the number on the unit circle at an angle in radians.
     fn turned(angle: f64) -> Complex {
         Complex { real: cos(angle), imaginary: sin(angle) }
     }
@@ -345,7 +352,7 @@ impl Complex {
         hypot(self.real, self.imaginary)
     }
 
-    /// From -pi to pi.
+    /// Returns the angle from -pi to pi.
     fn angle(self) -> f64 {
         atan2(self.imaginary, self.real)
     }

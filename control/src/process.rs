@@ -1,35 +1,35 @@
-//! A plant's model in time: its answer to an input that is held between its moves, solved in closed form. Dead time is exact: it
-//! need not be a multiple of any step.
+//! A plant's model in the time domain: its response to a piecewise constant input, solved in closed form. Dead time is
+//! exact: it need not be a multiple of any step.
 
 use crate::identify::Model;
 use libm::{exp, expm1};
 use std::collections::VecDeque;
 
-/// A plant's model at work. Input and output are deviations from where it was at rest.
+/// The state of a plant's model. Input and output are deviations from the rest position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Process {
     model: Model,
-    /// Up to when it is solved, in seconds.
+    /// The time in seconds up to which the model has been solved.
     time: f64,
-    /// The input behind the dead time.
+    /// The input after the dead time.
     input: f64,
-    /// What the input will be behind the dead time, and from when on.
+    /// The future inputs after the dead time, with the times at which they take effect.
     on_the_way: VecDeque<(f64, f64)>,
-    /// The last input.
+    /// The latest input.
     last: f64,
-    /// Behind the first lag, or the integral.
+    /// The output of the first lag, or the integral.
     first: f64,
-    /// Behind the second lag.
+    /// The output of the second lag.
     second: f64,
 }
 
 impl Process {
-    /// A plant at rest, at a time in seconds.
+    /// Creates a plant at rest, at a time in seconds.
     pub fn at_rest(model: Model, time: f64) -> Process {
         Process { model, time, input: 0.0, on_the_way: VecDeque::new(), last: 0.0, first: 0.0, second: 0.0 }
     }
 
-    /// From this time on the input has this value. Moves come in the order of time.
+    /// Sets the input from this time on. Calls are in chronological order.
     pub fn put(&mut self, time: f64, input: f64) {
         if input != self.last {
             self.last = input;
@@ -37,7 +37,7 @@ impl Process {
         }
     }
 
-    /// Solves it up to a time and gives the output there.
+    /// Solves the model up to a time and returns the output there.
     pub fn output_at(&mut self, time: f64) -> f64 {
         while let Some((from, input)) = self.on_the_way.front().copied()
             && from <= time
@@ -50,7 +50,7 @@ impl Process {
         self.second
     }
 
-    /// Solves it with a constant input.
+    /// Solves the model with a constant input.
     fn advance(&mut self, to: f64) {
         let duration = to - self.time;
         if duration <= 0.0 {
@@ -59,7 +59,7 @@ impl Process {
         self.time = to;
         let Model { gain, time_constant, second_time_constant, is_integrating, .. } = self.model;
         let (first, target) = (self.first, gain * self.input);
-        // How much of a lag's way is left.
+        // The fraction of a lag's deviation that remains.
         let left = |lag: f64| if lag > 0.0 { exp(-duration / lag) } else { 0.0 };
         if is_integrating {
             self.first = first + target * duration;
@@ -77,8 +77,8 @@ impl Process {
     }
 }
 
-/// What a first lag's deviation leaves in the second one behind it after `a` of the first lag's time constants and `b` of the
-/// second's: `b (exp(-a) - exp(-b)) / (b - a)`, written so that nothing cancels where both are close.
+/// Returns the deviation that a first lag leaves in the second one after `a` of the first lag's time constants and `b`
+/// of the second's: `b (exp(-a) - exp(-b)) / (b - a)`, written so that nothing cancels where both are close.
 fn through(a: f64, b: f64) -> f64 {
     if a == f64::INFINITY {
         return 0.0;

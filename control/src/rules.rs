@@ -33,7 +33,7 @@ use crate::margins;
 use anyhow::{Result, bail};
 use serde::{Deserialize, Serialize};
 
-/// TD divided by TM_LAG.
+/// The ratio of TD to TM_LAG.
 pub const FILTER: f64 = 10.0;
 
 /// A rule.
@@ -62,7 +62,7 @@ pub enum Rule {
 }
 
 impl Rule {
-    /// All rules, in the order in which they are shown.
+    /// All rules, in display order.
     pub const ALL: [Rule; 9] = [
         Rule::Simc,
         Rule::Lambda,
@@ -94,16 +94,16 @@ pub enum Structure {
 pub struct Settings {
     /// GAIN, in units of the manipulated value per unit of the process value.
     pub gain: f64,
-    /// TI in seconds; without it there is no I action.
+    /// TI in seconds; `None` without I action.
     pub ti: Option<f64>,
-    /// TD in seconds; without it there is no D action.
+    /// TD in seconds; `None` without D action.
     pub td: Option<f64>,
     /// TM_LAG in seconds; 0 without D action.
     pub tm_lag: f64,
 }
 
 impl Settings {
-    /// The settings that are equivalent to a controller in the series form `K' (1 + 1/(TI' s)) (1 + TD' s)`.
+    /// Returns the settings equivalent to a controller in the series form `K' (1 + 1/(TI' s)) (1 + TD' s)`.
     pub fn of_series(gain: f64, ti: f64, td: f64) -> Settings {
         let factor = 1.0 + td / ti;
         Settings { gain: gain * factor, ti: Some(ti * factor), td: Some(td / factor), tm_lag: td / factor / FILTER }
@@ -111,10 +111,10 @@ impl Settings {
 }
 
 impl Model {
-    /// Whether the numbers can be those of a plant.
+    /// Checks that the numbers can be those of a plant.
     ///
     /// # Errors
-    /// The number that cannot, with its name.
+    /// A number is impossible; the message names it.
     pub fn check(&self) -> Result<()> {
         let Model { gain, time_constant, second_time_constant, dead_time, is_integrating } = *self;
         if gain == 0.0 || !gain.is_finite() {
@@ -136,7 +136,7 @@ impl Model {
         Ok(())
     }
 
-    /// The model without its second lag, by the half rule.
+    /// Returns the model without its second lag, by the half rule.
     pub fn without_second_lag(&self) -> Model {
         let (slow, fast) = if self.is_integrating || self.time_constant >= self.second_time_constant {
             (self.time_constant, self.second_time_constant)
@@ -146,18 +146,18 @@ impl Model {
         Model {
             time_constant: if self.is_integrating { 0.0 } else { slow + fast / 2.0 },
             second_time_constant: 0.0,
-            // All of a lag of an integrating plant delays it.
+            // A lag of an integrating plant acts entirely as a delay.
             dead_time: self.dead_time + if self.is_integrating { fast } else { fast / 2.0 },
             ..*self
         }
     }
 }
 
-/// The settings for a plant by a rule. `closed_loop` is the time constant of the closed loop that SIMC and lambda are given, `ultimate` the ultimate gain and
-/// period where they are known from an experiment.
+/// Computes the settings for a plant by a rule. `closed_loop` is the chosen time constant of the closed loop for SIMC
+/// and lambda, `ultimate` the ultimate gain and period if they are known from an experiment.
 ///
 /// # Errors
-/// The rule has no formula for this plant or structure; the error names one that has.
+/// The rule has no formula for this plant or structure; the error names a rule that has one.
 pub fn settings(
     rule: Rule,
     structure: Structure,
@@ -192,7 +192,7 @@ pub fn settings(
     Ok(settings)
 }
 
-/// A rule as users know it.
+/// Returns the name of a rule for users.
 pub fn name(rule: Rule) -> &'static str {
     match rule {
         Rule::ZieglerNicholsStep => "Ziegler-Nichols (step)",
@@ -211,7 +211,7 @@ fn ideal(gain: f64, ti: Option<f64>, td: Option<f64>) -> Settings {
     Settings { gain, ti, td, tm_lag: td.unwrap_or_default() / FILTER }
 }
 
-/// The rules whose GAIN is a number divided by a, and whose times are multiples of L or T.
+/// Computes the rules whose GAIN is a number divided by a, and whose times are multiples of L or T.
 fn by_slope(rule: Rule, structure: Structure, model: &Model) -> Result<Settings> {
     let (t, l) = (model.time_constant, model.dead_time);
     let is_for_setpoint = matches!(rule, Rule::ChrSetpoint0 | Rule::ChrSetpoint20);
@@ -222,7 +222,7 @@ fn by_slope(rule: Rule, structure: Structure, model: &Model) -> Result<Settings>
         bail!("{} divides by the time constant, which is 0: take AMIGO with PI", name(rule));
     }
     let a = if model.is_integrating { model.gain * l } else { model.gain * l / t };
-    // The factors of P, PI and PID; TI of PI and PID; TD.
+    // The factors for P, PI and PID; TI for PI and PID; TD.
     let (factors, times, td) = match rule {
         Rule::ChrSetpoint0 => ([0.3, 0.35, 0.6], [1.2 * t, t], 0.5 * l),
         Rule::ChrSetpoint20 => ([0.7, 0.6, 0.95], [t, 1.35 * t], 0.47 * l),
@@ -290,7 +290,7 @@ fn simc(structure: Structure, model: &Model, closed_loop: Option<f64>) -> Result
     }
 }
 
-/// The time constant of the closed loop that a rule aims at, where none is chosen.
+/// Returns the default time constant of the closed loop that a rule aims at.
 pub fn closed_loop(rule: Rule, model: &Model) -> Option<f64> {
     let plain = model.without_second_lag();
     match rule {
@@ -300,21 +300,22 @@ pub fn closed_loop(rule: Rule, model: &Model) -> Option<f64> {
     }
 }
 
-/// The time constant of the closed loop at a place on a scale from calm, 0, to fast, 1: from the slower one of the plant's own speed and
-/// four dead times to one dead time, by equal factors.
+/// Maps a scale from calm, 0, to fast, 1, to a time constant of the closed loop: geometrically from the larger of the
+/// plant's time constant and four dead times to one dead time.
 pub fn paced(pace: f64, model: &Model) -> f64 {
     let [calm, fast] = paces(model);
     calm.powf(1.0 - pace) * fast.powf(pace)
 }
 
-/// Where a time constant of the closed loop is on that scale, within its ends; `None` without a dead time.
+/// Returns the position of a closed loop's time constant on that scale, clamped to its ends; `None` without a dead
+/// time.
 pub fn pace(closed_loop: f64, model: &Model) -> Option<f64> {
     let [calm, fast] = paces(model);
     let pace = (calm / closed_loop).ln() / (calm / fast).ln();
     (fast > 0.0 && pace.is_finite()).then_some(pace.clamp(0.0, 1.0))
 }
 
-/// The ends of the scale.
+/// Returns the time constants at the calm and the fast end of the scale.
 fn paces(model: &Model) -> [f64; 2] {
     let plain = model.without_second_lag();
     [plain.time_constant.max(4.0 * plain.dead_time), plain.dead_time]

@@ -28,15 +28,17 @@ use run::system::{Exchange, Value};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The significant digits of a setting: as many as a table shows, so that what is shown is what is applied. A step test tells no more.
+/// The number of significant digits of a setting: as many as a table shows, so that the displayed value is applied. A
+/// step test is no more precise.
 pub const DIGITS: i32 = 3;
 /// The longest TIME of a PLC, in seconds.
 const LONGEST: f64 = 2_147_483.647;
-/// A loop with a higher Ms is hardly robust.
+/// The Ms above which a loop is hardly robust.
 const USUAL_SENSITIVITY: f64 = 2.0;
-/// By this factor SIMC aims at a calmer loop than its book, one dead time, where nobody has chosen how fast it shall be. A second lag
-/// counts as dead time there: the half rule alone, with its half of it, makes a furnace overshoot by 10 %, and this by 3 %. A model with
-/// one lag misses what a plant with more does at first, and overshoots by up to 9 % with one dead time.
+/// The factor by which SIMC aims at a calmer loop than its book, which uses one dead time, if no speed has been chosen.
+/// A second lag counts fully as dead time there: the half rule, which counts half of it, makes a furnace overshoot by
+/// 10 %, and this rule by 3 %. A model with one lag misses the initial response of a plant with more, and overshoots by
+/// up to 9 % with one dead time.
 const CALMER: f64 = 1.5;
 /// The range of RATIOFAC.
 const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
@@ -181,23 +183,23 @@ pub struct Load {
     pub iae: Option<f64>,
 }
 
-/// A block that controls, with its present settings.
+/// A control block with its present settings.
 pub struct Controller {
-    /// What it is called in a message.
+    /// The name in messages.
     pub member: Member,
     /// Its table.
     pub table: Arc<Table>,
-    /// What its variables are.
+    /// The roles of its variables.
     pub roles: Roles,
     /// Its settings.
     pub groups: Vec<Group>,
 }
 
 impl Controller {
-    /// The controller of a request.
+    /// Returns the controller of a request.
     ///
     /// # Errors
-    /// There is no such FMU, it is not a controller whose settings are known, or it has no setting of this name.
+    /// There is no such FMU, it is not a controller with known settings, or it has no setting of this name.
     pub fn of(home: &dyn Fmus, member: &Member) -> Result<Controller> {
         let fmu = &member.fmu;
         let table = home.table(fmu)?.with_context(|| {
@@ -206,7 +208,7 @@ impl Controller {
         Controller::of_table(member, &table)
     }
 
-    /// The same for an FMU whose table is known.
+    /// Like [`Controller::of`], for an FMU with a known table.
     ///
     /// # Errors
     /// As in [`Controller::of`].
@@ -227,45 +229,46 @@ impl Controller {
         Ok(controller)
     }
 
-    /// The value of a variable: as it is set, else its start value; true is 1.
+    /// Returns the value of a variable as set, otherwise its start value; TRUE is 1.
     pub fn value(&self, name: &str) -> f64 {
         let start = || self.table.find(name).map_or(0.0, |row| self.table.variables[row].start);
         self.member.values.get(name).map_or_else(start, |value| number_of(*value))
     }
 
-    /// The PLC type of a variable.
+    /// Returns the PLC type of a variable.
     pub fn kind(&self, name: &str) -> Option<Kind> {
         self.table.find(name).map(|row| self.table.variables[row].kind)
     }
 
-    /// Who sets a variable, and when.
+    /// Returns the role of a variable: who sets it, and when.
     pub fn role(&self, name: &str) -> Option<Role> {
         self.table.find(name).map(|row| self.table.variables[row].role)
     }
 
-    /// The time between two calls in seconds.
+    /// Returns the time between two calls in seconds.
     pub fn cycle(&self) -> f64 {
         self.value(self.cycle_setting())
     }
 
-    /// The setting of the time between two calls.
+    /// Returns the name of the setting for the time between two calls.
     pub fn cycle_setting(&self) -> &str {
         &self.table.variables[self.table.cycle].name
     }
 
-    /// Whether it moves an actuator by pulses up and down, and does not know where that is.
+    /// Whether it drives an actuator by pulses up and down, without position feedback.
     pub fn is_step_controller(&self) -> bool {
         self.roles.manipulated_value.is_none() && !self.roles.pulses.is_empty() && self.roles.pulse_former.is_empty()
     }
 
-    /// The period of its own pulse former in seconds: as a time, or as a number of calls in which the controller is called once.
+    /// Returns the period of its own pulse former in seconds, which is set as a time, or as a number of calls with one
+    /// call of the controller.
     pub fn own_period(&self) -> Option<f64> {
         let name = self.roles.pulse_former.first().filter(|_| !self.roles.pulses.is_empty())?;
         let value = self.value(name);
         Some(if self.kind(name) == Some(Kind::Time) { value } else { value.max(1.0) * self.cycle() })
     }
 
-    /// The time between two calls of the controller itself.
+    /// Returns the time between two calls of the controller itself.
     pub fn sampling(&self) -> f64 {
         let is_count = |name: &&String| self.kind(name) != Some(Kind::Time);
         let has_count =
@@ -273,24 +276,26 @@ impl Controller {
         self.own_period().filter(|_| has_count).unwrap_or_else(|| self.cycle())
     }
 
-    /// By how much the block's own pulse former delays a manipulated value, in seconds: half a period, unless the controller is
-    /// called once a period, so that its hold is that of the pulses.
+    /// Returns the delay in seconds that the block's own pulse former adds to a manipulated value: half a period,
+    /// unless the controller is called once a period, so that its hold is that of the pulses.
     pub fn delay_of_pulses(&self) -> f64 {
         let sampling = self.sampling();
         self.own_period().filter(|period| *period > sampling).map_or(0.0, |period| period / 2.0)
     }
 
-    /// What it computes with settings in its form, if it multiplies its manipulated value by this factor at the end.
+    /// Returns the control law with settings in the block's form, if the block multiplies its manipulated value by this
+    /// factor at the end.
     pub fn law(&self, settings: &Settings, factor: f64) -> Law {
         Law { settings: Settings { gain: settings.gain * factor, ..*settings }, cycle: self.sampling(), calls: 1 }
     }
 
-    /// How long the actuator of a step controller takes from stop to stop, in seconds: the TIME in the group of its stops.
+    /// Returns the travel time of a step controller's actuator from stop to stop in seconds: the TIME in the group of
+    /// its stops.
     pub fn motor_time(&self) -> Option<f64> {
         self.motor_time_setting().filter(|_| self.is_step_controller()).map(|name| self.value(name))
     }
 
-    /// The setting of this time.
+    /// Returns the name of the setting for the travel time.
     pub fn motor_time_setting(&self) -> Option<&str> {
         let is_stop = |name: &str| self.roles.stops().any(|stop| stop == name);
         let group = self.groups.iter().find(|group| group.fields.iter().any(|field| is_stop(&field.name)))?;
@@ -298,7 +303,8 @@ impl Controller {
         Some(&time.name)
     }
 
-    /// The switch to manual mode of a step controller: two switches, for the pulses up and down, have an effect with it alone.
+    /// Returns the switch to manual mode of a step controller, which enables the two switches for the pulses up and
+    /// down.
     pub fn manual_switch(&self) -> Option<&str> {
         let is_switch = |name: &str| self.kind(name) == Some(Kind::Bool);
         let fields = || self.groups.iter().flat_map(|group| &group.fields).filter(|field| is_switch(&field.name));
@@ -307,7 +313,7 @@ impl Controller {
         fields().map(|field| field.name.as_str()).find(|name| is_manual(name))
     }
 
-    /// Refuses a structure that it does not have.
+    /// Rejects a structure that the controller does not have.
     fn require(&self, structure: Structure) -> Result<()> {
         let (fmu, actions) = (&self.member.fmu, self.roles.controller.len());
         match structure {
@@ -327,7 +333,7 @@ impl Controller {
     }
 }
 
-/// Settings by a rule, in the form of the block, with what they lead to.
+/// Computes settings by a rule, in the form of the block, with their effects.
 ///
 /// # Errors
 /// The FMU is not a controller, or the rule has no formula for the plant or the structure; the error names what works.
@@ -335,7 +341,8 @@ pub fn tune(home: &dyn Fmus, request: &Request) -> Result<Tuned> {
     tune_calmer(home, request, None)
 }
 
-/// The same for a loop that is calmer by a factor than the rule makes it, if the request does not say how fast it shall be.
+/// Like [`tune`], but for a loop that is calmer by a factor than the rule makes it, if the request does not specify the
+/// speed.
 fn tune_calmer(home: &dyn Fmus, request: &Request, calmer: Option<f64>) -> Result<Tuned> {
     let controller = Controller::of(home, &request.controller)?;
     controller.require(request.structure)?;
@@ -357,7 +364,7 @@ fn tune_calmer(home: &dyn Fmus, request: &Request, calmer: Option<f64>) -> Resul
     }
     let usual = rules::closed_loop(request.rule, &model);
     let paced = || request.pace.map(|pace| rules::paced(pace, &model));
-    // The D action of PID takes care of the second lag.
+    // The D action of PID compensates for the second lag.
     let delay = match request.structure {
         Structure::Pid => usual,
         _ => Some(model.dead_time + model.second_time_constant.min(model.time_constant)),
@@ -405,7 +412,7 @@ fn tune_calmer(home: &dyn Fmus, request: &Request, calmer: Option<f64>) -> Resul
     })
 }
 
-/// All rules with the structure of the request, whose rule does not count: what a user is offered first.
+/// Computes all rules with the structure of the request, whose own rule is ignored: the initial choice for a user.
 ///
 /// # Errors
 /// The FMU is not a controller or does not have this structure, or the model is not that of a plant.
@@ -421,10 +428,11 @@ pub fn table(home: &dyn Fmus, request: &Request) -> Result<Vec<Row>> {
     Ok(Rule::ALL.map(row).into())
 }
 
-/// RATIOFAC, by which the negative pulses are as strong as the positive ones: the gain of heating divided by that of cooling.
+/// Computes RATIOFAC, the ratio of the strengths of negative and positive pulses: the gain of heating divided by that
+/// of cooling.
 ///
 /// # Errors
-/// A model is not that of a plant, or one of them integrates and the other does not.
+/// A model is not that of a plant, or only one of the two integrates.
 pub fn ratio(heating: &Model, cooling: &Model) -> Result<Ratio> {
     heating.check().context("heating")?;
     cooling.check().context("cooling")?;
@@ -452,7 +460,8 @@ pub fn ratio(heating: &Model, cooling: &Model) -> Result<Ratio> {
     Ok(Ratio { ratio, model: Model { gain, dead_time: slow.dead_time, ..*weaker }, remarks })
 }
 
-/// What is done with a second lag that the rule does not know; the dead time of the model has that of the sampling in it.
+/// Returns the remark about a second lag that the rule does not support; the model's dead time includes that of the
+/// sampling.
 fn half_rule(request: &Request, model: &Model, sampling: &str) -> Option<String> {
     let knows_two = request.rule == Rule::ZieglerNicholsUltimate
         || request.rule == Rule::Simc && request.structure == Structure::Pid;
@@ -469,7 +478,7 @@ fn half_rule(request: &Request, model: &Model, sampling: &str) -> Option<String>
     ))
 }
 
-/// The settings as the block holds them.
+/// Converts the settings into the form of the block.
 fn in_form_of(controller: &Controller, ideal: &Settings, remarks: &mut Vec<String>) -> Result<Settings> {
     let sampling = controller.sampling();
     let time = |place: usize, time: f64, lowest: f64, remarks: &mut Vec<String>| {
@@ -509,7 +518,8 @@ fn robustness(margins: &margins::Margins) -> Option<String> {
     }
 }
 
-/// A step controller whose shortest pulse moves the process value through the dead band never rests.
+/// Returns the remark that a step controller never rests, if its shortest pulse moves the process value through the
+/// dead band.
 fn coarseness(controller: &Controller, request: &Request) -> Option<String> {
     if !controller.is_step_controller() || request.model.is_integrating {
         return None;
@@ -530,7 +540,7 @@ fn coarseness(controller: &Controller, request: &Request) -> Option<String> {
     })
 }
 
-/// The settings by the block's names.
+/// Returns the settings under the block's names.
 fn values(controller: &Controller, structure: Structure, settings: &Settings) -> Values {
     let numbers = [Some(settings.gain), settings.ti, settings.td, settings.td.map(|_| settings.tm_lag)];
     let numbers = controller.roles.controller.iter().zip(numbers);
@@ -541,7 +551,7 @@ fn values(controller: &Controller, structure: Structure, settings: &Settings) ->
     numbers.chain(switches).collect()
 }
 
-/// A number with this many significant digits.
+/// Rounds a number to this many significant digits.
 pub fn rounded(number: f64, digits: i32) -> f64 {
     format!("{number:.*e}", (digits - 1).max(0) as usize).parse().unwrap_or(number)
 }

@@ -1,4 +1,4 @@
-//! Bars from a middle to both sides, one below the other: a tornado chart.
+//! Tornado charts: horizontal bars that extend from a middle to both sides, one below the other.
 
 use crate::field::{Axis, Field, Label, ROW, Shape, Style};
 use crate::palette;
@@ -6,22 +6,22 @@ use crate::scale::Scale;
 use crate::svg::Pixels;
 use std::fmt::Write;
 
-// In pixels.
+// Lengths in pixels.
 const BAR: f64 = 26.0;
-/// The width of a letter of a name, about.
+/// The approximate width of a letter in a name.
 const LETTER: f64 = 7.0;
 const GAP: f64 = 5.0;
 
 /// A bar of a tornado chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
-    /// What is at its left.
+    /// The label at its left.
     pub name: String,
-    /// The ends of both halves, which begin at the middle.
+    /// The ends of both halves, which start at the middle.
     pub ends: [f64; 2],
 }
 
-/// A tornado chart: the bars from the top, and what the halves are. None without bars.
+/// Draws a tornado chart with the bars from the top, and labels for the halves. `None` if there are no bars.
 ///
 /// # Errors
 /// It cannot be drawn.
@@ -48,7 +48,7 @@ pub fn tornado(
     let zero = Pixels(field.x(middle));
     for (number, bar) in bars.iter().enumerate() {
         let (top, bottom) = (field.y(place(number) + 0.5) + GAP, field.y(place(number) - 0.5) - GAP);
-        // Both halves may go to the same side: then each has a half of the height.
+        // Both halves may extend to the same side: then each gets half of the height.
         let is_one_sided = (bar.ends[0] - middle) * (bar.ends[1] - middle) > 0.0;
         let between = if is_one_sided { (top + bottom) / 2.0 } else { bottom };
         let spans = if is_one_sided { [(top, between), (between, bottom)] } else { [(top, bottom); 2] };

@@ -1,9 +1,9 @@
-//! Text inside HTML and SVG. The templates escape everything that is not marked `safe`.
+//! Escapes text in HTML and SVG. The templates escape everything that is not marked `safe`.
 
 use askama::filters::Escaper;
 use std::fmt::{self, Display, Formatter, Write};
 
-/// Text as element content or as a quoted attribute.
+/// A text, displayed as element content or as a quoted attribute.
 #[derive(Clone, Copy, Debug)]
 pub struct Text<'a>(pub &'a str);
 
@@ -13,7 +13,7 @@ impl Display for Text<'_> {
     }
 }
 
-/// Escapes by the named character references, for element content and quoted attributes.
+/// Escapes with named character references, for element content and quoted attributes.
 #[derive(Clone, Copy)]
 pub struct Named;
 

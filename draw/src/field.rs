@@ -1,4 +1,4 @@
-//! A field with an axis below and one at its left, and what is drawn in it: histograms, scatter plots, bars.
+//! A plot area with axes at the bottom and left, for histograms, scatter plots and bars.
 
 use crate::scale::{Scale, is_drawn, tick_label};
 use crate::svg::Pixels;
@@ -11,36 +11,36 @@ pub(crate) const WIDTH: f64 = 760.0;
 pub(crate) const LEFT: f64 = 76.0;
 pub(crate) const RIGHT: f64 = 24.0;
 const BOTTOM: f64 = 46.0;
-/// A row of texts above the field.
+/// The height of a row of text above the plot area.
 pub(crate) const ROW: f64 = 15.0;
 
-/// An axis: its text, and which values it shows.
+/// An axis: its label, and the range of its values.
 #[derive(Clone, Debug)]
 pub struct Axis {
-    /// What it shows, in which unit.
+    /// The quantity and its unit.
     pub label: String,
     /// The values at its ends, or their logarithms.
     pub scale: Scale,
-    /// Whether equal ratios are equally long.
+    /// Whether the scale is logarithmic.
     pub is_logarithmic: bool,
-    /// The values that it names; round numbers without them.
+    /// The labelled values; by default round numbers.
     pub ticks: Option<Vec<(f64, String)>>,
 }
 
 impl Axis {
-    /// Linear, between two values.
+    /// A linear axis between two values.
     pub fn linear(label: impl Into<String>, from: f64, to: f64) -> Axis {
         Axis { label: label.into(), scale: Scale { from, to }, is_logarithmic: false, ticks: None }
     }
 
-    /// All values, with some room. Only values above 0 have logarithms.
+    /// An axis that contains all values, with some margin. On a logarithmic axis, only values above 0 count.
     pub fn around(label: impl Into<String>, values: impl Iterator<Item = f64> + Clone, is_logarithmic: bool) -> Axis {
         let is_logarithmic = is_logarithmic && values.clone().all(|value| value > 0.0);
         let scale = Scale::around(values.map(|value| if is_logarithmic { value.log10() } else { value }));
         Axis { label: label.into(), scale, is_logarithmic, ticks: None }
     }
 
-    /// Where a value is, as its scale counts.
+    /// The position of a value in the units of the scale.
     pub(crate) fn place(&self, value: f64) -> f64 {
         if self.is_logarithmic { value.log10() } else { value }
     }
@@ -49,7 +49,7 @@ impl Axis {
         self.scale.part(self.place(value))
     }
 
-    /// Values with their texts, about `count` of them; of logarithms 1, 2, 5, 10 and so on.
+    /// About `count` tick values with labels; on a logarithmic axis 1, 2, 5, 10 and so on.
     fn ticks(&self, count: f64) -> Vec<(f64, String)> {
         if let Some(ticks) = &self.ticks {
             return ticks.clone();
@@ -67,22 +67,22 @@ impl Axis {
     }
 }
 
-/// How a shape is drawn.
+/// The drawing style of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Style {
     /// Filled, with this opacity.
     Area(f64),
     /// A line of this width.
     Line(f64),
-    /// The same, dashed.
+    /// A dashed line of this width.
     Dashed(f64),
     /// Points of this diameter.
     Dots(f64),
 }
 
-/// A path of one colour.
+/// A path of a single colour.
 pub(crate) struct Shape {
-    /// By which a page gives it another colour.
+    /// The CSS class by which a page can change the colour.
     pub class: String,
     pub color: &'static str,
     pub path: String,
@@ -98,7 +98,7 @@ pub(crate) struct Label {
     pub of: Option<(&'static str, &'static str)>,
 }
 
-/// A field of a drawing.
+/// The plot area of a drawing.
 pub(crate) struct Field<'a> {
     pub title: &'a str,
     pub horizontal: Axis,
@@ -146,17 +146,17 @@ struct Text<'a> {
 }
 
 impl Field<'_> {
-    /// A value's place from the left, within the field.
+    /// The horizontal position of a value, clamped to the plot area.
     pub fn x(&self, value: f64) -> f64 {
         self.left + self.horizontal.part(value).clamp(0.0, 1.0) * (WIDTH - self.left - RIGHT)
     }
 
-    /// A value's place from the top, within the field.
+    /// The vertical position of a value, clamped to the plot area.
     pub fn y(&self, value: f64) -> f64 {
         self.top + (1.0 - self.vertical.part(value).clamp(0.0, 1.0)) * self.height
     }
 
-    /// The drawing as SVG.
+    /// Renders the drawing as SVG.
     pub fn svg(&self, shapes: &[Shape], labels: &[Label]) -> anyhow::Result<String> {
         let bottom = self.top + self.height;
         let row = |(tick, label): (f64, String)| {
@@ -191,10 +191,10 @@ impl Field<'_> {
     }
 }
 
-/// The distance of values that are equally far from each other, and how many they are; none if they are not, or if there are
-/// fewer than two. Twice the same value counts once.
+/// The distance between equidistant values, and their number; `None` if they are not equidistant or fewer than two.
+/// Duplicates count once.
 pub(crate) fn pitch(values: impl Iterator<Item = f64>) -> Option<(f64, usize)> {
-    /// So much of the distance may be round-off.
+    /// The fraction of the distance that may be rounding error.
     const EVEN: f64 = 0.01;
     let mut values: Vec<f64> = values.filter(|value| is_drawn(*value)).collect();
     values.sort_unstable_by(f64::total_cmp);

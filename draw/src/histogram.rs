@@ -1,4 +1,4 @@
-//! How often a number has which value: bars of a round width, and marks.
+//! Histograms: bars of a round width, and marks.
 
 use crate::field::{Axis, Field, LEFT, Label, ROW, Shape, Style, WIDTH};
 use crate::palette;
@@ -7,28 +7,28 @@ use crate::svg::Pixels;
 use modeldescription::units;
 use std::fmt::Write;
 
-/// The height of the field in pixels.
+/// The height of the plot area in pixels.
 const HEIGHT: f64 = 230.0;
 
-/// A histogram has at most this many bars.
+/// The maximum number of bars.
 const MOST_BARS: f64 = 80.0;
 
-/// A value that a line marks, with its text.
+/// A value marked by a line, with a label.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mark {
-    /// Where.
+    /// The value.
     pub at: f64,
-    /// What it is.
+    /// Its label.
     pub text: String,
-    /// A limit is black, and what follows from the values is vermilion.
+    /// Whether it is a limit, which is black, or follows from the values, which is vermilion.
     pub is_limit: bool,
 }
 
-/// Values in ascending order as a drawing; none if none of them can be drawn.
+/// Draws a histogram of values in ascending order; `None` if none of them can be drawn.
 ///
-/// The width of a bar is a round number: the next above 2 (p75 - p25) / n^(1/3) (D. Freedman and P. Diaconis, "On the
-/// histogram as a density estimator", 1981), and more where there would be over 80 bars. Bars of whole numbers have them in
-/// their middle.
+/// The width of a bar is a round number: the next one above 2 (p75 - p25) / n^(1/3) (D. Freedman and P. Diaconis, "On
+/// the histogram as a density estimator", 1981), or more to avoid more than 80 bars. For integers, bars are centred on
+/// them.
 ///
 /// # Errors
 /// It cannot be drawn.
@@ -43,10 +43,10 @@ pub fn svg(title: &str, label: &str, sorted: &[f64], marks: &[Mark]) -> anyhow::
     }
     let most = counts.iter().copied().max().unwrap_or(0);
     let is_constant = values[0] == values[values.len() - 1];
-    // A quarter of a bar on both sides; a single one is narrow.
+    // A margin of a quarter bar on both sides; a single bar is narrow.
     let room = if is_constant { 5.0 } else { 0.25 };
     let mut horizontal = Axis::linear(label, (first - room) * width + shift, (last + 1.0 + room) * width + shift);
-    // A limit far away would leave no room for the bars.
+    // A distant limit would leave no space for the bars.
     let (from, to) = (horizontal.scale.from, horizontal.scale.to);
     let is_near = |mark: &&Mark| mark.at > from - (to - from) && mark.at < to + (to - from);
     let marks: Vec<&Mark> = marks.iter().filter(is_near).collect();
@@ -83,16 +83,16 @@ pub fn svg(title: &str, label: &str, sorted: &[f64], marks: &[Mark]) -> anyhow::
     field.svg(&shapes, &labels).map(Some)
 }
 
-/// Where the bars of a histogram are.
+/// The layout of a histogram's bars.
 #[derive(Debug, PartialEq)]
 struct Bars {
     width: f64,
-    /// Where one of them begins.
+    /// The start of one of the bars.
     shift: f64,
 }
 
 impl Bars {
-    /// Those of values in ascending order; none without values.
+    /// The bars for values in ascending order; `None` without values.
     fn of(values: &[f64]) -> Option<Bars> {
         let (min, max) = (*values.first()?, *values.last()?);
         if min == max {
@@ -101,7 +101,7 @@ impl Bars {
         }
         let at = |part: f64| values[((values.len() - 1) as f64 * part).round() as usize];
         let rule = 2.0 * (at(0.75) - at(0.25)) / (values.len() as f64).cbrt();
-        // Where most values are equal, the rule says nothing.
+        // If most values are equal, the rule does not apply.
         let rule = if rule > 0.0 { rule } else { (max - min) / 40.0 };
         let are_whole = values.iter().all(|value| value.fract() == 0.0);
         let width = match are_whole {

@@ -1,4 +1,4 @@
-//! Charts, block diagrams and icons as SVG, and SVG as PNG. What is drawn comes from a block's table, or as numbers.
+//! Draws charts, block diagrams and icons as SVG, and converts SVG to PNG. Input is a block's table, or numbers.
 
 pub mod bars;
 pub mod diagram;

@@ -1,10 +1,10 @@
-//! The colours of curves: those of one file, which pages, the site, the parameter tool and Python read too.
+//! The colours of curves, from one file that pages, the site, the parameter tool and Python also read.
 
-/// The file, as a style sheet with a variable for each colour on light and on dark paper.
+/// The file: a style sheet with a variable for each colour on a light and on a dark background.
 pub const STYLE: &str = include_str!("../../plcfmu/python/plcfmu/palette.css");
 
-/// A colour on light paper by its variable without `--` and `-light`, such as `curve-1`. A name that is not in the file is an error
-/// of the compiler where this gives a constant.
+/// The colour on a light background of a variable, named without `--` and `-light`, such as `curve-1`. In a constant, a
+/// name that is not in the file is a compile error.
 pub const fn color(name: &str) -> &'static str {
     let (text, name) = (STYLE.as_bytes(), name.as_bytes());
     let end = b"-light: ";
@@ -18,7 +18,7 @@ pub const fn color(name: &str) -> &'static str {
     panic!("the palette has no such colour")
 }
 
-/// Whether a text is at a place of another.
+/// Whether a text occurs at a position of another.
 const fn is_at(text: &[u8], at: usize, wanted: &[u8]) -> bool {
     let mut same = 0;
     while same < wanted.len() && at + same < text.len() && text[at + same] == wanted[same] {
@@ -31,5 +31,5 @@ const fn is_at(text: &[u8], at: usize, wanted: &[u8]) -> bool {
 pub const PROCESS_VALUE: &str = color("curve-1");
 /// The manipulated value.
 pub const MANIPULATED_VALUE: &str = color("curve-2");
-/// What is neither, and limits.
+/// The colour of limits, and of anything other than these signals.
 pub const INK: &str = color("curve-7");

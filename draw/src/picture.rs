@@ -1,13 +1,14 @@
-//! SVG drawings as PNG pictures, with fonts that are built in: the same picture on every machine.
+//! Converts SVG drawings to PNG pictures, with embedded fonts: the same picture on every machine.
 
 use anyhow::Context;
 use resvg::{tiny_skia, usvg};
 use std::sync::Arc;
 
-/// How many pixels of the picture are one of the drawing.
+/// The number of picture pixels per drawing pixel.
 const SCALE: f32 = 2.0;
 
-/// SVG as a PNG of twice its size. `sans-serif` and every font that is not built in are Ubuntu, `monospace` is Hack.
+/// Converts SVG to a PNG of twice its size. `sans-serif` and every font that is not embedded are Ubuntu, `monospace` is
+/// Hack.
 ///
 /// # Errors
 /// The text is not SVG, or the drawing is empty or too large.
@@ -16,7 +17,7 @@ pub fn png(svg: &str) -> anyhow::Result<Vec<u8>> {
     fonts.load_font_data(epaint_default_fonts::UBUNTU_LIGHT.to_vec());
     fonts.load_font_data(epaint_default_fonts::HACK_REGULAR.to_vec());
     fonts.set_sans_serif_family("Ubuntu");
-    // Also what stands in for a font that is not here.
+    // Also the fallback for unknown fonts.
     fonts.set_serif_family("Ubuntu");
     fonts.set_monospace_family("Hack");
     let options = usvg::Options { font_family: "Ubuntu".into(), fontdb: Arc::new(fonts), ..usvg::Options::default() };
@@ -28,7 +29,7 @@ pub fn png(svg: &str) -> anyhow::Result<Vec<u8>> {
     encoded(pixels).context("the picture cannot be encoded as PNG")
 }
 
-/// The encoder's fast way: a tenth of the time for twice the size, some 80 kB. A study draws a picture of each figure.
+/// Fast compression: a tenth of the time for twice the size, some 80 kB. A study draws a picture for each figure.
 fn encoded(pixels: tiny_skia::Pixmap) -> Result<Vec<u8>, ::png::EncodingError> {
     let mut file = Vec::new();
     let mut encoder = ::png::Encoder::new(&mut file, pixels.width(), pixels.height());

@@ -1,7 +1,8 @@
-//! Signals over time as a drawing: numbers of one unit share a panel, Booleans have a lane each. Values are held from
-//! point to point, so curves are stairs. Characteristics are drawn over a variable, with lines from point to point.
+//! Charts of signals over time: numbers of one unit share a panel, Booleans have a lane each. Values are held from
+//! point to point, so curves are stairs. Characteristics are drawn over a variable, with straight lines from point to
+//! point.
 //!
-//! Drawn here and not by `plotters`, which rounds to whole pixels, writes every dash as an element of its own, and gives
+//! Drawn here and not by `plotters`, which rounds to whole pixels, writes every dash as a separate element, and gives
 //! curves no class by which a page could recolour them in dark mode.
 
 use crate::palette;
@@ -12,24 +13,24 @@ use askama::Template;
 use modeldescription::units;
 use std::fmt::Write;
 
-// In pixels.
+// Lengths in pixels.
 const WIDTH: f64 = 760.0;
-/// Three quarters of it are what a phone shows: the numbers at the axes are still read.
+/// At three quarters of the width, as shown on a phone, the numbers at the axes remain legible.
 const NARROW: f64 = 500.0;
 const LEFT: f64 = 76.0;
 const RIGHT: f64 = 24.0;
 const TITLE: f64 = 26.0;
 const PANEL: f64 = 190.0;
 const PANEL_GAP: f64 = 8.0;
-/// A line of a legend.
+/// The height of a line in a legend.
 const LEGEND: f64 = 18.0;
-/// The line that a legend shows of a curve.
+/// The length of a curve's sample in a legend.
 const SAMPLE: f64 = 22.0;
 const LANE: f64 = 15.0;
 const LANE_GAP: f64 = 21.0;
 const BOTTOM: f64 = 42.0;
 
-/// The colours of curves, in this order.
+/// The colours of curves, in order.
 const COLORS: [&str; 7] = [
     palette::PROCESS_VALUE,
     palette::MANIPULATED_VALUE,
@@ -40,33 +41,33 @@ const COLORS: [&str; 7] = [
     palette::INK,
 ];
 
-/// How many colours there are; from this number on lines are dotted.
+/// The number of colours; further curves reuse them with dotted lines.
 pub const COLOR_COUNT: usize = COLORS.len();
 
-/// By these names a page's stylesheet gives the colours others.
+/// The class names by which a page's stylesheet can change the colours.
 const CLASSES: &[&str] = &["curve-1", "curve-2", "curve-3", "curve-4", "curve-5", "curve-6", "curve-7"];
 
-/// What is drawn: panels with the curves of numbers above lanes of Booleans, over one time axis.
+/// A chart: panels with numeric curves above lanes of Booleans, over one time axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Chart {
-    /// The text above the drawing; empty means none.
+    /// The title above the drawing; may be empty.
     pub title: String,
-    /// The points in seconds, in ascending order; the last one ends the drawing.
+    /// The times of the points in seconds, in ascending order; the last one ends the drawing.
     pub time: Vec<f64>,
-    /// Where the points are those of a variable and not of time: its name and unit. Curves are lines from point to point
-    /// then.
+    /// The name and unit of the variable, if the points are values of a variable instead of times. Curves are then
+    /// straight lines from point to point.
     pub over: Option<String>,
-    /// The text of the time axis, if it is to say more than `time in s`.
+    /// The label of the time axis, if other than `time in s`.
     pub time_label: Option<String>,
-    /// The panels, from the top.
+    /// The panels, from top to bottom.
     pub panels: Vec<Panel>,
-    /// Booleans: 0 is FALSE, anything else TRUE.
+    /// The Boolean curves: 0 is FALSE, anything else TRUE.
     pub lanes: Vec<Curve>,
-    /// The part of the time that matters: the rest is shaded.
+    /// The relevant time window; everything outside it is shaded.
     pub window: Option<(f64, f64)>,
-    /// Dots without lines between them: each point stands for something, and nothing is between two of them.
+    /// Whether points are drawn as unconnected dots, because there is nothing between them.
     pub has_dots: bool,
-    /// Whether the drawing is for a page that is also read on a phone, which shows all of it.
+    /// Whether the drawing must fit the width of a phone.
     pub is_narrow: bool,
 }
 
@@ -79,16 +80,16 @@ impl Chart {
 /// Curves that share an axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Panel {
-    /// The text of the axis: a unit, or the names of the curves; empty means none.
+    /// The label of the axis: a unit, or the names of the curves; may be empty.
     pub label: String,
     /// The curves.
     pub curves: Vec<Curve>,
-    /// What is behind them.
+    /// The bands behind the curves.
     pub bands: Vec<Band>,
 }
 
-/// The text beside a panel: what is shown and in which unit, or the unit alone where the names do not fit. Without a unit, the first
-/// name stands for the others then.
+/// The label beside a panel: names and unit, or only the unit if the names do not fit. Without a unit, the first name
+/// then represents all.
 pub fn axis_label(names: &[&str], unit: Option<&str>) -> String {
     let all = names.join(", ");
     let long = unit.map_or_else(|| all.clone(), |unit| format!("{all} in {unit}"));
@@ -100,21 +101,21 @@ pub fn axis_label(names: &[&str], unit: Option<&str>) -> String {
     }
 }
 
-/// Characters of a label that fit beside a panel.
+/// The maximum length of a label beside a panel, in characters.
 const LONGEST_LABEL: usize = 28;
 
-/// An area between two lines.
+/// A band between two curves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Band {
-    /// What it is.
+    /// Its name in the legend.
     pub name: String,
-    /// The points in seconds, in ascending order.
+    /// The times of its points in seconds, in ascending order.
     pub times: Vec<f64>,
-    /// Its lower end at each point.
+    /// The lower bound at each point.
     pub low: Vec<f64>,
-    /// Its upper end.
+    /// The upper bound at each point.
     pub high: Vec<f64>,
-    /// The number of its colour, from 0.
+    /// The index of its colour, from 0.
     pub color: usize,
 }
 
@@ -123,23 +124,23 @@ pub struct Band {
 pub struct Curve {
     /// Its name.
     pub name: String,
-    /// Its value at each point of the time, held until the next one. What is not finite is a gap.
+    /// The value at each point in time, held until the next one. A value that is not finite is a gap.
     pub values: Vec<f64>,
-    /// Whether it is an input of what is shown: its line is dashed.
+    /// Whether it is an input, which is drawn as a dashed line.
     pub is_input: bool,
-    /// The number of its colour, from 0, where curves belong together; the next one in turn without it.
+    /// The index of its colour, from 0, where curves share one; by default the next colour.
     pub color: Option<usize>,
 }
 
-/// The chart as SVG, the same bytes on every machine: no font is measured.
+/// Renders the chart as SVG, with identical bytes on every machine: fonts are not measured.
 ///
 /// # Errors
-/// The time goes back or is not finite, or a curve does not have one value for each point.
+/// The time decreases or is not finite, or a curve does not have one value per point.
 pub fn svg(chart: &Chart) -> anyhow::Result<String> {
     svg_named(chart, &chart.title)
 }
 
-/// The same, with a name for those who hear the page, where its text has the title.
+/// Like [`svg`], with an accessible name, for a page whose text already has the title.
 ///
 /// # Errors
 /// As for [`svg`].
@@ -178,7 +179,7 @@ pub fn svg_named(chart: &Chart, name: &str) -> anyhow::Result<String> {
         label: tick_label(tick),
     });
     let shade = |(from, to): (f64, f64)| {
-        // An end that is not within leaves nothing to shade there.
+        // A window end outside the time range leaves nothing to shade on that side.
         let [from, to] = [from, to].map(|at| Pixels(time.x(at.clamp(time.scale.from, time.scale.to))));
         let (left, right) = (Pixels(LEFT), Pixels(time.right));
         let drawn = |panel: &DrawnPanel| {
@@ -234,7 +235,7 @@ fn check(chart: &Chart) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What the template draws.
+/// The data of the template.
 #[derive(Template)]
 #[template(path = "chart.svg")]
 struct Drawing<'a> {
@@ -250,19 +251,19 @@ struct Drawing<'a> {
     panel_height: Pixels,
     lane_grid: Pixels,
     sample: Pixels,
-    /// The middle of the axis' labels.
+    /// The horizontal middle of the axis labels.
     label_x: Pixels,
-    /// The end of the ticks' labels.
+    /// The right end of the tick labels.
     tick_x: Pixels,
-    /// The time axis, from the top.
+    /// The vertical position of the time axis.
     axis: Pixels,
     time_y: Pixels,
-    /// What the horizontal axis shows.
+    /// The quantity on the horizontal axis.
     over: &'a str,
     times: Vec<Tick>,
     panels: Vec<DrawnPanel<'a>>,
     lanes: Vec<DrawnLane<'a>>,
-    /// A path over what is outside of the window.
+    /// The path of the area outside the window.
     shade: String,
 }
 
@@ -292,7 +293,7 @@ struct DrawnLane<'a> {
     name_y: Pixels,
     grid_top: Pixels,
     curve: DrawnCurve,
-    /// What is between the line and FALSE.
+    /// The areas between the line and FALSE.
     areas: Vec<String>,
 }
 
@@ -307,7 +308,7 @@ struct Tick {
     label: String,
 }
 
-/// What a curve is drawn with.
+/// The style of a curve.
 #[derive(Clone, Copy)]
 struct Pen {
     class: &'static str,
@@ -315,7 +316,8 @@ struct Pen {
     dashes: Option<&'static str>,
 }
 
-/// A pen for each curve in turn, but for those that say their colour. Where the colours begin again, the lines are dotted.
+/// Returns styles for successive curves, except those with a fixed colour. When the colours repeat, the lines are
+/// dotted.
 fn pens() -> impl FnMut(&Curve) -> Pen {
     let mut taken = 0;
     move |curve| {
@@ -327,7 +329,7 @@ fn pens() -> impl FnMut(&Curve) -> Pen {
     }
 }
 
-/// The pen of a number.
+/// The style with this index.
 fn pen_of(number: usize, is_input: bool) -> Pen {
     let color = number % COLORS.len();
     let dashes = match (is_input, number >= COLORS.len()) {
@@ -368,7 +370,7 @@ fn draw_panel<'a>(
         Tick { at: Pixels(y), text_y: Pixels(y + 4.0), label: tick_label(tick) }
     });
     let path = if chart.over.is_some() { lines } else { stairs };
-    // Dashed lines last: a solid one that lies on them would hide them.
+    // Dashed lines come last: a solid one on top would hide them.
     let solid = panel.curves.iter().zip(pens).filter(|(curve, _)| !curve.is_input);
     let joined =
         solid.chain(panel.curves.iter().zip(pens).filter(|(curve, _)| curve.is_input)).filter(|_| !chart.has_dots);
@@ -403,7 +405,7 @@ fn draw_panel<'a>(
     }
 }
 
-/// A Boolean: high where it is TRUE.
+/// Draws a Boolean: high where it is TRUE.
 fn draw_lane<'a>(lane: &'a Curve, pen: Pen, times: &[f64], time: &Across, top: f64) -> DrawnLane<'a> {
     let bottom = top + LANE;
     let points = points(times, &lane.values, time);
@@ -416,7 +418,7 @@ fn draw_lane<'a>(lane: &'a Curve, pen: Pen, times: &[f64], time: &Across, top: f
     let areas = path.split('M').filter(|line| line.contains('H')).map(area).collect();
     DrawnLane {
         name: &lane.name,
-        // An underscore of the name reaches four pixels down.
+        // An underscore in the name extends four pixels down.
         name_y: Pixels(top - 6.5),
         grid_top: Pixels(top - 2.0),
         curve: DrawnCurve { pen, path },
@@ -425,7 +427,7 @@ fn draw_lane<'a>(lane: &'a Curve, pen: Pen, times: &[f64], time: &Across, top: f
 }
 
 impl Scale {
-    /// All of the time; a second where that is nothing.
+    /// The whole time range; one second if it is empty.
     fn of_time(times: &[f64]) -> Scale {
         match (times.first(), times.last()) {
             (Some(from), Some(to)) if from < to => Scale { from: *from, to: *to },
@@ -434,7 +436,7 @@ impl Scale {
         }
     }
 
-    /// A value's place in a panel, from the top.
+    /// The vertical position of a value in a panel.
     fn y(&self, value: f64, top: f64) -> f64 {
         top + PANEL - self.part(value) * PANEL
     }
@@ -443,24 +445,24 @@ impl Scale {
 /// The horizontal axis.
 struct Across {
     scale: Scale,
-    /// Where it ends.
+    /// The right end.
     right: f64,
 }
 
 impl Across {
-    /// A time's place from the left.
+    /// The horizontal position of a time.
     fn x(&self, time: f64) -> f64 {
         LEFT + self.scale.part(time) * (self.right - LEFT)
     }
 }
 
-/// The range that a panel shows: all values that can be drawn, with some room.
+/// The range of a panel: all drawable values, with some margin.
 fn range(panel: &Panel) -> Scale {
     let bands = panel.bands.iter().flat_map(|band| band.low.iter().chain(&band.high));
     Scale::around(panel.curves.iter().flat_map(|curve| &curve.values).chain(bands).copied())
 }
 
-/// The ticks of a panel. Between whole numbers, such as the states of a program, there is nothing to be read.
+/// The ticks of a panel. Between integers, such as the states of a program, there are none.
 fn values_ticks(panel: &Panel, scale: &Scale) -> Vec<f64> {
     let ticks = scale.ticks(5.0);
     let mut values = panel.curves.iter().flat_map(|curve| &curve.values).filter(|value| is_drawn(**value));
@@ -468,13 +470,13 @@ fn values_ticks(panel: &Panel, scale: &Scale) -> Vec<f64> {
     if whole.len() > 1 && values.all(|value| value.fract() == 0.0) { whole } else { ticks }
 }
 
-/// The names of a legend: the curves, then the bands.
+/// The names in a legend: curves, then bands.
 fn names(panel: &Panel) -> impl Iterator<Item = &str> {
     let bands = panel.bands.iter().map(|band| band.name.as_str());
     panel.curves.iter().map(|curve| curve.name.as_str()).chain(bands)
 }
 
-/// Where each name of a legend begins: from the left, and in which line.
+/// The position of each name in a legend: horizontal offset and line.
 fn legend_places(panel: &Panel, right: f64) -> Vec<(f64, usize)> {
     let (mut x, mut line) = (LEFT, 0);
     let place = |name: &str| {
@@ -494,7 +496,7 @@ fn legend_height(panel: &Panel, right: f64) -> f64 {
     lines as f64 * LEGEND + 6.0
 }
 
-/// The points of a curve that are seen: of many within half a pixel of time the first, the last, the lowest, the
+/// The visible points of a curve: of many points within half a pixel of time, the first, the last, the lowest, the
 /// highest and a gap.
 fn points(times: &[f64], values: &[f64], time: &Across) -> Vec<(f64, f64)> {
     let column = |index: &usize| (time.x(times[*index]) * 2.0) as i64;
@@ -526,7 +528,7 @@ fn stairs(points: &[(f64, f64)], time: &Across, y: &dyn Fn(f64) -> f64) -> Strin
         let y = Pixels(y(*value)).to_string();
         let held_to = points.get(place + 1).map(|(to, _)| Pixels(time.x(*to)));
         match &last {
-            // The same value again makes the stair longer.
+            // An unchanged value extends the stair.
             Some(before) if *before == y && held_to.is_some() => path.truncate(path.rfind('H').unwrap_or(path.len())),
             Some(before) if *before == y => {}
             Some(_) => {
@@ -544,7 +546,7 @@ fn stairs(points: &[(f64, f64)], time: &Across, y: &dyn Fn(f64) -> f64) -> Strin
     path
 }
 
-/// A path straight from point to point, but upright where the values jump.
+/// A path with straight lines from point to point, vertical where the value jumps.
 fn lines(points: &[(f64, f64)], over: &Across, y: &dyn Fn(f64) -> f64) -> String {
     let mut path = String::new();
     let mut is_gap = true;
@@ -562,7 +564,7 @@ fn lines(points: &[(f64, f64)], over: &Across, y: &dyn Fn(f64) -> f64) -> String
     path
 }
 
-/// Whether the value jumps to this point: the slope to it is many times that before and after.
+/// Whether the value jumps to this point: the slope to it is many times larger than before and after.
 fn is_jump(points: &[(f64, f64)], place: usize) -> bool {
     const TIMES: f64 = 3.0;
     let slope = |place: usize| {

@@ -1,15 +1,15 @@
-//! A block's responses and characteristics as charts.
+//! Charts of a block's responses and characteristics.
 
 use crate::plot::{COLOR_COUNT, Chart, Curve, Panel, axis_label};
 use blocks::{Class, Kind, Role};
 use modeldescription::{Characteristic, Row, Table};
 
-/// A response: what a library was recorded doing.
+/// A response, as recorded from a library.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     /// The time between two calls, in milliseconds.
     pub cycle: u32,
-    /// The variables that are recorded and drawn, by row.
+    /// The rows of the variables that are recorded and drawn.
     pub shown: Vec<usize>,
     /// Their values after the restart.
     pub restart: Vec<f64>,
@@ -24,28 +24,29 @@ impl Recording {
     }
 }
 
-/// A characteristic, as it was recorded: the values of its variable, and the mean of each shown variable at each of them.
+/// A characteristic, as recorded: the values of its variable, and the mean of each shown variable at each of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sweep {
     /// The values of the variable.
     pub over: Vec<f64>,
-    /// The shown variables, by row, and their means.
+    /// The rows of the shown variables, with their means.
     pub means: Vec<(usize, Vec<f64>)>,
 }
 
-/// The colour of each variable, the same in all charts of a block.
+/// The colour index of each row, the same in all charts of a block.
 #[derive(Clone, Debug)]
 pub struct Colors(Vec<Option<usize>>);
 
 impl Colors {
-    /// The colours of what has a role in a loop, in all blocks the same: setpoint, process value, manipulated value.
+    /// The colours for roles in a loop, common to all blocks: setpoint, process value, manipulated value.
     pub const OF_ROLES: [usize; 3] = [6, 0, 1];
 
-    /// The order in which the others take theirs, numbers and Booleans.
+    /// The order in which other variables get their colours: numbers, and Booleans.
     const ORDER: [[usize; COLOR_COUNT]; 2] = [[3, 2, 4, 5, 0, 1, 6], [1, 5, 2, 4, 3, 0, 6]];
 
-    /// Chooses them. `roles` are the setpoint, the process value and the manipulated value; `known` says which colour a variable of a
-    /// block inside has in that block's own charts. Variables that share a chart differ, but for a Boolean and a number.
+    /// Chooses the colours. `roles` are the setpoint, the process value and the manipulated value; `known` returns the
+    /// colour that a variable of an inner block has in that block's own charts. Variables that share a chart get
+    /// different colours, except that a Boolean and a number may share one.
     pub fn of(table: &Table, roles: [Option<&str>; 3], known: impl Fn(&str) -> Option<usize>) -> Colors {
         let inner = |row: &Row| row.name.rsplit_once('.').and_then(|(_, name)| known(name));
         let mut colors: Vec<Option<usize>> = table.variables.iter().map(inner).collect();
@@ -76,20 +77,20 @@ impl Colors {
         self.0[row]
     }
 
-    /// The first colour that is not taken.
+    /// The first colour not taken.
     pub fn free(is_boolean: bool, taken: &[usize]) -> usize {
         let mut numbers = Self::ORDER[usize::from(is_boolean)].into_iter().chain(COLOR_COUNT..);
         numbers.find(|color| !taken.contains(color)).unwrap_or_default()
     }
 }
 
-/// A block's response, as a library has answered it.
+/// Draws a block's response, as recorded from a library.
 pub fn of_recording(table: &Table, recording: &Recording, colors: &Colors) -> Chart {
     let mut panels = Vec::new();
     let mut lanes = Vec::new();
     for (column, number) in recording.shown.iter().enumerate() {
         let row = &table.variables[*number];
-        // The value of the last call is held for a cycle, as those before it.
+        // The value of the last call is held for a cycle, like the others.
         let values = recording.calls.iter().chain(recording.calls.last()).map(|values| values[column]).collect();
         let is_input = row.role == Role::Input;
         let curve = Curve { name: row.name.clone(), values, is_input, color: colors.of_row(*number) };
@@ -106,7 +107,8 @@ pub fn of_recording(table: &Table, recording: &Recording, colors: &Colors) -> Ch
     Chart { time, panels: labelled(panels), lanes, is_narrow: true, ..Chart::default() }
 }
 
-/// A block's characteristic, as a library has answered it. A BOOL is drawn as the share of calls in which it was TRUE.
+/// Draws a block's characteristic, as recorded from a library. A BOOL is drawn as the share of calls in which it was
+/// TRUE.
 pub fn of_sweep(table: &Table, characteristic: &Characteristic, sweep: &Sweep, colors: &Colors) -> Chart {
     let mut panels = Vec::new();
     for (number, means) in &sweep.means {
@@ -124,17 +126,17 @@ pub fn of_sweep(table: &Table, characteristic: &Characteristic, sweep: &Sweep, c
     Chart { time: sweep.over.clone(), over: Some(over), panels: labelled(panels), is_narrow: true, ..Chart::default() }
 }
 
-/// What curves in a panel have in common.
+/// The common property of the curves in a panel.
 #[derive(PartialEq)]
 enum Axis<'a> {
     Unit(&'a str),
     /// Integers of a type.
     Whole(&'static str),
-    /// Signals of any unit.
+    /// Signals without a common unit.
     Plain,
-    /// A setting without a unit, by its name: its numbers have nothing to do with those of the signals.
+    /// A setting without a unit, by name: its numbers are unrelated to those of the signals.
     Setting(&'a str),
-    /// Percent of the calls in which a Boolean is TRUE.
+    /// The percentage of calls in which a Boolean is TRUE.
     Share,
 }
 
@@ -148,7 +150,7 @@ impl<'a> Axis<'a> {
         }
     }
 
-    /// The text beside the panel.
+    /// The label beside the panel.
     fn label(&self, curves: &[Curve]) -> String {
         let names: Vec<_> = curves.iter().map(|curve| curve.name.as_str()).collect();
         match self {

@@ -1,6 +1,6 @@
-//! Axes of drawings: from a range of values to a part of a length, with round numbers for ticks.
+//! Scales of axes: map a range of values to a length, with round numbers as ticks.
 
-/// Larger numbers would overflow on the way to pixels; they are left out as infinity is.
+/// Larger numbers would overflow when converted to pixels; they are left out, like infinity.
 const LARGEST: f64 = 1e300;
 
 /// A range of values.
@@ -13,7 +13,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// All values that can be drawn, with some room.
+    /// A scale that contains all drawable values, with some margin.
     pub fn around(values: impl Iterator<Item = f64>) -> Scale {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for value in values.filter(|value| is_drawn(*value)) {
@@ -26,22 +26,22 @@ impl Scale {
         Scale { from: low - room, to: high + room }
     }
 
-    /// Where a value is, from 0 to 1.
+    /// The relative position of a value: 0 at the lower end, 1 at the upper.
     pub fn part(&self, value: f64) -> f64 {
         (value - self.from) / (self.to - self.from)
     }
 
-    /// Round numbers within, about `count` of them.
+    /// About `count` round numbers in the range.
     pub fn ticks(&self, count: f64) -> Vec<f64> {
         self.ticks_by(round_step((self.to - self.from) / count))
     }
 
-    /// Round numbers within, about `count` of them: if there is a step by which both ends are among them, by that.
+    /// About `count` round numbers in the range, including both ends if there is a suitable step.
     pub fn ticks_to_the_ends(&self, count: f64) -> Vec<f64> {
         let least = (self.to - self.from) / count;
         let is_tick = |step: f64, end: f64| (end / step - (end / step).round()).abs() < 1e-6;
         let power = 10f64.powf(least.log10().floor());
-        // The usual steps first; a fifth more ticks, or half of them, are as good.
+        // Common steps come first; a fifth more ticks, or half of them, are as good.
         let steps = [1.0, 2.0, 5.0, 10.0, 2.5, 3.0, 4.0, 6.0].map(|factor| factor * power);
         let fits = |step: &&f64| {
             (least * 0.8..=least * 2.0).contains(*step) && is_tick(**step, self.from) && is_tick(**step, self.to)
@@ -56,7 +56,7 @@ impl Scale {
     }
 }
 
-/// The smallest of 1, 2, 5, 10 ... that is not less.
+/// The smallest number in 1, 2, 5, 10 and so on that is not less than `least`.
 pub fn round_step(least: f64) -> f64 {
     let power = 10f64.powf(least.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power).into_iter().find(|step| *step >= least * 0.999);
@@ -68,7 +68,7 @@ pub fn is_drawn(value: f64) -> bool {
     value.abs() <= LARGEST
 }
 
-/// A round number without the digits that a double adds to it.
+/// A round number, without the digits added by floating-point errors.
 pub fn tick_label(tick: f64) -> String {
     let rounded: f64 = format!("{tick:.9e}").parse().unwrap_or(tick);
     if rounded != 0.0 && !(1e-4..1e7).contains(&rounded.abs()) { format!("{rounded:e}") } else { rounded.to_string() }

@@ -1,4 +1,4 @@
-//! Numbers over one or two others: points with the colour of their value, or cells.
+//! Scatter plots: values over one or two others, as coloured points or cells.
 
 use crate::field::{Axis, Field, LEFT, Label, RIGHT, Shape, Style, WIDTH, pitch};
 use crate::palette;
@@ -9,28 +9,28 @@ use modeldescription::units;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-// In pixels.
+// Lengths in pixels.
 const TOP: f64 = 54.0;
 const HEIGHT: f64 = 360.0;
-/// The height of the colours' scale.
+/// The vertical position of the colour scale.
 const KEY_Y: f64 = 36.0;
-/// The width of a colour in it.
+/// The width of a colour in the colour scale.
 const KEY: f64 = 26.0;
 
-/// More points than these are put together in cells.
+/// The maximum number of points; more are merged into cells.
 const MOST_POINTS: usize = 4000;
-/// The width and the height of such a cell.
+/// The width and height of a cell of merged points.
 const CELL: f64 = 6.0;
-/// More points without a value than these are put together: one cross for those within a cell of [`CROSS_CELL`].
+/// The maximum number of crosses for points without a value; more are merged, one for each cell of [`CROSS_CELL`].
 const MOST_CROSSES: usize = 500;
-/// The width and the height of such a cell, that of a cross and a gap.
+/// The width and height of a cell of merged crosses: a cross and a gap.
 const CROSS_CELL: f64 = 10.0;
-/// Points that are nearer to each other are one.
+/// The distance below which points count as one.
 const POINT: f64 = 0.01;
-/// A grid with at most this many values along an axis has them as its ticks.
+/// The maximum number of values along an axis for which a grid uses them as ticks.
 const MOST_TICKS: usize = 8;
 
-/// From the best to the worst: from blue to vermilion, which people with a colour vision deficiency can tell apart.
+/// The colours from best to worst, from blue to vermilion, which people with colour vision deficiency can distinguish.
 const LEVELS: [&str; 7] = [
     palette::PROCESS_VALUE,
     palette::color("level-2"),
@@ -41,31 +41,31 @@ const LEVELS: [&str; 7] = [
     palette::MANIPULATED_VALUE,
 ];
 
-/// What a scatter plot shows.
+/// The contents of a scatter plot.
 #[derive(Clone, Debug)]
 pub struct Scatter<'a> {
-    /// The text above it.
+    /// The title above it.
     pub title: &'a str,
-    /// Across, up, and the value; NaN is a point without a value, which is a cross.
+    /// The points: horizontal and vertical position, and value; a point with NaN is a cross.
     pub points: &'a [(f64, f64, f64)],
-    /// The text of the axis below, and whether it shows logarithms.
+    /// The label of the horizontal axis, and whether it is logarithmic.
     pub horizontal: (&'a str, bool),
-    /// The same of the axis at the left.
+    /// The label of the vertical axis, and whether it is logarithmic.
     pub vertical: (&'a str, bool),
-    /// Whether the height is the value itself: such points are no grid.
+    /// Whether the vertical position is the value itself, in which case points are not a grid.
     pub is_curve: bool,
-    /// The colours divide the range between these two values evenly.
+    /// The range that the colours divide evenly.
     pub range: (f64, f64),
-    /// The texts of the range's ends.
+    /// The labels of the range's ends.
     pub ends: (String, String),
-    /// Whether the lowest value is the best.
+    /// Whether low values are better.
     pub is_lower_better: bool,
-    /// What a cross is, after the number of them: `without settling`.
+    /// The description of crosses, after their number: `without settling`.
     pub absent: String,
 }
 
-/// A scatter plot. Points at the same place are one with their mean; an even grid is drawn in cells, and more than 4000 points
-/// are put together in cells.
+/// Draws a scatter plot. Points at the same position are drawn once with their mean; an even grid is drawn as cells,
+/// and more than 4000 points are merged into cells.
 ///
 /// # Errors
 /// It cannot be drawn.
@@ -95,7 +95,7 @@ pub fn svg(scatter: &Scatter) -> anyhow::Result<String> {
     for (x, y, value) in &drawn {
         let path = &mut paths[level(*value)];
         match size {
-            // No further than the field.
+            // Clip to the plot area.
             Some((width, height)) => {
                 let (left, right) = ((x - width / 2.0).max(LEFT), (x + width / 2.0).min(WIDTH - RIGHT));
                 let (top, bottom) = ((y - height / 2.0).max(TOP), (y + height / 2.0).min(TOP + HEIGHT));
@@ -142,8 +142,8 @@ fn shape(level: usize, path: String, style: Style) -> Shape {
     Shape { class: format!("level-{}", level + 1), color: LEVELS[level], path, style }
 }
 
-/// The size of the cells of an even grid with a point at each place; none if the points are no such grid, or too close. The
-/// field then has half a cell of room on each side, and few values are its ticks.
+/// The cell size of an even grid with a point at each position; `None` if the points do not form one, or are too close.
+/// The plot area then has a margin of half a cell on each side, and if there are few values, they are its ticks.
 fn grid<'a>(field: &mut Field, points: impl Iterator<Item = &'a (f64, f64, f64)> + Clone) -> Option<(f64, f64)> {
     let (horizontal, vertical) = (&field.horizontal, &field.vertical);
     let (width, columns) = pitch(points.clone().map(|point| horizontal.place(point.0)))?;
@@ -175,12 +175,12 @@ fn grid<'a>(field: &mut Field, points: impl Iterator<Item = &'a (f64, f64, f64)>
     Some((wide, high))
 }
 
-/// In which cell of a size a point is.
+/// The cell of the given size that contains a point.
 fn cell(x: f64, y: f64, size: f64) -> (i64, i64) {
     (((x - LEFT) / size).floor() as i64, ((y - TOP) / size).floor() as i64)
 }
 
-/// Whether points are in more cells of this size than so many.
+/// Whether points occupy more than `most` cells of this size.
 fn fill_more(mut points: impl Iterator<Item = (f64, f64, f64)>, size: f64, most: usize) -> bool {
     let mut cells = BTreeSet::new();
     points.any(|(x, y, _)| {
@@ -189,7 +189,7 @@ fn fill_more(mut points: impl Iterator<Item = (f64, f64, f64)>, size: f64, most:
     })
 }
 
-/// The cells of this size that have points: left, top and the mean of their values, column by column.
+/// The occupied cells of this size: left, top, and the mean of their values, column by column.
 fn cells(points: impl Iterator<Item = (f64, f64, f64)>, size: f64) -> Vec<(f64, f64, f64)> {
     let mut cells = BTreeMap::<(i64, i64), (f64, f64)>::new();
     for (x, y, value) in points {
@@ -202,7 +202,7 @@ fn cells(points: impl Iterator<Item = (f64, f64, f64)>, size: f64) -> Vec<(f64, 
     cells.into_iter().map(place).collect()
 }
 
-/// The scale of the colours, and what the marks are. `absent` points without a value have so many `crosses`.
+/// The colour scale, and the meaning of the marks. `absent` points without a value have `crosses` crosses.
 fn keys(of: &Scatter, mean_of: Option<&str>, (absent, crosses): (usize, usize), shapes: &mut Vec<Shape>) -> Vec<Label> {
     let label =
         |x: f64, text: String| Label { x, y: KEY_Y + 4.0, anchor: "start", text: units::shown(&text), of: None };

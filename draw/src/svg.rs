@@ -2,13 +2,13 @@
 
 use std::fmt::{Display, Formatter, Result};
 
-/// A coordinate or a length in pixels. It is written to a hundredth.
+/// A coordinate or length in pixels, printed to a hundredth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pixels(pub f64);
 
 impl Display for Pixels {
     fn fmt(&self, formatter: &mut Formatter) -> Result {
-        // Adding 0 makes -0 a 0.
+        // Adding 0 turns -0 into 0.
         write!(formatter, "{}", (self.0 * 100.0).round() / 100.0 + 0.0)
     }
 }

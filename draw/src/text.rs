@@ -1,4 +1,4 @@
-//! Values as people read them.
+//! Formats values for people.
 
 pub use modeldescription::digits::number;
 use modeldescription::{Row, units};
@@ -12,7 +12,7 @@ pub fn value(row: &Row, value: f64) -> String {
     }
 }
 
-/// The values that make sense: `0 ... 100`, `≥ 0.001`, `≤ 5`; empty if there are no limits.
+/// The plausible range: `0 ... 100`, `≥ 0.001`, `≤ 5`; empty if there are no limits.
 pub fn range(row: &Row) -> String {
     let number = |value| number(row.kind, value);
     match (row.min, row.max) {
@@ -23,8 +23,8 @@ pub fn range(row: &Row) -> String {
     }
 }
 
-/// A range that two numbers cannot express, because it depends on other variables: the words before and after `; range: ` in
-/// the description. None if the variable has both `min` and `max`.
+/// A range that depends on other variables and cannot be given as numbers: the texts before and after `; range: ` in
+/// the description. `None` if the variable has both `min` and `max`.
 pub fn range_in_words(row: &Row) -> Option<(&str, &str)> {
     match (row.min, row.max) {
         (Some(_), Some(_)) => None,

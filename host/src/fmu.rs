@@ -12,15 +12,15 @@ use std::env::consts::{ARCH, OS};
 use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
 
-/// An FMU for co-simulation whose library for this platform is loaded. The folder that it was unpacked to is removed after
-/// the last instance and this value are gone.
+/// An FMU for co-simulation with its library for this platform loaded. The folder to which it was unpacked is removed
+/// when the last instance and this value are gone.
 #[derive(Debug)]
 pub struct Fmu {
-    /// What it is.
+    /// Its description.
     pub description: Description,
     /// Its library.
     pub library: Opened,
-    /// Where its resources are, as the version wants it: a URI, or a path.
+    /// The location of its resources in the form that the version requires: a URI, or a path.
     resources: String,
 }
 
@@ -34,7 +34,7 @@ impl Fmu {
         load().with_context(|| path.display().to_string())
     }
 
-    /// The same for a package that is open, unpacked to a temporary folder in `place`.
+    /// Loads the FMU in an open package, unpacking it to a temporary folder in `place`.
     ///
     /// # Errors
     /// As [`Fmu::open`].
@@ -42,7 +42,7 @@ impl Fmu {
         Unpacked::new(package, place)?.load()
     }
 
-    /// A new instance, which is called in Event Mode if it `has_events`.
+    /// Creates an instance, which is called in Event Mode if it `has_events`.
     ///
     /// # Errors
     /// The FMU refuses, with its messages, or has no Event Mode.
@@ -50,7 +50,7 @@ impl Fmu {
         self.instantiate_with(name, &self.description.guid, has_events)
     }
 
-    /// The same with another GUID or instantiation token than that of the FMU.
+    /// Creates an instance with another GUID or instantiation token than that of the FMU.
     ///
     /// # Errors
     /// As [`Fmu::instantiate`].
@@ -65,21 +65,21 @@ impl Fmu {
         Instance::start(&self.library, &Start { name, guid, resources, arrays: &arrays, has_events })
     }
 
-    /// What an FMU that was made with `fmu::export!` tells of its block.
+    /// The table of the block in an FMU made with `fmu::export!`.
     ///
     /// # Errors
-    /// It was not, or its table is damaged.
+    /// The FMU was not made that way, or its table is damaged.
     pub fn table(&self) -> Result<Table> {
         Ok(Interface::parse(&self.library.interface()?)?.table)
     }
 
-    /// Whether the FMU has the capability of this name.
+    /// Whether the FMU has a capability.
     pub fn can(&self, capability: &str) -> bool {
         self.description.co_simulation.as_ref().is_some_and(|support| support.can(capability))
     }
 }
 
-/// An FMU for co-simulation in a temporary folder. None of its code has run.
+/// An FMU for co-simulation unpacked to a temporary folder. None of its code has run.
 #[derive(Debug)]
 pub struct Unpacked {
     description: Description,
@@ -91,7 +91,7 @@ impl Unpacked {
     /// Unpacks an FMU to a temporary folder in `place`.
     ///
     /// # Errors
-    /// As [`library`], the file is damaged, or there is no room: a [`machine::Fault`].
+    /// As [`library`], or the file is damaged, or there is no space: a [`machine::Fault`].
     pub fn new<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<Unpacked> {
         let library = library(package)?.clone();
         let folder = Folder::new_in(place).map_err(Error::new);
@@ -113,18 +113,18 @@ impl Unpacked {
         } else {
             (Library::open_in(self.folder, &file).map(Opened::V2), uri(&resources))
         };
-        // The folder is gone now, and its place is not.
+        // The folder has been removed, but its parent still exists.
         let library = machine::loading(library, &place)?;
         Ok(Fmu { description: self.description, library, resources })
     }
 
-    /// Where the FMU is in its folder.
+    /// The folder of the FMU's files.
     fn of(folder: &Folder) -> PathBuf {
         folder.path().join("fmu")
     }
 }
 
-/// The library that is loaded on this platform. This reads the package and runs none of its code.
+/// The library for this platform. This reads the package and runs none of its code.
 ///
 /// # Errors
 /// The FMU is not for co-simulation, or has no library for this platform.
@@ -144,7 +144,7 @@ pub fn library<R: Read + Seek>(package: &Package<R>) -> Result<&LibraryFile> {
     })
 }
 
-/// Checks that an FMU is one that this program can run.
+/// Checks that this program can run an FMU.
 ///
 /// # Errors
 /// It is not for co-simulation, or has Clocks.
@@ -168,13 +168,14 @@ pub fn ensure_runs(description: &Description) -> Result<()> {
     Ok(())
 }
 
-/// The standard's name of the type of a Clock.
+/// The name of the Clock type in the standard.
 const CLOCK: &str = "Clock";
 
-/// So many Clocks are named.
+/// The maximum number of Clocks named in a message.
 const MOST_CLOCKS: usize = 3;
 
-/// Whether the library for this platform has a block's table, as those made with `fmu::export!` have. None of its code runs.
+/// Whether the library for this platform contains a block's table, like those made with `fmu::export!`. None of its
+/// code runs.
 ///
 /// # Errors
 /// The FMU is damaged, or as [`library`].
@@ -184,8 +185,8 @@ pub fn has_table<R: Read + Seek>(package: &mut Package<R>) -> Result<bool> {
     Ok(Binary::read(&bytes).with_context(|| file.path.clone())?.has_table)
 }
 
-/// Whether the library for this platform has this text in its file; if there is none for this platform, whether all others have it.
-/// None of their code runs.
+/// Whether the file of the library for this platform contains this text; if there is none for this platform, whether
+/// all others do. None of their code runs.
 ///
 /// # Errors
 /// The FMU is damaged.
@@ -199,7 +200,8 @@ pub fn has_text<R: Read + Seek>(package: &mut Package<R>, text: &str) -> Result<
     Ok(!files.is_empty())
 }
 
-/// FMI's folders for a platform, the best first. FMI 2.0 has none for Linux on ARM; both of these are in use.
+/// The folders for a platform in FMI 2.0, best first. The standard defines none for Linux on ARM; both listed here are
+/// in use.
 pub fn platforms(os: &str, arch: &str) -> &'static [&'static str] {
     match (os, arch) {
         ("linux", "x86_64") => &["linux64"],
@@ -212,7 +214,7 @@ pub fn platforms(os: &str, arch: &str) -> &'static [&'static str] {
     }
 }
 
-/// The same in FMI 3.0.
+/// The folders for a platform in FMI 3.0, best first.
 pub fn platforms_v3(os: &str, arch: &str) -> &'static [&'static str] {
     match (os, arch) {
         ("linux", "x86_64") => &["x86_64-linux"],
@@ -227,7 +229,7 @@ pub fn platforms_v3(os: &str, arch: &str) -> &'static [&'static str] {
     }
 }
 
-/// A folder as a path that ends with a separator, as FMI 3.0 wants it.
+/// A folder as a path that ends with a separator, as FMI 3.0 requires.
 fn path(folder: &Path) -> String {
     format!("{}{}", folder.display(), std::path::MAIN_SEPARATOR)
 }
@@ -237,7 +239,7 @@ fn uri(folder: &Path) -> String {
     let path = folder.display().to_string().replace('\\', "/");
     let mut uri = String::from("file:");
     if !path.starts_with("//") {
-        // A path that begins with // names its host itself: a share on Windows.
+        // A path that starts with // contains its own host: a network share on Windows.
         uri.push_str(if path.starts_with('/') { "//" } else { "///" });
     }
     for byte in path.bytes() {
@@ -257,7 +259,7 @@ mod tests {
     use modeldescription::v2::{self, CoSimulation, ModelDescription, ModelExchange};
     use std::io::Cursor;
 
-    /// What is said about an FMU with this description and this file as its library.
+    /// Returns the error for an FMU with this description and this file as its library.
     fn error(description: &ModelDescription, library: &str) -> String {
         let files =
             [(DESCRIPTION.to_string(), v2::write(description)), (library.to_string(), b"not a library".to_vec())];

@@ -1,4 +1,4 @@
-//! Bytes as text.
+//! Formats bytes as hexadecimal text.
 
 /// Two lower-case hexadecimal digits for each byte.
 pub fn digits(bytes: &[u8]) -> String {

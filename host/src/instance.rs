@@ -1,6 +1,6 @@
-//! An instance of an FMU: safe to use, with the messages of the FMU in the errors.
+//! A safe wrapper for an instance of an FMU, which includes the FMU's messages in errors.
 //!
-//! `v2` and `v3` know how a version is called; what they return is judged here, the same for both.
+//! `v2` and `v3` implement the calls of each version; their results are evaluated here, identically for both.
 
 #![allow(unsafe_code)]
 
@@ -22,40 +22,40 @@ const WARNING: c_int = 1;
 const DISCARD: c_int = 2;
 const FATAL: c_int = 4;
 
-/// This many messages are kept; later ones replace the earliest.
+/// The number of messages kept; later ones replace the oldest.
 const MOST_MESSAGES: usize = 100;
 
-/// The longest message that is kept whole, in bytes.
+/// The length up to which a message is kept in full, in bytes.
 const LONGEST_MESSAGE: usize = 4096;
 
-/// An instance of an FMU for co-simulation. It is freed when it is dropped.
+/// An instance of an FMU for co-simulation. It is freed when dropped.
 #[derive(Debug)]
 pub struct Instance {
     called: Called,
-    /// After fmi2Fatal or fmi3Fatal the standard allows no call at all, not even the one that frees the instance.
+    /// After fmi2Fatal or fmi3Fatal, the standard forbids all calls, even the one that frees the instance.
     is_fatal: Cell<bool>,
-    // The FMU may keep a pointer to it: it stays where it is, and goes after the library.
+    // The FMU may keep a pointer to it: it must not move, and must outlive the library.
     messages: Box<Messages>,
 }
 
-/// What is called.
+/// The instance in its version.
 #[derive(Debug)]
 enum Called {
     V2(Box<v2::Instance>),
     V3(Box<v3::Instance>),
 }
 
-/// A call that has failed: its function and its status.
+/// A failed call: its function and status.
 type Failed = (&'static str, c_int);
 
-/// How an FMU is instantiated.
+/// The arguments of an instantiation.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Start<'a> {
     /// The name of the instance.
     pub name: &'a str,
     /// The GUID, or the instantiation token of FMI 3.0.
     pub guid: &'a str,
-    /// Where the unpacked resources are: a URI in FMI 2.0, a path in FMI 3.0. FMUs that need none accept `None`.
+    /// The location of the unpacked resources: a URI in FMI 2.0, a path in FMI 3.0. FMUs that need none accept `None`.
     pub resources: Option<&'a str>,
     /// The arrays of the FMU, with the start values of their elements.
     pub arrays: &'a [(Array, Vec<f64>)],
@@ -63,16 +63,16 @@ pub struct Start<'a> {
     pub has_events: bool,
 }
 
-/// What an FMU has logged.
+/// A message logged by an FMU.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
-    /// Whether its status is discard or worse.
+    /// Whether its status is Discard or worse.
     pub is_error: bool,
-    /// The text. Of a text with variables only the format is known, see [`Instance::instantiate`].
+    /// The text. For a message with variadic arguments, only the format is known, see [`Instance::instantiate`].
     pub text: String,
 }
 
-/// Filled by the logger, on any thread.
+/// The messages received by the logger, on any thread.
 #[derive(Debug)]
 struct Messages {
     /// The name of the instance.
@@ -80,12 +80,13 @@ struct Messages {
     messages: Mutex<Vec<Message>>,
 }
 
-/// Gets what each instance logs, with its name.
+/// A callback for log messages: the name of the instance, and the text.
 type Listener = Box<dyn Fn(&str, &str) + Send + Sync>;
 
 static LISTENER: OnceLock<Listener> = OnceLock::new();
 
-/// Sets who gets at once what any instance of this process logs, with its name. Only the first call has an effect.
+/// Sets a listener that immediately receives everything logged by any instance of this process, with its name. Only the
+/// first call has an effect.
 pub fn listen(listener: impl Fn(&str, &str) + Send + Sync + 'static) {
     let _ = LISTENER.set(Box::new(listener));
 }
@@ -106,7 +107,7 @@ impl Messages {
         std::mem::take(&mut *self.messages.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// What explains a failure: the errors, or everything if there are none.
+    /// The messages that explain a failure: the errors, or all messages if there are none.
     fn explanation(&self) -> String {
         let messages = self.take();
         let has_errors = messages.iter().any(|message| message.is_error);
@@ -116,7 +117,7 @@ impl Messages {
     }
 }
 
-/// Runs this with the instance of either version as `$of`.
+/// Evaluates an expression with the instance of either version as `$of`.
 macro_rules! call {
     ($self:ident, $of:ident => $result:expr) => {
         match &mut $self.called {
@@ -127,11 +128,11 @@ macro_rules! call {
 }
 
 impl Instance {
-    /// `fmi2Instantiate`, for co-simulation and with logging on. `resources` is the URI of the unpacked resources; FMUs
-    /// that need none accept `None`.
+    /// Calls `fmi2Instantiate`, for co-simulation and with logging on. `resources` is the URI of the unpacked
+    /// resources; FMUs that need none accept `None`.
     ///
-    /// FMI's logger is variadic, and Rust cannot read variadic arguments. A message in the form `"%s", text`, which most
-    /// FMUs use, is read in full. Of any other the format is kept as it is.
+    /// FMI's logger is variadic, and Rust cannot read variadic arguments. A message of the form `"%s", text`, which
+    /// most FMUs use, is read in full. Of any other, only the format is kept.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
@@ -139,7 +140,7 @@ impl Instance {
         Instance::start(&Opened::V2(library.clone()), &Start { name, guid, resources, ..Start::default() })
     }
 
-    /// A new instance of an FMU of either version, for co-simulation and with logging on.
+    /// Creates an instance of an FMU of either version, for co-simulation and with logging on.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
@@ -162,7 +163,8 @@ impl Instance {
         Ok(Instance { called, is_fatal: Cell::new(false), messages })
     }
 
-    /// `fmi2SetupExperiment`: start and, if it is known, end of the simulation in seconds. FMI 3.0 gets them in the next call.
+    /// Calls `fmi2SetupExperiment` with the start and, if known, the end of the simulation in seconds. FMI 3.0 receives
+    /// them in the next call.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
@@ -171,7 +173,7 @@ impl Instance {
         self.check(done)
     }
 
-    /// `fmi2EnterInitializationMode`, `fmi3EnterInitializationMode`
+    /// Calls `fmi2EnterInitializationMode` or `fmi3EnterInitializationMode`.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
@@ -180,7 +182,7 @@ impl Instance {
         self.check(done)
     }
 
-    /// `fmi2ExitInitializationMode`, `fmi3ExitInitializationMode`: with events, it is in Event Mode then.
+    /// Calls `fmi2ExitInitializationMode` or `fmi3ExitInitializationMode`; with events, it is then in Event Mode.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
@@ -189,10 +191,12 @@ impl Instance {
         self.check(done)
     }
 
-    /// `fmi2DoStep`, `fmi3DoStep` from `time` to `time + size`, in seconds. With events, those within the step are handled in it.
+    /// Calls `fmi2DoStep` or `fmi3DoStep` from `time` to `time + size`, in seconds. With events, those within the step
+    /// are handled.
     ///
     /// # Errors
-    /// The FMU refuses, discards the step or answers later (fmi2Pending), with its messages; [`Terminated`].
+    /// The FMU refuses or discards the step, or works asynchronously (fmi2Pending), with its messages; or
+    /// [`Terminated`].
     #[inline]
     pub fn step(&mut self, time: f64, size: f64) -> Result<()> {
         let done = match &mut self.called {
@@ -205,7 +209,7 @@ impl Instance {
         }
     }
 
-    /// A function of its own, so that a step that succeeds does not carry its code along.
+    /// A separate function, so that successful steps do not load its code.
     #[cold]
     #[inline(never)]
     fn in_step(&self, stopped: Stopped, time: f64, size: f64) -> anyhow::Error {
@@ -217,7 +221,7 @@ impl Instance {
         error.context(format!("at {time:?} s, step {size:?} s"))
     }
 
-    /// Enters Event Mode, if it is not in it.
+    /// Enters Event Mode unless it is active.
     ///
     /// # Errors
     /// The FMU refuses, with its messages, or has no Event Mode.
@@ -227,10 +231,10 @@ impl Instance {
         self.check(done)
     }
 
-    /// `fmi3UpdateDiscreteStates`, in Event Mode.
+    /// Calls `fmi3UpdateDiscreteStates`, in Event Mode.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages; [`Terminated`].
+    /// The FMU refuses, with its messages, or [`Terminated`].
     pub fn update(&mut self) -> Result<Update> {
         let Called::V3(of) = &mut self.called else { bail!("it is of FMI 2.0, which has no Event Mode") };
         match of.update() {
@@ -241,7 +245,7 @@ impl Instance {
         }
     }
 
-    /// `fmi3EnterStepMode`
+    /// Calls `fmi3EnterStepMode`.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
@@ -251,7 +255,7 @@ impl Instance {
         self.check(done)
     }
 
-    /// `fmi2Terminate`, `fmi3Terminate`
+    /// Calls `fmi2Terminate` or `fmi3Terminate`.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
@@ -260,7 +264,7 @@ impl Instance {
         self.check(done)
     }
 
-    /// `fmi2Reset`, `fmi3Reset`: as if it had just been instantiated.
+    /// Calls `fmi2Reset` or `fmi3Reset`, after which the instance is as if newly created.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
@@ -269,7 +273,7 @@ impl Instance {
         self.check(done)
     }
 
-    /// A variable's value; true is 1. Of a type of 64 bits it is the nearest number.
+    /// Reads a variable; true is 1. A 64-bit integer is returned as the nearest number.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
@@ -282,18 +286,18 @@ impl Instance {
     /// Sets a variable; for a Boolean, 0 is false and anything else true.
     ///
     /// # Errors
-    /// The FMU refuses, with its messages; the value is not one of the type.
+    /// The FMU refuses, with its messages, or the value is not valid for the type.
     pub fn set(&mut self, kind: Type, reference: u32, value: f64) -> Result<()> {
         self.set_all(kind, &[reference], &[kind.cell(value)])
     }
 
-    /// The values of several variables of one type, in one call, as [`Type::cell`] says; true is 1.
+    /// Reads several variables of one type in one call, as cells ([`Type::cell`]); true is 1.
     ///
     /// # Errors
     /// The FMU refuses, with its messages.
     ///
     /// # Panics
-    /// There are not as many values as references.
+    /// The numbers of values and references differ.
     #[inline]
     pub fn get_all(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
         assert!(references.len() == values.len(), "there is a value for each reference");
@@ -307,7 +311,7 @@ impl Instance {
     /// As [`Instance::set`].
     ///
     /// # Panics
-    /// There are not as many values as references.
+    /// The numbers of values and references differ.
     #[inline]
     pub fn set_all(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
         assert!(references.len() == values.len(), "there is a value for each reference");
@@ -319,7 +323,7 @@ impl Instance {
         }
     }
 
-    /// What the FMU has logged since the last time; the latest 100 messages, if there were more.
+    /// Returns and clears the messages logged by the FMU; the latest 100, if there were more.
     pub fn take_messages(&mut self) -> Vec<Message> {
         self.messages.take()
     }
@@ -346,32 +350,32 @@ impl Instance {
         let name = usize::try_from(status).ok().and_then(|status| STATUS.get(status));
         let name = name.map_or_else(|| format!("the unknown status {status}"), |name| format!("{prefix}{name}"));
         let explanation = self.messages.explanation();
-        // Many FMUs begin their messages with the function.
+        // Many FMUs start their messages with the function's name.
         let explanation =
             explanation.strip_prefix(function).and_then(|rest| rest.strip_prefix(": ")).unwrap_or(&explanation);
         anyhow!("{function} returned {name}: {explanation}")
     }
 }
 
-/// Why a step or an update is not done.
+/// The reason why a step or update was not completed.
 #[derive(Debug)]
 enum Stopped {
     Failed(Failed),
-    /// The FMU ends the simulation.
+    /// The FMU ended the simulation.
     Terminated,
-    /// It returned what makes no sense.
+    /// The FMU returned invalid data.
     Astray(String),
 }
 
-/// Why a variable is not set.
+/// The reason why a variable was not set.
 #[derive(Debug)]
 enum Unset {
     Failed(Failed),
-    /// The value is not one of the type.
+    /// The value is not valid for the type.
     Value(f64),
 }
 
-/// OK and warnings go on.
+/// Accepts OK and Warning; any other status is a failure.
 #[inline]
 fn done(function: &'static str, status: c_int) -> Result<(), Failed> {
     if status == 0 || status == WARNING { Ok(()) } else { Err((function, status)) }
@@ -397,16 +401,16 @@ impl Drop for Instance {
     }
 }
 
-/// A text of the FMU, if there is one.
+/// A string of the FMU, if there is one.
 ///
 /// # Safety
 /// It is NULL or a C string.
 unsafe fn said(text: *const c_char) -> Option<String> {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     (!text.is_null()).then(|| unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned())
 }
 
-/// A message as it is kept: of a long one the beginning, and how long it is.
+/// Truncates a long message to its beginning, and adds its length.
 fn cut(mut text: String) -> String {
     let length = text.len();
     if length > LONGEST_MESSAGE {

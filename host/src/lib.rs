@@ -5,8 +5,8 @@
 //! System: names, as the user writes them --Plan::of--> Plan --------------+--run--> Recording
 //! ```
 //!
-//! An FMU is foreign code. What it reports as an error becomes an error here. A crash of an FMU, or one that never returns, ends
-//! or stops its whole process: [`child`] gives it a process of its own.
+//! An FMU is foreign code. An error that it reports becomes an error here. A crash terminates its whole process, and a
+//! call that never returns blocks it: [`child`] runs it in a separate process.
 
 pub mod child;
 #[cfg(any(test, feature = "doubles"))]

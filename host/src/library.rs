@@ -1,7 +1,8 @@
-//! A shared library of FMI 2.0 for co-simulation, loaded: its functions as C declares them. [`v3`] is the same for FMI 3.0.
+//! A loaded shared library of FMI 2.0 for co-simulation: its functions as declared in C. [`v3`] is its counterpart for
+//! FMI 3.0.
 //!
-//! The functions stay unsafe to call; [`Instance`](crate::instance::Instance) is the safe way. The tests and the
-//! benchmarks call them as any host may.
+//! The functions remain unsafe to call; [`Instance`](crate::instance::Instance) is the safe interface. Tests and
+//! benchmarks call them like any host.
 
 #![allow(unsafe_code)]
 
@@ -24,9 +25,9 @@ pub type Logger = unsafe extern "C" fn(Pointer, *const c_char, c_int, *const c_c
 pub struct CallbackFunctions {
     /// Called with every message.
     pub logger: Option<Logger>,
-    /// Gives zeroed memory, as `calloc` does. Libraries made here never call it.
+    /// Allocates zeroed memory, like `calloc`. Libraries made here never call it.
     pub allocate_memory: Option<unsafe extern "C" fn(usize, usize) -> Pointer>,
-    /// Frees such memory. Libraries made here never call it.
+    /// Frees that memory. Libraries made here never call it.
     pub free_memory: Option<unsafe extern "C" fn(Pointer)>,
     /// Called at the end of an asynchronous step. Libraries made here never call it.
     pub step_finished: Option<unsafe extern "C" fn(Pointer, c_int)>,
@@ -34,13 +35,13 @@ pub struct CallbackFunctions {
     pub environment: Pointer,
 }
 
-/// `fmi2Error`, `fmi3Error`: what an optional function that the library does not export returns.
+/// `fmi2Error`, `fmi3Error`: the result of an optional function that the library does not export.
 const ERROR: c_int = 3;
 
-/// The function of a symbol; for an optional one that is missing, a stand-in that returns `fmi2Error`.
+/// Looks up the function of a symbol; for a missing optional one, a stand-in that returns `fmi2Error`.
 macro_rules! function {
     (required $library:ident $path:ident $symbol:literal ($($argument:ty),*) -> $result:ty) => {
-        // SAFETY: FMI gives this symbol this type.
+        // SAFETY: FMI defines the type of this symbol.
         *unsafe { $library.get($symbol) }
             .map_err(|_| anyhow!("its library lacks {}", $symbol))?
     };
@@ -48,7 +49,7 @@ macro_rules! function {
         unsafe extern "C" fn missing($(_: $argument),*) -> $result {
             ERROR
         }
-        // SAFETY: FMI gives this symbol this type.
+        // SAFETY: FMI defines the type of this symbol.
         let found = unsafe { $library.get::<unsafe extern "C" fn($($argument),*) -> $result>($symbol) };
         found.map_or(missing, |function| *function)
     }};
@@ -66,10 +67,10 @@ macro_rules! library {
             loaded: Arc<Loaded>,
         }
 
-        /// The names of its functions.
+        /// The names of the functions.
         pub const FUNCTIONS: &[&str] = &[$($symbol),*];
 
-        /// What the names of all functions of the version begin with, those for model exchange too.
+        /// The common prefix of all function names in the version, including those for model exchange.
         pub const PREFIX: &str = $prefix;
 
         impl Library {
@@ -77,7 +78,7 @@ macro_rules! library {
                 let library = load(path)
                     .map_err(|error| anyhow!("{} cannot be loaded: {}", shown(path), reason(&error, path)))?;
                 let lacks = |symbol: &&&str| {
-                    // SAFETY: the address of the symbol is asked for, whatever it is.
+                    // SAFETY: only the address of the symbol is looked up, whatever its type.
                     unsafe { library.get::<*const ()>(**symbol) }.is_err()
                 };
                 let missing = FUNCTIONS.iter().filter(lacks).copied().collect();
@@ -87,7 +88,7 @@ macro_rules! library {
                 })
             }
 
-            /// Loads a library and finds its functions. This runs code of the library.
+            /// Loads a library and looks up its functions. This runs code of the library.
             ///
             /// # Errors
             /// It cannot be loaded, or lacks a function that every co-simulation needs.
@@ -95,15 +96,15 @@ macro_rules! library {
                 Library::load(path, None)
             }
 
-            /// The same for a library in a temporary folder, which is removed when the library has been unloaded.
+            /// Loads a library from a temporary folder, which is removed when the library is unloaded.
             ///
             /// # Errors
-            /// As [`Library::open`]; the folder is removed then, too.
+            /// As [`Library::open`]; the folder is then removed as well.
             pub fn open_in(folder: Folder, path: &Path) -> Result<Library> {
                 Library::load(path, Some(folder))
             }
 
-            /// The table that a library made with `fmu::export!` holds, as JSON.
+            /// The table in a library made with `fmu::export!`, as JSON.
             ///
             /// # Errors
             /// The library was not made with `fmu::export!`.
@@ -124,9 +125,9 @@ pub mod v3;
 /// The library of an FMU, of either version.
 #[derive(Clone, Debug)]
 pub enum Opened {
-    /// Of FMI 2.0.
+    /// A library of FMI 2.0.
     V2(Library),
-    /// Of FMI 3.0.
+    /// A library of FMI 3.0.
     V3(v3::Library),
 }
 
@@ -144,12 +145,12 @@ impl Opened {
 }
 
 library! {
-    /// A loaded library of FMI 2.0. The clones share it: it is unloaded with the last of them, and the functions must not be
-    /// called afterwards.
+    /// A loaded library of FMI 2.0. Clones share it: it is unloaded with the last of them, and the functions must not
+    /// be called afterwards.
     ///
-    /// FMI asks for all 34 functions, but libraries exist that lack those which they do not support. The
-    /// functions that no co-simulation can do without are required. Any other is replaced by one that returns
-    /// `fmi2Error`, as the standard wants it from a function that is not supported.
+    /// FMI requires all 34 functions, but some libraries lack those that they do not support. Functions essential for
+    /// co-simulation are mandatory here. Any other is replaced by one that returns `fmi2Error`, as the standard
+    /// requires of an unsupported function.
     prefix "fmi2";
     required get_types_platform "fmi2GetTypesPlatform" () -> *const c_char;
     required get_version "fmi2GetVersion" () -> *const c_char;
@@ -187,56 +188,56 @@ library! {
     optional get_string_status "fmi2GetStringStatus" (Pointer, c_int, *mut *const c_char) -> c_int;
 }
 
-/// The library and the folder that it was unpacked to, which goes after it.
+/// The library and the folder to which it was unpacked, which is removed after it.
 #[derive(Debug)]
 struct Loaded {
     library: libloading::Library,
-    /// The functions that it lacks.
+    /// The functions that are missing.
     missing: Vec<&'static str>,
     _folder: Option<Folder>,
 }
 
 #[cfg(not(windows))]
 fn load(path: &Path) -> Result<libloading::Library, libloading::Error> {
-    // SAFETY: the initialisers of a library can do anything; see the module `host`.
+    // SAFETY: the initializers of a library can do anything; see the module `host`.
     unsafe { libloading::Library::new(path) }
 }
 
-/// Windows looks for the other libraries that this one needs in its own folder, too.
+/// Loads a library; Windows then also searches the library's own folder for its dependencies.
 #[cfg(windows)]
 fn load(path: &Path) -> Result<libloading::Library, libloading::Error> {
     use libloading::os::windows::{LOAD_WITH_ALTERED_SEARCH_PATH, Library};
-    // SAFETY: the initialisers of a library can do anything; see the module `host`.
+    // SAFETY: the initializers of a library can do anything; see the module `host`.
     unsafe { Library::load_with_flags(path, LOAD_WITH_ALTERED_SEARCH_PATH) }.map(Into::into)
 }
 
-/// What the system says about a failure; libloading's own text does not hold it.
+/// The system's description of a failure, which the text of libloading does not contain.
 fn reason(error: &libloading::Error, path: &Path) -> String {
     let reason = error.source().map_or(error.to_string(), ToString::to_string);
-    // The system names the file again, by the place that it was unpacked to.
+    // The system repeats the file, under its unpacked path.
     let reason = reason.strip_prefix(&format!("{}: ", path.display())).unwrap_or(&reason);
     format!("{reason}{}", help(reason))
 }
 
-/// What to do, if the reason shows it.
+/// The remedy, if the reason suggests one.
 fn help(reason: &str) -> &'static str {
     let is_python = reason.contains("undefined symbol: Py") || reason.contains("undefined symbol: _Py");
     if is_python { ": it needs Python; set LD_PRELOAD to the library libpython3 of its version" } else { "" }
 }
 
-/// A library by the name of its file.
+/// The file name of a library.
 fn shown(path: &Path) -> String {
     path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
 }
 
 impl Loaded {
-    /// The table that a library made with `fmu::export!` holds, as JSON.
+    /// The table in a library made with `fmu::export!`, as JSON.
     fn interface(&self) -> Result<String> {
         type Interface = unsafe extern "C" fn(*mut u8, usize) -> usize;
-        // SAFETY: `fmu::export!` gives the symbol this type.
+        // SAFETY: `fmu::export!` defines the type of this symbol.
         let interface = unsafe { self.library.get::<Interface>("plcfmu_interface") }
             .map_err(|_| anyhow!("the library has no table: its last line should be fmu::export!(MyBlock);"))?;
-        // SAFETY: NULL asks for the length alone; then the buffer is as long as that.
+        // SAFETY: NULL requests only the length, to which the buffer is then sized.
         let json = unsafe {
             let mut json = vec![0; interface(std::ptr::null_mut(), 0)];
             interface(json.as_mut_ptr(), json.len());

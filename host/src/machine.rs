@@ -1,4 +1,4 @@
-//! Faults of this machine, as opposed to those of an FMU.
+//! Faults of the machine, as distinct from those of an FMU.
 
 use anyhow::{Context, Error, Result, anyhow};
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use std::fmt;
 use std::io::{self, ErrorKind};
 use std::path::Path;
 
-/// What this machine cannot do as it is, such as keep a temporary file; nothing is known of the FMU then.
+/// A fault of the machine, such as a full disk for temporary files, which says nothing about the FMU.
 #[derive(Clone, Debug)]
 pub struct Fault(String);
 
@@ -19,21 +19,21 @@ impl fmt::Display for Fault {
 
 impl std::error::Error for Fault {}
 
-/// The variable that names the folder for temporary files.
+/// The environment variable that names the folder for temporary files.
 const VARIABLE: &str = if cfg!(windows) { "TMP" } else { "TMPDIR" };
 
 impl Fault {
-    /// Nothing can be written to a folder.
+    /// The fault that a folder cannot be written to.
     pub fn no_room(folder: &Path) -> Fault {
         Fault(format!("nothing can be written to {}: make room there, or {}", Fault::place(folder), Fault::remedy()))
     }
 
-    /// Files in a folder cannot be run.
+    /// The fault that files in a folder cannot be executed.
     fn no_programs(folder: &Path) -> Fault {
         Fault(format!("no program can run from {} (it is mounted noexec): {}", Fault::place(folder), Fault::remedy()))
     }
 
-    /// The folder that the user knows.
+    /// The name of a folder as known to the user.
     fn place(folder: &Path) -> String {
         let temporary = env::temp_dir();
         let known = if folder.starts_with(&temporary) { &temporary } else { folder };
@@ -45,7 +45,7 @@ impl Fault {
     }
 }
 
-/// Says of an error while an FMU is unpacked to `folder` whether it is this machine's.
+/// Classifies an error that occurred while unpacking an FMU to `folder` as one of the machine, where it is.
 pub(crate) fn unpacking<T>(result: Result<T>, folder: &Path) -> Result<T> {
     let is_no_room = |error: &io::Error| {
         use ErrorKind::{FileTooLarge, PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
@@ -57,7 +57,7 @@ pub(crate) fn unpacking<T>(result: Result<T>, folder: &Path) -> Result<T> {
     })
 }
 
-/// Says of an error while a library in `folder` is loaded whether it is this machine's.
+/// Classifies an error that occurred while loading a library in `folder` as one of the machine, where it is.
 pub(crate) fn loading<T>(result: Result<T>, folder: &Path) -> Result<T> {
     if result.is_err() && forbids_programs(folder) { result.context(Fault::no_programs(folder)) } else { result }
 }
@@ -73,7 +73,7 @@ fn forbids_programs(_folder: &Path) -> bool {
     false
 }
 
-/// An error on its way from one process to another.
+/// An error in a form that can be sent from one process to another.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum Failure {
     /// A [`Fault`]
@@ -90,7 +90,7 @@ impl From<Error> for Failure {
 }
 
 impl Failure {
-    /// The error again.
+    /// Converts it back to an error.
     pub fn into_error(self) -> Error {
         match self {
             Failure::Machine(text) => Error::new(Fault(text)),

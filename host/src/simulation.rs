@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 #[derive(Debug)]
 pub struct Fmus {
     fmus: Vec<Fmu>,
-    /// The name of each member, and the place of its FMU.
+    /// The name of each member, and the index of its FMU.
     members: Vec<(String, usize)>,
-    /// No FMU is called in Event Mode.
+    /// Whether Event Mode is disabled for all FMUs.
     no_events: bool,
 }
 
@@ -22,7 +22,7 @@ impl Fmus {
     /// Opens each file with `open`, and checks that the members can be instantiated together.
     ///
     /// # Errors
-    /// There is no such file, `open` fails, or an FMU cannot have two instances.
+    /// A file does not exist, `open` fails, or an FMU cannot have two instances.
     pub fn open(system: &System, mut open: impl FnMut(&Path) -> Result<Fmu>) -> Result<Fmus> {
         let mut paths: Vec<PathBuf> = Vec::new();
         let mut of = Fmus { fmus: Vec::new(), members: Vec::new(), no_events: system.no_events };
@@ -59,10 +59,10 @@ impl Fmus {
         &self.fmus[self.members[member].1]
     }
 
-    /// A new instance for a member.
+    /// Creates an instance for a member.
     ///
     /// # Errors
-    /// Which FMU refuses, with its messages.
+    /// An FMU refuses, with its name and messages.
     ///
     /// # Panics
     /// There is no such member.

@@ -1,7 +1,7 @@
-//! Whether this process was started with a standard output.
+//! Detects whether this process was started with a standard output.
 //!
-//! Rust opens /dev/null in place of one that is closed, before `main`: what is written is lost without an error. So this looks
-//! earlier.
+//! If it is closed, Rust opens /dev/null in its place before `main`: output is then lost without an error. So the check
+//! happens earlier.
 
 #![allow(unsafe_code)]
 
@@ -18,10 +18,10 @@ mod at_start {
         fn fcntl(descriptor: c_int, command: c_int, ...) -> c_int;
     }
 
-    /// Reads the flags of a descriptor.
+    /// The command that reads the flags of a descriptor.
     const F_GETFD: c_int = 1;
 
-    // SAFETY: the loader calls what is in this section before `main`, and `look` needs nothing of Rust's runtime.
+    // SAFETY: the loader calls functions in this section before `main`, and `look` needs nothing of Rust's runtime.
     #[used]
     #[cfg_attr(target_os = "linux", unsafe(link_section = ".init_array"))]
     #[cfg_attr(target_os = "macos", unsafe(link_section = "__DATA,__mod_init_func"))]
@@ -35,7 +35,7 @@ mod at_start {
     }
 }
 
-/// Whether standard output was closed when the process was started. On Windows always false.
+/// Whether standard output was closed when the process started. Always false on Windows.
 pub fn is_closed() -> bool {
     IS_CLOSED.load(Ordering::Relaxed)
 }

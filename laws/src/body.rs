@@ -8,7 +8,7 @@ use scl::program::{At, Base, Binary, Call, Expr, Local, Place, Scalar, Statement
 use syn::spanned::Spanned;
 use syn::{Block, Item, Pat, Stmt};
 
-/// A function while its body is read.
+/// The state while a function's body is read.
 pub(crate) struct Body<'r, 'a> {
     pub reader: &'r mut Reader<'a>,
     pub file: usize,
@@ -17,9 +17,9 @@ pub(crate) struct Body<'r, 'a> {
     pub locals: Vec<Local>,
     scopes: Vec<Vec<(String, Var)>>,
     out: Vec<Statement>,
-    /// It has written to nothing but its own locals.
+    /// Whether it has so far written only to its own locals.
     pub is_pure: bool,
-    /// How often something was done that is not undone by not looking at the result.
+    /// The number of effects that remain even if the result is ignored.
     pub effects: usize,
     result: Option<Var>,
     at: At,
@@ -52,14 +52,14 @@ impl<'r, 'a> Body<'r, 'a> {
         self.reader.error(self.file, span, message)
     }
 
-    /// The body of a function whose value goes to a variable.
+    /// Reads the body of a function, whose value goes to `result`.
     pub fn function(&mut self, block: &Block, result: Var) -> Result<Vec<Statement>, Error> {
         self.result = Some(result.clone());
         self.block(block, Some(&result))?;
         Ok(std::mem::take(&mut self.out))
     }
 
-    /// New locals for a type.
+    /// Creates locals for a type.
     pub fn local(&mut self, name: &str, ty: &Ty, span: Span) -> Result<Var, Error> {
         Ok(match ty {
             Ty::Tuple(parts) => {
@@ -85,14 +85,14 @@ impl<'r, 'a> Body<'r, 'a> {
         Place::of(Base::Local(self.locals.len() - 1))
     }
 
-    /// Gives a variable a name.
+    /// Binds a name to a variable.
     pub fn bind(&mut self, name: &str, var: Var) {
         if let Some(scope) = self.scopes.last_mut() {
             scope.push((name.to_string(), var));
         }
     }
 
-    /// The variable of a name.
+    /// The variable bound to a name.
     pub fn find(&self, name: &str) -> Option<&Var> {
         self.scopes.iter().rev().flat_map(|scope| scope.iter().rev()).find(|(it, _)| it == name).map(|(_, var)| var)
     }
@@ -105,7 +105,7 @@ impl<'r, 'a> Body<'r, 'a> {
         self.out.extend(statements);
     }
 
-    /// What is done, with its statements apart.
+    /// Runs `done` and returns its statements separately.
     pub fn apart<T>(&mut self, done: impl FnOnce(&mut Self) -> Result<T, Error>) -> Result<(Vec<Statement>, T), Error> {
         let before = std::mem::take(&mut self.out);
         let result = done(self);
@@ -113,7 +113,7 @@ impl<'r, 'a> Body<'r, 'a> {
         Ok((statements, result?))
     }
 
-    /// What would be done: nothing is kept of it but the result.
+    /// Runs `done` and keeps only the result, undoing everything else.
     pub fn tried<T>(&mut self, done: impl FnOnce(&mut Self) -> Result<T, Error>) -> Result<T, Error> {
         let (locals, effects, is_pure, scopes) = (self.locals.len(), self.effects, self.is_pure, self.scopes.clone());
         let result = self.apart(done).map(|(_, result)| result);
@@ -130,7 +130,7 @@ impl<'r, 'a> Body<'r, 'a> {
         self.push(What::Assign(to, value));
     }
 
-    /// A block with names of its own; its value goes to a variable, if there is one.
+    /// Reads a block with its own scope; its value goes to the variable, if there is one.
     pub fn block(&mut self, block: &Block, to: Option<&Var>) -> Result<(), Error> {
         self.scopes.push(Vec::new());
         self.statements(block, to)?;
@@ -138,14 +138,14 @@ impl<'r, 'a> Body<'r, 'a> {
         Ok(())
     }
 
-    /// The statements of a block.
+    /// Reads the statements of a block.
     pub fn statements(&mut self, block: &Block, to: Option<&Var>) -> Result<(), Error> {
         let last = block.stmts.len();
         for (number, statement) in block.stmts.iter().enumerate() {
             self.at = self.reader.at(self.file, statement.span());
             let file = &self.reader.sources.files[self.file];
             let (start, end) = (statement.span().start(), statement.span().end());
-            // What stands before a line belongs to the statement that begins it, not to those in its braces.
+            // A comment before a line belongs to the statement that starts there, not to those within its braces.
             if start.line > block.brace_token.span.open().start().line {
                 for comment in file.comments_before(start.line) {
                     self.push(What::Comment(comment));
@@ -177,7 +177,7 @@ impl<'r, 'a> Body<'r, 'a> {
         Ok(())
     }
 
-    /// `let`.
+    /// Reads a `let`.
     fn declare(&mut self, it: &syn::Local) -> Result<(), Error> {
         let Some(init) = it.init.as_ref().filter(|init| init.diverge.is_none()) else {
             return Err(self.error(it.span(), "a variable is given its value where it is declared"));
@@ -231,7 +231,7 @@ impl<'r, 'a> Body<'r, 'a> {
         Ok(())
     }
 
-    /// New variables for a pattern, and the names that it gives them.
+    /// Creates variables for a pattern, and returns the names that it binds.
     fn pattern(&mut self, pat: &Pat, ty: &Ty) -> Result<(Var, Vec<(String, Var)>), Error> {
         match (pat, ty) {
             (Pat::Ident(it), ty) if it.subpat.is_none() => {
@@ -253,7 +253,7 @@ impl<'r, 'a> Body<'r, 'a> {
         }
     }
 
-    /// The value of an expression to a variable.
+    /// Stores the value of an expression in a variable.
     pub fn store(&mut self, to: &Var, expr: &syn::Expr) -> Result<(), Error> {
         match expr {
             syn::Expr::Paren(it) => return self.store(to, &it.expr),
@@ -274,7 +274,7 @@ impl<'r, 'a> Body<'r, 'a> {
         self.put(to, value, expr.span())
     }
 
-    /// A value to a variable of its type.
+    /// Stores a value in a variable of its type.
     fn put(&mut self, to: &Var, value: Val, span: Span) -> Result<(), Error> {
         match (to, value) {
             (Var::Place(place, ty), Val::Number(expr, found)) => {
@@ -303,7 +303,7 @@ impl<'r, 'a> Body<'r, 'a> {
         }
     }
 
-    /// An expression for what it does.
+    /// Reads an expression statement.
     fn statement(&mut self, expr: &syn::Expr) -> Result<(), Error> {
         match expr {
             syn::Expr::Assign(it) => self.assignment(&it.left, &it.right),
@@ -375,7 +375,7 @@ impl<'r, 'a> Body<'r, 'a> {
             return Err(self.error(to.span(), "this is no variable"));
         };
         let Var::Place(place, Ty::Struct(record)) = &var else { return self.store(&var, from) };
-        // A struct gets all its fields anew; what they are calculated from may be one of them.
+        // A struct gets all its fields at once, and they may be computed from its old ones.
         let syn::Expr::Struct(it) = from else {
             return Err(self.error(from.span(), "a struct is given as Name { field: value, ... }"));
         };
@@ -411,7 +411,7 @@ impl<'r, 'a> Body<'r, 'a> {
         Ok(())
     }
 
-    /// `if`, whose value goes to a variable, if there is one.
+    /// Reads an `if`, whose value goes to the variable, if there is one.
     fn branch(&mut self, it: &syn::ExprIf, to: Option<&Var>) -> Result<(), Error> {
         let at = self.at;
         self.scopes.push(Vec::new());
@@ -433,7 +433,7 @@ impl<'r, 'a> Body<'r, 'a> {
         Ok(())
     }
 
-    /// The condition of `if let Some(name) = ...`; the name is bound.
+    /// The condition of `if let Some(name) = ...`; binds the name.
     pub fn if_let(&mut self, it: &syn::ExprLet) -> Result<Expr, Error> {
         let unknown = |this: &Self| this.error(it.pat.span(), "this pattern is not known here; use Some(name)");
         let Pat::TupleStruct(pat) = &*it.pat else { return Err(unknown(self)) };
@@ -449,20 +449,20 @@ impl<'r, 'a> Body<'r, 'a> {
         Ok(Expr::Load(Scalar::Bool, some))
     }
 
-    /// A truth value.
+    /// Reads an expression of type bool.
     pub fn condition(&mut self, expr: &syn::Expr) -> Result<Expr, Error> {
         let (condition, ty) = self.number(expr, Some(&Ty::BOOL))?;
         if ty == Ty::BOOL { Ok(condition) } else { Err(self.error(expr.span(), format!("expected bool, found {ty}"))) }
     }
 
-    /// A call as a statement.
+    /// Adds a call as a statement.
     pub fn call(&mut self, call: Call, is_pure: bool) {
         let what = What::Call(call);
         self.note(is_pure);
         self.push(what);
     }
 
-    /// A call is made that writes to what is not a local.
+    /// Records whether a call writes to anything but locals.
     pub fn note(&mut self, is_pure: bool) {
         if !is_pure {
             self.is_pure = false;
@@ -475,7 +475,7 @@ impl<'r, 'a> Body<'r, 'a> {
     }
 }
 
-/// The operation of `+=` and the like.
+/// The operation of a compound assignment such as `+=`.
 fn compound(op: &syn::BinOp) -> Option<Binary> {
     Some(match op {
         syn::BinOp::AddAssign(_) => Binary::Add,
@@ -490,7 +490,7 @@ fn compound(op: &syn::BinOp) -> Option<Binary> {
     })
 }
 
-/// The value of a constant expression.
+/// The value of an expression, if it is constant.
 pub(crate) fn folded(expr: &Expr) -> Option<Value> {
     match expr {
         Expr::Const(value) => Some(*value),

@@ -1,5 +1,5 @@
-//! Why a block refuses its settings. `Law::check` gives a text, which a typed program does not have: it is read as a function that
-//! gives the number of the refusal and the numbers in its message; the messages stand beside it.
+//! Reads why a block refuses settings. `Law::check` returns a text, which a typed program does not have: it is read as
+//! a function that returns the number of the refusal and the numbers in its message; the messages are kept separately.
 
 use crate::item::Function;
 use crate::reader::Reader;
@@ -12,15 +12,17 @@ use syn::spanned::Spanned;
 use syn::visit_mut::{VisitMut, visit_expr_mut};
 use syn::{Expr, Lit, Token};
 
-/// The most numbers in a message.
+/// The maximum number of numbers in a message.
 pub const NUMBERS: usize = 4;
 
-/// Why settings are refused.
+/// The check of a block's settings.
 #[derive(Clone, Debug)]
 pub struct Check {
-    /// The number of the function that writes `refusal`, from 1, or 0, and `refusal_1` and so on, the numbers in its message.
+    /// The index of the function that writes `refusal`, from 1 or 0 for none, and `refusal_1` and so on, the numbers in
+    /// its message.
     pub function: usize,
-    /// The messages. A number stands where they have the character 1 (as `{}` writes it) or 2 (as `{:?}` does).
+    /// The messages. The character 1 stands for a number formatted with `{}`, the character 2 for one formatted with
+    /// `{:?}`.
     pub messages: Vec<String>,
 }
 
@@ -30,7 +32,7 @@ pub(crate) fn members() -> impl Iterator<Item = (String, Type)> {
     std::iter::once(("refusal".to_string(), Type::Scalar(Scalar::I32))).chain((1..=NUMBERS).map(number))
 }
 
-/// The function of the block, and the messages.
+/// The function in the block that checks it, and the messages.
 pub(crate) struct Refusals {
     function: usize,
     messages: Vec<String>,
@@ -59,7 +61,7 @@ impl Reader<'_> {
         Ok(Some(Refusals { function, messages: rewrite.messages }))
     }
 
-    /// A function without parameters that checks the block in the memory, whose last members are [`members`].
+    /// Adds a function without parameters that checks the block in the memory, whose last members are [`members`].
     pub fn check(&mut self, file: usize, table: &Table, refusals: Refusals) -> Check {
         let Refusals { function, messages } = refusals;
         let first = self.program.records[self.program.memory].members.len() - 1 - NUMBERS;
@@ -73,7 +75,7 @@ impl Reader<'_> {
     }
 }
 
-/// `Ok(())` becomes `(0, 0.0, ...)`, and `Err(format!("...", a, b))` becomes `(1, a as f64, b as f64, ...)`.
+/// Rewrites `Ok(())` to `(0, 0.0, ...)`, and `Err(format!("...", a, b))` to `(1, a as f64, b as f64, ...)`.
 #[derive(Default)]
 struct Rewrite {
     messages: Vec<String>,
@@ -149,9 +151,9 @@ impl Rewrite {
     }
 }
 
-/// The number of a refusal with the numbers of its message, as many as each has.
+/// The number of a refusal and the numbers of its message, padded to the maximum.
 fn tuple(refusal: usize, numbers: Vec<Expr>) -> syn::Result<Expr> {
-    // The places of the numbers stay; what is new has none.
+    // The numbers keep their source locations; new expressions have none.
     let mut elements: Punctuated<Expr, Token![,]> = Punctuated::new();
     elements.push(syn::parse_str(&refusal.to_string())?);
     let missing = NUMBERS - numbers.len();

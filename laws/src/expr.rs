@@ -1,4 +1,4 @@
-//! Expressions.
+//! Reads expressions.
 
 use crate::body::{Body, folded};
 use crate::reader::{number, owner_of};
@@ -9,7 +9,7 @@ use syn::spanned::Spanned;
 use syn::{BinOp, ExprBinary, ExprIf, ExprLit, Lit, Stmt, UnOp};
 
 impl Body<'_, '_> {
-    /// A number and its type.
+    /// Reads a number, with its type.
     pub fn number(&mut self, expr: &syn::Expr, want: Option<&Ty>) -> Result<(Expr, Ty), Error> {
         match self.value(expr, want)? {
             Val::Number(expr, ty) => Ok((expr, ty)),
@@ -20,7 +20,7 @@ impl Body<'_, '_> {
         }
     }
 
-    /// The variable that an expression names; `None` if it names none.
+    /// The variable that an expression names; `None` if it is not a variable.
     pub fn place(&mut self, expr: &syn::Expr) -> Result<Option<Var>, Error> {
         Ok(match expr {
             syn::Expr::Paren(it) => self.place(&it.expr)?,
@@ -41,7 +41,7 @@ impl Body<'_, '_> {
         })
     }
 
-    /// What an expression stands for; a literal gets the type that is wanted.
+    /// Reads an expression; a literal takes the wanted type.
     pub fn value(&mut self, expr: &syn::Expr, want: Option<&Ty>) -> Result<Val, Error> {
         if let Some(var) = self.place(expr)? {
             return Ok(var.load());
@@ -70,7 +70,7 @@ impl Body<'_, '_> {
             syn::Expr::Binary(it) => self.binary(it, want),
             syn::Expr::Path(it) => self.path(it),
             syn::Expr::Field(it) => {
-                // The number in a newtype.
+                // The number inside a newtype.
                 let (value, ty) = self.number(&it.base, None)?;
                 match (&it.member, ty) {
                     (syn::Member::Unnamed(index), Ty::New { kept, inner, .. }) if index.index == 0 => {
@@ -159,7 +159,7 @@ impl Body<'_, '_> {
         Ok(Val::Number(Expr::Const(value), ty))
     }
 
-    /// The number type that a name stands for, also by another name.
+    /// The number type that a name or an alias denotes.
     pub fn scalar_named(&mut self, name: &str) -> Option<Scalar> {
         let ty = syn::parse_str::<syn::Type>(name).ok()?;
         match self.reader.ty(self.file, &ty, None) {
@@ -219,7 +219,7 @@ impl Body<'_, '_> {
             return Err(self.error(it.op.span(), "the remainder of floating-point numbers is not known here"));
         }
         let (left, right) = (Box::new(left), Box::new(right));
-        // In Rust a number differs from what is not a number; in the typed program that comparison is false, too.
+        // In Rust, a comparison of NaN with `!=` is true; in the typed program it is false.
         let value = if op == Binary::Ne && kept.is_float() {
             Expr::Unary(Unary::Not, Scalar::Bool, Box::new(Expr::Binary(Binary::Eq, kept, left, right, at)))
         } else {
@@ -228,7 +228,7 @@ impl Body<'_, '_> {
         Ok(Val::Number(value, if compares { Ty::BOOL } else { ty }))
     }
 
-    /// Whether two values are equal, part by part.
+    /// Compares two values part by part.
     fn same(&mut self, left: Val, right: Val, it: &ExprBinary) -> Result<Expr, Error> {
         let at = self.place_of_line();
         match (left, right) {
@@ -251,7 +251,7 @@ impl Body<'_, '_> {
         }
     }
 
-    /// `&&` and `||`. The right side is calculated always if nobody can see it.
+    /// Reads `&&` and `||`. The right side is always evaluated if that makes no observable difference.
     fn logic(&mut self, it: &ExprBinary) -> Result<Val, Error> {
         let at = self.place_of_line();
         let is_and = matches!(it.op, BinOp::And(_));
@@ -284,7 +284,7 @@ impl Body<'_, '_> {
         Ok(Val::Number(Expr::After(statements, Box::new(Expr::Load(Scalar::Bool, place))), Ty::BOOL))
     }
 
-    /// The type that two expressions have in common.
+    /// The common type of two expressions.
     pub fn common(&mut self, left: &syn::Expr, right: &syn::Expr) -> Result<Ty, Error> {
         let (a, b) = (self.ty(left)?, self.ty(right)?);
         a.unified(&b).ok_or_else(|| self.error(right.span(), format!("expected {a}, found {b}")))
@@ -360,7 +360,7 @@ impl Body<'_, '_> {
         })
     }
 
-    /// `if` as a number: a selection if no branch does anything.
+    /// Reads `if` as a number: a selection if no branch has effects.
     fn select(&mut self, expr: &syn::Expr, it: &ExprIf, want: Option<&Ty>) -> Result<Val, Error> {
         let ty = match want.filter(|want| want.is_known()) {
             Some(want) => want.clone(),
@@ -420,12 +420,12 @@ impl Body<'_, '_> {
     }
 }
 
-/// The integer type that is wanted of a literal.
+/// The integer type for a literal where this type is wanted.
 fn open_integer(want: &Ty) -> Option<Scalar> {
     want.kept().filter(|it| it.is_integer())
 }
 
-/// A constant of a number type.
+/// An associated constant of a number type.
 fn limit_of(ty: Scalar, name: &str) -> Option<Value> {
     let bits = 8 * ty.size();
     let float = |f32: f32, f64: f64| if ty == Scalar::F32 { Value::from(f32) } else { Value::from(f64) };

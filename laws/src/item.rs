@@ -5,16 +5,16 @@ use crate::table::{Doc, Table, docs};
 use proc_macro2::Span;
 use syn::{Block, Expr, Ident, ImplItem, Item, Signature, Type};
 
-/// What the files declare.
+/// The items declared in the files.
 #[derive(Default)]
 pub(crate) struct Items {
     pub functions: Vec<Function>,
     pub constants: Vec<Constant>,
-    /// Other names of types: name, type.
+    /// Type aliases: name and type.
     pub aliases: Vec<(String, Type)>,
-    /// Numbers with a name of their own: name, what is in them.
+    /// Newtypes of numbers: name and inner type.
     pub newtypes: Vec<(String, Type)>,
-    /// Blocks with the numbers of their files.
+    /// Blocks, each with the index of its file.
     pub blocks: Vec<(usize, Table)>,
 }
 
@@ -99,7 +99,7 @@ impl Items {
         Ok(())
     }
 
-    /// The function of a name that is seen in a file: the library's, the file's own, or the only one elsewhere.
+    /// The function of a name as visible in a file: from the library, the file itself, or the only one elsewhere.
     pub fn function(&self, sources: &Sources, owner: Option<&str>, name: &str, from: usize) -> Option<usize> {
         let named = |it: &Function| it.owner.as_deref() == owner && it.signature.ident == name;
         let all: Vec<usize> = (0..self.functions.len()).filter(|number| named(&self.functions[*number])).collect();
@@ -109,7 +109,7 @@ impl Items {
         all.iter().find(of_library).or_else(|| all.iter().find(own)).or_else(only).copied()
     }
 
-    /// The constant of a name that is seen in a file.
+    /// The constant of a name as visible in a file.
     pub fn constant(&self, owner: Option<&str>, name: &str, from: usize) -> Option<&Constant> {
         let named = |it: &&Constant| it.owner.as_deref() == owner && it.name == name;
         let mut all = self.constants.iter().filter(named);
@@ -118,7 +118,7 @@ impl Items {
     }
 }
 
-/// The last name of a type's path.
+/// The last segment of a type's path.
 pub(crate) fn type_name(ty: &Type) -> Option<String> {
     match ty {
         Type::Path(path) => path.path.segments.last().map(|last| last.ident.to_string()),
@@ -126,7 +126,7 @@ pub(crate) fn type_name(ty: &Type) -> Option<String> {
     }
 }
 
-/// An error of the parser in a file.
+/// A parser error in a file.
 fn in_file(file: &File, error: &syn::Error) -> Error {
     let span: Span = error.span();
     Error::at(file, span, error.to_string())

@@ -1,11 +1,12 @@
-//! Laws of blocks, written in Rust, read as typed programs: to be run by `scl`'s machine, printed as C and printed as SCL.
+//! Reads laws of blocks, written in Rust, as typed programs, which `scl`'s machine can run and which can be printed as
+//! C and SCL.
 //!
-//! The law in Rust stays the only one. Read are its table, its methods and the functions that they call: `if`, `let`, `match`,
-//! `while`, arithmetic, conversions, blocks inside of blocks. Anything else is an [`Error`] with file, line and column. Names,
-//! order and comments are kept.
+//! The law in Rust remains the only one. Its table, its methods and the functions they call are read: `if`, `let`,
+//! `match`, `while`, arithmetic, conversions, inner blocks. Anything else is an [`Error`] with file, line and column.
+//! Names, order and comments are kept.
 //!
-//! Numbers are those of Rust to the last bit, with two exceptions, where a law stops in Rust and not here: integers that
-//! overflow wrap, and an integer divided by 0 is 0. What is not a number is only that, whatever its bits are.
+//! Numbers agree with Rust to the last bit, with two exceptions, in which a law panics in Rust and not here: integer
+//! overflow wraps, and the quotient of an integer and 0 is 0. All NaNs are equivalent, whatever their bits.
 
 mod body;
 mod check;
@@ -26,7 +27,7 @@ pub use source::{Error, Sources};
 use scl::program::Program;
 use scl::scl::Dialect;
 
-/// Where the rules of a block come from: the words in brackets behind its clauses, and whom they stand for.
+/// The origins of a block's rules: the words in brackets after its clauses, and their meanings.
 pub const ORIGINS: [(&str, &str); 5] = [
     ("manual", "the vendor's manual of this block"),
     ("vendor", "the vendor's later texts on this or related blocks"),
@@ -38,28 +39,28 @@ pub const ORIGINS: [(&str, &str); 5] = [
 /// A law as a typed program.
 #[derive(Clone, Debug)]
 pub struct Law {
-    /// The program. Its memory has the block under its name, and behind it, if the block has a mean, what its last call gave for
-    /// it under the name `pulse`.
+    /// The program. Its memory contains the block under its name, followed, if the block has a mean, by the mean pulse
+    /// of its last call under the name `pulse`.
     pub program: Program,
     /// The name of the block in its table.
     pub name: String,
-    /// The record of the block: the rows of its table under their names, the blocks inside, the mean, and `memory`.
+    /// The record of the block: the rows of its table by name, the inner blocks, the mean, and `memory`.
     pub record: usize,
-    /// The number of the function that restarts it.
+    /// The index of the function that restarts it.
     pub restart: usize,
-    /// The number of the function that calls it.
+    /// The index of the function that calls it.
     pub call: usize,
-    /// The number of the function that writes `pulse` anew, if [`read_whole`] has read a law that has a mean.
+    /// The index of the function that updates `pulse`, if [`read_whole`] was used and the law has a mean.
     pub pulse: Option<usize>,
-    /// Why it refuses settings, if [`read_whole`] has read a law that does.
+    /// The check of its settings, if [`read_whole`] was used and the law has one.
     pub check: Option<Check>,
 }
 
 impl Law {
-    /// The law as the source of a function block with the block's name and interface.
+    /// Prints the law as the source of a function block with the block's name and interface.
     ///
     /// # Errors
-    /// What the dialect has no word for, by name.
+    /// The dialect cannot express a part of it, which the message names.
     pub fn scl(&self, dialect: Dialect) -> Result<String, String> {
         let functions = &self.program.functions;
         let method = |name: &str| functions.iter().position(|it| it.name == format!("{}.{name}", self.name));
@@ -68,18 +69,18 @@ impl Law {
     }
 }
 
-/// Reads the law of the block that has this name in its table.
+/// Reads the law of the block with this name in its table.
 ///
 /// # Errors
-/// What is not known, with its place.
+/// The law uses something unknown; the error gives the location.
 pub fn read(sources: &Sources, block: &str) -> Result<Law, Error> {
     reader::law(sources, block, false)
 }
 
-/// The same with all that a host needs: the check of the settings, and the pulse between two calls.
+/// Reads a law with everything that a host needs: the check of the settings, and the pulse between two calls.
 ///
 /// # Errors
-/// What is not known, with its place.
+/// The law uses something unknown; the error gives the location.
 pub fn read_whole(sources: &Sources, block: &str) -> Result<Law, Error> {
     reader::law(sources, block, true)
 }

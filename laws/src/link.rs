@@ -1,12 +1,12 @@
-//! The laws of blocks in programs that have instances of them.
+//! Adds the laws of blocks to programs that have instances of them.
 
 use crate::{Sources, read};
 use scl::program::{Body, Program};
 
-/// The program with the laws of the blocks of which it has instances, so that it can be printed as C.
+/// The program with the laws of the blocks it has instances of, so that it can be printed as C.
 ///
 /// # Errors
-/// The law of a block that is not known, with its place.
+/// The law of a block uses something unknown; the message gives the location.
 pub fn with_laws(program: &Program) -> Result<Program, String> {
     let mut linked = program.clone();
     let sources = Sources::of_blocks();

@@ -1,4 +1,4 @@
-//! Calls and conversions.
+//! Reads calls and conversions.
 
 use crate::body::Body;
 use crate::reader::owner_of;
@@ -9,7 +9,7 @@ use syn::spanned::Spanned;
 use syn::{ExprCall, ExprCast, ExprMethodCall, Stmt};
 
 impl Body<'_, '_> {
-    /// `receiver.name(arguments)`.
+    /// Reads `receiver.name(arguments)`.
     pub fn method(&mut self, it: &ExprMethodCall, want: Option<&Ty>) -> Result<Val, Error> {
         let name = it.method.to_string();
         let at = self.place_of_line();
@@ -27,7 +27,7 @@ impl Body<'_, '_> {
                 if name == "is_none" { overflows } else { Expr::Unary(Unary::Not, Scalar::Bool, Box::new(overflows)) };
             return Ok(Val::Number(value, Ty::BOOL));
         }
-        // A literal receiver takes the type of what is wanted.
+        // A literal receiver takes the wanted type.
         let receiver = self.value(&it.receiver, None)?;
         let receiver = match receiver {
             Val::Number(_, Ty::Float | Ty::Integer) => {
@@ -94,7 +94,8 @@ impl Body<'_, '_> {
         }
     }
 
-    /// Whether `checked_add` and the like of integers of up to 32 bits overflow; `None` of other methods.
+    /// The overflow condition of `checked_add` and similar methods on integers of up to 32 bits; `None` for other
+    /// methods.
     fn overflows(&mut self, it: &ExprMethodCall) -> Result<Option<Expr>, Error> {
         let at = self.place_of_line();
         let op = match &*it.method.to_string() {
@@ -117,7 +118,7 @@ impl Body<'_, '_> {
         Ok(Some(Expr::Binary(Binary::Or, Scalar::Bool, Box::new(below), Box::new(above), at)))
     }
 
-    /// A method of a number.
+    /// Reads a method of a number.
     fn of_number(
         &mut self,
         it: &ExprMethodCall,
@@ -191,7 +192,7 @@ impl Body<'_, '_> {
         }
     }
 
-    /// A function of the library, with the receiver as its first argument.
+    /// Calls a library function, with the receiver as its first argument.
     fn of_library(
         &mut self,
         name: &str,
@@ -206,7 +207,7 @@ impl Body<'_, '_> {
         self.call_with(function, None, vec![(value, ty)], arguments, it.span())
     }
 
-    /// A function of a newtype: what is in it, the newtype of a number, or a function like any other.
+    /// Reads a function of a newtype: access to its inner number, its constructor, or an ordinary function.
     fn of_newtype(
         &mut self,
         item: usize,
@@ -238,7 +239,7 @@ impl Body<'_, '_> {
         self.call_with(function, None, first, arguments, span)
     }
 
-    /// A number as a newtype.
+    /// Wraps a number in a newtype.
     fn newtype(&mut self, name: &str, argument: &syn::Expr, span: proc_macro2::Span) -> Result<Val, Error> {
         let parsed = syn::parse_str::<syn::Type>(name).map_err(|_| self.error(span, "this type is not known here"))?;
         let ty = self.reader.ty(self.file, &parsed, None)?;
@@ -251,7 +252,7 @@ impl Body<'_, '_> {
         Ok(Val::Number(crate::body::folded(&value).map_or(value, Expr::Const), ty))
     }
 
-    /// `path(arguments)`.
+    /// Reads `path(arguments)`.
     pub fn call_path(&mut self, it: &ExprCall, want: Option<&Ty>) -> Result<Val, Error> {
         let syn::Expr::Path(path) = &*it.func else {
             return Err(self.error(it.func.span(), "a function is called by its name here"));
@@ -308,7 +309,7 @@ impl Body<'_, '_> {
         self.call_with(function, instance, Vec::new(), arguments, span)
     }
 
-    /// A call with values and further arguments.
+    /// Calls a function with given values and further arguments.
     fn call_with(
         &mut self,
         function: usize,
@@ -349,14 +350,14 @@ impl Body<'_, '_> {
         }
     }
 
-    /// `expr as Type`.
+    /// Reads `expr as Type`.
     pub fn cast(&mut self, it: &ExprCast) -> Result<Val, Error> {
         let owner = self.owner.clone();
         let Ty::Scalar(to) = self.reader.ty(self.file, &it.ty, owner.as_deref())? else {
             return Err(self.error(it.ty.span(), "a number is converted to a number here"));
         };
         let at = self.place_of_line();
-        // A floating-point number to an integer of 64 bits and from there to its low bits is one conversion.
+        // A conversion from floating point to a 64-bit integer and then to its low bits is a single conversion.
         let mut inner = &*it.expr;
         while let syn::Expr::Paren(paren) = inner {
             inner = &paren.expr;
@@ -371,7 +372,7 @@ impl Body<'_, '_> {
         if to.is_integer()
             && let Some((how, value, from)) = self.float(&it.expr)?
         {
-            // What lies beyond the type is the last number there; what is not a number is 0.
+            // The cast saturates at the limits of the type; NaN becomes 0.
             let limits = |low: f64, high: f64, value| {
                 Expr::Limit(Scalar::F64, Box::new([Expr::Const(low.into()), value, Expr::Const(high.into())]))
             };
@@ -390,7 +391,7 @@ impl Body<'_, '_> {
         Ok(Val::Number(self.value_as(value, from, to), Ty::Scalar(to)))
     }
 
-    /// How a floating-point number becomes an integer, the number, and its type.
+    /// The rounding mode, the number and its type, for a floating-point number converted to an integer.
     fn float(&mut self, expr: &syn::Expr) -> Result<Option<(Convert, Expr, Scalar)>, Error> {
         let ty = self.ty(expr)?;
         if !matches!(ty, Ty::Scalar(Scalar::F32 | Scalar::F64)) {
@@ -403,14 +404,14 @@ impl Body<'_, '_> {
         })
     }
 
-    /// A number as one of another type; a truth value is 0 or 1.
+    /// Converts a number by value; a truth value becomes 0 or 1.
     fn value_as(&self, value: Expr, from: Scalar, to: Scalar) -> Expr {
         let value = self.converted(value, from, to);
         crate::body::folded(&value).map_or(value, Expr::Const)
     }
 }
 
-/// The integer type of the same width with the other sign.
+/// The integer type of the same width with the opposite signedness.
 fn other_sign(ty: Scalar) -> Scalar {
     match ty {
         Scalar::I8 => Scalar::U8,
@@ -425,7 +426,7 @@ fn other_sign(ty: Scalar) -> Scalar {
     }
 }
 
-/// The lowest or the highest number of an integer type.
+/// The lowest or highest value of an integer type.
 fn limit(ty: Scalar, which: &str) -> f64 {
     let bits = 8 * ty.size();
     let value = match (which, ty.is_signed()) {

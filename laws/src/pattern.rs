@@ -1,4 +1,4 @@
-//! `match`.
+//! Reads `match`.
 
 use crate::body::Body;
 use crate::source::Error;
@@ -8,7 +8,7 @@ use syn::spanned::Spanned;
 use syn::{ExprMatch, Pat};
 
 impl Body<'_, '_> {
-    /// `match`, whose value goes to a variable, if there is one. The last arm takes what the others leave.
+    /// Reads `match`, whose value goes to the variable, if there is one. The last arm takes whatever the others leave.
     pub fn choose(&mut self, it: &ExprMatch, to: Option<&Var>) -> Result<(), Error> {
         let value = self.value(&it.expr, None)?;
         let value = self.fixed(value);
@@ -38,7 +38,7 @@ impl Body<'_, '_> {
         Ok(())
     }
 
-    /// A value that may be looked at several times.
+    /// A value that can be examined several times.
     fn fixed(&mut self, value: Val) -> Val {
         match value {
             Val::Number(expr @ Expr::After(..), ty) => match self.local("value", &ty, proc_macro2::Span::call_site()) {
@@ -53,7 +53,7 @@ impl Body<'_, '_> {
         }
     }
 
-    /// The condition under which a value has a pattern; `None` if it always has.
+    /// The condition under which a value matches a pattern; `None` if it always does.
     fn matches(&mut self, pat: &Pat, value: &Val) -> Result<Option<Expr>, Error> {
         let at = self.place_of_line();
         match (pat, value) {

@@ -1,4 +1,4 @@
-//! From the items to the program: types, records and functions, each when it is first needed.
+//! Converts the items to a program: types, records and functions, each on first use.
 
 use crate::body::Body;
 use crate::check;
@@ -15,31 +15,31 @@ use std::collections::BTreeMap;
 use syn::spanned::Spanned;
 use syn::{FnArg, Pat, ReturnType};
 
-/// What is read, and what has been made of it.
+/// The input, and the program made from it so far.
 pub(crate) struct Reader<'a> {
     pub sources: &'a Sources,
     pub items: &'a Items,
     pub program: Program,
-    /// Of each record, the names of its fields in Rust and their types, in the order of its members.
+    /// For each record, the Rust names and types of its fields, in member order.
     pub fields: BTreeMap<usize, Vec<(String, Ty)>>,
-    /// The records of blocks and of their memories, by the name of the struct; of a memory, behind that of its block.
+    /// The records of blocks and of their memories, by struct name; a memory's name includes that of its block.
     records: BTreeMap<String, usize>,
-    /// The functions that are made, by the number of the item; `None` while it is made.
+    /// The functions converted so far, by item index; `None` while being converted.
     made: BTreeMap<usize, Option<usize>>,
-    /// The functions that set the outputs and the memory of a block to 0, by its record.
+    /// The functions that clear a block's outputs and memory, by record.
     cleared: BTreeMap<usize, usize>,
-    /// Of each function, what a call of it is like.
+    /// The signature of each function.
     pub signatures: BTreeMap<usize, Signature>,
 }
 
-/// What a call of a function is like.
+/// The signature of a function.
 #[derive(Clone, Debug)]
 pub(crate) struct Signature {
     pub parameters: Vec<Ty>,
     pub result: Ty,
-    /// The locals with the result, one after the other.
+    /// The locals that hold the result, in order.
     pub results: Vec<usize>,
-    /// It writes to nothing but its own locals.
+    /// Whether it writes only to its own locals.
     pub is_pure: bool,
 }
 
@@ -123,7 +123,7 @@ impl Reader<'_> {
         At { file: file as u16, line: span.start().line as u32 }
     }
 
-    /// A type in Rust.
+    /// Resolves a Rust type.
     pub fn ty(&mut self, file: usize, ty: &syn::Type, owner: Option<&str>) -> Result<Ty, Error> {
         match ty {
             syn::Type::Tuple(tuple) => {
@@ -170,7 +170,7 @@ impl Reader<'_> {
         if let Some((file, table)) = items.blocks.iter().find(|(_, table)| table.ident == name) {
             return Ok(Some(Ty::Struct(self.block(*file, table)?)));
         }
-        // A memory is known by its block.
+        // A memory is identified by its block.
         let block = items.blocks.iter().find(|(number, table)| match owner {
             Some(owner) => table.ident == owner,
             None => *number == file,
@@ -189,7 +189,7 @@ impl Reader<'_> {
         if let Some(record) = self.records.get(&ident) {
             return Ok(*record);
         }
-        // A member each: its name here, its name in Rust, its type, its text, its start value.
+        // For each member: its name here, its Rust name, its type, its description, its start value.
         let mut members: Vec<(String, String, Ty, String)> = Vec::new();
         let mut starts = Vec::new();
         for row in &table.rows {
@@ -279,14 +279,14 @@ impl Reader<'_> {
         Ok(record)
     }
 
-    /// The number and the type of a field of a struct.
+    /// The member index and type of a struct's field.
     pub fn field(&self, record: usize, name: &str) -> Option<(usize, Ty)> {
         let fields = self.fields.get(&record)?;
         let number = fields.iter().position(|(field, _)| field == name)?;
         Some((number, fields[number].1.clone()))
     }
 
-    /// The block in Rust that a record belongs to.
+    /// The Rust struct that a record represents.
     pub fn block_of(&self, record: usize) -> Option<String> {
         self.records.iter().find(|(_, number)| **number == record).map(|(name, _)| name.clone())
     }
@@ -305,13 +305,13 @@ impl Reader<'_> {
         Ok(self.add_entry(if method == "call" { "cycle" } else { method }, body))
     }
 
-    /// A function without parameters that writes the pulse of the block in the memory.
+    /// A function without parameters that updates the pulse of the block in the memory.
     fn pulse(&mut self, file: usize, table: &Table) -> Result<usize, Error> {
         let body = vec![Statement { at: self.at(file, table.ident.span()), what: self.pulse_of(file, table)? }];
         Ok(self.add_entry("pulse", body))
     }
 
-    /// The pulse of the block in the memory, which comes behind it.
+    /// The statement that updates the pulse, which follows the block in the memory.
     fn pulse_of(&mut self, file: usize, table: &Table) -> Result<What, Error> {
         let pulse = Place::of(Base::Memory).member(1);
         let Some(item) = self.items.function(self.sources, Some(&table.ident.to_string()), "pulse", file) else {
@@ -323,7 +323,7 @@ impl Reader<'_> {
         Ok(What::Call(Call { function, instance, arguments: Vec::new(), outputs: vec![(result, pulse)] }))
     }
 
-    /// A function that a host calls.
+    /// Adds a function that a host calls.
     pub fn add_entry(&mut self, name: &str, body: Vec<Statement>) -> usize {
         self.program.functions.push(typed::Function {
             name: name.to_string(),
@@ -335,7 +335,7 @@ impl Reader<'_> {
         self.program.functions.len() - 1
     }
 
-    /// A method of a block, by the name of its struct.
+    /// The function for a method of a block, by struct name.
     pub fn method(&mut self, owner: &str, name: &str, file: usize, span: Span) -> Result<usize, Error> {
         if let Some(item) = self.items.function(self.sources, Some(owner), name, file) {
             return self.function(item);
@@ -348,7 +348,7 @@ impl Reader<'_> {
         Err(self.error(file, span, format!("{owner} has no method {name} that could be read")))
     }
 
-    /// The method that `block!` makes: outputs, locals, mean and memory become 0.
+    /// The method generated by `block!` that clears outputs, locals, mean and memory.
     fn clear(&mut self, file: usize, table: &Table) -> Result<usize, Error> {
         let record = self.block(file, table)?;
         if let Some(function) = self.cleared.get(&record) {
@@ -391,7 +391,7 @@ impl Reader<'_> {
         Ok(function)
     }
 
-    /// The function of an item.
+    /// The function for an item.
     pub fn function(&mut self, item: usize) -> Result<usize, Error> {
         let items = self.items;
         let it = &items.functions[item];
@@ -406,7 +406,7 @@ impl Reader<'_> {
         Ok(function)
     }
 
-    /// A new function.
+    /// Converts a function.
     pub fn build(&mut self, it: &Function) -> Result<usize, Error> {
         let items = self.items;
         let owner = it.owner.as_deref();
@@ -486,7 +486,7 @@ fn upper(name: &syn::Ident) -> String {
     name.to_string().to_uppercase()
 }
 
-/// The number type of Rust with this name.
+/// The Rust number type of this name.
 pub(crate) fn number(name: &str) -> Option<Scalar> {
     Some(match name {
         "bool" => Scalar::Bool,
@@ -510,7 +510,7 @@ pub(crate) fn owner_of(path: &syn::Path) -> Option<String> {
     (count >= 2).then(|| path.segments[count - 2].ident.to_string())
 }
 
-/// Whether a place is the whole or a part of what a function works on, and not its own.
+/// Whether a place is, or is part of, what a function works on rather than its own local.
 pub(crate) fn is_outside(place: &Place) -> bool {
     !matches!(place.base, Base::Local(_))
 }

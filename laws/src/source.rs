@@ -1,9 +1,9 @@
-//! Sources and places in them.
+//! Sources and locations in them.
 
 use proc_macro2::Span;
 use std::fmt;
 
-/// Files in Rust.
+/// Rust source files.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     pub(crate) files: Vec<File>,
@@ -15,17 +15,17 @@ pub(crate) struct File {
     pub text: String,
 }
 
-/// The sources of the blocks that come with the product.
+/// The sources of the built-in blocks.
 const BLOCKS: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/blocks.rs"));
 
-/// What Rust's numbers can do and the typed program has no operation for.
+/// Number functions of Rust for which the typed program has no operation.
 const LIBRARY: &str = include_str!("library.rs");
 
 /// The path of [`LIBRARY`] in messages.
 pub(crate) const LIBRARY_PATH: &str = "laws/src/library.rs";
 
 impl Sources {
-    /// The blocks that come with the product, and what they are made of.
+    /// The sources of the built-in blocks.
     pub fn of_blocks() -> Sources {
         let mut sources = Sources::default();
         sources.add(LIBRARY_PATH, LIBRARY);
@@ -35,14 +35,14 @@ impl Sources {
         sources
     }
 
-    /// Adds a file, for example of a block of one's own.
+    /// Adds a file, for example that of your own block.
     pub fn add(&mut self, path: impl Into<String>, text: impl Into<String>) {
         self.files.push(File { path: path.into(), text: text.into() });
     }
 }
 
 impl File {
-    /// The comments on lines of their own that stand right before a line, from 1.
+    /// The comments on separate lines directly before a line, which is counted from 1.
     pub fn comments_before(&self, line: usize) -> Vec<String> {
         let lines: Vec<&str> = self.text.lines().take(line.saturating_sub(1)).collect();
         let mut comments: Vec<String> = lines.iter().rev().map_while(|line| comment(line.trim())).collect();
@@ -50,20 +50,20 @@ impl File {
         comments
     }
 
-    /// The comment behind the code of a line, from 1, that begins at a column or later.
+    /// The comment that follows the code of a line, which is counted from 1, at or after a column.
     pub fn comment_behind(&self, line: usize, column: usize) -> Option<String> {
         let rest: String = self.text.lines().nth(line.checked_sub(1)?)?.chars().skip(column).collect();
         comment(rest.trim_start_matches([';', ',']).trim())
     }
 }
 
-/// The text of a line that is a comment, and no documentation.
+/// The text of a comment line; `None` for code and documentation.
 fn comment(line: &str) -> Option<String> {
     let text = line.strip_prefix("//")?;
     (!text.starts_with(['/', '!'])).then(|| text.trim().to_string())
 }
 
-/// A law that cannot be read.
+/// An error in a law that cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
     /// The file.
@@ -72,7 +72,7 @@ pub struct Error {
     pub line: usize,
     /// The column, from 1.
     pub column: usize,
-    /// What is not known, and what to do.
+    /// The unknown construct, and the remedy.
     pub message: String,
 }
 

@@ -1,16 +1,16 @@
-//! The table of a block: what stands between the braces of `block!`.
+//! Parses the table of a block: the contents of `block!`.
 
 use syn::parse::{Parse, ParseStream};
 use syn::punctuated::Punctuated;
 use syn::{Attribute, Expr, Ident, LitStr, Meta, Token, Type, braced, parenthesized};
 
-/// A block as its source declares it.
+/// A block as declared in its source.
 pub(crate) struct Table {
     /// The struct in Rust.
     pub ident: Ident,
     /// The name in the PLC.
     pub name: String,
-    /// The parts of its documentation: lines, or the names of files.
+    /// The parts of its documentation: lines, or file names.
     pub docs: Vec<Doc>,
     pub rows: Vec<Row>,
     pub instances: Vec<Instance>,
@@ -39,7 +39,7 @@ pub(crate) struct Member {
     pub docs: Vec<Doc>,
 }
 
-/// A line of documentation, or the file that has it.
+/// A line of documentation, or the file that contains it.
 #[derive(Clone, Debug)]
 pub(crate) enum Doc {
     Line(String),
@@ -115,7 +115,7 @@ impl Parse for Table {
 }
 
 impl Table {
-    /// `mean`, `instances` or `memory`.
+    /// Parses `mean`, `instances` or `memory`.
     fn part(&mut self, input: ParseStream) -> syn::Result<()> {
         let part;
         if input.parse::<Option<keyword::mean>>()?.is_some() {
@@ -131,7 +131,7 @@ impl Table {
         } else {
             input.parse::<keyword::memory>()?;
             let ident = input.parse()?;
-            // How blocks stand side by side is of no account here.
+            // Lanes are irrelevant here.
             if input.parse::<Option<Token![in]>>()?.is_some() {
                 input.parse::<Ident>()?;
             }
@@ -150,7 +150,7 @@ impl Table {
     }
 }
 
-/// `name: Kind = start, from a b, min x, max y, unit "u";`
+/// Parses `name: Kind = start, from a b, min x, max y, unit "u";`.
 fn row(input: ParseStream, section: Ident) -> syn::Result<Row> {
     let docs = docs(&input.call(Attribute::parse_outer)?);
     let field = input.parse()?;
@@ -178,7 +178,7 @@ fn row(input: ParseStream, section: Ident) -> syn::Result<Row> {
     Ok(Row { section, field, kind, start, docs })
 }
 
-/// `name: Block { wired: a b; start: c = Bool(true), d = Real(1.0); }`
+/// Parses `name: Block { wired: a b; start: c = Bool(true), d = Real(1.0); }`.
 fn instance(input: ParseStream) -> syn::Result<Instance> {
     let docs = docs(&input.call(Attribute::parse_outer)?);
     let field = input.parse()?;

@@ -1,4 +1,4 @@
-//! Types of Rust, and what expressions stand for.
+//! Rust types, and the meanings of expressions.
 
 use scl::program::{Convert, Expr, Place, Scalar};
 use std::fmt;
@@ -6,25 +6,25 @@ use std::fmt;
 /// A type.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Ty {
-    /// An integer whose type is still open: a literal.
+    /// An integer literal whose type is not determined yet.
     Integer,
-    /// A floating-point number whose type is still open: a literal.
+    /// A floating-point literal whose type is not determined yet.
     Float,
     Scalar(Scalar),
-    /// A number with a name of its own.
+    /// A newtype of a number.
     New {
         name: String,
-        /// The type in which a variable holds it.
+        /// The type in which a variable stores it.
         kept: Scalar,
         /// The type of its field in Rust.
         inner: Scalar,
     },
-    /// A block or its memory: a number of a record.
+    /// A block or its memory, as a record index.
     Struct(usize),
-    /// Several values; none of them is `()`.
+    /// A tuple of values; none of them is `()`.
     Tuple(Vec<Ty>),
     Option(Box<Ty>),
-    /// What does not come back, such as `return`.
+    /// The type of an expression that never returns, such as `return`.
     Never,
 }
 
@@ -35,7 +35,7 @@ impl Ty {
         Ty::Tuple(Vec::new())
     }
 
-    /// The type of a variable of one number.
+    /// The scalar type of a variable that holds a single number.
     pub fn kept(&self) -> Option<Scalar> {
         match self {
             Ty::Scalar(scalar) => Some(*scalar),
@@ -44,7 +44,7 @@ impl Ty {
         }
     }
 
-    /// The type that two branches have in common.
+    /// The common type of two branches.
     pub fn unified(&self, other: &Ty) -> Option<Ty> {
         Some(match (self, other) {
             (Ty::Never, ty) | (ty, Ty::Never) => ty.clone(),
@@ -63,7 +63,7 @@ impl Ty {
         })
     }
 
-    /// Whether no part of it is open.
+    /// Whether the type is fully determined.
     pub fn is_known(&self) -> bool {
         match self {
             Ty::Integer | Ty::Float | Ty::Never => false,
@@ -92,21 +92,21 @@ impl fmt::Display for Ty {
     }
 }
 
-/// What an expression stands for.
+/// The meaning of an expression.
 #[derive(Clone, Debug)]
 pub(crate) enum Val {
-    /// A number that is calculated.
+    /// A computed number.
     Number(Expr, Ty),
     /// A variable.
     Var(Var),
     Tuple(Vec<Val>),
     /// `Some`, or `None`.
     Option(Option<Box<Val>>),
-    /// A whole floating-point number, which only a conversion takes.
+    /// A rounded floating-point number, which only a conversion accepts.
     Rounded(Convert, Expr, Scalar),
-    /// The order of two numbers.
+    /// The ordering of two numbers.
     Compared(Expr, Expr, Scalar),
-    /// From, to, and whether that belongs to it; of a type.
+    /// A range: start, end, whether the end is inclusive, and the type.
     Range(Expr, Expr, bool, Scalar),
 }
 
@@ -116,7 +116,7 @@ pub(crate) enum Var {
     /// A number or a struct.
     Place(Place, Ty),
     Tuple(Vec<Var>),
-    /// Whether there is a value, and the value.
+    /// The place of a flag whether there is a value, and the value.
     Option(Place, Box<Var>),
 }
 
@@ -129,7 +129,7 @@ impl Var {
         }
     }
 
-    /// The places of its numbers, one after the other.
+    /// The places of its numbers, in order.
     pub fn places(&self) -> Vec<Place> {
         match self {
             Var::Place(place, _) => vec![place.clone()],

@@ -1,4 +1,4 @@
-//! The laws as typed programs give the bits of the laws in Rust, call by call, with usual values and odd ones.
+//! The laws as typed programs have the same bits as the laws in Rust, call by call, with typical and extreme values.
 
 use blocks::{Block, EachBlock, Kind, Row, Time, Value, Word, for_each_block};
 use laws::{Law, Sources};
@@ -8,12 +8,12 @@ use scl::random::Random;
 use scl::scl::Dialect;
 use std::sync::Arc;
 
-/// Calls of each block; `PLCFMU_CALLS=1000000` makes a million of them.
+/// Returns the number of calls of each block; `PLCFMU_CALLS=1000000` makes a million.
 fn calls() -> usize {
     std::env::var("PLCFMU_CALLS").map_or(20_000, |calls| calls.parse().expect("PLCFMU_CALLS is a number"))
 }
 
-/// A value for a row: usual ones, and, if they are wanted, any bits of the type.
+/// Generates a value for a row: a typical one or, if `odd`, any bits of the type.
 fn value(random: &mut Random, row: &Row, odd: bool) -> Value {
     const ODD: [f32; 10] = [
         f32::NAN,
@@ -49,7 +49,7 @@ fn value(random: &mut Random, row: &Row, odd: bool) -> Value {
     }
 }
 
-/// The bytes of a variable one after the other without gaps, as a block stores itself; all that is not a number is alike.
+/// Collects the bytes of a variable without padding, as a block stores itself; all NaNs are mapped to the same bits.
 fn stored(program: &Program, ty: &Type, bytes: &[u8], into: &mut Vec<u8>) {
     match ty {
         Type::Scalar(ty) => {
@@ -73,7 +73,7 @@ fn stored(program: &Program, ty: &Type, bytes: &[u8], into: &mut Vec<u8>) {
     }
 }
 
-/// The same of a block: its own bytes, read in the layout of the law.
+/// Like [`stored`], but for a block: its own bytes, read in the layout of the law.
 fn stored_block(program: &Program, ty: &Type, bytes: &mut &[u8], into: &mut Vec<u8>) {
     match ty {
         Type::Scalar(scalar) => {
@@ -89,7 +89,7 @@ fn stored_block(program: &Program, ty: &Type, bytes: &mut &[u8], into: &mut Vec<
     }
 }
 
-/// Where the row of a table lies, and its type.
+/// Returns the type and offset of a table row.
 fn place(law: &Law, row: &Row) -> (Scalar, usize) {
     let path = format!("{}.{}", law.name, row.full_name());
     match law.program.find(&path) {
@@ -119,7 +119,8 @@ fn compare<B: Block>(law: &Law, calls: usize) {
     let whole = Type::Record(law.record);
     let mut restarts = 0;
     for call in 0..calls {
-        // Sections with usual values and sections with odd ones; each begins with a fresh block.
+        // Calls with typical values and calls with extreme ones alternate in sections; each section begins with a new
+        // block.
         if call % 1000 == 0 {
             block = B::default();
             machine.restart();
@@ -128,7 +129,7 @@ fn compare<B: Block>(law: &Law, calls: usize) {
         for (row, (ty, offset)) in rows.iter().zip(&places).filter(|(row, _)| !is_kept(row)) {
             if call % 1000 == 0 || random.below(12) == 0 {
                 let index = rows.iter().position(|it| std::ptr::eq(it, row)).unwrap();
-                // A restart is rare.
+                // Restarts are rare.
                 let value = match row.kind {
                     Kind::Bool if row.name == "COM_RST" => Value::Bool(random.below(20) == 0),
                     _ => value(&mut random, row, odd),
@@ -182,7 +183,7 @@ impl EachBlock for CompareScl {
     }
 }
 
-/// A law printed as SCL and read again, beside the block.
+/// Compares a law, printed as SCL and parsed again, with the block.
 fn compare_scl<B: Block>(dialect: Dialect, calls: usize) {
     // The mean of a pulse is for the host of an FMU; a PLC does not have it.
     let is_mean = |row: &Row| row.kind == Kind::LReal;
@@ -190,7 +191,7 @@ fn compare_scl<B: Block>(dialect: Dialect, calls: usize) {
     let law = laws::read(&Sources::of_blocks(), B::TABLE.name).unwrap_or_else(|error| panic!("{error}"));
     let text = law.scl(dialect).unwrap_or_else(|error| panic!("{}: {error}", law.name));
     assert_eq!(text.contains('#') && text.contains("S7_Optimized_Access"), dialect == Dialect::Tia);
-    // A data block has the start values of blocks inside.
+    // The start values of inner blocks are in a data block.
     let data_block = format!("{}_DB", law.name);
     let block = if text.contains(&format!("DATA_BLOCK \"{data_block}\"")) { data_block } else { law.name.clone() };
     let cpu = Some(if dialect == Dialect::Tia { scl::Cpu::S71500 } else { scl::Cpu::S7300 });

@@ -1,4 +1,4 @@
-//! The laws as C give the bits of the typed programs, with all compilers that are here, and none of them warns.
+//! The laws as C have the same bits as the typed programs, with all installed compilers, and compile without warnings.
 
 use blocks::{Block, EachBlock, Kind, for_each_block};
 use laws::{Law, Sources};
@@ -9,7 +9,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 
-/// Reads a function's number and the memory before its call, and writes the memory after it, until there is no more.
+/// Reads the number of a function and the memory before its call, and writes the memory after it, until the end of the
+/// input.
 const MAIN: &str = "
 #include <stdio.h>
 int main(void) {
@@ -32,7 +33,7 @@ int main(void) {
 }
 ";
 
-/// Compilers with their options; those that are not here are left out, but not all of them.
+/// Compilers with their options; those not installed are skipped, but at least one must be.
 const COMPILERS: [(&str, &[&str]); 7] = [
     ("gcc", &["-std=c99", "-O0", "-x", "c"]),
     ("gcc", &["-std=gnu99", "-O2", "-march=native", "-x", "c"]),
@@ -67,7 +68,7 @@ impl Random {
     }
 }
 
-/// Calls with their memory before and after, from the machine.
+/// Returns the memory before and after each call, computed by the machine.
 fn tape<B: Block>(law: &Law, calls: usize) -> (Vec<u8>, Vec<u8>) {
     let mut machine = Machine::new(Arc::new(Code::compile(&law.program).unwrap()));
     let mut random = Random(7);
@@ -96,7 +97,7 @@ fn tape<B: Block>(law: &Law, calls: usize) -> (Vec<u8>, Vec<u8>) {
     (before, after)
 }
 
-/// What differs; what is not a number is the same whatever its bits are, and gaps between members do not count.
+/// Collects differences; all NaNs are equal, and padding between members is ignored.
 fn differences(program: &Program, ty: &Type, path: &str, c: &[u8], machine: &[u8], found: &mut Vec<String>) {
     match ty {
         Type::Scalar(ty) => {
@@ -140,7 +141,7 @@ impl EachBlock for Compare {
     }
 }
 
-/// Compares what the C makes of the memory before each call with the memory after it, for all compilers that are here.
+/// Compares the memory after each call of the C code with the expected memory, for all installed compilers.
 fn compare(name: &str, program: &Program, source: &Path, (before, after): (&[u8], &[u8])) {
     let mut compared = 0;
     for (compiler, options) in COMPILERS {
@@ -163,7 +164,7 @@ fn compare(name: &str, program: &Program, source: &Path, (before, after): (&[u8]
     }
 }
 
-/// The program that a compiler makes; `None` if there is no such compiler.
+/// Compiles a source; `None` if the compiler is not installed.
 fn compiled(compiler: &str, options: &[&str], source: &Path) -> Option<std::path::PathBuf> {
     let binary = source.with_extension("bin");
     let mut command = Command::new(compiler);
@@ -174,7 +175,7 @@ fn compiled(compiler: &str, options: &[&str], source: &Path) -> Option<std::path
     Some(binary)
 }
 
-/// What a program writes when it is given this.
+/// Returns the output of a program for this input.
 fn given(binary: &Path, input: &[u8]) -> Vec<u8> {
     let mut child = Command::new(binary).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
     let mut stdin = child.stdin.take().unwrap();
@@ -216,8 +217,8 @@ fn an_engineer_finds_the_clauses_of_the_manual_page_in_the_c() {
     assert!(behind.starts_with(trapezoid), "{behind}");
 }
 
-/// Every block as an instance, behind a BOOL and in an array, so that no number lies at a multiple of its size; a loop, so that
-/// statements are counted, which those of a block are not.
+/// Every block as an instance, after a BOOL and in an array, so that no number is aligned to its size; and a loop, so
+/// that statements are counted, which those of a block are not.
 fn program_of_instances() -> (Program, usize, String) {
     struct Instances(String, String, String);
     impl EachBlock for Instances {
@@ -267,7 +268,7 @@ fn blocks_as_instances_in_a_program_give_the_same_bits_in_c() {
     let (mut before, mut after) = (vec![2], machine.state().to_vec());
     for _ in 0..2000 {
         for (path, kind) in &settable.1 {
-            // The member of an instance is found behind its element.
+            // The path of a member may lead through an array element.
             if random.below(10) == 0
                 && let Some((offset, Type::Scalar(ty))) = program.find(path)
             {

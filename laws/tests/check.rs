@@ -1,4 +1,4 @@
-//! What a block refuses is refused by its law as a typed program, with the same sentence.
+//! What a block rejects is also rejected by its law as a typed program, with the same sentence.
 
 use blocks::{Law as _, PulsCtr, Time};
 use laws::{Law, Sources};
@@ -6,7 +6,7 @@ use scl::machine::{Code, Machine};
 use scl::program::Scalar;
 use std::sync::Arc;
 
-/// The sentence with which a law refuses what is set.
+/// Returns the sentence with which a law rejects the present settings.
 fn refusal(law: &Law, machine: &mut Machine) -> Result<(), String> {
     let check = law.check.as_ref().expect("the block has a check");
     machine.call(check.function, 0).unwrap();

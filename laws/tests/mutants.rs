@@ -1,5 +1,5 @@
-//! How many changes of a law the tape of a proof finds: mutants of the typed program, each with one change, are given the tape's
-//! inputs until an output differs.
+//! The share of changes to a law that the tape of a proof detects: mutants of the typed program, each with one change,
+//! receive the tape's inputs until an output differs.
 
 use laws::{Law, Sources};
 use scl::machine::{Code, Machine};
@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 const CALLS: usize = 5000;
 
-/// Mutants that are the same law: the line that the program has for them, the change, and why.
+/// Mutants that are equivalent to the law: their line in the program, the change, and the reason.
 const SAME: [(&str, &str, &str); 17] = [
     ("if self.int_hold ||", "Gt is Ge", "a q of 0 stays 0"),
     ("if self.int_hold ||", "Lt is Le", "a q of 0 stays 0"),
@@ -32,7 +32,7 @@ const SAME: [(&str, &str, &str); 17] = [
     ("self.memory.period_left = rnd(", "0 is 1", "a period without calls and one of a call end in this call"),
 ];
 
-/// Changes one place of a program: the one with the number `wanted`, counted from 0 in the order of the program.
+/// Changes one place of a program: the one with the index `wanted` in program order.
 struct Mutate {
     wanted: usize,
     seen: usize,
@@ -41,7 +41,7 @@ struct Mutate {
 }
 
 impl Mutate {
-    /// Whether this is the place, with what is said of the change.
+    /// Whether this is the place, for which a description of the change is recorded.
     fn is_here(&mut self, text: impl FnOnce() -> String) -> bool {
         let is_here = self.seen == self.wanted;
         if is_here {
@@ -78,7 +78,7 @@ impl Mutate {
         }
     }
 
-    /// Negates it, too.
+    /// Mutates a condition, which includes negating it.
     fn condition(&mut self, condition: &mut Expr) {
         let is_comparison = matches!(condition, Expr::Binary(op, ..) if op.compares());
         if self.is_here(|| "condition negated".to_string()) {
@@ -152,7 +152,7 @@ impl Mutate {
     }
 }
 
-/// The values that stand for a constant in mutants: an integer is one more, a REAL one percent more.
+/// Returns the values that replace a constant in mutants: an integer plus one, a REAL plus one percent.
 fn others(value: Value) -> Vec<(Value, String)> {
     match value.ty() {
         Scalar::Bool => vec![(Value::new(Scalar::Bool, 1 - value.bits()), "the opposite".to_string())],
@@ -168,7 +168,7 @@ fn others(value: Value) -> Vec<(Value, String)> {
     }
 }
 
-/// A law with the change of a number: where it is, and what it is; `None` if there are fewer.
+/// Returns a law with the change of this number, and its description; `None` if there are fewer changes.
 fn mutant(law: &Law, number: usize) -> Option<(Program, String)> {
     let mut program = law.program.clone();
     let mut mutate = Mutate { wanted: number, seen: 0, at: At::default(), done: None };
@@ -185,13 +185,14 @@ fn mutant(law: &Law, number: usize) -> Option<(Program, String)> {
     Some((program, format!("{line} // {text}")))
 }
 
-/// The functions that a call of one runs, in their order; not those of the library, which are not a block's law.
+/// Returns the functions reached by a call of one, in order, without those of the library, which are not part of a
+/// block's law.
 fn reached(program: &Program, from: usize) -> Vec<usize> {
     let mut all = vec![from];
     let mut next = 0;
     while let Some(number) = all.get(next) {
         let text = format!("{:?}", program.functions[*number].body);
-        // The debug text names each function that is called.
+        // The debug text names each called function.
         for part in text.split("Call { function: ").skip(1) {
             let digits: String = part.chars().take_while(char::is_ascii_digit).collect();
             let called = digits.parse().unwrap();
@@ -202,7 +203,7 @@ fn reached(program: &Program, from: usize) -> Vec<usize> {
         next += 1;
     }
     let is_own = |number: &usize| match &program.functions[*number].body {
-        // What `clear` writes are the start values of the table.
+        // The values that `clear` writes are the start values of the table.
         _ if program.functions[*number].name.ends_with(".clear") => false,
         Body::Code(list) => list.first().is_none_or(|it| !program.files[usize::from(it.at.file)].contains("library")),
         Body::Native(_) => false,
@@ -212,7 +213,7 @@ fn reached(program: &Program, from: usize) -> Vec<usize> {
     all
 }
 
-/// The first call in which a program gives other outputs than the tape says.
+/// Returns the first call in which the outputs of a program differ from the tape.
 fn differs(law: &Law, program: &Program, tape: &Tape) -> Option<usize> {
     let rows: Vec<(Scalar, usize)> = tape
         .inputs
@@ -236,7 +237,7 @@ fn differs(law: &Law, program: &Program, tape: &Tape) -> Option<usize> {
         }
         if entry.is_last {
             call += 1;
-            // A law that does not end differs, too.
+            // A law that does not terminate differs, too.
             if machine.call(law.call, 0).is_err() {
                 return Some(call);
             }
@@ -252,7 +253,7 @@ fn differs(law: &Law, program: &Program, tape: &Tape) -> Option<usize> {
     None
 }
 
-/// The mutants of a law that a tape does not find, and how many there are, without those of [`SAME`].
+/// Returns the mutants of a law that a tape misses, and their total number, without those of [`SAME`].
 fn missed(name: &str, calls: usize) -> (Vec<String>, usize) {
     let law = laws::read(&Sources::of_blocks(), name).unwrap();
     let tape = Tape::of(name, calls, 1).unwrap();
@@ -274,7 +275,8 @@ fn missed(name: &str, calls: usize) -> (Vec<String>, usize) {
 
 #[test]
 fn a_tape_of_5_000_calls_finds_most_laws_with_one_change() {
-    // How many may be missed: 72 of 73, 108 of 117, 54 of 62, 125 of 142 and 27 of 28 were found when this was written.
+    // The permitted numbers of missed mutants: 72 of 73, 108 of 117, 54 of 62, 125 of 142 and 27 of 28 were detected
+    // when this was written.
     let known = [("CONT_C", 1), ("CONT_S", 9), ("PULSEGEN", 8), ("PULS_CTR", 17), ("HLG", 1)];
     let mut wrong = Vec::new();
     for (name, most) in known {
@@ -283,7 +285,7 @@ fn a_tape_of_5_000_calls_finds_most_laws_with_one_change() {
         if missed.len() > most {
             wrong.push(format!("{name}: {} of {all} missed:\n  {}", missed.len(), missed.join("\n  ")));
         }
-        // A tape of random values finds neither of these.
+        // A tape of random values detects neither of these.
         let two = [("let lowest = (100.0", "100.0 is 101.0"), ("self.memory.period_left > 2", "2 is 3")];
         let is_old = |text: &&String| two.iter().any(|(line, change)| text.contains(line) && text.ends_with(change));
         assert_eq!(missed.iter().find(is_old).filter(|_| name != "PULS_CTR"), None, "{name}");

@@ -1,4 +1,4 @@
-//! A block of one's own is read like ours, and what cannot be read is told with its place.
+//! A user's own block is read like the built-in ones, and unsupported code is reported with its position.
 
 use blocks::Law as _;
 use laws::Sources;
@@ -61,14 +61,14 @@ fn what_cannot_be_read_is_told_with_its_place() {
         sources.add("my_block/src/lib.rs", text.replace(from, to));
         let error = laws::read(&sources, "COUNTER").expect_err(to);
         assert!(error.message.contains(message), "{to}: {error}");
-        // A law that calls itself is told where it begins.
+        // A recursive law is reported at its beginning.
         let place = (error.file.as_str(), error.line);
         assert!(place == ("my_block/src/lib.rs", line) || to == "self.call();", "{to}: {error}");
         assert!(error.column > 1, "{error}");
     }
 }
 
-/// What the library says about Rust's numbers.
+/// The library's statements about Rust's numbers.
 mod library {
     #![allow(dead_code)]
     use blocks::{LReal, Real};

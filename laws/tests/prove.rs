@@ -1,5 +1,5 @@
-//! The source of a proof, run here: with the block that it was made for it finds nothing, with a law that is a little different
-//! it says which call and which output differ first.
+//! Runs the source of a proof: with the block it was made for it finds nothing, and with a slightly different law it
+//! reports the first call and output that differ.
 
 use laws::Sources;
 use parameters::Source;
@@ -14,7 +14,7 @@ const CALLS: usize = 1200;
 
 const BLOCKS: [&str; 5] = ["CONT_C", "CONT_S", "PULSEGEN", "PULS_CTR", "HLG"];
 
-/// The result's data block as bytes, as a PLC that is not optimized has them: what the last cycle left.
+/// Returns the result's data block as bytes, in the standard (non-optimized) layout, after the last cycle.
 fn run(tape: &Tape, dialect: Dialect, other: Option<&str>) -> Vec<u8> {
     let block = other.map_or_else(|| tape.table.name.to_string(), |_| "OTHER".to_string());
     let text = print(tape, &Names { block, first: 400 }, dialect);
@@ -31,7 +31,7 @@ fn run(tape: &Tape, dialect: Dialect, other: Option<&str>) -> Vec<u8> {
         compile(&sources, &options).unwrap_or_else(|errors| panic!("{}\n{}", errors[0], &text[..text.len().min(6000)]));
     let root = compiled.root.unwrap();
     let mut machine = Machine::new(Arc::new(Code::compile(&compiled.program).unwrap()));
-    // Some cycles more than calls: the block has stopped by then.
+    // A few cycles more than calls: the block has stopped by then.
     for cycle in 0..tape.calls + 3 {
         machine.call(root.cycle, cycle as i64 * 10_000_000).unwrap_or_else(|stop| panic!("{stop}"));
     }
@@ -56,7 +56,7 @@ fn the_block_itself_passes_in_both_dialects() {
         let tape = Tape::of(name, CALLS, 1).unwrap();
         assert_eq!(tape.calls, CALLS, "{name}");
         for dialect in [Dialect::Tia, Dialect::Step7] {
-            // Programs have no names for what is inside of a block of ours: there the law as SCL stands for it.
+            // Programs have no names for the interior of a built-in block, so the law in SCL replaces it.
             let has_inner = tape.inputs.iter().any(|row| !tape.table.rows[*row].path[0].is_empty());
             let law = has_inner.then(|| changed(name, dialect, "", ""));
             let outcome = Outcome::read(&run(&tape, dialect, law.as_deref())).unwrap();
@@ -76,7 +76,7 @@ fn the_guide_has_the_sizes_of_the_tapes() {
     }
 }
 
-/// A law as SCL under another name, changed in one place.
+/// Returns a law as SCL under another name, changed in one place.
 fn changed(name: &str, dialect: Dialect, from: &str, to: &str) -> String {
     let law = laws::read(&Sources::of_blocks(), name).unwrap();
     let text = law.scl(dialect).unwrap();
@@ -86,7 +86,7 @@ fn changed(name: &str, dialect: Dialect, from: &str, to: &str) -> String {
     text.replace(&format!("\n\"{name}\"\nBEGIN"), "\n\"OTHER\"\nBEGIN")
 }
 
-/// What a proof says of a law with one change, and the inputs of the call.
+/// Returns the result of a proof for a law with one change, and the inputs of the call.
 fn found(name: &str, from: &str, to: &str) -> (Outcome, String, String) {
     let tape = Tape::of(name, CALLS, 1).unwrap();
     let same = Outcome::read(&run(&tape, Dialect::Tia, Some(&changed(name, Dialect::Tia, from, from)))).unwrap();
@@ -100,7 +100,7 @@ fn found(name: &str, from: &str, to: &str) -> (Outcome, String, String) {
 
 #[test]
 fn a_law_with_one_change_is_found_at_its_first_call_and_output() {
-    // The constant of the analog value by one bit: seen with the first analog value in use for which it matters.
+    // The constant of the analog value changed by one bit: detected at the first analog value for which it matters.
     let (outcome, output, text) = found("CONT_C", "0.003616898;", "0.0036168983;");
     assert!(["LMN", "LMN_PER", "LMN_P", "PV"].contains(&&*output), "{text}");
     let tape = outcome.tape().unwrap();

@@ -1,31 +1,31 @@
-//! Arrays: their elements are variables of their own, which are set, connected and recorded as any other is.
+//! Expands arrays: each element becomes a variable that can be set, connected and recorded.
 
 use crate::description::{Description, Type, Variable};
 use std::collections::HashSet;
 
-/// An array with more elements stays one variable that can be neither set nor recorded.
+/// The maximum number of elements; a larger array stays one variable that can be neither set nor recorded.
 pub const MOST_ELEMENTS: u64 = 1 << 16;
 
-/// An array of an FMU. Its elements are variables, one after the other, row by row.
+/// An array of an FMU. Its elements are consecutive variables in row-major order.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Array {
     /// Its name.
     pub name: String,
-    /// Its number in the C functions, which read and write all elements at once.
+    /// Its value reference in the C functions, which read and write all elements at once.
     pub value_reference: u32,
-    /// How many elements it has in each dimension.
+    /// The number of elements in each dimension.
     pub dimensions: Vec<u64>,
-    /// The value reference of the first element, which the C functions do not know; those of the others follow.
+    /// The value reference assigned to the first element, followed by those of the others; the C functions do not know
+    /// them.
     pub first_reference: u32,
-    /// Where the first element is among the variables.
+    /// The index of the first element among the variables.
     pub first: usize,
-    /// How many elements there are.
+    /// The number of elements.
     pub count: usize,
 }
 
 impl Description {
-    /// The same with the elements of each array, `a[1]`, `a[2]` or `m[1,2]`, in place of the array, and with the types of the
-    /// C functions.
+    /// Replaces each array by its elements, `a[1]`, `a[2]` or `m[1,2]`, and adopts the types of the C functions.
     pub fn expanded(mut self) -> Description {
         if self.is_fmi_3() {
             for variable in &mut self.variables {
@@ -37,7 +37,7 @@ impl Description {
     }
 }
 
-/// The type by its name in FMI 3.0, where an enumeration is an Int64.
+/// The type with this name in FMI 3.0, where an enumeration is an Int64.
 fn exact(name: &str) -> Option<Type> {
     let name = if name == "Enumeration" { Type::Int64.name() } else { name };
     Type::ALL.into_iter().find(|kind| kind.name_v3() == name)
@@ -82,12 +82,12 @@ fn expand(declared: Vec<Variable>) -> (Vec<Variable>, Vec<Array>) {
     (variables, arrays)
 }
 
-/// The value of an element; a single value stands for all.
+/// The value of an element; a single value applies to all.
 fn at<T: Copy>(values: &[T], element: u64) -> Option<T> {
     if let [all] = values { Some(*all) } else { values.get(element as usize).copied() }
 }
 
-/// The first of this many numbers in a row, at `next` or later, that no variable has; `next` is what follows them.
+/// The first of `count` consecutive unused numbers, searched from `next`, which then follows them.
 fn free(used: &HashSet<u32>, next: &mut u32, count: u32) -> Option<u32> {
     let mut first = *next;
     let mut at = first;
@@ -102,7 +102,7 @@ fn free(used: &HashSet<u32>, next: &mut u32, count: u32) -> Option<u32> {
     Some(first)
 }
 
-/// The index of an element, from 1 in each dimension; the last one changes first.
+/// The index of an element, from 1 in each dimension, with the last one varying fastest.
 fn index(mut element: u64, dimensions: &[u64]) -> String {
     let mut indices: Vec<String> = Vec::with_capacity(dimensions.len());
     for size in dimensions.iter().rev() {

@@ -1,6 +1,6 @@
-//! What an FMU is, whatever version of FMI its `modelDescription.xml` is written in.
+//! The description of an FMU, independent of the version of FMI in which its `modelDescription.xml` is written.
 //!
-//! The elements and words below are the same in every version.
+//! The elements and words below are common to all versions.
 
 use crate::arrays::Array;
 use crate::error::Error;
@@ -13,17 +13,17 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::fmt;
 
-/// The tool that makes the descriptions of blocks, as they name it: this program, with its version.
+/// The generation tool in the descriptions of blocks: this program and its version.
 pub const GENERATION_TOOL: &str = concat!("plcfmu ", env!("CARGO_PKG_VERSION"));
 
-/// What an FMU is: what a master, a study or a tool has to know of it.
+/// The description of an FMU, as needed by a master, a study or a tool.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Description {
     /// The version of FMI, such as `2.0`.
     pub fmi_version: &'static str,
     /// The model's name.
     pub model_name: String,
-    /// Identifies the interface; the library compares it with its own.
+    /// The identifier of the interface, which the library compares with its own.
     pub guid: String,
     /// A short description of the model.
     pub description: Option<String>,
@@ -37,79 +37,79 @@ pub struct Description {
     pub license: Option<String>,
     /// The tool that made the FMU.
     pub generation_tool: Option<String>,
-    /// When the FMU was made, as `xs:dateTime`.
+    /// The generation date and time, as `xs:dateTime`.
     pub generation_date_and_time: Option<String>,
-    /// What the FMU can do in co-simulation, if it supports that.
+    /// Its capabilities in co-simulation, if it supports that.
     pub co_simulation: Option<Support>,
-    /// What the FMU can do in model exchange, if it supports that.
+    /// Its capabilities in model exchange, if it supports that.
     pub model_exchange: Option<Support>,
     /// Its capabilities in scheduled execution, if it supports that.
     pub scheduled_execution: Option<Support>,
-    /// All units that are used.
+    /// The units in use.
     pub units: Vec<Unit>,
     /// The categories of the FMU's messages.
     pub log_categories: Vec<LogCategory>,
-    /// The simulation that the FMU proposes.
+    /// The proposed simulation.
     pub default_experiment: Option<DefaultExperiment>,
     /// The variables.
     pub variables: Vec<Variable>,
-    /// The arrays whose elements are variables: those of an [expanded](Description::expanded) one.
+    /// The arrays whose elements are variables, in an [expanded](Description::expanded) description.
     pub arrays: Vec<Array>,
 }
 
-/// What an FMU can do in one kind of simulation.
+/// The capabilities of an FMU for one kind of simulation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Support {
     /// The name of the library.
     pub model_identifier: String,
-    /// The names of the capabilities and their values as text, as `modelDescription.xml` has them and in its order.
+    /// The names of the capabilities and their values as text, named and ordered as in `modelDescription.xml`.
     pub capabilities: Vec<(&'static str, String)>,
 }
 
-/// A variable, with what its type definition says where it says nothing itself.
+/// A variable, with attributes of its type definition filled in where it has none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable {
     /// Its name.
     pub name: String,
-    /// Its number in the C functions. Variables of one type that share it are one variable with two names.
+    /// Its value reference. Variables of one type that share it are one variable with two names.
     pub value_reference: u32,
-    /// A short text.
+    /// A short description.
     pub description: Option<String>,
-    /// Who sets it.
+    /// Its causality: who sets it.
     pub causality: Causality,
-    /// When it changes.
+    /// Its variability: when it changes.
     pub variability: Variability,
-    /// How it gets its first value; `None` for an input and for the independent variable.
+    /// How its initial value is determined; `None` for an input and for the independent variable.
     pub initial: Option<Initial>,
-    /// How it is read and written; `None` if it is a text.
+    /// The type by which it is read and written; `None` if it is a text.
     pub kind: Option<Type>,
-    /// The standard's name of its type.
+    /// The name of its type in the standard.
     pub type_name: &'static str,
-    /// The sizes of an array, the last one counting its neighbours; empty if it holds a single value.
+    /// The sizes of an array in row-major order; empty if it is a scalar.
     pub dimensions: Vec<u64>,
     /// The unit of its values.
     pub unit: Option<String>,
     /// The unit in which its values are displayed by default.
     pub display_unit: Option<String>,
-    /// The lowest value that the model is made for.
+    /// The lower end of the range for which the model is valid.
     pub min: Option<f64>,
-    /// The highest value that the model is made for.
+    /// The upper end of the range for which the model is valid.
     pub max: Option<f64>,
-    /// The value before initialization; true is 1. Of an array its first.
+    /// The value before initialization; true is 1. For an array, that of the first element.
     pub start: Option<f64>,
-    /// The same of a text.
+    /// The value of a text before initialization.
     pub start_text: Option<String>,
-    /// The values of an array before initialization, one for each element; empty if it holds a single value or a text.
+    /// The values of an array before initialization, one for each element; empty for a scalar or text.
     pub starts: Vec<f64>,
-    /// The same of whole numbers, exactly, of an array or of a single one: where they have 64 bits, `start` and `starts` are the
-    /// nearest numbers. Empty in FMI 2.0, where they have 32.
+    /// The exact integer values before initialization, for arrays and scalars: for 64-bit integers, `start` and
+    /// `starts` are only the nearest numbers. Empty in FMI 2.0, which has 32-bit integers.
     pub exact: Vec<i128>,
-    /// Whether the sizes of arrays or the like depend on it, so that it is set before the initialization in a mode of its own.
+    /// Whether it is a structural parameter, on which array sizes may depend, and which is set in Configuration Mode.
     pub is_structural: bool,
 }
 
 impl Default for Variable {
-    /// A continuous local Real without a name, the standard's defaults.
+    /// A continuous local Real without a name: the defaults of the standard.
     fn default() -> Variable {
         Variable {
             name: String::new(),
@@ -135,7 +135,7 @@ impl Default for Variable {
 }
 
 impl Variable {
-    /// The value before initialization as [`Type::cell`] says; none if it has none, or is a text.
+    /// The value before initialization as a [cell](Type::cell); `None` if there is none, or for a text.
     pub fn start_cell(&self) -> Option<f64> {
         let kind = self.kind?;
         let exact = self.exact.first().and_then(|start| kind.whole_cell(*start));
@@ -143,40 +143,40 @@ impl Variable {
     }
 }
 
-/// How a variable is read and written. An enumeration counts as an Integer.
+/// The type by which a variable is read and written. An enumeration counts as an Integer.
 ///
 /// The types of FMI 2.0 are Real, Integer and Boolean; FMI 3.0 calls the first two Float64 and Int32.
 ///
-/// Values are numbers of 64 bits, which hold any value of these types but the large ones of Int64 and UInt64: those two are
-/// moved as [`Type::cell`] makes them.
+/// Values are 64-bit floating-point numbers, which hold any value of these types except large ones of Int64 and UInt64:
+/// these are passed as [cells](Type::cell).
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Type {
     /// A floating-point number.
     Real,
-    /// A whole number.
+    /// A 32-bit integer.
     Integer,
     /// TRUE or FALSE.
     Boolean,
-    /// A floating-point number of 32 bits.
+    /// A 32-bit floating-point number.
     Float32,
-    /// A whole number of 8 bits.
+    /// An 8-bit integer.
     Int8,
-    /// The same without sign.
+    /// An unsigned 8-bit integer.
     UInt8,
-    /// A whole number of 16 bits.
+    /// A 16-bit integer.
     Int16,
-    /// The same without sign.
+    /// An unsigned 16-bit integer.
     UInt16,
-    /// A whole number of 32 bits without sign.
+    /// An unsigned 32-bit integer.
     UInt32,
-    /// A whole number of 64 bits.
+    /// A 64-bit integer.
     Int64,
-    /// The same without sign.
+    /// An unsigned 64-bit integer.
     UInt64,
 }
 
 impl Type {
-    /// All of them, in their order.
+    /// All types, in order.
     pub const ALL: [Type; 11] = [
         Type::Real,
         Type::Integer,
@@ -200,7 +200,7 @@ impl Type {
         }
     }
 
-    /// Its name, in FMI 2.0 if that has it.
+    /// Its name, in FMI 2.0 if it exists there.
     pub const fn name(self) -> &'static str {
         match self {
             Type::Real => "Real",
@@ -226,7 +226,7 @@ impl Type {
         }
     }
 
-    /// The lowest and the highest value of a type of whole numbers.
+    /// The lowest and highest value of an integer type.
     pub const fn whole(self) -> Option<(i128, i128)> {
         match self {
             Type::Real | Type::Float32 | Type::Boolean => None,
@@ -241,7 +241,7 @@ impl Type {
         }
     }
 
-    /// How many bits a value has; a Boolean, and what is one in every version, counts as 32.
+    /// The size of a value in bits; a Boolean, which is an integer in FMI 2.0, counts as 32.
     pub const fn bits(self) -> u32 {
         match self {
             Type::Int8 | Type::UInt8 => 8,
@@ -256,12 +256,12 @@ impl Type {
         matches!(self, Type::Real | Type::Float32)
     }
 
-    /// Whether a value is moved as its 64 bits, since a floating-point number does not hold it.
+    /// Whether a value is passed as its 64 bits, because a floating-point number cannot hold it.
     pub const fn is_wide(self) -> bool {
         matches!(self, Type::Int64 | Type::UInt64)
     }
 
-    /// The number that a moved value is, the nearest one if it is wide.
+    /// The number in a cell; the nearest one if the type is wide.
     pub fn number(self, cell: f64) -> f64 {
         match self {
             Type::Int64 => cell.to_bits() as i64 as f64,
@@ -270,7 +270,7 @@ impl Type {
         }
     }
 
-    /// A number as its cell: 64-bit integers keep their bits.
+    /// A number as a cell: a 64-bit integer is stored bit by bit.
     pub fn cell(self, number: f64) -> f64 {
         match self {
             Type::Int64 => f64::from_bits(number as i64 as u64),
@@ -279,7 +279,7 @@ impl Type {
         }
     }
 
-    /// A whole number as its cell, or `None` outside the range of the type.
+    /// An integer as a cell, or `None` if it is outside the range of the type.
     pub fn whole_cell(self, number: i128) -> Option<f64> {
         let (low, high) = self.whole()?;
         (low..=high).contains(&number).then(|| match self {
@@ -289,7 +289,7 @@ impl Type {
         })
     }
 
-    /// The whole number in a cell of an integer type, or `None` outside the range of the type.
+    /// The integer in a cell of an integer type, or `None` if it is outside the range of the type.
     pub fn whole_of(self, cell: f64) -> Option<i128> {
         let (low, high) = self.whole()?;
         match self {
@@ -299,7 +299,7 @@ impl Type {
         }
     }
 
-    /// A value of this type as `modelDescription.xml` and the start values of a preset have it; true is 1.
+    /// A value of this type as written in `modelDescription.xml` and in the start values of a preset; true is 1.
     pub fn text(self, value: f64) -> String {
         match self {
             Type::Real => format!("{value:?}"),
@@ -311,7 +311,7 @@ impl Type {
 }
 
 impl Description {
-    /// Whether it is of FMI 3.0; else of FMI 2.0.
+    /// Whether the version is FMI 3.0; otherwise it is FMI 2.0.
     pub fn is_fmi_3(&self) -> bool {
         self.fmi_version.starts_with('3')
     }
@@ -333,8 +333,8 @@ impl Description {
         self.variables.iter().find(|variable| variable.name == name)
     }
 
-    /// The time between two calls of what the FMU holds: the fixed parameter in seconds whose start value is the step that it
-    /// proposes, if there is one such parameter only.
+    /// The sampling time of the block inside: the fixed parameter in seconds whose start value is the proposed step, if
+    /// there is exactly one.
     pub fn cycle(&self) -> Option<&Variable> {
         let step = self.default_experiment.and_then(|experiment| experiment.step_size)?;
         let is_cycle = |variable: &&Variable| {
@@ -352,27 +352,27 @@ impl Description {
 }
 
 impl Support {
-    /// Whether the FMU has the capability of this name. Versions of FMI differ in capitals: `canGetAndSetFMUstate`,
-    /// `canGetAndSetFMUState`.
+    /// Whether the FMU has a capability. Its name is compared ignoring case, which differs between versions:
+    /// `canGetAndSetFMUstate`, `canGetAndSetFMUState`.
     pub fn can(&self, capability: &str) -> bool {
         self.capabilities.iter().any(|(name, value)| name.eq_ignore_ascii_case(capability) && value == "true")
     }
 }
 
 impl Variable {
-    /// Whether a host may set it: it is an input or a parameter, and not constant.
+    /// Whether a host may set it: it is an input or parameter that is not constant.
     pub fn is_settable(&self) -> bool {
         matches!(self.causality, Causality::Input | Causality::Parameter)
             && self.variability != Variability::Constant
             && !self.is_structural
     }
 
-    /// How many values it holds: 1, or those of an array.
+    /// The number of values: 1, or the number of elements of an array.
     pub fn count(&self) -> u64 {
         self.dimensions.iter().product()
     }
 
-    /// Whether it is one of several named numbers.
+    /// Whether it is an enumeration.
     pub fn is_enumeration(&self) -> bool {
         self.type_name == "Enumeration"
     }
@@ -382,7 +382,7 @@ impl Variable {
         self.is_settable() && (self.causality == Causality::Input || self.variability == Variability::Tunable)
     }
 
-    /// Whether a value lies outside of the declared range.
+    /// Whether a value lies outside the declared range.
     pub fn is_outside(&self, value: f64) -> bool {
         self.min.is_some_and(|min| value < min) || self.max.is_some_and(|max| value > max)
     }
@@ -395,29 +395,29 @@ impl Variable {
 }
 
 elements! {
-    /// The capabilities of an FMU for co-simulation: attributes of the element `CoSimulation`, and an object in the JSON
-    /// of a library.
+    /// The capabilities of an FMU for co-simulation: attributes of the element `CoSimulation`, and an object in a
+    /// library's JSON.
     #[serde(default)]
     Capabilities and json {
-        /// The FMU only connects to a tool, which has to be installed.
+        /// Whether the FMU only connects to a tool, which must be installed.
         needs_execution_tool "needsExecutionTool": bool = false;
-        /// Communication steps may differ in size.
+        /// Whether communication steps may differ in size.
         can_handle_variable_communication_step_size "canHandleVariableCommunicationStepSize": bool = false;
-        /// Derivatives of inputs are accepted.
+        /// Whether derivatives of inputs are accepted.
         can_interpolate_inputs "canInterpolateInputs": bool = false;
-        /// The highest order of derivatives that outputs have.
+        /// The highest order of output derivatives.
         max_output_derivative_order "maxOutputDerivativeOrder": u32 = 0;
-        /// A step may continue after its call has returned. (The spelling is the standard's.)
+        /// Whether a step may continue after its call has returned. (The standard's spelling.)
         can_run_asynchronuously "canRunAsynchronuously": bool = false;
-        /// A process can hold only one instance.
+        /// Whether a process can hold only one instance.
         can_be_instantiated_only_once_per_process "canBeInstantiatedOnlyOncePerProcess": bool = false;
-        /// The FMU does not use the host's memory functions.
+        /// Whether the FMU does not use the host's memory functions.
         can_not_use_memory_management_functions "canNotUseMemoryManagementFunctions": bool = false;
-        /// The FMU's state can be saved and restored.
+        /// Whether the FMU's state can be saved and restored.
         can_get_and_set_fmu_state "canGetAndSetFMUstate": bool = false;
-        /// A saved state can be converted to bytes and back.
+        /// Whether a saved state can be serialized.
         can_serialize_fmu_state "canSerializeFMUstate": bool = false;
-        /// Partial derivatives are provided.
+        /// Whether partial derivatives are provided.
         provides_directional_derivative "providesDirectionalDerivative": bool = false;
     }
 
@@ -472,11 +472,11 @@ elements! {
     LogCategory "Category" and json {
         /// Its name, as the host's logger receives it.
         name "name": String;
-        /// What its messages tell.
+        /// The subject of its messages.
         description "description": Option<String>;
     }
 
-    /// `DefaultExperiment`: the simulation that the FMU proposes.
+    /// `DefaultExperiment`: the proposed simulation.
     #[derive(Copy)]
     DefaultExperiment "DefaultExperiment" {
         /// The start time in seconds.
@@ -491,7 +491,7 @@ elements! {
 }
 
 words! {
-    /// Who sets a variable.
+    /// The causality of a variable: who sets it.
     Causality {
         /// The host, before the simulation or, if tunable, between steps.
         Parameter "parameter",
@@ -501,13 +501,13 @@ words! {
         Input "input",
         /// The FMU, for others.
         Output "output",
-        /// The FMU, for itself.
+        /// The FMU, for internal use.
         Local "local",
-        /// No one: it is the time.
+        /// Nobody: it is the time.
         Independent "independent",
     }
 
-    /// When a variable changes.
+    /// The variability of a variable: when it changes.
     Variability {
         /// Never.
         Constant "constant",
@@ -521,17 +521,17 @@ words! {
         Continuous "continuous",
     }
 
-    /// How a variable gets its first value.
+    /// How the initial value of a variable is determined.
     Initial {
-        /// It is the start value.
+        /// By the start value.
         Exact "exact",
-        /// It is found by iteration from the start value.
+        /// By iteration from the start value.
         Approx "approx",
-        /// It is computed from other variables.
+        /// By computation from other variables.
         Calculated "calculated",
     }
 
-    /// How the variables' names are formed.
+    /// The naming convention of variables.
     VariableNamingConvention {
         /// Any text.
         Flat "flat",
@@ -569,16 +569,16 @@ impl Capabilities {
 }
 
 impl BaseUnit {
-    /// The names of the attributes in `modelDescription.xml` and their values as text, in the order of the schema, without
-    /// those that have their defaults.
+    /// The names of the attributes in `modelDescription.xml` and their values as text, in the order of the schema,
+    /// except those with default values.
     pub fn list(&self) -> Vec<(&'static str, String)> {
         list(self)
     }
 }
 
 impl Causality {
-    /// Whether a variable of this causality may have this variability: the table of FMI 2.0, section 2.2.7. Importers
-    /// refuse an FMU that breaks it.
+    /// Whether this causality permits a variability: the table of FMI 2.0, section 2.2.7. Importers reject an FMU that
+    /// violates it.
     pub fn allows(self, variability: Variability) -> bool {
         use Variability::{Constant, Continuous, Discrete, Fixed, Tunable};
         match self {

@@ -1,4 +1,4 @@
-//! Numbers for people to read.
+//! Formats numbers for people.
 
 use blocks::Kind;
 use blocks::table::number::shown;
@@ -19,8 +19,8 @@ pub fn short(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
-/// A number with the digits that the spread justifies: to a power of ten of at most a fiftieth of it. With at most six
-/// digits where there is no spread.
+/// A number rounded to the digits justified by the spread: to a power of ten of at most a fiftieth of it. With at most
+/// six digits if the spread is 0.
 pub fn within(value: f64, spread: f64) -> String {
     let place = (spread / 50.0).log10().floor();
     if !(value.is_finite() && (-15.0..=15.0).contains(&place)) {
@@ -35,13 +35,13 @@ pub fn within(value: f64, spread: f64) -> String {
     if rounded.abs() < 1e9 { format!("{}", rounded + 0.0) } else { format!("{rounded:e}") }
 }
 
-/// A number with three significant digits, as a person reads it; none of them is finer than `least`.
+/// A number with three significant digits, but no digit finer than `least`.
 pub fn rounded(value: f64, least: f64) -> String {
     let third = 10f64.powf(value.abs().log10().floor() - 2.0);
     within(value, 50.0 * third.max(10f64.powf(least.log10().floor())))
 }
 
-/// A variable's value without its unit. A 32-bit REAL has as many digits as tell it from its neighbours.
+/// A variable's value without its unit. A 32-bit REAL has as many digits as distinguish it from its neighbours.
 pub fn number(kind: Kind, value: f64) -> String {
     match kind {
         Kind::Bool => if value == 0.0 { "FALSE" } else { "TRUE" }.to_string(),
@@ -51,7 +51,7 @@ pub fn number(kind: Kind, value: f64) -> String {
     }
 }
 
-/// A place in a row of things: `2nd`.
+/// An ordinal number: `2nd`.
 pub fn ordinal(number: usize) -> String {
     let end = match (number % 10, number % 100) {
         (1, of) if of != 11 => "st",

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
-/// Why a table or a model description is refused: one sentence with the place, the value and what to do.
+/// The reason why a table or model description is rejected: one sentence with the location, the value and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error(String);
 
@@ -21,7 +21,7 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// A text short enough for a message: a long one is cut after 60 characters.
+/// A text shortened for a message: a long one is cut after 60 characters.
 pub fn shortened(text: &str) -> Cow<'_, str> {
     const MOST: usize = 60;
     match text.char_indices().nth(MOST) {

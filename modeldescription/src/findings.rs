@@ -3,29 +3,29 @@
 use std::collections::HashSet;
 use std::fmt::Debug;
 
-/// The most findings of a kind in a report; one more sentence counts the rest.
+/// The maximum number of findings of a kind in a report; one more sentence counts the rest.
 pub const MOST_FINDINGS: usize = 20;
 
-/// What a check finds, a sentence each.
+/// The findings of a check, a sentence each.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Findings {
-    /// What the FMI standard forbids. A host may refuse the FMU.
+    /// Violations of the FMI standard. A host may reject the FMU.
     pub forbidden: Vec<String>,
-    /// What the FMI standard forbids too, but no importer minds: those that were tried run such FMUs alike. These are the variables
-    /// that InitialUnknowns leaves out, which importers use for algebraic loops of the initialization alone.
+    /// Violations that no importer minds: all those tried run such FMUs without a difference. These are variables
+    /// missing from InitialUnknowns, which importers use only for algebraic loops during initialization.
     pub departures: Vec<String>,
-    /// What is allowed, or often done, but may mislead a host.
+    /// Permitted or common practice that may mislead a host.
     pub odd: Vec<String>,
 }
 
 impl Findings {
-    /// All of them.
+    /// All findings.
     pub fn all(self) -> Vec<String> {
         [self.forbidden, self.departures, self.odd].concat()
     }
 }
 
-/// The first findings, and the number of the others.
+/// The first findings, and the number of further ones.
 #[derive(Default)]
 pub(crate) struct Counted {
     first: Vec<String>,
@@ -49,13 +49,14 @@ impl Counted {
     }
 }
 
-/// The names that occur a second time.
+/// The names that occur more than once.
 pub(crate) fn repeated<'a>(names: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
     let mut seen = HashSet::new();
     names.filter(|name| !seen.insert(name.as_str())).collect()
 }
 
-/// A NaN is not in order with anything, so it is found as min, max or start if there is something to compare it with.
+/// Reports an empty range or a start value outside it. NaN is not ordered, so it is reported as min, max or start if
+/// there is anything to compare it with.
 pub(crate) fn check_range<T: PartialOrd + Debug + Copy>(
     min: Option<T>,
     max: Option<T>,
@@ -119,7 +120,7 @@ fn is_number(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
 }
 
-/// What follows an identifier, or a name in quotes.
+/// The text after an identifier, or after a name in quotes.
 fn after_part(text: &str) -> Option<&str> {
     let Some(quoted) = text.strip_prefix('\'') else {
         let end = text.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(text.len());
@@ -140,7 +141,7 @@ fn after_part(text: &str) -> Option<&str> {
     None
 }
 
-/// What follows the indices in brackets, if there are any.
+/// The text after the indices in brackets, if there are any.
 fn after_indices(text: &str) -> Option<&str> {
     let Some(indices) = text.strip_prefix('[') else { return Some(text) };
     let (indices, after) = indices.split_once(']')?;

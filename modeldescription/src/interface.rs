@@ -14,21 +14,21 @@ pub struct Interface {
     pub table: Table,
     /// The version of FMI, one of [`VERSIONS`].
     pub version: String,
-    /// The types that hosts are given, where the version has a choice.
+    /// The choice of types presented to hosts, where the version offers one.
     pub types: Types,
     /// A hash of the table, compiled into the library.
     pub guid: String,
-    /// What the library can do.
+    /// The library's capabilities.
     pub capabilities: Capabilities,
     /// The categories of its messages.
     pub log_categories: Vec<LogCategory>,
 }
 
 impl Interface {
-    /// The interface of a block that is linked in, which nobody has to load: without capabilities and messages.
+    /// The interface of a linked block, which is not loaded: it has no capabilities and log categories.
     ///
     /// # Errors
-    /// The parts of the table do not fit together.
+    /// The table is inconsistent.
     pub fn linked(table: Table, guid: &str) -> Result<Interface, Error> {
         table.check()?;
         Ok(Interface {
@@ -41,14 +41,14 @@ impl Interface {
         })
     }
 
-    /// Reads the JSON that a library gives. It tells of FMI 2.0; what becomes of it in others follows from that, and from the
-    /// [`Interface::version`] and the [`Interface::types`] that are asked for.
+    /// Parses the JSON that a library returns. It describes FMI 2.0; its form in other versions follows from that, and
+    /// from the requested [`Interface::version`] and [`Interface::types`].
     ///
     /// # Errors
-    /// What is wrong with it, and where: not such JSON, another version of FMI, a cycle row that does not hold the
-    /// cycle, a response of variables that do not exist.
+    /// The JSON is malformed or of another version of FMI, the cycle row does not hold the cycle, or a response has
+    /// variables that do not exist; the message gives the location.
     pub fn parse(json: &str) -> Result<Interface, Error> {
-        // The version is read first, because other versions have other keys.
+        // The version is read first, because other versions have different keys.
         if let Ok(library) = serde_json::from_str::<serde_json::Value>(json)
             && let Some(version) = library["interface"]["version"].as_str().filter(|version| *version != VERSIONS[0])
         {
@@ -62,7 +62,7 @@ impl Interface {
     }
 }
 
-/// The JSON of a library.
+/// The grammar of a library's JSON.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Library {

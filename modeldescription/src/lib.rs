@@ -1,7 +1,8 @@
-//! What an FMU is, and its modelDescription.xml.
+//! The properties of an FMU, and its modelDescription.xml.
 //!
-//! A library tells its block's [`Table`] and its side of FMI, its [`Interface`]. That becomes a [`ModelDescription`], which is
-//! written as XML and read again, and which says what the FMU is: a [`Description`], the same whatever the version of FMI.
+//! A library describes its block's [`Table`] and its support of FMI, its [`Interface`]. From these a
+//! [`ModelDescription`] is made, which is written as XML and parsed again, and from which a [`Description`] of the FMU
+//! is made, which is independent of the FMI version.
 //!
 //! ```text
 //! library --JSON--> Interface --of--> ModelDescription --write--> XML
@@ -9,8 +10,8 @@
 //!                      Description <-----+     +------- read ------+
 //! ```
 //!
-//! What depends on the version is in a module of its own, [`v2`] for FMI 2.0 and [`v3`] for FMI 3.0, which only
-//! [`ModelDescription`] asks.
+//! Version-specific code is in separate modules, [`v2`] for FMI 2.0 and [`v3`] for FMI 3.0, which are used only by
+//! [`ModelDescription`].
 //!
 //! ```
 //! use modeldescription::{Interface, ModelDescription};

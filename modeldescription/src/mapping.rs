@@ -1,4 +1,4 @@
-//! What a block's table becomes in a model description of any version.
+//! The parts of the mapping from a block's table to a model description that all versions share.
 
 use crate::description::{BaseUnit, Causality, DefaultExperiment, DisplayUnit, Initial, Unit, Variability};
 use crate::error::Error;
@@ -6,10 +6,10 @@ use crate::table::{Row, Table, Text};
 use crate::units;
 use blocks::Role;
 
-/// From 0 to the end of the response in the documentation, with one call per step.
+/// The default experiment: from 0 to the end of the first documented response, with one call per step.
 pub(crate) fn default_experiment(table: &Table) -> DefaultExperiment {
     let cycle = table.variables.get(table.cycle).map_or(0.0, |row| row.start);
-    // Computed in whole milliseconds, so that the stop time has no round-off: 0.3, not 0.30000000000000004.
+    // Computed in whole milliseconds to avoid rounding errors in the stop time: 0.3, not 0.30000000000000004.
     let milliseconds =
         f64::from(table.responses.first().map_or(1, |response| response.calls.max(1))) * (cycle * 1000.0).round();
     DefaultExperiment {
@@ -20,7 +20,7 @@ pub(crate) fn default_experiment(table: &Table) -> DefaultExperiment {
     }
 }
 
-/// The definitions of all units that variables have by `unit`, in the order of the dictionary.
+/// The definitions of all units in use, in the order of the dictionary; `unit` returns the unit of a variable.
 pub(crate) fn used_units(table: &Table, unit: impl Fn(&Row) -> Option<&str>) -> Result<Vec<Unit>, Error> {
     let known: Vec<&str> = units::names().collect();
     let used = |name: &str| table.variables.iter().any(|row| unit(row) == Some(name));
@@ -37,7 +37,7 @@ pub(crate) fn used_units(table: &Table, unit: impl Fn(&Row) -> Option<&str>) -> 
     Ok(known.into_iter().filter(|name| used(name)).filter_map(unit_definition).collect())
 }
 
-/// The definition of the unit of this name. The second can be displayed in milliseconds.
+/// The definition of a unit. The second can be displayed in milliseconds.
 fn unit_definition(name: &str) -> Option<Unit> {
     let units::Definition { kg, m, s, A, K, rad, factor, offset } = units::definition(name)?;
     let base_unit = BaseUnit { kg, m, s, A, K, rad, factor, offset, ..BaseUnit::default() };
@@ -48,7 +48,7 @@ fn unit_definition(name: &str) -> Option<Unit> {
     Some(Unit { name: name.into(), base_unit: Some(base_unit), display_units })
 }
 
-/// What a role is in FMI.
+/// The attributes in FMI for a role.
 pub(crate) fn causality(role: Role) -> (Causality, Variability, Option<Initial>) {
     match role {
         Role::Input => (Causality::Input, Variability::Discrete, None),
@@ -59,7 +59,7 @@ pub(crate) fn causality(role: Role) -> (Causality, Variability, Option<Initial>)
     }
 }
 
-/// The description of a text. A host reads its length there: FMI has no place for it.
+/// The description of a text, which includes its length because FMI has no attribute for it.
 pub(crate) fn text_description(text: &Text) -> String {
     let of = &text.type_name;
     if text.description.is_empty() { of.clone() } else { format!("{}; {of}", text.description) }

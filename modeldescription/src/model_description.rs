@@ -1,4 +1,4 @@
-//! A modelDescription.xml in the version of FMI that it is written in.
+//! A modelDescription.xml, in the version of FMI in which it is written.
 
 use crate::description::{DefaultExperiment, Description};
 use crate::error::Error;
@@ -13,16 +13,16 @@ pub const VERSIONS: &[&str] = &[v2::FMI_VERSION, v3::FMI_VERSION];
 
 type Read = fn(&[u8]) -> Result<ModelDescription, Error>;
 
-/// What reads the file of each of [`VERSIONS`].
+/// The parsers for [`VERSIONS`], in the same order.
 const READ: [Read; VERSIONS.len()] =
     [|bytes| v2::read(bytes).map(ModelDescription::from), |bytes| v3::read(bytes).map(ModelDescription::from)];
 
-/// A modelDescription.xml. What it says is a [`Description`]; this is for those who write and check the file itself.
+/// A modelDescription.xml, for writing and checking the file itself; its contents are available as a [`Description`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum ModelDescription {
-    /// Of FMI 2.0.
+    /// A file of FMI 2.0.
     V2(Box<v2::ModelDescription>),
-    /// Of FMI 3.0.
+    /// A file of FMI 3.0.
     V3(Box<v3::ModelDescription>),
 }
 
@@ -33,17 +33,18 @@ pub struct Preset {
     pub model_name: String,
     /// The GUID.
     pub guid: String,
-    /// The places of variables, one for each element of an array, and their start values.
+    /// The indices of variables (one for each element of an array), with their start values.
     pub starts: Vec<(usize, Value)>,
-    /// The simulation that the FMU proposes.
+    /// The proposed simulation.
     pub default_experiment: Option<DefaultExperiment>,
 }
 
 impl ModelDescription {
-    /// The model description of the FMU with this library.
+    /// Creates the model description of the FMU with this library.
     ///
     /// # Errors
-    /// Table entries that a model description forbids: an unknown unit, a start value out of range, a duplicate name.
+    /// The table has an entry that a model description forbids: an unknown unit, a start value out of range, a
+    /// duplicate name.
     pub fn of(interface: &Interface) -> Result<ModelDescription, Error> {
         match interface.version.as_str() {
             v3::FMI_VERSION => v3::ModelDescription::of(interface).map(ModelDescription::from),
@@ -59,7 +60,7 @@ impl ModelDescription {
         READ[crate::xml::read::version(bytes, VERSIONS)?](bytes)
     }
 
-    /// The file. The same model description always gives the same bytes.
+    /// Writes the file. The same model description always yields the same bytes.
     pub fn write(&self) -> Vec<u8> {
         match self {
             ModelDescription::V2(own) => v2::write(own),
@@ -67,7 +68,7 @@ impl ModelDescription {
         }
     }
 
-    /// What it says of the FMU.
+    /// The description of the FMU that it contains.
     pub fn description(&self) -> Description {
         match self {
             ModelDescription::V2(own) => own.description(),
@@ -75,8 +76,8 @@ impl ModelDescription {
         }
     }
 
-    /// All mistakes that a schema does not find, one sentence each. The model of a preset has another
-    /// name than the library.
+    /// All mistakes that a schema does not detect, one sentence each. In a preset, the model's name differs from that
+    /// of the library.
     pub fn check(&self, is_preset: bool) -> Findings {
         match self {
             ModelDescription::V2(own) if is_preset => {
@@ -94,7 +95,7 @@ impl ModelDescription {
         }
     }
 
-    /// The same with a licence.
+    /// Sets the licence.
     pub fn with_license(mut self, license: Option<String>) -> ModelDescription {
         match &mut self {
             ModelDescription::V2(own) => own.license = license,
@@ -103,9 +104,9 @@ impl ModelDescription {
         self
     }
 
-    /// The same of an FMU with these source files in its folder `sources`.
+    /// Adds source files, to be placed in the FMU's folder `sources`.
     pub fn with_sources(mut self, names: &[String]) -> ModelDescription {
-        // FMI 3.0 has a file of its own for them.
+        // FMI 3.0 lists them in a separate file.
         if let ModelDescription::V2(own) = &mut self
             && let Some(co_simulation) = &mut own.co_simulation
         {
@@ -114,7 +115,7 @@ impl ModelDescription {
         self
     }
 
-    /// The source files in its folder `sources`.
+    /// The source files in the FMU's folder `sources`.
     pub fn sources(&self) -> Vec<&str> {
         let ModelDescription::V2(own) = self else { return Vec::new() };
         let exchange = own.model_exchange.iter().flat_map(|own| &own.source_files);
@@ -122,11 +123,11 @@ impl ModelDescription {
         files.map(|file| file.name.as_str()).collect()
     }
 
-    /// The model description of a preset, which has no source files. Declared ranges are widened to the start values: FMI requires that the one lies
-    /// within the other, but the blocks take any value.
+    /// The model description of a preset, without source files. Declared ranges are widened to include the start
+    /// values: FMI requires that, whereas the blocks accept any value.
     ///
     /// # Panics
-    /// A start value names an unknown variable.
+    /// A start value refers to an unknown variable.
     pub fn with(&self, preset: Preset) -> ModelDescription {
         match self {
             ModelDescription::V2(own) => {
@@ -137,7 +138,7 @@ impl ModelDescription {
                 for (place, start) in preset.starts {
                     own.set_start(place, number(start));
                 }
-                // They have the block's own start values.
+                // They contain the block's own start values.
                 ModelDescription::V2(own).with_sources(&[])
             }
             ModelDescription::V3(own) => {

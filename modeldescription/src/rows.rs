@@ -1,4 +1,4 @@
-//! The variables of an FMU as the rows of the table that it is made of, whatever version and types the FMU has.
+//! Finds the variables of an FMU for the rows of the table it was made from, whatever its version and types.
 
 use crate::arrays::Array;
 use crate::description::{Description, Type, Variable};
@@ -8,8 +8,9 @@ use blocks::{Kind, Types, Value};
 use std::collections::HashMap;
 
 impl Description {
-    /// Where among the variables the rows of a table are, which have a name and what the elements of an array have in common.
-    /// Whatever the lowest index of an array is in the PLC, here it is 1. The description is [`expanded`](Description::expanded).
+    /// The index among the variables of each row of a table. A row is given by its name and whatever the elements of an
+    /// array have in common. Indices of arrays start at 1 here, whatever their lower bound in the PLC. The description
+    /// must be [`expanded`](Description::expanded).
     pub fn places<'a, K: PartialEq>(&self, rows: impl Iterator<Item = (&'a str, K)>) -> Vec<Option<usize>> {
         let rows: Vec<(&str, K)> = rows.collect();
         let names: HashMap<&str, usize> = self.variables.iter().map(|of| of.name.as_str()).zip(0..).collect();
@@ -36,10 +37,10 @@ impl Variable {
         }
     }
 
-    /// The value before initialization as one of a PLC type; none if it has none.
+    /// The value before initialization, converted to a PLC type; `None` if there is none.
     ///
     /// # Errors
-    /// What the type takes, as a text, if it is another one.
+    /// The value is not valid for the type: the permitted values, as a text.
     pub fn start_of(&self, kind: Kind) -> Result<Option<Value>, &'static str> {
         match self.exact.first() {
             Some(exact) => of_exact(*exact, kind).map(Some),

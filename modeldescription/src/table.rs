@@ -1,4 +1,4 @@
-//! A block's table, as its library tells it in JSON. Nothing here depends on a version of FMI.
+//! A block's table, as its library returns it in JSON. Nothing here depends on the version of FMI.
 
 use crate::error::{Error, shortened};
 use blocks::table::number::{beyond_number, number};
@@ -10,39 +10,39 @@ use serde::{Deserialize, Deserializer};
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Table {
-    /// The block's name, which the model, the library and the FMU have too.
+    /// The block's name, which is also that of the model, the library and the FMU.
     pub name: String,
-    /// The other names by which a PLC project may call the block.
+    /// Other names by which a PLC project may call the block.
     #[serde(default)]
     pub aliases: Vec<String>,
-    /// The block's documentation (Markdown); its first paragraph says what the block does.
+    /// The block's documentation (Markdown); the first paragraph is a summary.
     pub docs: String,
-    /// The row that holds the time between two calls.
+    /// The index of the row with the time between two calls.
     pub cycle: usize,
-    /// The row that holds the mean of the block's pulse over a communication step, if it has one.
+    /// The index of the row with the mean of the block's pulse over a communication step, if it has one.
     pub mean: Option<usize>,
-    /// All variables; the number of the row is the value reference.
+    /// The variables; the index of a row is the value reference.
     pub variables: Vec<Row>,
-    /// The texts of a program. Their value references follow those of the variables.
+    /// The texts of a program, with value references that continue those of the variables.
     #[serde(default)]
     pub texts: Vec<Text>,
-    /// The runs that the documentation shows; there is at least one, which the reference results record.
+    /// The responses in the documentation, at least one; the reference results record the first.
     pub responses: Vec<Response>,
-    /// The characteristics that the documentation shows.
+    /// The characteristics in the documentation.
     #[serde(default)]
     pub characteristics: Vec<Characteristic>,
-    /// The unit that signals without one of their own have in the drawings of both.
+    /// The unit of signals without a unit in the drawings of responses and characteristics.
     #[serde(default)]
     pub drawn_unit: Option<String>,
 }
 
-/// One variable. Numbers are those of the C interface: a TIME in seconds, FALSE and TRUE as 0 and 1.
+/// A variable. Numbers are as in the C interface: a TIME in seconds, FALSE and TRUE as 0 and 1.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Row {
-    /// Its name with the instances that lead to it: `GAIN`, `DI_CONT_C.GAIN`.
+    /// Its name, qualified by the instances that lead to it: `GAIN`, `DI_CONT_C.GAIN`.
     pub name: String,
-    /// A short text, on one line.
+    /// A short description, on one line.
     pub description: String,
     /// Instructions for its use (Markdown); may be empty.
     #[serde(default)]
@@ -50,30 +50,31 @@ pub struct Row {
     /// Its PLC type.
     #[serde(deserialize_with = "kind")]
     pub kind: Kind,
-    /// Whether a WORD is an analog value, which has a sign.
+    /// Whether a WORD is an analog value, which is signed.
     #[serde(default)]
     pub analog: bool,
-    /// Who sets it, and when.
+    /// Its role: who sets it, and when.
     #[serde(deserialize_with = "role")]
     pub role: Role,
-    /// Its value in a new block.
+    /// Its start value.
     pub start: f64,
-    /// The same, of an integer that has more digits than a number here; a duration in milliseconds or nanoseconds.
+    /// The exact start value of an integer with too many digits for `start`; for a duration, in milliseconds or
+    /// nanoseconds.
     #[serde(default)]
     pub exact: Option<i128>,
-    /// The lowest value that makes sense.
+    /// The lowest plausible value.
     pub min: Option<f64>,
-    /// The highest value that makes sense.
+    /// The highest plausible value.
     pub max: Option<f64>,
     /// Its physical unit.
     pub unit: Option<String>,
-    /// The names of the settings on which its value after a restart depends.
+    /// The names of the settings that determine its value after a restart.
     #[serde(default)]
     pub from: Vec<String>,
 }
 
 impl Row {
-    /// The unit in which people and hosts read its values: seconds of a duration, and its own else.
+    /// The unit in which people and hosts read its values: seconds for a duration, otherwise its own.
     pub fn shown_unit(&self) -> Option<&str> {
         self.kind.shown_unit(self.unit.as_deref())
     }
@@ -83,57 +84,58 @@ impl Row {
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Text {
-    /// Its name with what leads to it.
+    /// Its qualified name.
     pub name: String,
-    /// A short text, on one line.
+    /// A short description, on one line.
     pub description: String,
     /// Its PLC type with its length: `STRING[20]`.
     #[serde(rename = "type")]
     pub type_name: String,
-    /// Who sets it, and when.
+    /// Its role: who sets it, and when.
     #[serde(deserialize_with = "role")]
     pub role: Role,
-    /// Its value in a new program.
+    /// Its start value.
     pub start: String,
 }
 
-/// A short run of the block that shows what it does.
+/// A short run that shows the behaviour of the block.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Response {
-    /// What the run shows, in one sentence.
+    /// The title, in one sentence.
     pub title: String,
     /// The number of calls.
     pub calls: u32,
-    /// What is set: the number of the call before which (0 is before the restart), the variable, its value.
+    /// The settings: the number of the call before which a variable is set (0 for before the restart), the variable,
+    /// and its value.
     pub set: Vec<(u32, String, f64)>,
-    /// The variables that are drawn and recorded; if empty, all inputs and outputs.
+    /// The variables to draw and record; if empty, all inputs and outputs.
     pub show: Vec<String>,
 }
 
-/// What the block does at each value of a variable: for each of `points` values a new instance makes `calls` calls, and the mean
-/// of each shown variable over these calls is drawn.
+/// A characteristic: for each of `points` values of a variable, a new instance makes `calls` calls, and the mean of
+/// each shown variable over these calls is drawn.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Characteristic {
-    /// What it shows, in one sentence.
+    /// The title, in one sentence.
     pub title: String,
     /// The variable of the horizontal axis.
     pub variable: String,
-    /// Its lowest and its highest value.
+    /// The lowest and highest value of the variable.
     pub range: (f64, f64),
-    /// How many values it takes, both ends included.
+    /// The number of its values, including both ends.
     pub points: u32,
-    /// The calls for each value.
+    /// The number of calls for each value.
     pub calls: u32,
-    /// What is set before the restart.
+    /// The settings before the restart.
     pub set: Vec<(String, f64)>,
-    /// The variables that are drawn.
+    /// The variables to draw.
     pub show: Vec<String>,
 }
 
 impl From<&blocks::Table> for Table {
-    /// The table of a block that is linked in.
+    /// Converts the table of a linked block.
     fn from(of: &blocks::Table) -> Table {
         let texts = |texts: &[&str]| texts.iter().map(ToString::to_string).collect();
         let row = |row: &blocks::Row| Row {
@@ -188,17 +190,17 @@ impl From<&blocks::Table> for Table {
 }
 
 impl Table {
-    /// The row of the variable with this full name.
+    /// The index of the row with this full name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.variables.iter().position(|row| row.name == name)
     }
 
-    /// The rows of the variables with these names.
+    /// The indices of the rows with these names.
     pub fn rows(&self, names: &[String]) -> Vec<usize> {
         names.iter().filter_map(|name| self.find(name)).collect()
     }
 
-    /// The rows of the variables that a response draws.
+    /// The indices of the rows that a response draws.
     pub fn shown(&self, response: &Response) -> Vec<usize> {
         let is_terminal = |row: &usize| matches!(self.variables[*row].role, Role::Input | Role::Output);
         match response.show.as_slice() {
@@ -212,13 +214,13 @@ impl Table {
             .is_some_and(|row| matches!(self.variables[row].role, Role::Parameter | Role::Fixed | Role::Cycle))
     }
 
-    /// What the block does, in one sentence: the first paragraph of its documentation, on one line.
+    /// A summary of the block in one sentence: the first paragraph of its documentation, on one line.
     pub fn summary(&self) -> String {
         let lines = self.docs.lines().map(str::trim).skip_while(|line| line.is_empty());
         lines.take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
     }
 
-    /// Refuses a table whose parts do not fit together.
+    /// Rejects an inconsistent table.
     pub(crate) fn check(&self) -> Result<(), Error> {
         let wrong = |what: String| Err(Error::new(format!("the library's table of {}: {what}", self.name)));
         match self.variables.get(self.cycle) {
@@ -291,7 +293,8 @@ fn unknown<E: serde::de::Error>(what: &str, name: &str, known: impl Iterator<Ite
     E::custom(format!("unknown {what} `{}`, expected one of {known}", shortened(name)))
 }
 
-/// Reads a library's description of itself. An error says where the parser stopped and after which text.
+/// Parses a library's description of itself. An error gives the position at which the parser stopped, and the text
+/// before it.
 pub(crate) fn from_json<T: DeserializeOwned>(json: &str) -> Result<T, Error> {
     serde_json::from_str(json).map_err(|error| {
         let line = json.lines().nth(error.line().saturating_sub(1)).unwrap_or("");

@@ -22,7 +22,7 @@ pub struct Definition {
     pub offset: f64,
 }
 
-/// The number 1, from which the other definitions start.
+/// The dimensionless unit, from which other definitions are derived.
 const NONE: Definition = Definition { kg: 0, m: 0, s: 0, A: 0, K: 0, rad: 0, factor: 1.0, offset: 0.0 };
 
 const SECOND: Definition = Definition { s: 1, ..NONE };
@@ -50,7 +50,7 @@ const fn times(base: Definition, factor: f64) -> Definition {
     Definition { factor, ..base }
 }
 
-/// The units by name.
+/// The units with their names.
 const UNITS: &[(&str, Definition)] = &[
     ("1", NONE),
     ("%", times(NONE, 0.01)),
@@ -121,17 +121,18 @@ pub fn definition(name: &str) -> Option<Definition> {
     UNITS.iter().find(|(known, _)| *known == name).map(|(_, definition)| *definition)
 }
 
-/// A unit, or a text that names units, with the signs that units have in print, which FMI does not allow: degC is °C, m2 is m², m3 is m³.
+/// A unit, or a text containing units, in typographic notation, which FMI does not allow: degC becomes °C, m2 becomes
+/// m², m3 becomes m³.
 pub fn shown(text: &str) -> String {
     text.replace("degC", "°C").split_inclusive(|one: char| !one.is_ascii_alphanumeric()).map(in_print).collect()
 }
 
-/// A unit of a product in print: `K^2 s` is K²·s.
+/// A product of units in typographic notation: `K^2 s` becomes K²·s.
 pub fn product(text: &str) -> String {
     shown(&text.replace("^2", "²").replace(' ', "·"))
 }
 
-/// A word for print, with the signs after it.
+/// A word in typographic notation, including the punctuation after it.
 fn in_print(word: &str) -> String {
     let name = word.trim_end_matches(|one: char| !one.is_ascii_alphanumeric());
     match name {

@@ -1,50 +1,50 @@
-//! What a parameter file has to know of a block: its names, its members and what it does with its settings.
+//! The description of a block that parameter files need: its names, its members and its advice on settings.
 
 use blocks::{EachBlock, Kind, Role, Row, Value, for_each_block};
 use std::fmt;
 use std::sync::Arc;
 
-/// A block type, as far as its instances can be written to parameter files.
+/// A block type, as far as parameter files are concerned.
 #[derive(Clone)]
 pub struct Block {
-    /// The block's name, such as `PUMP`.
+    /// Its name, such as `PUMP`.
     pub name: String,
-    /// The other names by which a PLC project may call the block, such as `FB 41`.
+    /// Other names by which a PLC project may call it, such as `FB 41`.
     pub aliases: Vec<String>,
-    /// Its variables, in the order in which an instance data block holds them; then those of the blocks inside it, by their full names;
-    /// then what only the FMU has.
+    /// Its variables, in the order of the instance data block; then those of inner blocks, with full names; then those
+    /// that exist only in the FMU.
     pub members: Vec<Member>,
     advice: Option<Advice>,
 }
 
-/// What a block does with settings, which are given by the numbers of the members.
+/// A function that advises on settings, given as member indices and values.
 type Advice = fn(&[(usize, Value)]) -> Vec<String>;
 
 /// One variable of a block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Member {
-    /// Its name with the instances that lead to it: `GAIN`, `DI_PUMP.GAIN`.
+    /// Its name, qualified by the instances that lead to it: `GAIN`, `DI_PUMP.GAIN`.
     pub name: String,
-    /// A short text.
+    /// A short description.
     pub description: String,
     /// Its PLC type.
     pub kind: Kind,
-    /// Who sets it, and when. [`Role::is_settable`] says whether it is an input or a parameter.
+    /// Its role: who sets it, and when. [`Role::is_settable`] is true of inputs and parameters.
     pub role: Role,
-    /// Its value in a new block.
+    /// Its start value.
     pub start: Value,
-    /// The lowest sensible value; not enforced by the block.
+    /// The lowest plausible value; the block does not enforce it.
     pub min: Option<Value>,
-    /// The highest sensible value; not enforced either.
+    /// The highest plausible value; the block does not enforce it.
     pub max: Option<Value>,
-    /// Its physical unit; `None` for a TIME, too, which is in seconds.
+    /// Its physical unit; `None` also for a TIME, which is in seconds.
     pub unit: Option<String>,
-    /// Where the PLC has it.
+    /// Where the PLC stores it.
     pub part: Part,
 }
 
 impl Member {
-    /// A variable of the block itself, of the type of its start value, without text, range and unit.
+    /// A variable of the block itself, with the type of its start value, and without description, range and unit.
     pub fn new(name: impl Into<String>, role: Role, start: Value) -> Member {
         Member {
             name: name.into(),
@@ -59,25 +59,25 @@ impl Member {
         }
     }
 
-    /// The unit in which people read its values: seconds of a duration, and its own else.
+    /// The unit in which its values are displayed: seconds for a duration, otherwise its own.
     pub fn shown_unit(&self) -> Option<&str> {
         self.kind.shown_unit(self.unit.as_deref())
     }
 }
 
-/// To what a variable belongs.
+/// The owner of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// To the block itself: it has an address in the instance data block.
+    /// The block itself: the variable has an address in the instance data block.
     Own,
-    /// To a block inside it.
+    /// A block inside it.
     Inner,
-    /// To the FMU only; the PLC does not have it.
+    /// The FMU only; the PLC does not have the variable.
     FmuOnly,
 }
 
 impl Block {
-    /// What the table of a block says.
+    /// The description in the table of a block.
     pub fn of<B: blocks::Block>() -> Block {
         let table = B::TABLE;
         let member = |(index, row): (usize, &Row)| Member {
@@ -103,7 +103,7 @@ impl Block {
         }
     }
 
-    /// A block that is known by its description only. Nothing can be said of what it does with its settings.
+    /// A block known only by its description, so that no advice on its settings is available.
     pub fn new(name: String, aliases: Vec<String>, members: Vec<Member>) -> Block {
         Block { name, aliases, members, advice: None }
     }
@@ -121,21 +121,21 @@ impl Block {
         all.0
     }
 
-    /// Whether a PLC project calls the block so: by its name or an alias. Case, spaces and quotes do not count: `FB41`,
-    /// `fb 41` and `"PUMP"`.
+    /// Whether `name` denotes the block in a PLC project: it is its name or an alias, ignoring case, spaces and quotes:
+    /// `FB41`, `fb 41` and `"PUMP"`.
     pub fn is_called(&self, name: &str) -> bool {
         let plain = |name: &str| name.replace([' ', '\t', '"'], "").to_uppercase();
         let name = plain(name);
         std::iter::once(&self.name).chain(&self.aliases).any(|own| plain(own) == name)
     }
 
-    /// The member with this full name, in any case.
+    /// The index of the member with this full name, ignoring case.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.members.iter().position(|member| member.name.eq_ignore_ascii_case(name))
     }
 
-    /// What the block will do with these settings where a user may not expect it: sentences with names and numbers. The
-    /// others have their start values. Empty for a block that is known by its description only.
+    /// Advice on what the block does with these settings that a user may not expect: sentences with names and numbers.
+    /// Other settings have their start values. Empty for a block known only by its description.
     pub fn advice(&self, settings: &[(usize, Value)]) -> Vec<String> {
         self.advice.map_or_else(Vec::new, |advice| advice(settings))
     }

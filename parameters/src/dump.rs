@@ -1,7 +1,7 @@
-//! The bytes of a data block that is not optimized, as a PLC has them: see [`layout`].
+//! The bytes of a data block that is not optimized, as a PLC stores them: see [`layout`].
 //!
-//! A dump holds the exact values, but nothing in it says of which block they are. What does not look like an instance of the
-//! block that the user names is remarked.
+//! A dump contains the exact values, but does not name its block. A remark points out anything that does not look like
+//! an instance of the block named by the user.
 
 use crate::block::{Block, Part};
 use crate::layout::{self, Address};
@@ -11,7 +11,7 @@ use crate::{Options, Problems, Reading, Remedy, Source};
 use blocks::{Kind, Role, Time, Value, Word};
 use std::sync::Arc;
 
-/// Reads one instance, which begins at the byte [`Options::offset`].
+/// Reads one instance, which starts at byte [`Options::offset`].
 ///
 /// # Errors
 /// The user names no block, or one whose instances cannot be dumped, or the dump is too short.
@@ -68,8 +68,8 @@ pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result
     report.finish(vec![one])
 }
 
-/// Writes one loop: inputs and parameters, with 0 for the outputs. What the block keeps behind its outputs is its memory, which
-/// its table does not know: it is not written.
+/// Writes one loop: inputs and parameters, with 0 for the outputs. The block's memory after its outputs is not
+/// described by its table and not written.
 ///
 /// # Errors
 /// There is not exactly one loop, or its block contains other blocks.
@@ -87,7 +87,7 @@ pub fn write(loops: &[Loop]) -> Result<Vec<u8>, String> {
     Ok(data)
 }
 
-/// The addresses of a block of which the table knows all: one without blocks inside.
+/// The addresses of a block that is completely described by its table, that is, one without inner blocks.
 fn whole(block: &Block) -> Result<(Vec<Option<Address>>, usize), String> {
     if let Some(inner) = block.members.iter().find(|member| member.part == Part::Inner) {
         return Err(format!(
@@ -98,7 +98,7 @@ fn whole(block: &Block) -> Result<(Vec<Option<Address>>, usize), String> {
     Ok(layout::addresses(block))
 }
 
-/// The bytes in which bits are set that belong to no member.
+/// The bytes that have bits set outside all members.
 fn unused(addresses: &[Option<Address>], block: &Block, data: &[u8]) -> Vec<usize> {
     let mut used = vec![0u8; data.len()];
     for (member, address) in block.members.iter().zip(addresses) {
@@ -119,7 +119,7 @@ fn is_finite(value: Value) -> bool {
     }
 }
 
-/// The value at an address that lies within the data.
+/// The value at an address inside the data.
 fn value(data: &[u8], address: Address, kind: Kind) -> Value {
     match kind {
         Kind::Bool => Value::Bool(data[address.byte] >> address.bit & 1 == 1),

@@ -1,28 +1,28 @@
-//! The encodings of a file's text: those that PLC tools write by themselves, and with the feature `encodings` those that a user can name.
+//! Text encodings: those that PLC tools write by default and, with the feature `encodings`, those that a user can name.
 
 #[cfg(feature = "encodings")]
 use encoding_rs::Encoding as Named;
 
-/// An encoding of text.
+/// A text encoding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Encoding {
     Utf8,
     Utf16Le,
     Utf16Be,
-    /// In which STEP 7 writes.
+    /// The encoding that STEP 7 writes.
     Windows1252,
     #[cfg(feature = "encodings")]
     Named(&'static Named),
 }
 
-/// What Windows-1252 has from 0x80 to 0x9F; elsewhere a byte is the character of its number.
+/// The characters of Windows-1252 from 0x80 to 0x9F; all other bytes are their own code points.
 const WINDOWS_1252: [char; 32] = [
     '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž', '\u{8f}', '\u{90}', '‘', '’',
     '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}', 'ž', 'Ÿ',
 ];
 
 impl Encoding {
-    /// The encoding whose byte order mark the bytes begin with, and how long that is.
+    /// The encoding indicated by a byte order mark at the start of the bytes, and the length of the mark.
     pub(crate) fn of_mark(bytes: &[u8]) -> Option<(Encoding, usize)> {
         match bytes {
             [0xEF, 0xBB, 0xBF, ..] => Some((Encoding::Utf8, 3)),
@@ -32,7 +32,7 @@ impl Encoding {
         }
     }
 
-    /// The encoding of a name that browsers know.
+    /// The encoding with a name that browsers accept.
     pub(crate) fn named(name: &str) -> Option<Encoding> {
         #[cfg(feature = "encodings")]
         return Named::for_label(name.as_bytes()).map(Encoding::Named);
@@ -46,14 +46,14 @@ impl Encoding {
         }
     }
 
-    /// The text of the bytes, which have no byte order mark; what has no meaning becomes U+FFFD.
+    /// Decodes bytes without a byte order mark; invalid sequences become U+FFFD.
     pub(crate) fn decode(self, bytes: &[u8]) -> String {
         let wide = |unit: fn([u8; 2]) -> u16| {
             let pairs = bytes.chunks_exact(2);
             let is_odd = !pairs.remainder().is_empty();
             let mut units: Vec<u16> = pairs.map(|pair| unit([pair[0], pair[1]])).collect();
             if is_odd && units.last().is_none_or(|last| !(0xD800..0xDC00).contains(last)) {
-                // Half a character, as the first half of a pair would be.
+                // An incomplete character, encoded as an unpaired surrogate.
                 units.push(0xD800);
             }
             char::decode_utf16(units).map(|character| character.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
@@ -68,7 +68,7 @@ impl Encoding {
         }
     }
 
-    /// The bytes of a text; `None` if the encoding does not have a character of it.
+    /// Encodes a text; `None` if the encoding lacks one of its characters.
     pub(crate) fn encode(self, text: &str) -> Option<Vec<u8>> {
         match self {
             Encoding::Utf8 => Some(text.as_bytes().to_vec()),
@@ -77,7 +77,7 @@ impl Encoding {
             Encoding::Windows1252 => text.chars().map(to_byte).collect(),
             #[cfg(feature = "encodings")]
             Encoding::Named(encoding) => match encoding.encode(text) {
-                // It writes some encodings in UTF-8, as browsers do.
+                // For some encodings, the encoder writes UTF-8, as browsers do.
                 (bytes, written, false) if written == encoding => Some(bytes.into_owned()),
                 _ => None,
             },

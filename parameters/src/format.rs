@@ -25,7 +25,7 @@ pub enum Format {
     Ssv,
 }
 
-/// What is known of a format without reading a file.
+/// The static properties of a format.
 struct About {
     name: &'static str,
     extensions: &'static [&'static str],
@@ -44,7 +44,8 @@ impl Format {
                 name: "STEP 7 source",
                 extensions: &["awl", "scl", "stl"],
                 media_type: "text/plain",
-                // SCL's compiler writes TITLE and VERSION in other ways, and none was at hand to try: a source that is not tried is not offered.
+                // SCL's compiler has a different syntax for TITLE and VERSION and was not available for testing;
+                // untested output is not offered.
                 offered: &[("awl", "STEP 7, AWL source")],
             },
             Format::Tia => About {
@@ -80,12 +81,12 @@ impl Format {
         }
     }
 
-    /// What the format is called in messages.
+    /// The format's name in messages.
     pub const fn name(self) -> &'static str {
         self.about().name
     }
 
-    /// The extensions of its files, the usual one first.
+    /// The file extensions, the most common one first.
     pub const fn extensions(self) -> &'static [&'static str] {
         self.about().extensions
     }
@@ -95,12 +96,12 @@ impl Format {
         self.about().media_type
     }
 
-    /// The kinds of files that a user chooses among to write loops: extensions and titles.
+    /// The file types offered for writing loops: extension and title.
     pub const fn offered(self) -> &'static [(&'static str, &'static str)] {
         self.about().offered
     }
 
-    /// The format of a file, by its extension in any case.
+    /// The format of a file, by its extension, ignoring case.
     pub fn of_file(name: &str) -> Option<Format> {
         let extension = name.rsplit(['/', '\\']).next()?.rsplit_once('.')?.1.to_lowercase();
         Format::ALL.iter().copied().find(|format| format.extensions().contains(&extension.as_str()))
@@ -110,7 +111,7 @@ impl Format {
 /// Reads the loops of a file.
 ///
 /// # Errors
-/// All that is wrong with the file. Nothing of it is used then, unless [`Options::is_partial`] says else.
+/// All problems in the file. Nothing is then used of it, unless [`Options::is_partial`] is set.
 pub fn read(format: Format, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
     let is_tree = matches!(format, Format::Openness | Format::Json | Format::Ssv);
     if is_tree && source.bytes.len() > LARGEST_TREE {
@@ -128,14 +129,14 @@ pub fn read(format: Format, source: &Source, blocks: &[Arc<Block>], options: &Op
     }
 }
 
-/// The largest file of JSON or XML that is read, in bytes: in memory its tree is larger. Forty loops are a hundredth of it.
+/// The maximum size of a JSON or XML file in bytes: its tree takes more memory. Forty loops need a hundredth of it.
 const LARGEST_TREE: usize = 16 << 20;
 
-/// Writes loops as a file of this format, which reads back bit-equal. `origin` says in a comment what the file was made of, where the
-/// format has comments.
+/// Writes loops as a file of this format, which reads back bit-equal. Where the format has comments, `origin` becomes a
+/// comment on the file's origin.
 ///
 /// # Errors
-/// What the format cannot hold, in one sentence.
+/// The format cannot represent something, as explained in one sentence.
 pub fn write(format: Format, loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
     match format {
         Format::Step7 => step7::write(loops, origin),

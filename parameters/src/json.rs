@@ -10,8 +10,8 @@
 //! }
 //! ```
 //!
-//! A TIME is in seconds. An object of numbers alone is one loop, to which the file gives no name. What an object lacks has the
-//! block's start value. The file does not say of which block a loop is: that is the one that has these names.
+//! A TIME is in seconds. An object that contains only numbers is a single unnamed loop. Missing members have the
+//! block's start values. The file does not state the block of a loop, which is identified by its names.
 
 use crate::block::Block;
 use crate::loops::Loop;
@@ -27,7 +27,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// JSON as its standard has it, without what the parser takes beyond that.
+/// Strict JSON, without the parser's extensions.
 const STRICT: ParseOptions = ParseOptions {
     allow_comments: false,
     allow_loose_object_property_names: false,
@@ -44,7 +44,7 @@ const STRICT: ParseOptions = ParseOptions {
 /// Reads the loops of a JSON file.
 ///
 /// # Errors
-/// It is not such a file, or not clear of which block a loop is; then [`Options::block`] says it.
+/// The file is malformed, or the block of a loop is ambiguous; [`Options::block`] resolves that.
 pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
     let mut report = Report::new(source, options);
     let loops = loops(&mut report, source, blocks, options);
@@ -151,7 +151,7 @@ fn lower_first(text: &str) -> String {
 /// Writes all settings of the loops, in the order of their blocks.
 ///
 /// # Errors
-/// A value is not a finite number, or two loops have one name.
+/// A value is not finite, or two loops have the same name.
 pub fn write(loops: &[Loop]) -> Result<String, String> {
     named::check_names(loops)?;
     let object = |one: &Loop| {

@@ -1,13 +1,12 @@
-//! PLC parameter files: read as values of control blocks, and written.
+//! PLC parameter files: parsed into values of control blocks, and written.
 //!
-//! A *loop* is one instance of a block, such as an instance data block of a PLC project: a name, and a value for each of the
-//! block's inputs and parameters. [`read()`] gives the loops of a file in any [`Format`], [`write()`] writes them in any other,
-//! and [`rewrite()`] changes values in a file and leaves the rest of it byte for byte.
-//! Every value knows where it comes from ([`Origin`]), and a file with an error gives no loops, but all its errors
-//! ([`Problems`]).
+//! A *loop* is one instance of a block, such as an instance data block of a PLC project: a name, and a value for each
+//! of the block's inputs and parameters. [`read()`] returns the loops of a file in any [`Format`], [`write()`] writes
+//! them in any other, and [`rewrite()`] changes values in a file and preserves the rest of it byte for byte. Every
+//! value records its origin ([`Origin`]), and a file with errors yields no loops, but all of its errors ([`Problems`]).
 //!
-//! Nothing here names a block or knows what an FMU is: what blocks there are, and by which names a PLC project calls them, is
-//! in the blocks' tables ([`Block`]).
+//! No block is named in this crate, and it knows nothing of FMUs: which blocks there are, and their names in a PLC
+//! project, is defined by the blocks' tables ([`Block`]).
 
 mod block;
 mod encoding;
@@ -41,7 +40,7 @@ pub use rewrite::{Replaced, rewrite};
 pub use source::Source;
 pub use value::{decimal, plc_value};
 
-/// The example in the README.
+/// Tests the example in the README.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

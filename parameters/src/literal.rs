@@ -28,16 +28,16 @@ pub fn parse(literal: &str, kind: Kind) -> Result<Value, String> {
     value(literal.trim(), kind).map_err(refused)
 }
 
-/// Why a text is not a literal of a type.
+/// The reason why a text is not a literal of a type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// It has another form.
+    /// The syntax is wrong.
     Form,
-    /// It has the form, but not a value of the type; the text says what the type takes.
+    /// The value is not valid for the type; contains the values that are.
     Range(&'static str),
 }
 
-/// What a type takes, with examples.
+/// The values that a type accepts, with examples.
 const fn expectation(kind: Kind) -> &'static str {
     match kind {
         Kind::Real => "a REAL such as 2.5 or 1.0e-3",
@@ -52,7 +52,7 @@ const fn expectation(kind: Kind) -> &'static str {
     }
 }
 
-/// Of which type the literal is, where its prefix says so, and what to write instead.
+/// The type that the literal's prefix indicates, and what to write instead.
 fn remark(literal: &str, kind: Kind) -> &'static str {
     let Some((prefix, _)) = literal.trim().split_once('#') else { return "" };
     match prefix.to_ascii_uppercase().as_str() {
@@ -139,18 +139,18 @@ fn value(literal: &str, kind: Kind) -> Result<Value, Refusal> {
     }
 }
 
-/// What follows one of these type names and `#`.
+/// The text after one of these type names and `#`.
 fn prefixed<'a>(literal: &'a str, types: &[&str]) -> Option<&'a str> {
     let (prefix, rest) = literal.split_once('#')?;
     types.iter().any(|name| prefix.eq_ignore_ascii_case(name)).then_some(rest)
 }
 
-/// The literal without its type, if it is one of these.
+/// The literal without its type prefix, if that is one of these.
 fn untyped<'a>(literal: &'a str, types: &[&str]) -> &'a str {
     prefixed(literal, types).unwrap_or(literal)
 }
 
-/// The sign of a number and the rest of it.
+/// Splits a number into its sign and its magnitude.
 fn signed(literal: &str) -> (bool, &str) {
     match literal.strip_prefix('-') {
         Some(rest) => (true, rest),
@@ -158,10 +158,10 @@ fn signed(literal: &str) -> (bool, &str) {
     }
 }
 
-/// A decimal number as Rust parses it.
+/// A decimal number in Rust's syntax.
 struct Decimal {
     text: String,
-    /// Whether all digits before the exponent are 0.
+    /// Whether all digits of the mantissa are 0.
     is_zero: bool,
 }
 
@@ -185,7 +185,7 @@ fn decimal(literal: &str) -> Result<Decimal, Refusal> {
     Ok(Decimal { text, is_zero })
 }
 
-/// Whether the text is made of decimal digits and single underscores between them.
+/// Whether a text consists of decimal digits with single underscores between them.
 fn are_digits(text: &str) -> bool {
     !text.is_empty()
         && text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'_')
@@ -196,11 +196,10 @@ fn has_single_underscores_inside(text: &str) -> bool {
     !text.starts_with('_') && !text.ends_with('_') && !text.contains("__")
 }
 
-/// The number of a decimal or of digits with a base, such as `-12` or `16#FF_00`. Beyond 127 bits it is the nearest end of
-/// their range.
+/// Parses an integer, decimal or with a base, such as `-12` or `16#FF_00`. Magnitudes beyond 127 bits saturate.
 ///
 /// # Errors
-/// The text is no such number.
+/// The text is not an integer.
 pub fn integer(literal: &str) -> Result<i128, Refusal> {
     let (is_negative, unsigned) = signed(literal);
     let (base, digits) = match unsigned.split_once('#') {
@@ -221,8 +220,8 @@ pub fn integer(literal: &str) -> Result<i128, Refusal> {
     Ok(if is_negative { -number } else { number })
 }
 
-/// The units of a TIME or LTIME from the longest to the shortest: the name, the nanoseconds, and how many make one of the next
-/// longer unit.
+/// The units of a TIME or LTIME from longest to shortest: name, length in nanoseconds, and the number that make up the
+/// next longer unit.
 const UNITS: [(&str, i128, i128); 7] = [
     ("D", 86_400_000_000_000, i128::MAX),
     ("H", 3_600_000_000_000, 24),
@@ -233,7 +232,7 @@ const UNITS: [(&str, i128, i128); 7] = [
     ("NS", 1, 1000),
 ];
 
-/// In nanoseconds.
+/// One millisecond in nanoseconds.
 const MILLISECOND: i128 = 1_000_000;
 
 const TIME_RANGE: Refusal = Refusal::Range("a TIME of T#-24D20H31M23S648MS ... T#24D20H31M23S647MS");
@@ -243,11 +242,11 @@ fn milliseconds(literal: &str) -> Result<i32, Refusal> {
     i32::try_from(sum).map_err(|_| TIME_RANGE)
 }
 
-/// A duration without its type, such as `1H_30M` or `-2.5S`, as a multiple of a resolution in nanoseconds: the units are no
-/// shorter than it. Beyond 127 bits of a unit it is the nearest end of their range.
+/// Parses a duration without its type, such as `1H_30M` or `-2.5S`, as a multiple of a resolution in nanoseconds; no
+/// unit may be shorter than the resolution. Magnitudes beyond 127 bits saturate.
 ///
 /// # Errors
-/// The text is no such duration, or no multiple of the resolution.
+/// The text is not a duration, or not a multiple of the resolution.
 pub fn duration(literal: &str, resolution: i128) -> Result<i128, Refusal> {
     let (is_negative, mut rest) = signed(literal);
     let mut units = UNITS.iter().filter(|(_, length, _)| *length >= resolution);
@@ -259,7 +258,7 @@ pub fn duration(literal: &str, resolution: i128) -> Result<i128, Refusal> {
         let (number, after_number) = rest.split_at(number_length);
         let unit_length = after_number.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(after_number.len());
         let (unit, after_unit) = after_number.split_at(unit_length);
-        // The search goes on behind the previous unit: a unit that is repeated or out of order is not found.
+        // The search continues after the previous unit, so that repeated or misordered units are not found.
         let (_, length, most) = units.find(|(name, ..)| unit.eq_ignore_ascii_case(name)).ok_or(Refusal::Form)?;
         let (whole, fraction) = match number.split_once('.') {
             Some((whole, fraction)) => (whole, Some(fraction)),
@@ -293,7 +292,8 @@ pub fn duration(literal: &str, resolution: i128) -> Result<i128, Refusal> {
 /// The decimals of a unit that is `length` times the resolution, as a multiple of the resolution.
 fn fraction_of(decimals: &str, length: i128) -> Result<i128, Refusal> {
     const NOT_WHOLE: Refusal = Refusal::Range("a TIME of whole milliseconds");
-    // 86 400 000 000 000 has 2^17 and 5^11 as factors: more than 17 decimals without a 0 at the end never give a whole number.
+    // 86 400 000 000 000 has the factors 2^17 and 5^11: with more than 17 significant decimals the product is never an
+    // integer.
     const MOST_DECIMALS: usize = 17;
     let decimals = decimals.trim_end_matches(['0', '_']);
     let mut numerator = 0i128;
@@ -309,9 +309,9 @@ fn fraction_of(decimals: &str, length: i128) -> Result<i128, Refusal> {
     if scaled % denominator == 0 { Ok(scaled / denominator) } else { Err(NOT_WHOLE) }
 }
 
-/// The value as a literal that reads back bit-equal: a REAL or an LREAL with the six decimals of STEP 7, or with more where these
-/// would be another number. A REAL
-/// that is not finite has no literal; it becomes `NaN`, `inf` or `-inf`, which [`parse`] refuses.
+/// A literal that reads back bit-equal: a REAL or LREAL with the six decimals of STEP 7, or with more where six would
+/// be another number. A REAL that is not finite has no literal; it becomes `NaN`, `inf` or `-inf`, which [`parse`]
+/// rejects.
 pub fn text(value: Value) -> String {
     match value {
         Value::Real(real) => with_plc_exponent(format!("{real:e}")),
@@ -325,13 +325,13 @@ pub fn text(value: Value) -> String {
     }
 }
 
-/// A number as STEP 7 writes it: six decimals at least, and an exponent with its sign and three digits.
+/// A number in STEP 7's notation: at least six decimals, and an exponent with a sign and three digits.
 fn with_plc_exponent(number: String) -> String {
     like(&number, "0.000000e+000").unwrap_or(number)
 }
 
-/// A number with an exponent in the style of another one: with its decimals at least, its letter, and as many digits in the
-/// exponent, which has a sign if the other's has one. None if one of them has no exponent.
+/// Rewrites a number with an exponent in the style of another: at least as many decimals, the same exponent letter, as
+/// many exponent digits, and a sign if the other has one. `None` if either has no exponent.
 pub fn like(number: &str, style: &str) -> Option<String> {
     let parts = |text: &str| -> Option<(String, String, String)> {
         let (mantissa, exponent) = text.split_once(['e', 'E'])?;

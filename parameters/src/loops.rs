@@ -12,60 +12,60 @@ use std::sync::Arc;
 /// One instance of a block, such as an instance data block of a PLC project.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loop {
-    /// Its name: that of the data block (`TIC101`, or `DB41` where there is only a number), of the member of a
+    /// Its name: that of the data block (`TIC101`, or `DB41` if it has only a number), of the member of a
     /// multi-instance, or of the file.
     pub name: String,
-    /// What its author calls it: the TITLE of its data block in a source of STEP 7.
+    /// Its title: the TITLE of its data block in a STEP 7 source.
     pub title: Option<String>,
-    /// What it is an instance of.
+    /// The block of which it is an instance.
     pub block: Arc<Block>,
-    /// One for each member of the block that is settable ([`blocks::Role::is_settable`]), in the order of the members.
+    /// The values of the block's settable members ([`blocks::Role::is_settable`]), in the order of the members.
     pub settings: Vec<Setting>,
 }
 
-/// The value of an input or a parameter.
+/// A value of an input or parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
-    /// The index of the member of the block.
+    /// The index of the member in the block.
     pub member: usize,
     /// Its value, of the member's type.
     pub value: Value,
-    /// Where the value comes from.
+    /// The origin of the value.
     pub origin: Origin,
 }
 
-/// Where a value comes from.
+/// The origin of a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// The file does not have it: the block's start value.
+    /// The block's start value, because the file has none.
     Default,
-    /// From this place of a text.
+    /// A location in a text.
     Text {
-        /// The file's name, as the user gave it.
+        /// The file name, as given by the user.
         file: String,
         /// The line, from 1.
         line: usize,
         /// The column in characters, from 1.
         column: usize,
-        /// Where in the text, in bytes.
+        /// The byte range in the text.
         span: Range<usize>,
     },
-    /// From this file, which has no lines.
+    /// A file without lines.
     File {
-        /// The file's name, as the user gave it.
+        /// The file name, as given by the user.
         file: String,
     },
-    /// From this address of a data block.
+    /// An address in a data block.
     Data {
-        /// The file's name, or the address of the PLC, as the user gave it.
+        /// The file name or the PLC's address, as given by the user.
         file: String,
-        /// Where in the data block.
+        /// The address in the data block.
         address: Address,
     },
 }
 
 impl fmt::Display for Origin {
-    /// `plant.awl:12:8`, `DB41.bin, byte 20`, `default`.
+    /// Displays `plant.awl:12:8`, `DB41.bin, byte 20` or `default`.
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Origin::Default => write!(formatter, "default"),
@@ -77,7 +77,7 @@ impl fmt::Display for Origin {
 }
 
 impl Loop {
-    /// An instance whose settings all have the block's start values.
+    /// An instance with the start values of its block.
     pub fn new(name: impl Into<String>, block: Arc<Block>) -> Loop {
         let settings = block
             .members
@@ -89,20 +89,20 @@ impl Loop {
         Loop { name: name.into(), title: None, block, settings }
     }
 
-    /// Gives a member of the block its value. Nothing happens if the member is not settable.
+    /// Sets the value of a member. Does nothing if the member is not settable.
     pub fn set(&mut self, member: usize, value: Value, origin: Origin) {
         if let Some(setting) = self.settings.iter_mut().find(|setting| setting.member == member) {
             (setting.value, setting.origin) = (value, origin);
         }
     }
 
-    /// The value of the member with this full name; `None` if there is none, or it is not settable.
+    /// The value of the member with this full name; `None` if it does not exist or is not settable.
     pub fn get(&self, name: &str) -> Option<Value> {
         let member = self.block.find(name)?;
         self.settings.iter().find(|setting| setting.member == member).map(|setting| setting.value)
     }
 
-    /// The settings outside their range of sense, which the block does not enforce: a sentence each.
+    /// Warnings about settings outside their plausible range, which the block does not enforce: a sentence each.
     pub fn outside(&self) -> Vec<String> {
         let outside = |setting: &Setting| {
             let member = &self.block.members[setting.member];
@@ -121,12 +121,12 @@ impl Loop {
         self.settings.iter().filter_map(outside).collect()
     }
 
-    /// What a user should know of the settings before he uses them: a sentence each.
+    /// Warnings about the settings for the user: a sentence each.
     pub fn warnings(&self) -> Vec<String> {
         [self.outside(), self.advice()].concat()
     }
 
-    /// What the block will do with the settings where a user may not expect it.
+    /// Advice on what the block does with the settings that a user may not expect.
     pub fn advice(&self) -> Vec<String> {
         let settings: Vec<_> = self.settings.iter().map(|setting| (setting.member, setting.value)).collect();
         self.block.advice(&settings)

@@ -1,4 +1,4 @@
-//! Loops given as names and numbers, as JSON and SSV have them: a TIME in seconds, as in the FMU.
+//! Loops given as names and numbers, as in JSON and SSV: a TIME is in seconds, as in the FMU.
 
 use crate::block::{Block, Member};
 use crate::loops::Loop;
@@ -9,7 +9,7 @@ use blocks::{Form, Kind, Value};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A value with its name, and their places.
+/// A named value, with the locations of both.
 pub(crate) struct Entry<'a> {
     pub(crate) name: &'a str,
     pub(crate) name_span: Range<usize>,
@@ -17,31 +17,31 @@ pub(crate) struct Entry<'a> {
     pub(crate) span: Range<usize>,
 }
 
-/// Longer names are not compared with those of members, in bytes.
+/// The maximum length, in bytes, of a name for which similar names are suggested.
 const LONGEST_NAME: usize = 60;
 
-/// What a file gives as a value.
+/// A value as found in a file.
 #[derive(Clone, Copy)]
 pub(crate) enum Given<'a> {
     /// A decimal.
     Number(&'a str),
     /// TRUE or FALSE.
     Bool(bool),
-    /// Anything else: what it is, for a message.
+    /// Anything else, described for a message.
     Other(&'a str),
 }
 
-/// What the user has chosen for the loops of a file.
+/// The user's choice of block for the loops of a file.
 #[derive(Clone, Copy)]
 pub(crate) struct Choice<'a> {
-    /// The block of loops that do not show it themselves.
+    /// The block of loops that do not indicate theirs.
     pub(crate) block: Option<&'a Arc<Block>>,
-    /// Whether the file has one loop only: the chosen block is that of the loop then, whatever its names.
+    /// Whether the file has only one loop: the chosen block then applies, whatever the names.
     pub(crate) is_for_one: bool,
 }
 
-/// The loop of these values. Its block is the one that the user chose, or else the only one that has all these names; `span` is
-/// where the loop begins.
+/// Builds the loop of these values. Its block is the one chosen by the user, or else the only one that has all these
+/// names; `span` is the location of the loop.
 pub(crate) fn read(
     report: &mut Report,
     blocks: &[Arc<Block>],
@@ -80,7 +80,7 @@ pub(crate) fn read(
     is_right.then_some(one)
 }
 
-/// The member of this name, if a user may give it a value.
+/// The settable member of this name.
 pub(crate) fn member(block: &Block, name: &str) -> Result<usize, (String, Option<String>)> {
     match block.find(name) {
         Some(index) if block.members[index].role.is_settable() => Ok(index),
@@ -110,7 +110,7 @@ pub(crate) fn member(block: &Block, name: &str) -> Result<usize, (String, Option
     }
 }
 
-/// The only block that has all these names, or of several the one of which none is missing.
+/// The only block that has all these names; of several, the one that has no others.
 fn recognize(
     report: &mut Report,
     blocks: &[Arc<Block>],
@@ -125,7 +125,7 @@ fn recognize(
     match (fitting.as_slice(), whole.next(), whole.next()) {
         ([block], ..) | (_, Some(block), None) => Some((*block).clone()),
         ([], ..) => {
-            // The block that fits best says what is wrong; one that fits by accident only would mislead.
+            // Errors refer to the block that fits best; a block that fits only by chance would mislead.
             let best = blocks.iter().max_by_key(matches).filter(|block| 2 * matches(block) >= entries.len());
             if best.is_none() {
                 let help = Some(Remedy::ChooseBlock(list(blocks)));
@@ -148,12 +148,13 @@ pub(crate) fn is_complete(block: &Block, names: &[&str]) -> bool {
     names.len() == settable && names.iter().all(|name| is_settable(block, name))
 }
 
-/// Whether the block has an input or a parameter of this name.
+/// Whether the block has an input or parameter of this name.
 pub(crate) fn is_settable(block: &Block, name: &str) -> bool {
     block.find(name).is_some_and(|index| block.members[index].role.is_settable())
 }
 
-/// The value of a member. A member that is out of its range of sense is not wrong: the block computes with it.
+/// Converts a value to the member's type. A value outside the plausible range is not an error: the block computes with
+/// it.
 fn value(member: &Member, given: Given) -> Result<Value, String> {
     let expected = match member.kind.form() {
         Form::Switch => "true or false",
@@ -177,7 +178,7 @@ fn value(member: &Member, given: Given) -> Result<Value, String> {
     Err(format!("{}: expected {expected}, found {found}", member.name))
 }
 
-/// Refuses two loops of one name, which the reader could not tell apart.
+/// Rejects two loops of the same name, which a reader could not tell apart.
 pub(crate) fn check_names(loops: &[Loop]) -> Result<(), String> {
     let mut names = std::collections::BTreeSet::new();
     match loops.iter().find(|one| !names.insert(&one.name)) {

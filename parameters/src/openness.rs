@@ -10,8 +10,8 @@
 //!           <Member Name="GAIN" Datatype="Real"><StartValue>2.0</StartValue></Member>
 //! ```
 //!
-//! A member without a start value has that of the block. The version in the namespace does not count. What is written was never
-//! imported into a TIA Portal.
+//! A member without a start value has that of the block. The version in the namespace is ignored. Files written by this
+//! module have never been imported into TIA Portal.
 
 use crate::block::{Block, Member, Part};
 use crate::literal;
@@ -25,17 +25,17 @@ use blocks::Kind;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// What the elements of blocks begin with. A controller is a technology object in TIA Portal.
+/// The prefixes of block elements. A controller is a technology object in TIA Portal.
 const BLOCKS: [&str; 2] = ["SW.Blocks.", "SW.TechnologicalObjects."];
 
 /// The namespace of the version that is written.
 const NAMESPACE: &str = "http://www.siemens.com/automation/Openness/SW/Interface/v5";
 
-/// Reads the instances in an exported document: instance data blocks, and the instances inside other blocks, which are called as
-/// their member.
+/// Reads the instances in an exported document: instance data blocks, and the instances inside other blocks, which are
+/// named after their member.
 ///
 /// # Errors
-/// It is not such a document, or one of its instances has a member, a type or a value that its block does not have.
+/// It is not such a document, or an instance has a member, type or value that its block does not have.
 pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
     let mut report = Report::new(source, options);
     let loops = loops(&mut report, source, blocks, options).unwrap_or_default();
@@ -66,7 +66,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         let name = text("Name").filter(|name| !name.is_empty()).or(number);
         let name = name.unwrap_or_else(|| report.loop_name(options));
         let is_known = |of: &String| blocks.iter().any(|block| block.is_called(of));
-        // The type of a technology object is an element of the system's library.
+        // The type of a technology object is an element of the system library.
         let of_library = text("OfSystemLibElement").filter(is_known);
         let of = text("InstanceOfName").filter(|of| of_library.is_none() || is_known(of)).or(of_library);
         let of = of.unwrap_or_default();
@@ -85,7 +85,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         }
         let types = Types { blocks, chosen: chosen.as_ref() };
         types.instances(report, interface, &Place { name: name.clone(), index: String::new() }, &of, &mut loops);
-        // Of the instances inside a data block, the name of the data block.
+        // For instances inside a data block, the name of the data block.
         containers.resize(loops.len(), name.clone());
         if loops.len() == before && !report.is_wrong() {
             let of = if of.is_empty() { String::new() } else { format!(" ({})", quoted(&of)) };
@@ -107,7 +107,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
     Some(loops)
 }
 
-/// Puts the name of the data block before loops that are called the same: `Line.TIC`.
+/// Prefixes loops of the same name with the name of their data block: `Line.TIC`.
 fn tell_apart(loops: &mut [Loop], containers: &[String]) {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for one in loops.iter() {
@@ -120,14 +120,14 @@ fn tell_apart(loops: &mut [Loop], containers: &[String]) {
     }
 }
 
-/// The blocks that there are, and the one that the user chose for what has none of their names.
+/// The known blocks, and the one chosen by the user for instances of unknown types.
 struct Types<'a> {
     blocks: &'a [Arc<Block>],
     chosen: Option<&'a Arc<Block>>,
 }
 
 impl Types<'_> {
-    /// Collects the instance whose sections `parent` holds, or else those among its members.
+    /// Collects the instance whose sections are children of `parent`, or else the instances among its members.
     fn instances(&self, report: &mut Report, parent: Element, at: &Place, of: &str, loops: &mut Vec<Loop>) {
         let Some(sections) = parent.child("Sections") else { return };
         if let Some(block) = self.named(of).or_else(|| self.by_members(sections)) {
@@ -157,8 +157,8 @@ impl Types<'_> {
         self.blocks.iter().find(|block| block.is_called(of)).cloned()
     }
 
-    /// A block under another name, such as after a migration: all its inputs and parameters are there, with their types, and no
-    /// other input.
+    /// The block of an instance with an unknown type, for example after a migration: all inputs and parameters are
+    /// present, with their types, and no other input.
     fn by_members(&self, sections: Element) -> Option<Arc<Block>> {
         let inputs: Vec<(&str, &str)> = inputs(sections)
             .map(|member| {
@@ -176,7 +176,7 @@ impl Types<'_> {
             !settable.is_empty() && inputs.len() == settable.len() && settable.iter().all(has)
         };
         if let Some(block) = self.chosen {
-            // The user says what it is, if it has anything of it.
+            // The user's choice applies if the instance has any of its members.
             let has_any = inputs.iter().any(|(name, _)| named::is_settable(block, name));
             return has_any.then(|| block.clone());
         }
@@ -184,15 +184,15 @@ impl Types<'_> {
     }
 }
 
-/// Where an instance is.
+/// The position of an instance.
 struct Place {
-    /// What it is called.
+    /// Its name.
     name: String,
-    /// The indices of the arrays that it is in, from the outer one on: `2` or `2,0`.
+    /// The indices in the arrays around it, outermost first: `2` or `2,0`.
     index: String,
 }
 
-/// The elements of an array, and their type: `Array[1..3] of "PUMP"`.
+/// The indices of an array's elements, and the element type: `Array[1..3] of "PUMP"`.
 fn array(datatype: &str) -> Option<(Vec<String>, &str)> {
     let rest =
         datatype.get(..5).filter(|word| word.eq_ignore_ascii_case("array")).map(|word| &datatype[word.len()..])?;
@@ -201,20 +201,20 @@ fn array(datatype: &str) -> Option<(Vec<String>, &str)> {
     Some((elements(bounds)?, of))
 }
 
-/// The start value of a member, in an array that of this element.
+/// The start value of a member or, in an array, of this element of it.
 fn start_value<'a>(member: Element<'a>, index: &str) -> Option<Element<'a>> {
     let is_own = |element: &Element| element.attribute("Path") == Some(index);
     let own = member.children("Subelement").find(is_own).and_then(|element| element.child("StartValue"));
     own.or_else(|| member.child("StartValue"))
 }
 
-/// The members of the sections with inputs.
+/// The members of the sections for inputs.
 fn inputs(sections: Element<'_>) -> impl Iterator<Item = Element<'_>> {
     let is_input = |section: &Element| matches!(section.attribute("Name"), Some("Input" | "InOut"));
     sections.children("Section").filter(is_input).flat_map(|section| section.children("Member"))
 }
 
-/// The loop of one instance; `None` if something is wrong with it, which is reported.
+/// Reads the loop of one instance; `None` if it has an error, which is reported.
 fn instance(report: &mut Report, block: &Arc<Block>, at: &Place, sections: Element) -> Option<Loop> {
     let mut one = Loop::new(&at.name, block.clone());
     let mut given = vec![false; block.members.len()];
@@ -271,10 +271,11 @@ fn is_kind(datatype: &str, kind: Kind) -> bool {
     datatype.eq_ignore_ascii_case(kind.name())
 }
 
-/// Writes an instance data block for each loop, with all inputs and parameters and without a number: TIA Portal gives it one.
+/// Writes an instance data block for each loop, with all inputs and parameters and without a number, which TIA Portal
+/// assigns.
 ///
 /// # Errors
-/// A block contains other blocks, or XML cannot hold a name.
+/// A block contains other blocks, or a name cannot be represented in XML.
 pub fn write(loops: &[Loop], origin: &str) -> Result<String, String> {
     named::check_names(loops)?;
     for one in loops {

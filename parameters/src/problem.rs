@@ -1,48 +1,48 @@
-//! What is wrong with a file, and where.
+//! Problems in files, with their locations.
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use std::fmt;
 use std::ops::Range;
 
-/// Where in a file.
+/// A location in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
     /// The line, from 1.
     pub line: usize,
     /// The column in characters, from 1.
     pub column: usize,
-    /// The bytes of the file's text ([`crate::Source::text`]), to be underlined.
+    /// The byte range in the file's text ([`crate::Source::text`]), to be underlined.
     pub span: Range<usize>,
 }
 
-/// One thing that is wrong, or that the user should know.
+/// An error or a remark for the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Where; `None` if it concerns the file as a whole, or one that is no text.
+    /// Its location; `None` if it concerns the whole file, or a file that is not text.
     pub place: Option<Place>,
-    /// What was found and what is expected: one sentence, without a full stop.
+    /// One sentence, without a full stop, on what was found and what was expected.
     pub message: String,
-    /// What to do, where the message does not say it.
+    /// The remedy, unless the message contains it.
     pub help: Option<Remedy>,
 }
 
-/// What to do about a problem. What the user of the command sets with an option, the user of a page sets in a field: it is shown in
-/// the words of the command, and a page has its own.
+/// A remedy. Where a user of the command passes an option, a user of the page fills in a field: remedies are displayed
+/// in the words of the command, and the page words them itself.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Remedy {
-    /// A sentence that holds everywhere.
+    /// A sentence that is valid everywhere.
     Sentence(String),
-    /// Choose the block of a loop, one of these.
+    /// Choose the block of a loop from these.
     ChooseBlock(String),
-    /// Choose this block, if it is meant: it has the members.
+    /// Choose this block, if it is the intended one: it has the members.
     ChooseThisBlock(String),
     /// Declare a constant.
     DeclareConstant(String),
     /// Declare an instance.
     DeclareInstance(String),
-    /// List all names that nothing declares, of which the message names some.
+    /// List all undeclared names, of which the message contains only some.
     ListMissing,
-    /// Take a block without statements as a stub.
+    /// Compile a block without statements as a stub.
     Stub(String),
     /// Declare a tag of this type, or a constant.
     DeclareTag {
@@ -90,19 +90,19 @@ impl From<&str> for Remedy {
     }
 }
 
-/// Everything that is wrong with a file, or that is to be said of it.
+/// The problems in a file, or the remarks on it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Problems {
     /// The file's name, as the user gave it.
     pub file: String,
-    /// The file's text, for drawing the places; empty if it has none.
+    /// The file's text, for displaying locations; empty if it is not text.
     pub text: String,
-    /// The problems, in the order of the file.
+    /// The problems, in file order.
     pub problems: Vec<Problem>,
 }
 
 impl Problems {
-    /// One of the problems as a line, `FILE:LINE:COLUMN: message; help`.
+    /// A problem as one line, `FILE:LINE:COLUMN: message; help`.
     fn line(&self, problem: &Problem) -> String {
         let place = match problem.place {
             Some(Place { line, column, .. }) => format!("{line}:{column}:"),
@@ -114,7 +114,7 @@ impl Problems {
 }
 
 impl fmt::Display for Problems {
-    /// A line for each problem, `FILE:LINE:COLUMN: message`.
+    /// Displays a line for each problem, `FILE:LINE:COLUMN: message`.
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         let lines: Vec<String> = self.problems.iter().map(|problem| self.line(problem)).collect();
         formatter.write_str(&lines.join("\n"))
@@ -143,7 +143,7 @@ pub fn drawn(problems: &Problems) -> String {
     each_drawn(problems).collect()
 }
 
-/// The same, problem by problem.
+/// Like [`drawn`], one string per problem.
 pub fn each_drawn(problems: &Problems) -> impl Iterator<Item = String> {
     problems.problems.iter().map(|problem| {
         let place = problem.place.as_ref().filter(|_| !problems.text.is_empty());
@@ -155,13 +155,13 @@ pub fn each_drawn(problems: &Problems) -> impl Iterator<Item = String> {
     })
 }
 
-/// The line of a place, with the place underlined.
+/// The line of a location, with the location underlined.
 fn underlined(text: &str, place: &Place) -> String {
-    /// Of a long line only what is around the place is drawn: this many bytes before and behind its start.
+    /// Of a long line, only this many bytes before and after the location are displayed.
     const AROUND: usize = 60;
     let start = text.floor_char_boundary(place.span.start);
     let end = text.floor_char_boundary(place.span.end);
-    // Only so far is the text searched for the ends of the line: a line may have 100 MB.
+    // The search for the line's ends is limited, because a line may be as long as 100 MB.
     let first = text.floor_char_boundary(start.saturating_sub(AROUND));
     let last = text.ceil_char_boundary(start + AROUND);
     let from = text[first..start].rfind('\n').map_or(first, |newline| first + newline + 1);
@@ -173,9 +173,9 @@ fn underlined(text: &str, place: &Place) -> String {
     drawing + "\n"
 }
 
-/// The candidate that differs least from a name, if it is like enough to be what was meant.
+/// The candidate most similar to a name, if it is similar enough to be meant.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    /// No name of a block or a member is longer.
+    /// No name of a block or member is longer.
     const LONGEST: usize = 60;
     if name.len() > LONGEST {
         return None;
@@ -202,7 +202,7 @@ pub fn with_article(noun: impl fmt::Display) -> String {
     format!("{} {noun}", if is_an { "an" } else { "a" })
 }
 
-/// The text in backquotes for a message: shortened, without characters that would disturb a terminal.
+/// A text in backquotes for a message: shortened, and without characters that would disturb a terminal.
 pub fn quoted(text: &str) -> String {
     const MOST_CHARACTERS: usize = 40;
     let mut shown: String = text.chars().take(MOST_CHARACTERS).flat_map(escaped).collect();
@@ -212,7 +212,7 @@ pub fn quoted(text: &str) -> String {
     format!("`{shown}`")
 }
 
-/// A control character as an escape sequence, any other as it is.
+/// A control character as an escape sequence, any other unchanged.
 fn escaped(character: char) -> Vec<char> {
     if character.is_control() { character.escape_default().collect() } else { vec![character] }
 }

@@ -1,29 +1,28 @@
-//! What a reader of any format is told and what it gives.
+//! The input and output of a reader, whatever the format.
 
 use crate::loops::Loop;
 use crate::problem::Problems;
 
-/// What the user says of a file.
+/// The user's specifications for a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// The block's name or alias, where the file does not say it.
+    /// The block's name or alias, where the file does not give it.
     pub block: Option<String>,
-    /// The loop's name, where the file does not say it; by default the name of the file.
+    /// The loop's name, where the file does not give it; by default the file name.
     pub name: Option<String>,
-    /// Where the instance begins in a dump, in bytes.
+    /// The byte offset of the instance in a dump.
     pub offset: usize,
-    /// Loops that are right are read although others of the file are wrong.
+    /// Whether correct loops are returned although others in the file have errors.
     pub is_partial: bool,
 }
 
-/// What a file holds.
+/// The contents of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
-    /// The loops, in the order of the file.
+    /// The loops, in file order.
     pub loops: Vec<Loop>,
-    /// What the user should know of the file, though it can be read: other blocks that were skipped, what a dump does not
-    /// prove.
+    /// Remarks for the user on a readable file: blocks that were skipped, properties that a dump does not prove.
     pub remarks: Problems,
-    /// What is wrong with the loops that are not here, if [`Options::is_partial`] allows that.
+    /// The problems of the loops left out, if [`Options::is_partial`] is set.
     pub wrong: Problems,
 }

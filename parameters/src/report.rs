@@ -1,4 +1,4 @@
-//! What a reader has found: problems with their places, and origins of values.
+//! Collects a reader's findings: problems with locations, and origins of values.
 
 use crate::block::Block;
 use crate::loops::{Loop, Origin};
@@ -8,13 +8,13 @@ use crate::source::Source;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The most loops of a file, so that a hostile file cannot fill the memory.
+/// The maximum number of loops in a file, so that a hostile file cannot exhaust the memory.
 pub(crate) const MOST_LOOPS: usize = 10_000;
 
-/// The most problems that are reported of a file.
+/// The maximum number of problems reported for a file.
 const MOST_PROBLEMS: usize = 50;
 
-/// The problems and remarks of a file that is being read.
+/// The problems and remarks of the file being read.
 pub(crate) struct Report<'a> {
     source: &'a Source,
     problems: Vec<Problem>,
@@ -28,28 +28,28 @@ impl<'a> Report<'a> {
         Report { source, problems: Vec::new(), remarks: Vec::new(), omitted: 0, is_partial: options.is_partial }
     }
 
-    /// How many problems there are.
+    /// The number of problems, including those not reported.
     pub(crate) fn count(&self) -> usize {
         self.problems.len() + self.omitted
     }
 
-    /// The line in which a range of the text begins.
+    /// The line at which a range of the text starts.
     pub(crate) fn line(&self, span: Range<usize>) -> usize {
         self.source.place(span).line
     }
 
-    /// Where a value of the text comes from.
+    /// The origin of a value in the text.
     pub(crate) fn origin(&self, span: Range<usize>) -> Origin {
         let Place { line, column, span } = self.source.place(span);
         Origin::Text { file: self.source.file.clone(), line, column, span }
     }
 
-    /// Something is wrong at a place of the text. What two readers of a part find there is reported once.
+    /// Reports an error at a location. What two readers find at the same place is reported once.
     pub(crate) fn wrong(&mut self, span: Range<usize>, message: impl Into<String>, help: Option<String>) {
         self.wrong_with(span, message, help.map(Remedy::from));
     }
 
-    /// The same with another remedy than a sentence.
+    /// Reports an error with a remedy other than a sentence.
     pub(crate) fn wrong_with(&mut self, span: Range<usize>, message: impl Into<String>, help: Option<Remedy>) {
         if self.problems.len() == MOST_PROBLEMS {
             self.omitted += 1;
@@ -61,27 +61,27 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// There are this many problems more.
+    /// Counts further problems without reporting them.
     pub(crate) fn omit(&mut self, count: usize) {
         self.omitted += count;
     }
 
-    /// Whether a further problem would be reported, so that its text is worth the time.
+    /// Whether a further problem would be reported, so that its message is worth composing.
     pub(crate) fn has_room(&self) -> bool {
         self.problems.len() < MOST_PROBLEMS
     }
 
-    /// Whether something is wrong.
+    /// Whether there are problems.
     pub(crate) fn is_wrong(&self) -> bool {
         !self.problems.is_empty()
     }
 
-    /// Something is wrong with the file as a whole.
+    /// Reports a problem with the file as a whole.
     pub(crate) fn wrong_file(&mut self, message: impl Into<String>, help: Option<Remedy>) {
         self.problems.push(Problem { place: None, message: message.into(), help });
     }
 
-    /// Something that the user should know; without a place if it concerns the file as a whole.
+    /// Adds a remark for the user, without a location if it concerns the file as a whole.
     pub(crate) fn remark(&mut self, span: Option<Range<usize>>, message: impl Into<String>) {
         if self.remarks.len() < MOST_PROBLEMS {
             let place = span.map(|span| self.source.place(span));
@@ -89,7 +89,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// The loops, if nothing is wrong, or if those that are right are enough.
+    /// Returns the loops, if there are no problems or correct loops suffice.
     pub(crate) fn finish(mut self, loops: Vec<Loop>) -> Result<Reading, Problems> {
         if self.problems.is_empty() && loops.is_empty() {
             self.wrong_file("the file holds no loop", None);
@@ -100,7 +100,7 @@ impl<'a> Report<'a> {
             self.problems.push(Problem { place: None, message, help: None });
         }
         let of = |problems: Vec<Problem>| {
-            // A text without a place to draw need not be copied: it may be large.
+            // Without a location to display, the text, which may be large, need not be copied.
             let text = if problems.is_empty() { String::new() } else { self.source.text.clone() };
             Problems { file: self.source.file.clone(), text, problems }
         };
@@ -111,10 +111,10 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// The block that the user names, `None` if the user names none.
+    /// The block named by the user; `None` if the user names none.
     ///
     /// # Errors
-    /// There is no such block; that is reported.
+    /// There is no such block, which is reported.
     pub(crate) fn chosen(&mut self, blocks: &[Arc<Block>], options: &Options) -> Result<Option<Arc<Block>>, ()> {
         let Some(name) = &options.block else { return Ok(None) };
         if let Some(block) = blocks.iter().find(|block| block.is_called(name)) {
@@ -124,7 +124,7 @@ impl<'a> Report<'a> {
         Err(())
     }
 
-    /// The name of a loop to which the file gives none: the user's, or that of the file without folder and extension.
+    /// The name of a loop that has none in the file: the user's, or the file name without folder and extension.
     pub(crate) fn loop_name(&self, options: &Options) -> String {
         options.name.clone().unwrap_or_else(|| {
             let file = self.source.file.trim_end_matches(['/', '\\']);
@@ -134,8 +134,8 @@ impl<'a> Report<'a> {
     }
 }
 
-/// The indices of an array's elements, such as `[1,0]`, from its bounds, `1..2, 0..7`; `None` if these are no numbers, or if there
-/// are more elements than a file can have loops.
+/// The indices of an array's elements, such as `[1,0]`, from its bounds `1..2, 0..7`; `None` if these are not numbers,
+/// or if there are more elements than a file may have loops.
 pub(crate) fn elements(bounds: &str) -> Option<Vec<String>> {
     let mut all = vec![String::new()];
     for dimension in bounds.split(',') {

@@ -1,4 +1,4 @@
-//! A source with other values in it: what is not changed stays byte for byte.
+//! Replaces values in a source; everything else stays byte for byte.
 
 use crate::loops::{Loop, Origin, Setting};
 use crate::problem::quoted;
@@ -9,22 +9,23 @@ use blocks::Value;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A value that was replaced.
+/// A replaced value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replaced {
     /// The loop.
     pub loop_name: String,
-    /// The member of its block.
+    /// The member of the loop's block.
     pub member: String,
-    /// Where the value stood; [`Origin::Default`] if the source did not have it.
+    /// The previous origin of the value; [`Origin::Default`] if the source did not have it.
     pub origin: Origin,
 }
 
-/// The source with the values of these loops, and what was replaced. A value that the source has already is left as it is written. A
-/// member that the source gives no value gets a line of its own beside another one of its loop.
+/// Writes the values of these loops into the source, and returns the source and the replaced values. A value that
+/// already agrees is left as written. A member without a value in the source gets a line of its own next to another
+/// member of its loop.
 ///
 /// # Errors
-/// The source cannot be read, a loop is not in it, or it has no place for a value: what, in a sentence.
+/// The source cannot be read, does not contain a loop, or has no place for a value; the message is a sentence.
 pub fn rewrite(
     format: Format,
     source: &Source,
@@ -60,7 +61,7 @@ pub fn rewrite(
     }
     let bytes = edited(source, edits)
         .ok_or_else(|| format!("{} has characters that its encoding does not have", source.file))?;
-    // Whatever the place was, the result is read before it is given away.
+    // Wherever values were inserted, the result is read back before it is returned.
     let result = Source::in_encoding(source.file.clone(), bytes.clone(), source.encoding);
     let after = read(format, &result, blocks, options).map_err(wrong)?.loops;
     let wanted = |own: &Loop| {
@@ -83,21 +84,21 @@ fn same(a: Value, b: Value) -> bool {
     literal::text(a) == literal::text(b)
 }
 
-/// A range of the text and what takes its place.
+/// A range of the text, and its replacement.
 type Edit = (Range<usize>, String);
 
 fn edit(format: Format, source: &Source, own: &Loop, old: &Setting, value: Value) -> Option<Edit> {
     let Origin::Text { span, .. } = &old.origin else { return inserted(format, source, own, old.member, value) };
     let written = source.text.get(span.clone())?;
     if format == Format::Ssv {
-        // The place is that of the element.
+        // The location is that of the element.
         let at = value_of_attribute(written, "value")?;
         return Some((span.start + at.start..span.start + at.end, text(value).ok()?));
     }
     Some((span.clone(), as_written(format, written, value)?))
 }
 
-/// A value in the style of the one that it replaces.
+/// A value in the notation of the one that it replaces.
 fn as_written(format: Format, written: &str, value: Value) -> Option<String> {
     if format == Format::Json {
         return text(value).ok();
@@ -119,7 +120,7 @@ fn as_written(format: Format, written: &str, value: Value) -> Option<String> {
     Some(if reads_back && !short.contains(['e', 'E']) { short } else { exact })
 }
 
-/// Where the value of an attribute stands in a start tag, without its quotes.
+/// The range of an attribute's value in a start tag, without its quotes.
 fn value_of_attribute(tag: &str, name: &str) -> Option<Range<usize>> {
     let mut from = 0;
     while let Some(at) = tag[from..].find(name).map(|at| at + from) {
@@ -137,7 +138,7 @@ fn value_of_attribute(tag: &str, name: &str) -> Option<Range<usize>> {
     None
 }
 
-/// A value that the source does not have, beside that of another member of the loop.
+/// Inserts a missing value next to that of another member of the loop.
 fn inserted(format: Format, source: &Source, own: &Loop, member: usize, value: Value) -> Option<Edit> {
     let is_given = |setting: &&Setting| matches!(setting.origin, Origin::Text { .. });
     let before = own.settings.iter().rev().filter(|setting| setting.member < member).find(is_given);
@@ -163,7 +164,7 @@ fn inserted(format: Format, source: &Source, own: &Loop, member: usize, value: V
             if path.contains([';', ':', '{']) {
                 return None;
             }
-            // What leads to the instance stands before the name of the member.
+            // The member's name is preceded by the path of the instance.
             let plain: String = path.chars().filter(|letter| *letter != '"').collect();
             let leads = plain.len().checked_sub(neighbour.len())?;
             let is_it = plain.is_char_boundary(leads) && plain[leads..].eq_ignore_ascii_case(neighbour);
@@ -177,7 +178,7 @@ fn inserted(format: Format, source: &Source, own: &Loop, member: usize, value: V
     }
 }
 
-/// The bytes of a source with other text in some places.
+/// The bytes of a source with replacements in its text.
 fn edited(source: &Source, mut edits: Vec<Edit>) -> Option<Vec<u8>> {
     edits.sort_by_key(|(range, _)| range.start);
     let (mut bytes, mut at) = (source.bytes[..source.start].to_vec(), 0);

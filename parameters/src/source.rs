@@ -1,4 +1,4 @@
-//! A file as it was read.
+//! Source files as read.
 
 use crate::encoding::Encoding;
 use crate::problem::Place;
@@ -7,37 +7,37 @@ use std::io::{self, Read};
 use std::ops::Range;
 use std::path::Path;
 
-/// A file: its name as the user gave it, its bytes and its text.
+/// A file: its name as given by the user, its bytes and its text.
 #[derive(Clone, Debug)]
 pub struct Source {
     /// Its name, for messages.
     pub file: String,
     /// Its content.
     pub bytes: Vec<u8>,
-    /// Its text, without a byte order mark; without a meaning if it is a format of bytes.
+    /// Its text, without a byte order mark; meaningless if the format is binary.
     pub text: String,
     pub(crate) encoding: Encoding,
-    /// How long the byte order mark is.
+    /// The length of the byte order mark.
     pub(crate) start: usize,
-    /// The place of the first character in each stretch of [`STRETCH`] bytes of the text.
+    /// The location of the first character in each stretch of [`STRETCH`] bytes of the text.
     stretches: Vec<Place>,
 }
 
-/// So far a place is counted from the start of a stretch, in bytes.
+/// The size of a stretch in bytes, which limits the effort to locate a character.
 const STRETCH: usize = 1024;
 
 impl Source {
-    /// The largest file that is read, in bytes. The sources of a whole plant are a hundredth of it.
+    /// The maximum size of a file in bytes. The sources of a whole plant take a hundredth of it.
     pub const LARGEST: u64 = 256 << 20;
 
-    /// A file. Its text is in UTF-8 or UTF-16 if it begins with their byte order mark, in UTF-8 if it is valid in it, and else
-    /// in Windows-1252, in which STEP 7 writes.
+    /// Creates a source. Its encoding is UTF-8 or UTF-16 if there is such a byte order mark, UTF-8 if the bytes are
+    /// valid UTF-8, and otherwise Windows-1252, which STEP 7 writes.
     pub fn new(file: impl Into<String>, bytes: Vec<u8>) -> Source {
         let is_utf_8 = std::str::from_utf8(&bytes).is_ok();
         Source::in_encoding(file.into(), bytes, if is_utf_8 { Encoding::Utf8 } else { Encoding::Windows1252 })
     }
 
-    /// A file in this encoding, unless it begins with the byte order mark of another.
+    /// Creates a source in this encoding, unless it starts with the byte order mark of another.
     pub(crate) fn in_encoding(file: String, bytes: Vec<u8>, encoding: Encoding) -> Source {
         let (encoding, start) = Encoding::of_mark(&bytes).unwrap_or((encoding, 0));
         let text = encoding.decode(&bytes[start..]);
@@ -50,11 +50,12 @@ impl Source {
         Source { file, bytes, text, encoding, start, stretches }
     }
 
-    /// A file in a certain encoding, unless it begins with the byte order mark of another. Its name is one of those that
-    /// browsers know: `windows-1251`, `shift_jis`. Without the feature `encodings` there are UTF-8, UTF-16 and Windows-1252 alone.
+    /// Creates a source in the named encoding, unless it starts with the byte order mark of another. Names are those
+    /// that browsers accept: `windows-1251`, `shift_jis`. Without the feature `encodings`, only UTF-8, UTF-16 and
+    /// Windows-1252 are available.
     ///
     /// # Errors
-    /// There is no encoding of this name.
+    /// No encoding has this name.
     pub fn encoded(file: impl Into<String>, bytes: Vec<u8>, encoding: &str) -> Result<Source, String> {
         let Some(chosen) = Encoding::named(encoding) else {
             return Err(format!(
@@ -64,7 +65,7 @@ impl Source {
         Ok(Source::in_encoding(file.into(), bytes, chosen))
     }
 
-    /// The name of standard input among files.
+    /// The file name that stands for standard input.
     pub const STANDARD_INPUT: &str = "-";
 
     /// The name, for messages, and the bytes of a file, or of standard input if it is named `-`.
@@ -77,7 +78,7 @@ impl Source {
         let mut bytes = Vec::new();
         let file: io::Result<Box<dyn Read>> =
             if is_file { File::open(path).map(|file| Box::new(file) as _) } else { Ok(Box::new(io::stdin())) };
-        // One byte more shows that the file is too large, even if it is no regular file and has no size.
+        // An additional byte reveals that the file is too large, even if it is not a regular file and has no size.
         file.and_then(|file| file.take(largest + 1).read_to_end(&mut bytes))
             .map_err(|error| format!("{name} cannot be read: {error}"))?;
         if bytes.len() as u64 > largest {
@@ -86,10 +87,11 @@ impl Source {
         Ok((name, bytes))
     }
 
-    /// Reads a file, or standard input, of which the user may name the encoding.
+    /// Reads a file or standard input; the user may name the encoding.
     ///
     /// # Errors
-    /// It cannot be read, or is larger than [`Source::LARGEST`], or there is no such encoding: a sentence with the file's name.
+    /// It cannot be read, is larger than [`Source::LARGEST`], or the encoding does not exist: a sentence with the
+    /// file's name.
     pub fn read(path: &Path, encoding: Option<&str>) -> Result<Source, String> {
         let (name, bytes) = Source::load(path, Source::LARGEST)?;
         match encoding {
@@ -98,7 +100,8 @@ impl Source {
         }
     }
 
-    /// Line and column of a range of the text. It takes no longer in a large file, or in a file of one long line.
+    /// The line and column of a range of the text. The effort does not grow with the size of the file or the length of
+    /// a line.
     pub fn place(&self, span: Range<usize>) -> Place {
         let start = self.text.floor_char_boundary(span.start);
         let before = self.stretches.partition_point(|place| place.span.start <= start);
@@ -107,7 +110,7 @@ impl Source {
     }
 }
 
-/// The place of the character at byte `to`, counted from an earlier place.
+/// The location of byte `to`, counted from an earlier location.
 fn advanced(text: &str, from: &Place, to: usize) -> Place {
     let between = &text[from.span.start..to];
     let lines = between.bytes().filter(|byte| *byte == b'\n').count();

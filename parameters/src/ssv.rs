@@ -10,8 +10,8 @@
 //! </ssv:ParameterSet>
 //! ```
 //!
-//! A set of one loop has the names of the FMU; in a set of several, the loop stands before them: `TIC101.GAIN`. A TIME is in
-//! seconds. The file does not say of which block a loop is: that is the one that has these names.
+//! A set with one loop uses the names of the FMU; in a set of several, they are prefixed with the loop: `TIC101.GAIN`.
+//! A TIME is in seconds. The file does not state the block of a loop, which is identified by its names.
 
 use crate::block::Block;
 use crate::loops::{Loop, Setting};
@@ -31,7 +31,7 @@ const NAMESPACE: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterVa
 /// Reads the loops of a parameter set.
 ///
 /// # Errors
-/// It is not such a file, or not clear of which block a loop is; then [`Options::block`] says it.
+/// The file is malformed, or the block of a loop is ambiguous; [`Options::block`] resolves that.
 pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
     let mut report = Report::new(source, options);
     let loops = loops(&mut report, source, blocks, options).unwrap_or_default();
@@ -92,7 +92,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
     Some(loops)
 }
 
-/// The value of a Parameter, by its name without the loop that stands before it.
+/// The value of a Parameter, with its name excluding the loop.
 fn entry<'a>(report: &mut Report, blocks: &[Arc<Block>], parameter: Element<'a>, name: &'a str) -> Option<Entry<'a>> {
     let types = ["Real", "Integer", "Boolean", "Enumeration", "String", "Binary", "Float64", "Float32"];
     let Some(value) = parameter.elements().find(|child| types.contains(&child.name())) else {
@@ -120,16 +120,16 @@ fn entry<'a>(report: &mut Report, blocks: &[Arc<Block>], parameter: Element<'a>,
     Some(Entry { name, name_span: parameter.span(), given, span: value.span() })
 }
 
-/// Longer names are not searched for the names of blocks' members, in bytes.
+/// The maximum length, in bytes, of a name that is searched for members' names.
 const LONGEST: usize = 1000;
 
-/// All behind the last dot of a name.
+/// The part after the last dot of a name.
 fn last(full_name: &str) -> &str {
     full_name.rsplit('.').next().unwrap_or(full_name)
 }
 
-/// Whether the names, taken as loops with all that stands before the last dot, are complete blocks. Then they are that: a loop may
-/// be called as an instance inside another block is.
+/// Whether the names form complete blocks if everything before the last dot is taken as the loop. They are then read
+/// that way: a loop may have the name of an instance inside another block.
 fn is_listed<'a>(blocks: &[Arc<Block>], names: impl Iterator<Item = &'a str>) -> bool {
     let mut groups: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for name in names {
@@ -139,8 +139,9 @@ fn is_listed<'a>(blocks: &[Arc<Block>], names: impl Iterator<Item = &'a str>) ->
     groups.values().all(|names| blocks.iter().any(|block| named::is_complete(block, names)))
 }
 
-/// The part of a name that is an input or a parameter of a block, the longest if there are several: `TIC101.INNER.GAIN` is
-/// `INNER.GAIN` of a loop `TIC101` if a block has that. If no block has one, all behind the last dot.
+/// The part of a name that is an input or parameter of a block, the longest one if there are several:
+/// `TIC101.INNER.GAIN` is `INNER.GAIN` of a loop `TIC101` if a block has that. If no block does, the part after the
+/// last dot.
 fn member_name<'a>(blocks: &[Arc<Block>], full_name: &'a str) -> &'a str {
     if full_name.len() > LONGEST {
         return last(full_name);
@@ -151,11 +152,11 @@ fn member_name<'a>(blocks: &[Arc<Block>], full_name: &'a str) -> &'a str {
     parts.find(known).unwrap_or(last(full_name))
 }
 
-/// Writes all settings of the loops, in the order of their blocks: of one loop with the names of the FMU, of several with the
-/// loop before them.
+/// Writes all settings of the loops, in the order of their blocks: for one loop under the FMU's names, for several
+/// prefixed by the loop.
 ///
 /// # Errors
-/// A value is not a finite number, two loops have one name, or XML cannot hold a name.
+/// A value is not finite, two loops have the same name, or a name cannot be represented in XML.
 pub fn write(loops: &[Loop]) -> Result<String, String> {
     named::check_names(loops)?;
     let [first, rest @ ..] = loops else { return Err("there is no loop to write".into()) };
@@ -188,7 +189,7 @@ fn parameter(xml: &mut Xml, name: &str, element: &str, value: &str) {
     xml.element("ssv:Parameter", &[("name", name)], |xml| xml.empty(element, &[("value", value)]));
 }
 
-/// The element of FMI's type for a value.
+/// The element for a value, according to its FMI type.
 fn element(setting: &Setting) -> &'static str {
     match setting.value.kind().class() {
         Class::Real => "ssv:Real",

@@ -20,7 +20,7 @@ use std::fmt;
 pub use lines::{Declared, declaration};
 pub use sheet::of_sheet;
 
-/// The most tags and constants of a table: a CPU has no room for more.
+/// The maximum number of tags and constants in a table, which is more than fits into a CPU.
 pub const MOST: usize = 100_000;
 
 /// A tag.
@@ -28,26 +28,27 @@ pub const MOST: usize = 100_000;
 pub struct Tag {
     /// Its name, without quotation marks.
     pub name: String,
-    /// Its type as it is written, without quotation marks: `Bool`, `Real`, the name of a PLC data type.
+    /// Its type as written, without quotation marks: `Bool`, `Real`, or the name of a PLC data type.
     pub of: String,
-    /// Its address with a percent sign, in international mnemonics: `%I0.0`, `%QW4`, `%MD20`. `%I*` says the area alone.
+    /// Its address with a percent sign, in international mnemonics: `%I0.0`, `%QW4`, `%MD20`. `%I*` gives only the
+    /// area.
     pub address: Option<String>,
-    /// What its author says of it, in one line.
+    /// The author's comment on it, in one line.
     pub comment: String,
 }
 
-/// Where a tag lies.
+/// The memory area of a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Area {
-    /// The process image of the inputs, or the inputs themselves.
+    /// The process image of inputs, or the inputs themselves.
     Input,
-    /// The process image of the outputs, or the outputs themselves.
+    /// The process image of outputs, or the outputs themselves.
     Output,
     /// Bit memory.
     Memory,
 }
 
-/// A constant of a user.
+/// A user constant.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Constant {
     /// Its name, without quotation marks.
@@ -59,25 +60,25 @@ pub struct Constant {
 /// The tags and constants of a table.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tags {
-    /// The tags, in the order of the file.
+    /// The tags, in file order.
     pub tags: Vec<Tag>,
-    /// The constants, in the order of the file.
+    /// The constants, in file order.
     pub constants: Vec<Constant>,
 }
 
 impl Tag {
-    /// A tag of a type, of which nothing else is known.
+    /// A tag with a type and nothing else.
     pub fn new(name: impl Into<String>, of: impl Into<String>) -> Tag {
         Tag { name: name.into(), of: of.into(), ..Tag::default() }
     }
 
-    /// Where it lies, if its address says it.
+    /// Its memory area, if its address gives it.
     pub fn area(&self) -> Option<Area> {
         self.address.as_deref().and_then(area)
     }
 }
 
-/// Where an address in international mnemonics lies.
+/// The memory area of an address in international mnemonics.
 pub fn area(address: &str) -> Option<Area> {
     match address.as_bytes() {
         [b'%', b'I', ..] => Some(Area::Input),
@@ -88,7 +89,7 @@ pub fn area(address: &str) -> Option<Area> {
 }
 
 impl fmt::Display for Tag {
-    /// The line that [`declaration`] reads.
+    /// Displays the line that [`declaration`] parses.
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         write!(formatter, "\"{}\"", self.name)?;
         self.address.iter().try_for_each(|address| write!(formatter, " AT {address}"))?;
@@ -100,8 +101,8 @@ impl fmt::Display for Tag {
     }
 }
 
-/// An address in international mnemonics, with a percent sign: `%IW64` of `PEW 64`, `%IW64:P` and `E W64`; `None` if it is not one of
-/// inputs, outputs or memory.
+/// An address in international mnemonics, with a percent sign: `%IW64` for `PEW 64`, `%IW64:P` and `E W64`; `None` if
+/// it is not an input, output or memory address.
 pub fn address(text: &str) -> Option<String> {
     let plain: String = text.chars().filter(|c| !c.is_whitespace()).collect::<String>().to_ascii_uppercase();
     let plain = plain.trim_start_matches('%');
@@ -125,7 +126,7 @@ pub fn address(text: &str) -> Option<String> {
     (is_number || rest == "*").then(|| format!("%{area}{rest}"))
 }
 
-/// The address of a tag in a table, if it has one; the timers and counters of S5 have theirs in areas of their own.
+/// The address of a tag in a table, if it has one; S5 timers and counters have areas of their own.
 fn address_of(name: &str, written: &str) -> Result<Option<String>, String> {
     let number = written.trim().trim_start_matches('%').strip_prefix(['T', 't', 'C', 'c', 'Z', 'z']).map(str::trim);
     let is_s5 = number.is_some_and(|number| number.parse::<u32>().is_ok());
@@ -139,31 +140,31 @@ fn address_of(name: &str, written: &str) -> Result<Option<String>, String> {
     }
 }
 
-/// A comment in one line.
+/// A comment joined to one line.
 fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// A constant's value as a literal of its type: the number 5 of an Int is `Int#5`.
+/// A constant's value as a literal of its type: 5 as an Int is `Int#5`.
 fn literal(of: &str, value: &str) -> String {
     let value = value.trim();
-    // A decimal comma, as some tools write one.
+    // Some tools write a decimal comma.
     let is_real = of.eq_ignore_ascii_case("real") || of.eq_ignore_ascii_case("lreal");
     let value = if is_real { value.replace(',', ".") } else { value.to_string() };
     let is_elementary = !of.is_empty() && of.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-    // T#2s, 16#FF and 'text' have a type, or more than one digit may follow.
+    // T#2s and 'text' already have a type; 16#FF has only a base.
     let is_bare = !value.starts_with('\'')
         && (!value.contains('#') || value.starts_with("16#") || value.starts_with("2#") || value.starts_with("8#"));
     if is_elementary && is_bare { format!("{of}#{value}") } else { value }
 }
 
-/// What is wrong at a place.
+/// A location and the error there.
 type Wrong = (std::ops::Range<usize>, String);
 
-/// Reads a table in XML (`.xml`), in the form of STEP 7's symbols (`.sdf`), or in lines.
+/// Reads a table in XML (`.xml`), in the format of STEP 7's symbols (`.sdf`), or in lines.
 ///
 /// # Errors
-/// What is wrong with it, with line and column: damaged XML, a row without a name or a type, more than [`MOST`] of them.
+/// The errors with line and column: damaged XML, a row without a name or type, more than [`MOST`] rows.
 pub fn read(source: &Source) -> Result<Tags, Problems> {
     let is = |ending: &str| source.file.rsplit('.').next().is_some_and(|of| of.eq_ignore_ascii_case(ending));
     let found = if is("xml") {
@@ -187,7 +188,7 @@ pub fn read(source: &Source) -> Result<Tags, Problems> {
     })
 }
 
-/// Whether a text is XML with a tag table, before it is read.
+/// Whether a text is XML with a tag table, as a quick check.
 pub fn is_table(text: &str) -> bool {
     text.contains("<SW.Tags.PlcTag")
 }

@@ -1,10 +1,10 @@
-//! Values as people and text formats write them: decimals, a TIME in seconds, as in the FMU.
+//! Values as people and text formats write them: decimals, with a TIME in seconds, as in the FMU.
 
 use blocks::table::number::{number, to_value};
 use blocks::table::start;
 use blocks::{Kind, Time, Value};
 
-/// As the FMU makes a value of a number; a PLC has negative TIMEs, too.
+/// Converts a number as the FMU does; unlike there, a TIME may be negative, as in a PLC.
 fn from_number(number: f64, kind: Kind) -> Result<Value, &'static str> {
     const LOWEST: i32 = i32::MIN;
     if kind == Kind::Time && number < 0.0 {
@@ -18,12 +18,13 @@ fn from_number(number: f64, kind: Kind) -> Result<Value, &'static str> {
     to_value(number, kind)
 }
 
-/// The value of a number that a user or a file gives, a TIME in seconds.
+/// Converts a number from a user or a file, with a TIME in seconds.
 ///
 /// # Errors
-/// The range of the type, as a text, if the number lies outside it; what the type cannot tell from 0, or not exactly.
+/// The permitted values of the type, if the number is out of range, would become 0, or cannot be represented closely
+/// enough.
 pub fn plc_value(number: f64, kind: Kind) -> Result<Value, &'static str> {
-    /// In milliseconds.
+    /// The tolerance in milliseconds.
     const ROUNDING: f64 = 1e-3;
     let value = from_number(number, kind)?;
     match value {
@@ -35,10 +36,11 @@ pub fn plc_value(number: f64, kind: Kind) -> Result<Value, &'static str> {
     }
 }
 
-/// A value as JSON and XML write it: the shortest decimal that reads back to the same value, an integer, or true and false.
+/// A value as written in JSON and XML: the shortest decimal that reads back to the same value, an integer, or true and
+/// false.
 ///
 /// # Errors
-/// The value is not a finite number.
+/// The value is not finite.
 pub(crate) fn text(value: Value) -> Result<String, String> {
     match value {
         Value::Real(real) if !real.is_finite() => Err(format!("{real}")),
@@ -57,8 +59,8 @@ pub(crate) fn text(value: Value) -> Result<String, String> {
     }
 }
 
-/// A value as text, as the FMU has it: the shortest decimal that reads back to the same value, a TIME in seconds, an integer,
-/// `true` or `false`; `NaN` and `inf` for a REAL that is not a finite number.
+/// A value as text, as in the FMU: the shortest decimal that reads back to the same value, a TIME in seconds, an
+/// integer, `true` or `false`; `NaN` and `inf` for a REAL that is not finite.
 pub fn decimal(value: Value) -> String {
     text(value).unwrap_or_else(|number| number)
 }

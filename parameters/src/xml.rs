@@ -1,4 +1,4 @@
-//! XML as a tree with places, bounded: no DTD, and limits for depth, elements, attributes and memory.
+//! Parses XML to a tree with locations and limits: no DTD, and bounded depth, elements, attributes and memory.
 
 use crate::problem::quoted;
 use crate::report::Report;
@@ -9,25 +9,25 @@ use quick_xml::{Reader, Writer, XmlVersion};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// How deep elements may stand in each other.
+/// The maximum nesting depth of elements.
 const MOST_DEPTH: usize = 64;
 
-/// The most elements of a file.
+/// The maximum number of elements in a file.
 const MOST_ELEMENTS: usize = 500_000;
 
-/// The most attributes of an element.
+/// The maximum number of attributes of an element.
 const MOST_ATTRIBUTES: usize = 64;
 
-/// A document, which takes a few bytes for each of its elements: what they say is read in the text when it is asked for.
+/// A document, which takes a few bytes per element: contents are read from the text on demand.
 #[derive(Debug)]
 pub struct Document<'t> {
     source: &'t str,
-    /// The elements in their order, so that what stands in one follows it.
+    /// The elements in document order, so that descendants follow their ancestor.
     nodes: Vec<Node>,
     texts: Vec<Text>,
-    /// The values of attributes that are not as they are written, in their order.
+    /// The attribute values that differ from the source text, in order.
     values: Vec<Value>,
-    /// Texts and values that are not as they are written.
+    /// Texts and values that differ from the source text, resolved.
     resolved: String,
 }
 
@@ -36,26 +36,26 @@ struct Node {
     /// The start tag.
     start: u32,
     end: u32,
-    /// The next element that does not stand in this one.
+    /// The next element that is not a descendant.
     next: u32,
-    /// One more than the number of its text, or 0.
+    /// The index of its text plus 1, or 0 if it has none.
     text: u32,
 }
 
 #[derive(Debug)]
 struct Text {
-    /// Where it begins and where its first part ends.
+    /// The start, and the end of the first part, in the source.
     place: [u32; 2],
-    /// Its bytes, in the source or among what is resolved.
+    /// The byte range, in the source or in the resolved texts.
     bytes: [u32; 2],
     is_resolved: bool,
 }
 
 #[derive(Debug)]
 struct Value {
-    /// Where it is written.
+    /// The position in the source.
     place: u32,
-    /// Its bytes among what is resolved.
+    /// The byte range in the resolved texts.
     bytes: [u32; 2],
 }
 
@@ -76,7 +76,7 @@ impl<'d> Element<'d> {
         local(tag(self.document.source, self.span()).0)
     }
 
-    /// The start tag.
+    /// The range of the start tag.
     pub fn span(self) -> Range<usize> {
         self.node().start as usize..self.node().end as usize
     }
@@ -96,7 +96,7 @@ impl<'d> Element<'d> {
         Some(value.trim())
     }
 
-    /// What stands in it.
+    /// The child elements.
     pub fn elements(self) -> impl Iterator<Item = Element<'d>> + Clone + use<'d> {
         let (document, end) = (self.document, self.node().next as usize);
         let first = Some(self.at + 1);
@@ -127,7 +127,7 @@ impl<'d> Element<'d> {
     }
 }
 
-/// A place of a file, of which none has more than 4 GB.
+/// An offset in a file, which has at most 4 GB.
 fn short(place: usize) -> u32 {
     place as u32
 }
@@ -136,12 +136,12 @@ fn part(text: &str, bytes: [u32; 2]) -> &str {
     &text[bytes[0] as usize..bytes[1] as usize]
 }
 
-/// Where a part of a text begins.
+/// The offset of a part within a text.
 fn offset(text: &str, part: &str) -> usize {
     part.as_ptr() as usize - text.as_ptr() as usize
 }
 
-/// The name in a start tag, and all that stands between its brackets.
+/// The name in a start tag, and everything between its brackets.
 fn tag(source: &str, span: Range<usize>) -> (&str, &str) {
     let content = source[span].trim_start_matches('<').trim_end_matches('>');
     let content = content.strip_suffix('/').unwrap_or(content);
@@ -154,7 +154,7 @@ fn local(name: &str) -> &str {
     name.split_once(':').map_or(name, |(_, local)| local)
 }
 
-/// The root of a document; `None` if it is no XML document within the limits, which is reported.
+/// Parses a document; `None` if it is not XML within the limits, which is reported.
 pub(crate) fn read<'t>(report: &mut Report, source: &'t Source) -> Option<Document<'t>> {
     match tree(&source.text) {
         Ok(document) => Some(document),
@@ -165,7 +165,7 @@ pub(crate) fn read<'t>(report: &mut Report, source: &'t Source) -> Option<Docume
     }
 }
 
-/// An element whose end has not been read, and its text until then.
+/// An element whose end has not been reached, and its text so far.
 struct Open {
     node: usize,
     text: Option<(Range<usize>, Written)>,
@@ -173,17 +173,17 @@ struct Open {
 
 /// A text of an element.
 enum Written {
-    /// As it stands in the source.
+    /// A range of the source.
     Source(Range<usize>),
     Resolved(String),
 }
 
-/// The elements of a document.
+/// Parses the elements of a document.
 ///
 /// # Errors
-/// No XML document within the limits: a byte of the text, and what is wrong there.
+/// It is not XML within the limits: the byte offset, and the error there.
 pub fn tree(source: &str) -> Result<Document<'_>, (usize, String)> {
-    // The reader leaves a byte order mark out, and does not count it.
+    // The parser skips a byte order mark and does not count it.
     let first = source.len() - source.trim_start_matches('\u{feff}').len();
     let mut reader = Reader::from_str(&source[first..]);
     let mut document = Document::of(source)?;
@@ -209,7 +209,7 @@ pub fn tree(source: &str) -> Result<Document<'_>, (usize, String)> {
                 open.push(Open { node: document.element(start..end)?, text: None });
             }
             Event::Empty(_) => drop(document.element(start..end)?),
-            // The parser has checked that there is a start tag of this name.
+            // The parser has checked that the matching start tag exists.
             Event::End(_) => open.pop().into_iter().for_each(|element| document.close(element)),
             Event::Text(text) => document.add(&mut open, text.xml10_content(), start..end)?,
             Event::CData(text) => document.add(&mut open, text.xml10_content(), start..end)?,
@@ -236,7 +236,7 @@ pub fn tree(source: &str) -> Result<Document<'_>, (usize, String)> {
 }
 
 impl<'t> Document<'t> {
-    /// A document without elements, with room for those of its text.
+    /// A document without elements, with capacity for those of its text.
     fn of(source: &'t str) -> Result<Document<'t>, (usize, String)> {
         if u32::try_from(source.len()).is_err() {
             return Err((0, "the file has more than 4 GB".into()));
@@ -252,7 +252,7 @@ impl<'t> Document<'t> {
         Element { document: self, at: 0 }
     }
 
-    /// Adds an element by its start tag; its number.
+    /// Adds an element by its start tag; returns its index.
     fn element(&mut self, span: Range<usize>) -> Result<usize, (usize, String)> {
         let source = self.source;
         let (name, content) = tag(source, span.clone());
@@ -281,7 +281,7 @@ impl<'t> Document<'t> {
         [short(start), short(self.resolved.len())]
     }
 
-    /// Adds a text to the element that is open.
+    /// Adds a text to the open element.
     fn add(&self, open: &mut [Open], text: Cow<'_, str>, span: Range<usize>) -> Result<(), (usize, String)> {
         match open.last_mut() {
             Some(Open { text: Some((_, before)), .. }) => {
@@ -294,7 +294,7 @@ impl<'t> Document<'t> {
                 Ok(())
             }
             Some(open) => {
-                // White space before the text is none of it: in a large file there is some before each element.
+                // Leading white space is dropped: a large file has some before each element.
                 let own = text.trim_start();
                 if !own.is_empty() {
                     let place = span.start + (text.len() - own.len())..span.end;
@@ -317,7 +317,7 @@ impl<'t> Document<'t> {
         }
     }
 
-    /// Ends an element.
+    /// Closes an element.
     fn close(&mut self, element: Open) {
         if let Some((place, written)) = element.text {
             let (bytes, is_resolved) = match written {
@@ -331,23 +331,23 @@ impl<'t> Document<'t> {
     }
 }
 
-/// What an XML file begins with.
+/// The XML declaration.
 const DECLARATION: &str = "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n";
 
-/// A document with line breaks and indentation.
+/// Writes a document with line breaks and indentation.
 pub(crate) fn document(write: impl FnOnce(&mut Xml)) -> String {
     let mut xml = Xml { writer: Writer::new_with_indent(Vec::new(), b' ', 2) };
     write(&mut xml);
     format!("{DECLARATION}{}\n", String::from_utf8_lossy(&xml.writer.into_inner()))
 }
 
-/// A document that is being written to memory.
+/// A document being written to memory.
 pub(crate) struct Xml {
     writer: Writer<Vec<u8>>,
 }
 
 impl Xml {
-    /// An element with children.
+    /// Writes an element with children.
     pub(crate) fn element(&mut self, name: &str, attributes: &[(&str, &str)], children: impl FnOnce(&mut Xml)) {
         let tag = BytesStart::new(name).with_attributes(attributes.iter().copied());
         let end = tag.to_end().into_owned();
@@ -356,29 +356,29 @@ impl Xml {
         self.event(Event::End(end));
     }
 
-    /// An element without content.
+    /// Writes an empty element.
     pub(crate) fn empty(&mut self, name: &str, attributes: &[(&str, &str)]) {
         self.event(Event::Empty(BytesStart::new(name).with_attributes(attributes.iter().copied())));
     }
 
-    /// An element with a text.
+    /// Writes an element with a text.
     pub(crate) fn text(&mut self, name: &str, text: &str) {
         self.element(name, &[], |xml| xml.event(Event::Text(BytesText::new(text))));
     }
 
-    /// A comment. What would end it is taken apart.
+    /// Writes a comment; sequences that would end it are broken up.
     pub(crate) fn comment(&mut self, text: &str) {
         let text = format!(" {} ", text.replace("--", "- -"));
         self.event(Event::Comment(BytesText::from_escaped(text)));
     }
 
     fn event(&mut self, event: Event) {
-        // Writing to memory does not fail.
+        // Writing to memory never fails.
         let _ = self.writer.write_event(event);
     }
 }
 
-/// Refuses a text that XML cannot hold.
+/// Rejects a text that XML cannot represent.
 pub(crate) fn check(text: &str) -> Result<(), String> {
     let is_xml = |character: char| matches!(character, '\t' | '\n' | '\r' | ' '..='\u{d7ff}' | '\u{e000}'..='\u{fffd}' | '\u{10000}'..);
     match text.chars().find(|character| !is_xml(*character)) {

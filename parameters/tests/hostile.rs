@@ -1,5 +1,6 @@
-//! Source texts that somebody made to fill the memory or to take forever. Each has 100 kB, or as many
-//! megabytes as PLCFMU_HOSTILE_MEGABYTES says; time and memory are printed, and the test says only that each text ends in a sentence:
+//! Source texts designed to exhaust memory or time. Each has 100 kB, or the number of megabytes in
+//! PLCFMU_HOSTILE_MEGABYTES; time and memory are printed, and the test only checks that each text results in a
+//! sentence:
 //!
 //!     PLCFMU_HOSTILE_MEGABYTES=100 cargo test --release --package parameters --test hostile -- --nocapture
 
@@ -18,19 +19,19 @@ fn pump() -> Arc<Block> {
     Arc::new(Block::new("PUMP".into(), vec!["FB 41".into()], members))
 }
 
-/// The size of the texts.
+/// Returns the size of the texts.
 fn bytes() -> usize {
     std::env::var("PLCFMU_HOSTILE_MEGABYTES")
         .map_or(100_000, |text| text.parse::<usize>().expect("a number") * 1_000_000)
 }
 
-/// A text that repeats a part between a start and an end.
+/// Returns a text that repeats a part between a start and an end.
 fn repeated(start: &str, part: &str, end: &str) -> String {
     let count = bytes().saturating_sub(start.len() + end.len()) / part.len();
     [start, &part.repeat(count), end].concat()
 }
 
-/// The same with a number in each part.
+/// Like [`repeated`], with a number in each part.
 fn numbered(start: &str, part: impl Fn(usize) -> String, end: &str) -> String {
     let mut text = start.to_string();
     for number in 0.. {
@@ -42,7 +43,7 @@ fn numbered(start: &str, part: impl Fn(usize) -> String, end: &str) -> String {
     text + end
 }
 
-/// The most memory that the process had since it was last asked, in MB; Linux only.
+/// Returns the peak memory of the process since the last call, in MB; Linux only.
 fn peak_memory() -> Option<usize> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -51,7 +52,7 @@ fn peak_memory() -> Option<usize> {
     Some(kilobytes / 1000)
 }
 
-/// The seconds that this thread has had a processor, which do not depend on what else the machine does; Linux only.
+/// Returns the processor time of this thread in seconds, which does not depend on other load; Linux only.
 fn processor_time() -> Option<f64> {
     let statistics = fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     Some(statistics.split(' ').next()?.parse::<f64>().ok()? / 1e9)
@@ -112,7 +113,7 @@ fn hostile_texts_end_in_a_sentence() {
             |number| format!("a{number}:PUMP;"),
             "\nEND_VAR\nEND_FUNCTION_BLOCK\nDATA_BLOCK DB1 FB1 BEGIN END_DATA_BLOCK",
         ),
-        // With 100 kB these are 9184 loops, with more of them too many.
+        // 100 kB contain 9184 loops; a larger text has too many.
         if bytes() <= 100_000 { "9184 loops" } else { "split it" },
     );
     assert_ends(

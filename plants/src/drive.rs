@@ -204,7 +204,7 @@ blocks::block! {
         }
     }
     memory Memory {
-        /// RESET of the last call.
+        /// RESET in the previous call.
         reset: bool;
         /// The lag of the control loop.
         control: Lag;
@@ -253,13 +253,13 @@ impl Law for Drive {
             self.follow(cycle);
         }
         let counts = 32767.0 * self.speed / self.n_max;
-        // The cast cuts off what is beyond an INT, and makes 0 of the 0 / 0 of an N_MAX of 0.
+        // The cast saturates at the range of an INT, and converts the NaN that results from an N_MAX of 0 to 0.
         self.n_act = (counts + 0.5_f64.copysign(counts)) as i16;
     }
 }
 
 impl Drive {
-    /// Takes the speed towards the setpoint for a cycle: first with constant acceleration, while the torque is at its
+    /// Moves the speed towards the setpoint for a cycle: first with constant acceleration, while the torque is at its
     /// limit, then as a lag.
     fn follow(&mut self, cycle: f64) {
         let torque_limit = self.m_max.max(0.0);
@@ -270,7 +270,7 @@ impl Drive {
         let error = self.sp_rpm - self.speed;
         let spare_torque = if error > 0.0 { torque_limit - load } else { torque_limit + load };
         let most = if has_inertia { spare_torque * per_percent } else { f64::INFINITY };
-        // The lag asks for |error| / CTRL_TM: more than `most` until the error has come down to most * CTRL_TM.
+        // The lag requires |error| / CTRL_TM, which exceeds `most` until the error has fallen to most * CTRL_TM.
         let at_limit = limited(error.abs() / most - ctrl_tm, 0.0, cycle);
         if at_limit > 0.0 {
             self.speed += most.copysign(error) * at_limit;

@@ -58,17 +58,17 @@ use blocks::{LReal, Stored, Time, Word};
 pub use delay::Delay;
 pub use kept::Kept;
 
-/// The mathematics of the plants: the same bits on every platform.
+/// The mathematical functions of the plants, with the same bits on every platform.
 pub use libm::{exp, expm1 as exp_m1, log as ln};
 
-/// A TIME in seconds; 0 for a negative one.
+/// Converts a TIME to seconds; a negative one to 0.
 #[inline(always)]
 pub fn seconds(time: Time) -> LReal {
     LReal::from(time.milliseconds().max(0)) / 1000.0
 }
 
-/// `x` within `low` ... `high`; NaN gives `low`. Unlike `f64::clamp` it accepts `low` above `high`, and gives one of
-/// them.
+/// Limits `x` to `low` ... `high`; NaN becomes `low`. Unlike `f64::clamp` it accepts a `low` above `high`, and then
+/// returns one of the two.
 #[inline(always)]
 pub fn limited(x: LReal, low: LReal, high: LReal) -> LReal {
     if x > high {
@@ -133,7 +133,7 @@ pub struct Lag {
 }
 
 impl Lag {
-    /// Where `value` is after `seconds`.
+    /// Returns `value` after `seconds`.
     #[inline]
     pub fn step(&mut self, value: LReal, target: LReal, time_constant: LReal, seconds: LReal) -> LReal {
         if seconds <= 0.0 || seconds.is_nan() {
@@ -145,7 +145,7 @@ impl Lag {
     }
 }
 
-/// [`lags`] for the memory of a block: it computes `exp` only where a time constant or the duration has changed since the
+/// [`lags`] for the memory of a block: recomputes `exp` only if a time constant or the duration has changed since the
 /// last step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lags {
@@ -155,7 +155,7 @@ pub struct Lags {
 blocks::lane!(Lags { ways: Kept<3, Ways>, });
 
 impl Lags {
-    /// Where `values` are after `seconds`.
+    /// Returns `values` after `seconds`.
     #[inline]
     pub fn step(
         &mut self,
@@ -165,7 +165,8 @@ impl Lags {
         seconds: LReal,
     ) -> [LReal; 2] {
         let is_time = seconds > 0.0;
-        // In a lane it is computed in any case, and left: a vector cannot stop.
+        // In a lane the result is computed unconditionally and then discarded, because a vectorized loop cannot exit
+        // early.
         if !is_time && !self.ways.is_in_lane() {
             return values;
         }
@@ -175,26 +176,26 @@ impl Lags {
         if is_time { after } else { values }
     }
 
-    /// Whether such a [`step`](Lags::step) computes nothing that it keeps.
+    /// Whether [`step`](Lags::step) with these arguments recomputes nothing that is cached.
     #[inline(always)]
     pub fn are_steady(&self, [first, second]: [LReal; 2], seconds: LReal) -> bool {
         (seconds <= 0.0) | seconds.is_nan() | self.ways.get([first, second, seconds]).1
     }
 }
 
-/// The way that a lag goes in a time.
+/// The progress of a lag towards its target in a given time.
 #[derive(Clone, Copy, Debug, Default)]
 struct Way {
-    /// All of it, at once.
+    /// Whether the target is reached at once.
     is_whole: bool,
-    /// The share of it, if not all.
+    /// The fraction of the distance covered, unless the target is reached.
     share: LReal,
 }
 
 blocks::lane!(Way { is_whole: bool, share: LReal });
 
 impl Way {
-    /// The way in this many time constants.
+    /// Returns the progress after this many time constants.
     fn of(passed: LReal) -> Way {
         Way { is_whole: passed == LReal::INFINITY, share: share(passed) }
     }
@@ -206,12 +207,12 @@ impl Way {
     }
 }
 
-/// The ways that two lags in series go in a time.
+/// The progress of two lags in series in a given time.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ways {
     first: Way,
     second: Way,
-    /// What is left of the first lag's start in the second.
+    /// The contribution of the first lag's initial deviation that remains in the second lag.
     through: LReal,
 }
 
@@ -220,8 +221,8 @@ blocks::lane!(Ways { first: Way, second: Way, through: LReal });
 impl Ways {
     fn of(time_constants: [LReal; 2], seconds: LReal) -> Ways {
         let [h1, h2] = time_constants.map(|time_constant| passed(seconds, time_constant));
-        // h2 (exp(-h1) - exp(-h2)) / (h2 - h1), written so that nothing cancels where both are close and nothing overflows
-        // where they are far apart.
+        // h2 (exp(-h1) - exp(-h2)) / (h2 - h1), written so that nothing cancels if both are close and nothing overflows
+        // if they are far apart.
         let apart = (h2 - h1).abs();
         let mean_decay = if apart == 0.0 { 1.0 } else { share(apart) / apart };
         let through = h2 * (1.0 - share(h1.min(h2))) * mean_decay;
@@ -236,12 +237,13 @@ impl Ways {
     }
 }
 
-/// How many time constants pass in `seconds`: infinitely many if there is no lag.
+/// Returns the number of time constants in `seconds`: infinity without a lag.
 fn passed(seconds: LReal, time_constant: LReal) -> LReal {
     if time_constant > 0.0 { seconds / time_constant } else { LReal::INFINITY }
 }
 
-/// The part of the way that a lag covers in `passed` time constants: 1 - exp(-passed), accurate for small ones too.
+/// Returns the fraction of the distance that a lag covers in `passed` time constants: 1 - exp(-passed), accurate for
+/// small values too.
 fn share(passed: LReal) -> LReal {
     -exp_m1(-passed)
 }
@@ -259,8 +261,8 @@ fn share(passed: LReal) -> LReal {
 #[inline(always)]
 pub fn analog(value: LReal, at_0: LReal, at_100: LReal) -> Word {
     let counts = limited((value - at_0) / (at_100 - at_0) * 27648.0, 0.0, 27648.0);
-    // Not negative, so cutting off the fraction rounds half up. Adding 2^52 leaves no bit for a fraction, and the low bits are the
-    // integer next to the sum: `as i16` would be no vector instruction.
+    // The value is not negative, so truncation rounds half up. Adding 2^52 leaves no bit for a fraction, and the low
+    // bits are the integer nearest to the sum; `as i16` would prevent vectorization.
     const INTEGERS_ONLY: LReal = 4_503_599_627_370_496.0;
     let shifted = (counts + 0.5) + INTEGERS_ONLY;
     let is_above = shifted - INTEGERS_ONLY > counts + 0.5;
@@ -292,7 +294,8 @@ mod tests {
         (a - b).abs() <= relative * b.abs()
     }
 
-    /// The classical fourth-order integration of two lags in many small steps: an independent way to the same values.
+    /// Integrates two lags by the classical fourth-order method in many small steps: an independent computation of the
+    /// same values.
     fn lags_in_small_steps(mut x: [LReal; 2], target: LReal, t: [LReal; 2], seconds: LReal) -> [LReal; 2] {
         let slope = |x: [LReal; 2]| [(target - x[0]) / t[0], (x[0] - x[1]) / t[1]];
         let on = |x: [LReal; 2], d: [LReal; 2], h: LReal| [x[0] + h * d[0], x[1] + h * d[1]];

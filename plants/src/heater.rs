@@ -219,11 +219,11 @@ blocks::block! {
         }
     }
     memory Memory in lanes {
-        /// Heating power on its way to the furnace.
+        /// The heating power on its way to the furnace.
         power: Delay;
-        /// The loss as a multiple of that with the door closed, and the time constant of the furnace with it.
+        /// The loss relative to that with the door closed, and the resulting time constant of the furnace.
         loss: Kept<3, [LReal; 2]>;
-        /// Furnace and sensor, in either part of a cycle.
+        /// The lags of furnace and sensor, in either part of a cycle.
         lags: [Lags; 2];
     }
 }
@@ -277,7 +277,7 @@ impl Law for Heater {
         let ([first, second], is_delay_steady) = self.memory.power.durations(self.delay_tm, self.cycle);
         let time_constants = [furn_tm, self.sens_tm];
         let [lags, lags_after] = &self.memory.lags;
-        // Each of them, whatever the others are, is what a vector can do.
+        // All conditions are evaluated without short-circuiting, so that the compiler can vectorize it.
         is_loss_steady
             & is_delay_steady
             & lags.are_steady(time_constants, first)
@@ -286,7 +286,7 @@ impl Law for Heater {
 }
 
 impl Heater {
-    /// The loss as a multiple of that with the door closed, and the time constant of the furnace with it.
+    /// Returns the loss relative to that with the door closed, and the resulting time constant of the furnace.
     fn loss([door, door_loss, furn_tm]: [LReal; 3]) -> [LReal; 2] {
         let loss = 1.0 + limited(door, 0.0, 100.0) / 100.0 * door_loss.max(0.0) / 100.0;
         [loss, furn_tm / loss]

@@ -1,5 +1,6 @@
-//! Plants to try controllers on: a furnace, a valve, a tank and others, each a [block](blocks::Block) that stands in for a
-//! process, a file each. [`dynamics`] has what they are made of; [`LOOPS`] are the loops that they are known in.
+//! Plants for testing controllers: a furnace, a valve, a tank and others, each a [block](blocks::Block) in its own file
+//! that simulates a process. [`dynamics`] contains their common building blocks; [`LOOPS`] lists ready-made loops with
+//! them.
 
 pub mod dynamics;
 
@@ -15,7 +16,7 @@ macro_rules! plants {
     ($($module:ident::$plant:ident),* $(,)?) => {
         $(pub use $module::$plant;)*
 
-        /// Does something with every plant of this crate, as [`blocks::for_each_block`] does with blocks.
+        /// Calls `what` for every plant of this crate, as [`blocks::for_each_block`] does for blocks.
         pub fn for_each_plant(what: &mut impl blocks::EachBlock) {
             $(what.block::<$plant>();)*
         }
@@ -28,22 +29,23 @@ macro_rules! plants {
     };
 }
 
-// Every plant of this crate, in the order in which the parameter tool shows them.
+// All plants of this crate, in the order in which the parameter tool shows them.
 plants!(process::Process, heater::Heater, valve::Valve, thermo::Thermo, tank::Tank, drive::Drive, sensor::Sensor,);
 
-/// The plant at a [place]. The library of a plant's FMU has it by the name of its package, so that all of them are one file.
+/// The plant at a [place]. The library of a plant's FMU obtains the place from the name of its package, so that one
+/// source file serves all plants.
 pub type Plant<const PLACE: usize> = <() as PlantAt<PLACE>>::Plant;
 
-/// A plant by its place.
+/// Maps a place to its plant.
 pub trait PlantAt<const PLACE: usize> {
-    /// The plant.
+    /// The plant at this place.
     type Plant: blocks::Block;
 }
 
-/// The place in `plants!` of the plant that this file has, for example `heater`.
+/// Returns the position in `plants!` of the plant in this module, for example `heater`.
 ///
 /// # Panics
-/// There is no such plant. In a constant that is an error of the compiler.
+/// There is no such plant. In a constant, this is a compile-time error.
 #[must_use]
 pub const fn place(module: &str) -> usize {
     let mut place = 0;
@@ -58,7 +60,7 @@ pub const fn place(module: &str) -> usize {
     )
 }
 
-/// `==`, which is not for constants.
+/// Compares slices for equality; `==` is unavailable in constants.
 const fn is_equal(mut one: &[u8], mut other: &[u8]) -> bool {
     while let ([first, rest @ ..], [second, others @ ..]) = (one, other) {
         if *first != *second {
@@ -71,13 +73,13 @@ const fn is_equal(mut one: &[u8], mut other: &[u8]) -> bool {
 
 macro_rules! loops {
     ($($name:literal),* $(,)?) => {
-        /// Loops that are known to work, each a description as `plcfmu run` reads it: the name of its file in `plants/loops`,
-        /// and the text, whose first line says what the loop shows.
+        /// Working example loops, each a description as `plcfmu run` reads it: the name of its file in `plants/loops`,
+        /// and the text, whose first line states what the loop demonstrates.
         pub const LOOPS: &[(&str, &str)] = &[$(($name, include_str!(concat!("../loops/", $name)))),*];
     };
 }
 
-// Every file of `plants/loops`.
+// All files of `plants/loops`.
 loops!(
     "chamber.toml",
     "chamber_mean.toml",
@@ -111,7 +113,7 @@ mod tests {
         }
         let mut names = Names(Vec::new());
         for_each_plant(&mut names);
-        // A package cannot find a plant whose file has another name.
+        // A package cannot find a plant in a file with another name.
         assert_eq!(MODULES.iter().map(|module| module.to_uppercase()).collect::<Vec<_>>(), names.0);
         assert_eq!(Plant::<{ place("tank") }>::TABLE.name, "TANK");
         let refused = |name: &'static str| std::panic::catch_unwind(|| place(name)).is_err();

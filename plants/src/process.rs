@@ -212,13 +212,13 @@ blocks::block! {
         }
     }
     memory Memory in lanes {
-        /// Manipulated values on their way.
+        /// The manipulated values on their way through the dead time.
         u: Delay;
         /// Both lags, in either part of a cycle.
         lags: [Lags; 2];
-        /// Behind the first lag.
+        /// The output of the first lag.
         x1: f64;
-        /// Behind the second lag.
+        /// The output of the second lag.
         x2: f64;
     }
 }
@@ -286,7 +286,7 @@ impl Law for Process {
     }
 }
 
-/// What a lag holds back of the integral while it changes by `change`.
+/// Returns the part of the integral that a lag holds back while its output changes by `change`.
 #[inline(always)]
 fn held(time_constant: f64, change: f64) -> f64 {
     if change == 0.0 { 0.0 } else { time_constant.max(0.0) * change }

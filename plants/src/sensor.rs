@@ -172,9 +172,9 @@ blocks::block! {
         }
     }
     memory Memory {
-        /// Calls so far.
+        /// The number of calls so far.
         calls: u64;
-        /// Behind the filter.
+        /// The output of the filter.
         x: f64;
         /// The filter.
         filter: Lag;
@@ -222,7 +222,7 @@ impl Law for Sensor {
         let (low, span, steps) = (self.range_lo, self.range_hi - self.range_lo, f64::from(self.steps));
         self.y = self.memory.x;
         if steps > 0.0 && span != 0.0 {
-            // Not negative, so cutting off the fraction rounds half up.
+            // The value is not negative, so truncation rounds half up.
             let count = (limited(steps * (self.y - low) / span, 0.0, steps) + 0.5) as u32;
             self.y = low + f64::from(count) * span / steps;
         }
@@ -243,7 +243,8 @@ fn noise(call: u64, seed: i16) -> f64 {
     f64::from(numbers.sum::<i32>() - MEAN) / VARIANCE.sqrt()
 }
 
-/// 64 bits without a pattern: the number's place in the sequence of the generator SplitMix64, with a start for each seed.
+/// Returns 64 pseudorandom bits: the element with this index of a SplitMix64 sequence, which starts at a different
+/// state for each seed.
 fn scrambled(number: u64, seed: i16) -> u64 {
     let start = u64::from(seed.cast_unsigned()).wrapping_mul(0xd1b5_4a32_d192_ed03);
     let mut bits = start.wrapping_add(number.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
@@ -257,7 +258,7 @@ mod tests {
     use super::*;
     use blocks::{Block, Stored, Word};
 
-    /// Without noise and steps.
+    /// A sensor without noise and quantization.
     fn plain() -> Sensor {
         started(Sensor { noise: 0.0, steps: 0, ..Sensor::default() })
     }

@@ -203,10 +203,10 @@ blocks::block! {
     }
 }
 
-/// Cubic metres a second in a litre a minute.
+/// Conversion factor from l/min to m3/s.
 const LITRE_PER_MINUTE: f64 = 1.0 / 60_000.0;
 
-/// Acceleration of free fall.
+/// Gravitational acceleration.
 const G: f64 = 9.81;
 
 impl Law for Tank {
@@ -239,7 +239,7 @@ impl Law for Tank {
         let outflow_per_root = opening * (2.0 * G).sqrt();
         let brim = self.height.max(0.0).sqrt();
 
-        // The level goes one way while the inputs are held: a tank that has filled up within the cycle stays full.
+        // The level is monotonic while the inputs are held: a tank that has filled up within the cycle stays full.
         let root = root_after(self.memory.root, inflow, outflow_per_root, self.area, seconds(self.cycle)).min(brim);
         self.memory.root = root;
         self.full = root >= brim && inflow > outflow_per_root * root;
@@ -271,9 +271,10 @@ fn root_after(start: f64, inflow: f64, outflow_per_root: f64, area: f64, seconds
     }
     let steady = inflow / outflow_per_root;
 
-    // The time for p, without the difference of nearly equal terms for small p. Its slope is the root itself; it bends
-    // upwards while the tank fills and downwards while it empties. So Newton's iteration, started late while it fills
-    // and early while it empties, comes closer from that side only, and ends where rounding stops it.
+    // The time for p, without the difference of nearly equal terms for small p. Its slope is the root itself; it curves
+    // upwards while the tank fills and downwards while it empties. Newton's iteration therefore converges from one side
+    // only, if it starts above the solution while the tank fills and below it while the tank empties, and ends where
+    // rounding stops it.
     let time_for = |p: f64| steady * bend(p) + start * -exp_m1(-p);
     let root_for = |p: f64| steady * -exp_m1(-p) + start * exp(-p);
     let fills = start < steady;
@@ -282,7 +283,7 @@ fn root_after(start: f64, inflow: f64, outflow_per_root: f64, area: f64, seconds
         // For p up to 1, p + exp(-p) - 1 is above p^2 / 3, and 1 - exp(-p) above 0.6 p.
         let for_small_p = (3.0 * time / steady).sqrt().min(time / (0.6 * start));
         if for_small_p < f64::EPSILON {
-            // No outflow, or none that matters: the level itself grows evenly.
+            // No outflow, or a negligible one: the square of the root grows linearly.
             return (start * start + inflow * seconds / area).sqrt();
         }
         if for_small_p < 1.0 { asymptote.min(for_small_p) } else { asymptote }
@@ -300,12 +301,12 @@ fn root_after(start: f64, inflow: f64, outflow_per_root: f64, area: f64, seconds
     root_for(p)
 }
 
-/// p + exp(-p) - 1, exact for small p too.
+/// Returns p + exp(-p) - 1 without cancellation for small p.
 fn bend(p: f64) -> f64 {
     if p > 0.5 {
         return p + exp_m1(-p);
     }
-    // p^2 / 2! - p^3 / 3! + ...: beyond the 16th power nothing is left to add.
+    // p^2 / 2! - p^3 / 3! + ...: terms beyond the 16th power are negligible.
     let (mut sum, mut term) = (0.0, -p);
     for n in 2..=16 {
         term *= -p / f64::from(n);
@@ -335,7 +336,7 @@ mod tests {
         assert!((a - b).abs() <= tolerance, "{a} is not {b} within {tolerance}");
     }
 
-    /// A tank in which a root of 1 (a level of 1 m) flows out with 2 m2 of area a second: the root falls by 1 a second.
+    /// A tank in which the outflow at a root of 1 (a level of 1 m) lowers the root by 1 a second, with an area of 2 m2.
     fn unit_tank() -> Tank {
         Tank { area: 0.5, a_out: 1.0 / (2.0 * G).sqrt(), cd: 1.0, drain: 100.0, height: 1e6, ..Tank::default() }
     }

@@ -255,7 +255,7 @@ impl Law for Thermo {
         let cool = limited(if self.cool { 100.0 } else { 0.0 } - self.drive.min(0.0), 0.0, 100.0);
 
         let memory = &mut self.memory;
-        // The chamber is linear: what it makes of its surroundings, of the heater and of the cooler adds up.
+        // The chamber is linear: the effects of its surroundings, of the heater and of the cooler add up.
         let by_itself = memory.zone.step(self.temp, self.t_amb + self.load, self.zone_tm, cycle);
         let [heating, by_heating] = memory.heater.step([self.heating, 0.0], heat, [self.heat_tm, self.zone_tm], cycle);
         let [cooling, by_cooling] = memory.cooler.step([self.cooling, 0.0], cool, [self.cool_tm, self.zone_tm], cycle);

@@ -300,15 +300,16 @@ blocks::block! {
         }
     }
     memory Memory {
-        /// How far the motor has run into the backlash, from its closing end.
+        /// The distance that the motor has run into the backlash, from its closing end.
         slack: f64;
         /// The valve's characteristic.
         passage: Kept<3, Passage>;
-        /// The share of the full flow where the stem stands.
+        /// The fraction of the full flow at the present stem position.
         share: Kept<4, f64>;
-        /// Exchanger and sensor while the stem stands, before and after it moves.
+        /// The lags of exchanger and sensor while the stem stands still, before and after it moves.
         lags_at_rest: [Lags; 2];
-        /// The same while it moves: over a part of the way, and from each Gaussian place to the end of the part.
+        /// The lags of exchanger and sensor while the stem moves: over a part of the travel, and from each Gaussian
+        /// node to the end of the part.
         lags_moving: [Lags; 6];
     }
 }
@@ -376,15 +377,15 @@ impl Law for Valve {
     }
 }
 
-/// What the motor does in a cycle: the stem stands for `idle` seconds, goes `to` its new position in `moving` seconds,
-/// and stands for the rest.
+/// The movement of the motor in a cycle: the stem stands still for `idle` seconds, moves `to` its new position in
+/// `moving` seconds, and stands still for the rest.
 struct Run {
     idle: f64,
     moving: f64,
     to: f64,
 }
 
-/// How much passes the valve, at a position and with the pressure as it is.
+/// The flow characteristic of the valve at the present pressure.
 #[derive(Clone, Copy, Debug, Default)]
 struct Passage {
     /// The natural logarithm of CURVE.
@@ -401,14 +402,14 @@ impl Passage {
         Passage { steepness, full: exp_m1(steepness), pressure_factor }
     }
 
-    /// The share of the full flow at a position.
+    /// Returns the fraction of the full flow at a position.
     fn share(self, position: f64) -> f64 {
         let x = position / 100.0;
         let characteristic = if self.steepness == 0.0 { x } else { exp_m1(self.steepness * x) / self.full };
         characteristic * self.pressure_factor
     }
 
-    /// By how much that share grows, per percent of the position.
+    /// Returns the slope of that fraction per percent of the position.
     fn slope(self, position: f64) -> f64 {
         let x = position / 100.0;
         let slope = if self.steepness == 0.0 { 1.0 } else { self.steepness * exp(self.steepness * x) / self.full };
@@ -417,9 +418,9 @@ impl Passage {
 }
 
 impl Valve {
-    /// Runs the motor for a cycle: takes up the backlash.
+    /// Runs the motor for a cycle, including the backlash.
     fn run_motor(&mut self) -> Run {
-        /// What rounding may leave between the stem and where it stops, in percent of the stroke.
+        /// The maximum rounding error between the stem and its stop, in percent of the stroke.
         const ROUNDING: f64 = 1e-9;
 
         let from = self.lmnr;
@@ -455,7 +456,7 @@ impl Valve {
         self.memory.passage.of(settings, |[curve, pres, pres_nom]| Passage::of(curve, pres, pres_nom))
     }
 
-    /// The share of the full flow that passes where the stem stands.
+    /// Returns the fraction of the full flow at the present stem position.
     fn flow_share(&mut self) -> f64 {
         let settings = [self.lmnr, self.curve, self.pres, self.pres_nom];
         self.memory

@@ -1,4 +1,5 @@
-//! What the engine needs of an FMU: an instance that it can initialize, set, step and read, whatever is behind it.
+//! The engine's interface to an FMU: an instance that can be initialized, set, stepped and read, whatever implements
+//! it.
 
 use anyhow::{Result, bail};
 pub use modeldescription::Type;
@@ -7,7 +8,7 @@ use std::error::Error;
 use std::fmt;
 use std::ops::Range;
 
-/// The FMU has ended the simulation in a step, which is no failure.
+/// The FMU ended the simulation during a step, which is not a failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Terminated;
 
@@ -19,62 +20,62 @@ impl fmt::Display for Terminated {
 
 impl Error for Terminated {}
 
-/// An FMU that still has events after this many updates is at fault.
+/// The maximum number of updates per event; an FMU that needs more is faulty.
 pub const MOST_UPDATES: usize = 100;
 
-/// What an FMU says when its discrete states are updated.
+/// The result of updating an FMU's discrete states.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Update {
-    /// They are to be updated once more.
+    /// Whether another update is needed.
     pub is_needed: bool,
-    /// When its next event is, in seconds, if it knows.
+    /// The time of its next event in seconds, if known.
     pub next: Option<f64>,
 }
 
-/// Where the values of a member come from and go to. It follows from the plan alone: worked out once, so that a step only moves
-/// values.
+/// The sources and targets of a member's values. It depends only on the plan and is computed once, so that a step
+/// merely moves values.
 #[derive(Debug)]
 pub struct Wiring {
-    /// Where the member's values are in those of the run.
+    /// The range of the member's values within those of the run.
     pub own: Range<usize>,
-    /// What others need or is recorded, by type.
+    /// The variables that others need or that are recorded, by type.
     pub read: Vec<Read>,
     /// The connected inputs, by type.
     pub written: Vec<Written>,
 }
 
-/// Variables of one type, which one call reads.
+/// Variables of one type, read by one call.
 #[derive(Debug)]
 pub struct Read {
     /// Their type.
     pub kind: Type,
     /// Their value references.
     pub references: Vec<u32>,
-    /// Where their values are in those of the run.
+    /// The range of their values within those of the run.
     pub places: Range<usize>,
 }
 
-/// Inputs of one type, which one call writes.
+/// Inputs of one type, written by one call.
 #[derive(Debug)]
 pub struct Written {
     /// Their type.
     pub kind: Type,
     /// Their value references.
     pub references: Vec<u32>,
-    /// Where their values come from in those of the run.
+    /// The positions of their sources among the values of the run.
     pub sources: Vec<usize>,
-    /// Which of them are converted, by their places, and from what.
+    /// The positions of those that need a conversion, and their source types.
     pub converted: Vec<(usize, Type)>,
-    /// The values of the present step.
+    /// The values in the current step.
     pub values: Vec<f64>,
-    /// Of an FMU with Event Mode, the values of the sources that were written last.
+    /// For an FMU with Event Mode, the source values last written.
     pub seen: Vec<f64>,
 }
 
-/// How a variable is written that the FMU computes itself, or that is connected.
+/// How a variable that is computed by the FMU or connected is overwritten.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Force {
-    /// Now.
+    /// Once, now.
     Once(f64),
     /// Before and after each step from now on.
     Always(f64),
@@ -82,12 +83,12 @@ pub enum Force {
     Release,
 }
 
-/// What a run needs of an instance of an FMU.
+/// An instance of an FMU, as needed by a run.
 pub trait Component {
-    /// Start of the simulation in seconds, and its end if that is known.
+    /// Sets the start of the simulation in seconds, and its end if known.
     ///
     /// # Errors
-    /// The FMU refuses. So in all other functions.
+    /// The FMU refuses, as with all other functions.
     fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()>;
     /// Enters Initialization Mode.
     ///
@@ -99,55 +100,55 @@ pub trait Component {
     /// # Errors
     /// The FMU refuses.
     fn exit_initialization(&mut self) -> Result<()>;
-    /// Reads variables of one type, each as [`Type::cell`] says; true is 1.
+    /// Reads variables of one type as the cells defined by [`Type::cell`]; true is 1.
     ///
     /// # Errors
     /// The FMU refuses.
     fn read(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()>;
-    /// Writes variables of one type, each as [`Type::cell`] says; true is 1.
+    /// Writes variables of one type from the cells defined by [`Type::cell`]; true is 1.
     ///
     /// # Errors
     /// The FMU refuses.
     fn write(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()>;
-    /// Writes a variable whatever it is, which no FMU allows through its interface.
+    /// Overwrites a variable of any kind, which no FMU allows through its interface.
     ///
     /// # Errors
-    /// The component has no more than its interface.
+    /// The component supports only its interface.
     fn force(&mut self, _reference: u32, _how: Force) -> Result<()> {
         bail!("only variables of blocks and programs that run without an FMU can be forced")
     }
     /// Steps from `time` to `time + size`, in seconds.
     ///
     /// # Errors
-    /// The FMU refuses; [`Terminated`].
+    /// The FMU refuses, or [`Terminated`].
     fn step(&mut self, time: f64, size: f64) -> Result<()>;
-    /// Enters Event Mode, if it is not in it. Called only of a member whose plan has events; so are the next two.
+    /// Enters Event Mode unless it is active. Like the next two, called only for a member whose plan has events.
     ///
     /// # Errors
     /// The FMU refuses, or has no Event Mode.
     fn enter_events(&mut self) -> Result<()> {
         bail!("it has no Event Mode")
     }
-    /// Takes over the inputs in Event Mode, and makes what is due.
+    /// Applies the inputs in Event Mode, and handles due events.
     ///
     /// # Errors
-    /// The FMU refuses; [`Terminated`].
+    /// The FMU refuses, or [`Terminated`].
     fn update(&mut self) -> Result<Update> {
         bail!("it has no Event Mode")
     }
-    /// Leaves Event Mode for the next step.
+    /// Leaves Event Mode, before the next step.
     ///
     /// # Errors
     /// The FMU refuses.
     fn leave_events(&mut self) -> Result<()> {
         bail!("it has no Event Mode")
     }
-    /// Itself, to stand among the others of [`abreast`](Component::abreast); `None`, the default, if it cannot.
+    /// The component as a candidate for [`abreast`](Component::abreast); `None`, the default, if that is not supported.
     fn any(&mut self) -> Option<&mut dyn Any> {
         None
     }
-    /// This one and others of the same kind, a member of each of several runs, as what makes their ordinary steps side by side; none,
-    /// the default, if it cannot.
+    /// Combines this component and others of the same kind, one from each of several runs, so that they make ordinary
+    /// steps side by side; `None`, the default, if that is not supported.
     fn abreast<'a>(&'a mut self, _others: Vec<&'a mut dyn Any>, _wiring: &Wiring) -> Option<Box<dyn Abreast + 'a>> {
         None
     }
@@ -158,27 +159,28 @@ pub trait Component {
     fn terminate(&mut self) -> Result<()>;
 }
 
-/// A member of each of several runs, which make the same steps side by side.
+/// A member from each of several runs, making the same steps side by side.
 pub trait Abreast {
     /// Whether this step can fail only because of an input value.
     fn is_ordinary(&self, time: f64, size: f64) -> bool;
-    /// Writes the connected inputs, makes a step that is ordinary, and reads what others need, for all runs. `values` has a value of
-    /// each run for each place in the values of a run. False if a value is refused; only inputs are written then.
+    /// Writes the connected inputs, makes an ordinary step, and reads what others need, for all runs. For each position
+    /// in the values of a run, `values` has one value per run. Returns false if a value is refused, in which case only
+    /// inputs were written.
     fn cycle(&mut self, values: &mut [f64], time: f64, size: f64) -> bool;
-    /// Gives the components what they have come to.
+    /// Returns the resulting states to the components.
     fn end(self: Box<Self>);
 }
 
-/// An instance that can be used for one simulation after the other.
+/// An instance that can be reused for further simulations.
 pub trait Reset: Component {
-    /// Makes it as new.
+    /// Resets the instance to its initial state.
     ///
     /// # Errors
-    /// The FMU refuses; then only a new instance can go on.
+    /// The FMU refuses; only a new instance can then be used.
     fn reset(&mut self) -> Result<()>;
 }
 
-/// Makes a type a [`Component`](crate::component::Component) that forwards each call:
+/// Implements [`Component`](crate::component::Component) for a type by forwarding each call:
 /// `forward_component!([GENERICS] TYPE, self => TARGET)`.
 #[macro_export]
 macro_rules! forward_component {

@@ -1,4 +1,4 @@
-//! What a block's documentation says of its dialog: what its variables are in a loop, and its settings in groups.
+//! The dialog in a block's documentation: the roles of its variables in a loop, and its settings in groups.
 //!
 //! A block says it in a fence of its documentation:
 //!
@@ -90,10 +90,10 @@ pub struct Field {
     pub used_if: Vec<Vec<(String, bool)>>,
 }
 
-/// What the documentation says, or the default: a group for the inputs and one for the parameters.
+/// Parses the dialog from the documentation; by default there is one group for the inputs and one for the parameters.
 ///
 /// # Errors
-/// A line of the fence that cannot be read, a name that the block does not have, a setting that is in no group or in two.
+/// A line of the fence cannot be parsed, a name does not exist in the block, or a setting is in no group or in two.
 pub fn of(table: &Table) -> Result<(Roles, Vec<Group>)> {
     let Some(lines) = fence(&table.docs)? else { return Ok((Roles::default(), default_groups(table))) };
     let mut roles = Roles::default();
@@ -157,7 +157,7 @@ fn default_groups(table: &Table) -> Vec<Group> {
     [inputs, parameters].into_iter().filter(|group| !group.fields.is_empty()).collect()
 }
 
-/// Names of the table, separated by commas.
+/// Parses names from the table, separated by commas.
 fn names(table: &Table, text: &str) -> Result<Vec<String>> {
     text.split(',').map(|name| known(table, name.trim())).collect()
 }
@@ -171,7 +171,7 @@ fn known(table: &Table, name: &str) -> Result<String> {
     bail!("there is no variable {name:?}{hint}")
 }
 
-/// `NAMES` or `NAMES if CONDITION`.
+/// Parses `NAMES` or `NAMES if CONDITION`.
 fn fields(table: &Table, line: &str) -> Result<Vec<Field>> {
     let (listed, used_if) = match line.split_once(" if ") {
         Some((listed, condition)) => (listed, self::condition(table, condition)?),
@@ -186,7 +186,7 @@ fn fields(table: &Table, line: &str) -> Result<Vec<Field>> {
     names(table, listed)?.into_iter().map(field).collect()
 }
 
-/// `A and not B or C`.
+/// Parses `A and not B or C`.
 fn condition(table: &Table, text: &str) -> Result<Vec<Vec<(String, bool)>>> {
     let switch = |words: &[&str]| {
         let (name, wanted) = match words {
@@ -204,7 +204,7 @@ fn condition(table: &Table, text: &str) -> Result<Vec<Vec<(String, bool)>>> {
     words.split(|word| *word == "or").map(|all| all.split(|word| *word == "and").map(switch).collect()).collect()
 }
 
-/// Each setting has to be in one group.
+/// Checks that each setting is in exactly one group.
 fn check(table: &Table, groups: &[Group]) -> Result<()> {
     let all: Vec<&str> = groups.iter().flat_map(|group| &group.fields).map(|field| field.name.as_str()).collect();
     for row in table.variables.iter().filter(|row| row.role.is_settable()) {
@@ -218,23 +218,24 @@ fn check(table: &Table, groups: &[Group]) -> Result<()> {
 }
 
 impl Roles {
-    /// The process value that is compared with the setpoint: the one that is drawn, if a block names it apart.
+    /// The process value compared with the setpoint: the one that is drawn, if a block names it separately.
     pub fn compared_process_value(&self) -> Option<&String> {
         self.shown_process_value.as_ref().or(self.process_value.as_ref())
     }
 
-    /// Setpoint, process value and manipulated value of a loop, as they are drawn.
+    /// The setpoint, process value and manipulated value of a loop, as drawn.
     pub fn signals(&self) -> [Option<&String>; 3] {
         [self.setpoint.as_ref(), self.compared_process_value(), self.manipulated_value.as_ref()]
     }
 
-    /// By what a controller drives a plant: the manipulated value, the pulses.
+    /// The outputs that drive a plant: the manipulated value and the pulses.
     pub fn driving(&self) -> impl Iterator<Item = &String> {
         self.manipulated_value.iter().chain(&self.pulses)
     }
 
-    /// Whether a variable is what a loop is tried with, such as setpoint, manual value, disturbance and noise, and not one of the
-    /// settings that are being tried. Inputs are stimuli, parameters are settings, unless the dialog says otherwise.
+    /// Whether a variable is a stimulus of the loop, such as setpoint, manual value, disturbance or noise, rather than
+    /// a setting being tried. By default, inputs are stimuli and parameters are settings, unless the dialog says
+    /// otherwise.
     pub fn is_stimulus(&self, name: &str, is_input: bool) -> bool {
         let named = |names: &[String]| names.iter().any(|other| other == name);
         let is_manual = self.manual.as_ref().is_some_and(|(on, value)| on == name || value == name);
@@ -257,7 +258,7 @@ impl Roles {
         self.signals.iter().filter(|(meaning, _)| meaning.ends_with("stop")).map(|(_, name)| name)
     }
 
-    /// `ROLE: NAMES`
+    /// Parses `ROLE: NAMES`.
     fn read(&mut self, table: &Table, line: &str) -> Result<()> {
         let (role, listed) = line.split_once(':').context("write ROLE: NAMES, or [Title] to begin a group")?;
         let (role, mut names) = (role.trim(), names(table, listed)?);
@@ -309,7 +310,7 @@ impl Roles {
         Ok(())
     }
 
-    /// What the FMU is in a loop.
+    /// The role of the FMU in a loop.
     pub fn part(&self, table: &Table) -> Part {
         let is = |name: &Option<String>, role: Role| {
             let row = name.as_ref().and_then(|name| table.find(name));
@@ -330,7 +331,7 @@ impl Roles {
 }
 
 impl Field {
-    /// Whether it has an effect, with these switches.
+    /// Whether the field has an effect when these switches are on.
     pub fn is_used(&self, is_on: impl Fn(&str) -> bool) -> bool {
         self.used_if.is_empty()
             || self.used_if.iter().any(|all| all.iter().all(|(name, wanted)| is_on(name) == *wanted))

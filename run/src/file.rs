@@ -42,18 +42,18 @@ use std::path::Path;
 use toml::Spanned;
 pub use write::write;
 
-/// The largest file, in bytes.
+/// The maximum size of the file, in bytes.
 const LARGEST: u64 = 1 << 20;
 
-/// Reads a parameter file, named as the user names it.
+/// A function that reads a parameter file, given as the user names it.
 pub type ReadParameters = fn(&str, &Options) -> Result<Reading>;
 
-/// Remarks on a parameter file that was read, a sentence each.
+/// The remarks on a parameter file that was read, a sentence each.
 pub fn remarks(reading: &Reading) -> Vec<String> {
     reading.remarks.to_string().lines().map(str::to_string).collect()
 }
 
-/// What the file may hold.
+/// The grammar of the file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Content {
@@ -81,7 +81,7 @@ fn yes() -> bool {
     true
 }
 
-/// From which file an FMU has its values.
+/// The parameter file of an FMU.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ParametersOf {
@@ -93,7 +93,7 @@ struct ParametersOf {
     offset: usize,
 }
 
-/// What is set at a time.
+/// The settings at one time.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Event {
@@ -101,9 +101,9 @@ pub struct Event {
     set: Entries<Spanned<Node>>,
 }
 
-/// What a member is made of.
+/// The source of a member.
 enum MadeOf {
-    /// An FMU, or the one source of a program.
+    /// The path of an FMU, or of the only source of a program.
     File(String),
     Program(Box<Manifest>),
 }
@@ -136,9 +136,9 @@ pub enum Node {
     Boolean(bool),
     /// An integer or a floating-point number.
     Number(f64),
-    /// A whole number of more digits.
+    /// An integer with more digits than a floating-point number holds.
     Whole(i128),
-    /// A text in quotation marks.
+    /// A quoted string.
     Text(String),
     /// Values in brackets.
     List(Vec<Spanned<Node>>),
@@ -224,64 +224,64 @@ fn entries<'de, T: Deserialize<'de>, A: MapAccess<'de>>(mut map: A) -> Result<En
     Ok(Entries(entries))
 }
 
-/// Reads a system from a file. The paths of FMUs are relative to `fmus`, if there is such a folder, and else to the folder of
-/// the file; those of parameter files, which `parameters` reads, are relative to the folder of the file.
+/// Reads a system from a file. The paths of FMUs are relative to `fmus`, if given, otherwise to the folder of the file;
+/// those of parameter files, which `parameters` reads, are relative to the folder of the file.
 ///
 /// # Errors
-/// What is wrong, with file, line and column.
+/// The file is faulty; the message gives file, line and column.
 pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Result<System> {
     Reader::open(path, fmus, parameters)?.system()
 }
 
-/// Reads a system from a text, the content of a file that is called `name` in errors. The FMUs need not be there, and have the
-/// paths that are written.
+/// Parses a system from the text of a file, which errors call `name`. The FMUs need not exist, and keep their paths as
+/// written.
 ///
 /// # Errors
-/// What is wrong, with line and column; a text names no parameter files.
+/// The text is faulty, with line and column, or names a parameter file.
 pub fn parse(name: &str, text: &str) -> Result<System> {
     let parameters: ReadParameters = |file, _| bail!("{file} cannot be read here");
     let source = Source::new(name, text.as_bytes().to_vec());
     Reader { source, folder: Path::new(""), fmus: None, parameters }.system()
 }
 
-/// A value of nested tables.
+/// A value in nested tables.
 struct Entry<'a> {
-    /// The keys, joined by points.
+    /// Its keys, joined by dots.
     name: String,
-    /// That of the last key.
+    /// The location of the last key.
     place: Place,
     node: &'a Spanned<Node>,
 }
 
-/// A key or a text of a file.
+/// A key or string in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Word {
-    /// As it is written.
+    /// The text as written.
     pub text: String,
-    /// Where.
+    /// Its location.
     pub place: Place,
     /// Whether it is a key.
     pub is_key: bool,
 }
 
-/// Reads a file whose errors have line and column.
+/// A reader of a file, whose errors have line and column.
 pub struct Reader<'a> {
     source: Source,
     folder: &'a Path,
-    /// Where the FMUs are; nowhere, if they need not be there.
+    /// The folder of the FMUs; `None` if they need not exist.
     fmus: Option<&'a Path>,
     parameters: ReadParameters,
 }
 
 impl<'a> Reader<'a> {
-    /// For the file at `path`, or standard input if that is `-`; see [`read`] for `fmus`.
+    /// Opens the file at `path`, or standard input if that is `-`; see [`read`] for `fmus`.
     pub fn open(path: &'a Path, fmus: Option<&'a Path>, parameters: ReadParameters) -> Result<Reader<'a>> {
         let (shown, bytes) = Source::load(path, LARGEST).map_err(Error::msg)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         Ok(Reader { source: Source::new(shown, bytes), folder, fmus: fmus.or(Some(folder)), parameters })
     }
 
-    /// What reads parameter files.
+    /// The function that reads parameter files.
     pub fn parameters(&self) -> ReadParameters {
         self.parameters
     }
@@ -335,7 +335,7 @@ impl<'a> Reader<'a> {
         Ok(system)
     }
 
-    /// A program with its sources as this file names them.
+    /// A program with its sources as paths that are valid from here.
     fn program(&self, manifest: &Manifest, at: Range<usize>) -> Result<Manifest> {
         if manifest.sources.is_empty() {
             bail!("{}: a program needs sources = [\"FILE.scl\"]", self.place(at));
@@ -372,7 +372,7 @@ impl<'a> Reader<'a> {
         Ok(Member { name: name.get_ref().clone(), path })
     }
 
-    /// Adds the values that a parameter file has for an FMU.
+    /// Adds the values that a parameter file contains for an FMU.
     fn add_parameters(&self, member: &str, of: &ParametersOf, system: &mut System) -> Result<()> {
         let here = self.place(of.file.span());
         let options = Options { block: of.block.clone(), offset: of.offset, ..Options::default() };
@@ -394,7 +394,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// An error with a suggestion, unless the name is one of those that are known.
+    /// Returns an error with a suggestion unless the name is known.
     fn known(&self, name: &Spanned<String>, names: &[&str]) -> Result<()> {
         let wrong = name.get_ref();
         if names.contains(&wrong.as_str()) {
@@ -405,7 +405,7 @@ impl<'a> Reader<'a> {
         bail!("{}: there is no {wrong}, only {}{hint}", self.place(name.span()), names.join(", "))
     }
 
-    /// The inputs to which an output is connected.
+    /// The inputs connected to an output.
     fn inputs(&self, node: &Spanned<Node>) -> Result<Vec<String>> {
         let one = |node: &Spanned<Node>, expected| match node.get_ref() {
             Node::Text(name) => Ok(name.clone()),
@@ -419,7 +419,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// What is set at the start and later.
+    /// The settings at the start and at later times.
     pub fn all_settings(&self, table: &Entries<Spanned<Node>>, events: &[Event]) -> Result<Vec<Setting>> {
         let mut settings = Vec::new();
         self.settings(table, None, &mut settings)?;
@@ -437,13 +437,13 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// What a variable can be set to.
+    /// Converts a node to the value of a variable.
     pub fn value(&self, node: &Spanned<Node>) -> Result<Value> {
         match node.get_ref() {
             Node::Boolean(value) => Ok(Value::Boolean(*value)),
             Node::Number(number) if number.is_finite() => Ok(Value::Number(*number)),
             Node::Whole(whole) => Ok(Value::Whole(*whole)),
-            // TOML's integers do not go so far as those without sign.
+            // TOML's integers do not cover unsigned 64-bit numbers.
             other => {
                 let whole = if let Node::Text(text) = other { whole(text) } else { None };
                 whole.map(Value::Whole).ok_or_else(|| self.wrong(node, "a finite number, true or false", other))
@@ -451,7 +451,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The values of a table and of those inside it.
+    /// The values in a table and the tables inside it.
     fn flat<'t>(&self, table: &'t Entries<Spanned<Node>>) -> Vec<Entry<'t>> {
         let mut flat = Vec::new();
         self.add(&mut flat, "", table);
@@ -462,15 +462,15 @@ impl<'a> Reader<'a> {
         for (key, node) in &table.0 {
             let name = format!("{prefix}{}", key.get_ref());
             match node.get_ref() {
-                // TOML's reader limits the depth.
+                // TOML's parser limits the depth.
                 Node::Table(inner) => self.add(flat, &format!("{name}."), inner),
                 _ => flat.push(Entry { name, place: self.place(key.span()), node }),
             }
         }
     }
 
-    /// The keys and the texts inside of a table at the top of the file, each with its place: an error that has such a word in it is
-    /// about that line. Nothing without such a table.
+    /// The keys and strings in a top-level table of the file, with their locations: an error that contains such a word
+    /// is about that line. Empty if there is no such table.
     pub fn words(&self, table: &str) -> Vec<Word> {
         let mut words = Vec::new();
         if let Ok(Node::Table(all)) = toml::from_str::<Node>(&self.source.text) {
@@ -496,10 +496,10 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A time in seconds.
+    /// Converts a node to a time in seconds.
     ///
     /// # Errors
-    /// It is not a finite number; with line and column.
+    /// It is not a finite number; the message gives line and column.
     pub fn seconds(&self, node: &Spanned<Node>) -> Result<f64> {
         match node.get_ref() {
             Node::Number(number) if number.is_finite() => Ok(*number),
@@ -507,7 +507,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The error for a value of another kind than expected.
+    /// The error for a value of an unexpected kind.
     pub fn wrong(&self, node: &Spanned<Node>, expected: &str, found: &Node) -> anyhow::Error {
         let found = match found {
             Node::Boolean(value) => value.to_string(),
@@ -520,22 +520,22 @@ impl<'a> Reader<'a> {
         anyhow!("{}: expected {expected}; found {found}", self.place(node.span()))
     }
 
-    /// Line and column of a part of the file.
+    /// The line and column of a part of the file.
     pub fn place(&self, span: Range<usize>) -> Place {
         place(&self.source, span)
     }
 }
 
-/// Where a range of a file begins.
+/// The location at which a range of a file starts.
 pub fn place(source: &Source, span: Range<usize>) -> Place {
     let parameters::Place { line, column, .. } = source.place(span);
     Place { file: source.file.clone(), line, column }
 }
 
-/// The content of a TOML file.
+/// Parses the contents of a TOML file.
 ///
 /// # Errors
-/// What is wrong with it, after file, line and column.
+/// The syntax error, after file, line and column.
 pub fn content<T: DeserializeOwned>(source: &Source) -> Result<T> {
     toml::from_str(&source.text).map_err(|error| {
         let message = anyhow!("{}", plain(error.message()));
@@ -546,7 +546,7 @@ pub fn content<T: DeserializeOwned>(source: &Source) -> Result<T> {
     })
 }
 
-/// A message of TOML's reader in the words of a user: "expected a list; found the text \"max\"".
+/// An error of the TOML parser in the user's words: "expected a list; found the text \"max\"".
 pub fn plain(message: &str) -> String {
     let message = message.trim().replace('\n', "; ");
     if let Some((name, expected)) = message.strip_prefix("unknown ").and_then(|rest| rest.split_once(", expected ")) {

@@ -1,4 +1,4 @@
-//! The FMUs that can be run: their descriptions, and instances of them.
+//! The available FMUs: their descriptions, and instances of them.
 
 use crate::component::Component;
 use crate::system::Value;
@@ -8,28 +8,28 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// FMUs by name: blocks that are linked in, or FMUs behind their C interface.
+/// Access to FMUs by name, whether they are linked blocks or used through their C interface.
 pub trait Fmus {
-    /// What an FMU is, as its modelDescription.xml says.
+    /// The description of an FMU, as in its modelDescription.xml.
     ///
     /// # Errors
-    /// No such FMU, or it cannot be read.
+    /// There is no such FMU, or it cannot be read.
     fn description(&self, fmu: &str) -> Result<Arc<Description>>;
 
-    /// The table of an FMU that was made with `fmu::export!`; a foreign FMU has none.
+    /// The table of an FMU made with `fmu::export!`; `None` for a foreign FMU.
     ///
     /// # Errors
-    /// No such FMU, or it cannot be read.
+    /// There is no such FMU, or it cannot be read.
     fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>>;
 
-    /// A new instance of an FMU.
+    /// Creates an instance of an FMU.
     ///
     /// # Errors
-    /// No such FMU, or it refuses.
+    /// There is no such FMU, or it refuses.
     fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>>;
 }
 
-/// Values by the variable's name.
+/// Values by variable name.
 pub type Values = BTreeMap<String, Value>;
 
 /// An FMU in a loop.

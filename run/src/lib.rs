@@ -1,5 +1,5 @@
-//! A loop of FMUs and how it is run: what is connected to what, when values go from output to input, what is set when, and
-//! what is recorded. What is behind an FMU, its C interface or a block that is linked in, is up to [`Fmus`](fmus::Fmus).
+//! Loops of FMUs and their simulation: connections, the order in which values are exchanged, settings over time, and
+//! recording. [`Fmus`](fmus::Fmus) determines whether an FMU is a linked block or used through its C interface.
 //!
 //! ```text
 //! loop.toml --file--> System: names --Plan::of--> Plan: positions and value references --Run--> Recording

@@ -1,28 +1,29 @@
 //! Runs a plan and records it.
 //!
-//! Initialization: every FMU gets its parameters, enters Initialization Mode and gets its inputs; then the connected values
-//! go from output to input, in the order of the FMUs, until no output changes, so that a value goes through chains (plant, sensor,
-//! filter) in whatever order they are, but not more often than there are FMUs; then every FMU leaves Initialization Mode.
-//! With [`Exchange::Parallel`] they go once.
+//! Initialization: every FMU receives its parameters, enters Initialization Mode and receives its inputs. Connected
+//! values are then copied from outputs to inputs, in the order of the FMUs, until no output changes, but in at most as
+//! many passes as there are FMUs; a value thus propagates through chains (plant, sensor, filter) in any order. Finally
+//! every FMU leaves Initialization Mode. With [`Exchange::Parallel`], values are copied once.
 //!
-//! Step k goes from `start + k step` to `start + (k + 1) step`. Each FMU in turn gets the values that are set at that time,
-//! then its connected inputs, and steps. With [`Exchange::Parallel`], all inputs are what was there before any of them steps.
+//! Step k goes from `start + k step` to `start + (k + 1) step`. Each FMU in turn receives the values set at that time,
+//! then its connected inputs, and steps. With [`Exchange::Parallel`], all connected inputs are read before any of the
+//! FMUs steps.
 //!
-//! A row of the recording belongs to a time. An input has the value that its FMU gets for the step that begins then. An output
-//! has the value that the connected FMUs read in that step. So the row of a controller is what it saw and gave in its call at
-//! that time, and a plant that is connected back to the controller shows what it is at that time. An output that no FMU reads
-//! is recorded as the other outputs of its FMU; if none of them is read, all have the values of that time, before the step.
-//! The last row is that of the end, without a step: outputs have the values that the last step gave, connected
-//! inputs those of their outputs.
+//! Each row of the recording belongs to a time. An input has the value that its FMU receives for the step beginning at
+//! that time. An output has the value that the connected FMUs read in that step. The row of a controller thus shows the
+//! inputs and outputs of its call at that time, and a plant that feeds back to the controller shows its state at that
+//! time. An output that no FMU reads is recorded together with the other outputs of its FMU; if none of them is read,
+//! all have their values at that time, before the step. The last row belongs to the end, without a step: outputs have
+//! the values after the last step, and connected inputs those of their outputs.
 //!
-//! An FMU with Event Mode has no place in that order: the values that it gives and gets at a communication point are exchanged
-//! there, before any FMU steps. All such FMUs enter Event Mode; each that has an event then is updated after those that feed it and
-//! have one too, and all once more as long as an output changes. Others see its outputs as they are after that, wherever it
-//! stands. If an FMU without Event Mode that stands before it gives it another value in the step, it takes that over in Event Mode too.
-//! An event within a step is handled with the inputs as they are.
+//! FMUs with Event Mode are not part of that order: their values are exchanged at a communication point, before any FMU
+//! steps. All of them enter Event Mode; each that has an event is updated after those that feed it and have an event
+//! too, and all are updated again as long as an output changes. The other FMUs read its outputs after that, whatever
+//! its position. If an FMU without Event Mode that comes before it passes it a different value in the step, it reads
+//! that value in Event Mode too. An event within a step is handled with the present inputs.
 //!
-//! [`Run`] gives the same rows but for one thing: a row is a call of the first member, the controller, so that its outputs are
-//! those that the call gave, whether anybody reads them or not.
+//! [`Run`] produces the same rows, with one exception: each row is a call of the first member, the controller, whose
+//! outputs are therefore the results of that call, whether they are read or not.
 
 mod abreast;
 mod events;
@@ -35,21 +36,21 @@ use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 use std::ops::Range;
 
-/// What a run has recorded.
+/// The recording of a run.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 pub struct Recording {
-    /// What the values of a row are.
+    /// The columns of a row.
     pub columns: Vec<Column>,
-    /// The time of each row in seconds: the beginning of each step, and the end.
+    /// The time of each row in seconds: the start of each step, and the end.
     pub times: Vec<f64>,
-    /// The rows, one after the other.
+    /// The rows, one after another.
     values: Vec<f64>,
-    /// The FMU that ended the run early, and when. The step in which it did so has no row.
+    /// The FMU that ended the run early, and the time. The step in which it did so has no row.
     pub ended: Option<String>,
 }
 
 impl Recording {
-    /// An empty one, with room for the whole run.
+    /// An empty recording with capacity for the whole run.
     fn of(plan: &Plan) -> Result<Recording> {
         let (mut times, mut values) = (Vec::new(), Vec::new());
         let width = plan.columns.len();
@@ -63,26 +64,26 @@ impl Recording {
         Ok(Recording { columns: plan.columns.clone(), times, values, ended: None })
     }
 
-    /// One without rows.
+    /// A recording without rows.
     pub fn empty(columns: Vec<Column>) -> Recording {
         Recording { columns, times: Vec::new(), values: Vec::new(), ended: None }
     }
 
-    /// Adds a row, with a value for each column.
+    /// Appends a row, with a value for each column.
     pub fn push(&mut self, time: f64, row: &[f64]) {
         debug_assert_eq!(row.len(), self.columns.len());
         self.times.push(time);
         self.values.extend_from_slice(row);
     }
 
-    /// Adds the rows of another recording of the same columns.
+    /// Appends the rows of another recording of the same columns.
     pub fn append(&mut self, other: Recording) {
         self.times.extend(other.times);
         self.values.extend(other.values);
         self.ended = self.ended.take().or(other.ended);
     }
 
-    /// The rows, in the order of time; true is 1.
+    /// The rows, in order of time; true is 1.
     pub fn rows(&self) -> impl ExactSizeIterator<Item = (f64, &[f64])> {
         let width = self.columns.len();
         self.times.iter().enumerate().map(move |(row, time)| (*time, &self.values[row * width..(row + 1) * width]))
@@ -93,40 +94,40 @@ impl Recording {
         self.rows().map(move |(_, row)| row[column])
     }
 
-    /// Writes CSV: the header `time,FMU.VARIABLE,...`, then the rows. A number is the shortest that reads back
-    /// bit-equal; true is 1.
+    /// Writes CSV: the header `time,FMU.VARIABLE,...`, then the rows. A number is printed as the shortest text that
+    /// reads back bit-equal; true is 1.
     ///
     /// # Errors
-    /// Those of `to`.
+    /// Writing to `to` fails.
     pub fn write_csv(&self, to: &mut impl Write) -> io::Result<()> {
         write_csv(to, self.columns.iter(), self.rows().map(|(time, row)| (time, row.iter().copied())))
     }
 }
 
-/// Thins the rows of a long run for a picture. This many consecutive ones become two, which have the least and the
-/// greatest value of each column, in the order in which they were.
+/// Thins the rows of a long run for a picture: a group of consecutive rows becomes two, with the minimum and maximum of
+/// each column in their original order.
 #[derive(Debug)]
 pub struct Thinned {
     recording: Recording,
-    /// How many rows become two; 1 keeps them all.
+    /// The number of rows in a group; 1 keeps all rows.
     every: usize,
-    /// How many there are of the present ones.
+    /// The number of rows in the current group so far.
     count: usize,
     first: f64,
     last: f64,
-    /// Of each column the least value and the greatest, each with its place among the present ones.
+    /// For each column, the minimum and maximum of the current group, each with its position there.
     extremes: Vec<[(f64, usize); 2]>,
 }
 
 impl Thinned {
-    /// For a run with this many steps and about `most` rows.
+    /// Creates a thinner for a run with this many steps, which keeps about `most` rows.
     pub fn new(columns: Vec<Column>, steps: usize, most: usize) -> Thinned {
         let every = if steps <= most { 1 } else { (2 * steps).div_ceil(most.max(2)) };
         let extremes = Vec::with_capacity(columns.len());
         Thinned { recording: Recording::empty(columns), every, count: 0, first: 0.0, last: 0.0, extremes }
     }
 
-    /// The next row.
+    /// Adds the next row.
     pub fn push(&mut self, time: f64, row: &[f64]) {
         if self.every == 1 {
             return self.recording.push(time, row);
@@ -138,7 +139,7 @@ impl Thinned {
         }
         self.last = time;
         for ([least, greatest], value) in self.extremes.iter_mut().zip(row) {
-            // A value that is not a number is kept, since a curve has a gap there.
+            // NaN is kept, since a curve has a gap there.
             if *value < least.0 || value.is_nan() {
                 *least = (*value, self.count);
             } else if *value > greatest.0 {
@@ -160,7 +161,7 @@ impl Thinned {
         *count = 0;
     }
 
-    /// What there is, if it is this many rows or more; they are not kept then.
+    /// Removes and returns the recorded rows, if there are at least `rows`.
     pub fn take(&mut self, rows: usize) -> Option<Recording> {
         let empty = || Recording::empty(self.recording.columns.clone());
         (self.recording.times.len() >= rows.max(1))
@@ -168,17 +169,17 @@ impl Thinned {
             .map(|empty| std::mem::replace(&mut self.recording, empty))
     }
 
-    /// What is left of the rows.
+    /// Returns the remaining rows.
     pub fn recording(mut self) -> Recording {
         self.flush();
         self.recording
     }
 }
 
-/// Writes columns and rows as [`Recording::write_csv`] does.
+/// Writes columns and rows like [`Recording::write_csv`].
 ///
 /// # Errors
-/// Those of `to`.
+/// Writing to `to` fails.
 pub fn write_csv<'a>(
     to: &mut impl Write,
     columns: impl Iterator<Item = &'a Column> + Clone,
@@ -191,10 +192,10 @@ pub fn write_csv<'a>(
     Ok(())
 }
 
-/// Writes the first line of a CSV.
+/// Writes the header line of a CSV file.
 ///
 /// # Errors
-/// Those of `to`.
+/// Writing to `to` fails.
 pub fn write_header<'a>(to: &mut (impl Write + ?Sized), columns: impl Iterator<Item = &'a Column>) -> io::Result<()> {
     write!(to, "time")?;
     for column in columns {
@@ -203,10 +204,10 @@ pub fn write_header<'a>(to: &mut (impl Write + ?Sized), columns: impl Iterator<I
     writeln!(to)
 }
 
-/// Writes a row of a CSV.
+/// Writes a row of a CSV file.
 ///
 /// # Errors
-/// Those of `to`.
+/// Writing to `to` fails.
 pub fn write_row<'a>(
     to: &mut (impl Write + ?Sized),
     columns: impl Iterator<Item = &'a Column>,
@@ -224,10 +225,10 @@ fn write_value(to: &mut (impl Write + ?Sized), column: &Column, value: f64) -> i
     if column.kind.is_floating() { write!(to, ",{value:?}") } else { write!(to, ",{value}") }
 }
 
-/// The same of values as [`Type::cell`] says.
+/// Writes a row of a CSV file, given as the cells defined by [`Type::cell`].
 ///
 /// # Errors
-/// Those of `to`.
+/// Writing to `to` fails.
 pub fn write_cells(to: &mut (impl Write + ?Sized), columns: &[Column], time: f64, row: &[f64]) -> io::Result<()> {
     write!(to, "{time:?}")?;
     for (cell, column) in row.iter().zip(columns) {
@@ -239,19 +240,19 @@ pub fn write_cells(to: &mut (impl Write + ?Sized), columns: &[Column], time: f64
     writeln!(to)
 }
 
-/// A text as a field of CSV (RFC 4180).
+/// A text as a CSV field (RFC 4180).
 fn field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
 }
 
-/// Runs the plan with one component for each of its members, and keeps all rows. `progress` gets the number of steps that are
-/// made, after each.
+/// Runs the plan with one component for each member, and keeps all rows. `progress` receives the number of completed
+/// steps after each.
 ///
 /// # Errors
-/// Which FMU refused what, when, and its messages.
+/// An FMU refuses: its name, what it refused, the time and its messages.
 ///
 /// # Panics
-/// There are not as many components as members.
+/// The number of components differs from the number of members.
 pub fn run<C: Component>(plan: &Plan, components: &mut [C], progress: impl FnMut(usize)) -> Result<Recording> {
     let mut recording = Recording::of(plan)?;
     let (times, values) = (&mut recording.times, &mut recording.values);
@@ -263,10 +264,11 @@ pub fn run<C: Component>(plan: &Plan, components: &mut [C], progress: impl FnMut
     Ok(recording)
 }
 
-/// The same, and gives each row when it is there. Says which FMU ended the run before its time, and when.
+/// Runs the plan like [`run()`], but passes on each row as soon as it is complete. Returns the FMU that ended the run
+/// early, and the time.
 ///
 /// # Errors
-/// Those of [`run()`] and of `give`.
+/// As [`run()`], or `give` fails.
 ///
 /// # Panics
 /// As [`run()`].
@@ -284,7 +286,7 @@ pub fn run_into<C: Component>(
     })
 }
 
-/// The same, and gives the values as [`Type::cell`] says: exactly.
+/// Runs the plan like [`run_into`], but passes on the exact values as the cells defined by [`Type::cell`].
 ///
 /// # Errors
 /// As [`run_into`].
@@ -322,57 +324,57 @@ pub fn run_cells<C: Component>(
     Ok(ended)
 }
 
-/// A run in progress, step by step. It needs its [`Plan`] with each call and does not know an end.
+/// A run in progress, step by step. Each call requires its [`Plan`]; the run has no predetermined end.
 #[derive(Debug)]
 pub struct Run<C> {
     members: Vec<Running<C>>,
-    /// How many steps have been made.
+    /// The number of completed steps.
     steps: usize,
-    /// How many members have made the present step.
+    /// The number of members that have made the current step.
     stepped: usize,
-    /// Which member works.
+    /// The index of the active member.
     at: usize,
-    /// When the last step began, in seconds.
+    /// The start time of the last step, in seconds.
     time: f64,
-    /// The values of `observed` of all members, one member after the other; then once more as they were before the present step.
+    /// The values of `observed`, member by member, followed by a copy from before the current step.
     values: Vec<f64>,
-    /// Where what is recorded is in `values`, for each column of the plan.
+    /// The position in `values` of each recorded column.
     recorded: Vec<usize>,
-    /// Whether a member has said nothing of its events yet, on which it depends where that is.
+    /// Whether some member's events are still unknown, which affects these positions.
     is_new: bool,
-    /// What the last step recorded, for each column of the plan, as [`Type::cell`] says.
+    /// The last recorded row, as the cells defined by [`Type::cell`].
     cells: Vec<f64>,
-    /// The same as numbers; only if they differ.
+    /// The same row as numbers; only if they differ from the cells.
     row: Option<Vec<f64>>,
-    /// The columns whose numbers differ from what is moved, with their types.
+    /// The columns whose numbers differ from the cells, with their types.
     wide: Vec<(usize, Type)>,
-    /// The values of a member before they are read again.
+    /// A member's values before they are read again.
     kept: Vec<f64>,
 }
 
-/// A member at work.
+/// A member in operation.
 #[derive(Debug)]
 struct Running<C> {
     component: C,
     wiring: Wiring,
-    /// How many of `plan.events` have been.
+    /// The number of `plan.events` already applied.
     events: usize,
-    /// When the next of them is, in seconds; minus infinity if anything is pending.
+    /// The time of the next event in seconds; minus infinity if an assignment is pending.
     next: f64,
-    /// The assignments of the next step, after the plan's events.
+    /// Assignments for the next step, applied after the plan's events.
     pending: Vec<Assignment>,
-    /// Its announced events; `None` if it is not called in Event Mode.
+    /// The state of its own events; `None` if it is not called in Event Mode.
     own: Option<events::Own>,
 }
 
 impl<C: Component> Run<C> {
-    /// Initializes the components, one for each member of the plan. `stop` is the end in seconds, if it is known.
+    /// Initializes the components, one for each member of the plan. `stop` is the end in seconds, if known.
     ///
     /// # Errors
-    /// Which FMU refused what, and its messages.
+    /// An FMU refuses: its name, what it refused, and its messages.
     ///
     /// # Panics
-    /// There are not as many components as members.
+    /// The number of components differs from the number of members.
     pub fn begin(plan: &Plan, components: Vec<C>, stop: Option<f64>) -> Result<Run<C>> {
         assert_eq!(components.len(), plan.members.len(), "each member has a component");
         let members =
@@ -399,7 +401,7 @@ impl<C: Component> Run<C> {
     /// Makes one step.
     ///
     /// # Errors
-    /// Which FMU refused what, when, and its messages. The run is over then.
+    /// An FMU refuses: its name, what it refused, the time and its messages. The run is then over.
     pub fn step(&mut self, plan: &Plan) -> Result<()> {
         let time = plan.time(self.steps);
         (self.time, self.stepped) = (time, 0);
@@ -426,7 +428,7 @@ impl<C: Component> Run<C> {
         Ok(())
     }
 
-    /// Keeps the values as those before the step.
+    /// Copies the values as those before the step.
     #[inline]
     fn keep(&mut self) {
         let count = self.values.len() / 2;
@@ -434,7 +436,7 @@ impl<C: Component> Run<C> {
         before.copy_from_slice(values);
     }
 
-    /// Ends a step.
+    /// Completes a step.
     #[inline]
     fn end_step(&mut self) {
         self.record();
@@ -445,7 +447,7 @@ impl<C: Component> Run<C> {
         self.steps += 1;
     }
 
-    /// Records the step.
+    /// Records the row of the step.
     #[inline]
     fn record(&mut self) {
         for (value, place) in self.cells.iter_mut().zip(&self.recorded) {
@@ -453,7 +455,7 @@ impl<C: Component> Run<C> {
         }
     }
 
-    /// Makes the row of a step that has begun and was ended: what it records of the time before it.
+    /// Completes the row of a step that was begun and then ended early, with the values from before it.
     fn show_before(&mut self) {
         let count = self.values.len() / 2;
         for (value, place) in self.cells.iter_mut().zip(&self.recorded).filter(|(_, place)| **place >= count) {
@@ -461,15 +463,15 @@ impl<C: Component> Run<C> {
         }
     }
 
-    /// Makes the row of the end: connected inputs are what they would get in another step.
+    /// Completes the row of the end, in which connected inputs have the values that they would get in a further step.
     fn show_end(&mut self, plan: &Plan) {
         for (value, column) in self.cells.iter_mut().zip(&plan.columns) {
             *value = self.values[place(plan, plan.source_of(column).unwrap_or(column.source))];
         }
     }
 
-    /// After an error of [`Run::step`]: if the first member has made the step, the step counts, and its row has the last
-    /// known values of the others. Says whether it counts.
+    /// After an error of [`Run::step`]: if the first member has made the step, it counts, and its row has the last
+    /// known values of the others. Returns whether it counts.
     pub fn abandon_step(&mut self) -> bool {
         let counts = self.stepped > 0;
         if counts {
@@ -478,14 +480,14 @@ impl<C: Component> Run<C> {
         counts
     }
 
-    /// Replaces all members but the first, which continues. The new ones begin at the time of the next step; `plan` is theirs,
-    /// with the old start and step, and observes the same variables of the first member.
+    /// Replaces all members except the first, which continues. The new ones start at the time of the next step; `plan`
+    /// is theirs, with the old start and step, and observes the same variables of the first member.
     ///
     /// # Errors
-    /// A refusal of a new FMU, with its messages. Nothing is replaced then.
+    /// A new FMU refuses, with its messages. Nothing is then replaced.
     ///
     /// # Panics
-    /// There are not as many components as other members, or something else is observed of the first.
+    /// The number of components is wrong, or the plan observes other variables of the first member.
     pub fn exchange(&mut self, plan: &Plan, others: Vec<C>) -> Result<()> {
         assert_eq!(others.len() + 1, plan.members.len(), "each member has a component");
         assert_eq!(self.members[0].wiring.own.len(), plan.members[0].observed.references.len(), "the same is observed");
@@ -509,25 +511,25 @@ impl<C: Component> Run<C> {
         exchanged
     }
 
-    /// Which member worked last: after an error of [`Run::step`], the one that failed.
+    /// The index of the last active member: after an error of [`Run::step`], the one that failed.
     pub fn at(&self) -> usize {
         self.at
     }
 
-    /// What was last read, for each column of the plan; true is 1. Before the first step these are the values after the
+    /// The values last read, for each column of the plan; true is 1. Before the first step, the values after
     /// initialization.
     pub fn values(&self, plan: &Plan) -> Vec<f64> {
         plan.columns.iter().map(|column| column.kind.number(self.values[place(plan, column.source)])).collect()
     }
 
-    /// Sets a variable of a member in the next step, after what the plan sets then.
+    /// Sets a variable of a member in the next step, after the plan's own settings.
     pub fn set(&mut self, member: usize, assignment: Assignment) {
         let of = &mut self.members[member];
         of.pending.push(assignment);
         of.next = f64::NEG_INFINITY;
     }
 
-    /// Writes a variable of a member whatever it is.
+    /// Overwrites a variable of any kind in a member.
     ///
     /// # Errors
     /// The member does not allow it.
@@ -535,17 +537,17 @@ impl<C: Component> Run<C> {
         self.members[member].component.force(reference, how)
     }
 
-    /// How many steps have been made.
+    /// The number of completed steps.
     pub fn steps(&self) -> usize {
         self.steps
     }
 
-    /// When the last step began, in seconds.
+    /// The start time of the last step, in seconds.
     pub fn time(&self) -> f64 {
         self.time
     }
 
-    /// What the last step recorded, for each column of the plan; true is 1.
+    /// The row of the last step, with a value for each column of the plan; true is 1.
     pub fn row(&self) -> &[f64] {
         self.row.as_ref().unwrap_or(&self.cells)
     }
@@ -553,7 +555,7 @@ impl<C: Component> Run<C> {
     /// Ends the simulation.
     ///
     /// # Errors
-    /// Which FMU refused, and its messages.
+    /// An FMU refuses: its name and messages.
     pub fn terminate(&mut self, plan: &Plan) -> Result<()> {
         for (of, plan) in self.members.iter_mut().zip(&plan.members) {
             of.component.terminate().with_context(|| plan.name.clone())?;
@@ -561,7 +563,7 @@ impl<C: Component> Run<C> {
         Ok(())
     }
 
-    /// Initializes the members from number `first` on, at `start` seconds.
+    /// Initializes the members from index `first` on, at `start` seconds.
     fn initialize(&mut self, plan: &Plan, first: usize, start: f64, stop: Option<f64>) -> Result<()> {
         let at = |of: &MemberPlan| format!("{} before the first step", of.name);
         for (of, own) in self.members.iter_mut().zip(&plan.members).skip(first) {
@@ -593,10 +595,11 @@ impl<C: Component> Run<C> {
 }
 
 impl<C: Reset> Run<C> {
-    /// Begins anew, with all components reset. The plan may set other values than before, but observes and connects the same.
+    /// Restarts the run after resetting all components. The plan may set other values than before, but must observe and
+    /// connect the same.
     ///
     /// # Errors
-    /// As [`Run::begin`], and an FMU cannot be reset. Only new components can go on then.
+    /// As [`Run::begin`], or an FMU cannot be reset. Only new components can then be used.
     pub fn restart(&mut self, plan: &Plan, stop: Option<f64>) -> Result<()> {
         for (of, own) in self.members.iter_mut().zip(&plan.members) {
             of.component.reset().with_context(|| own.name.clone())?;
@@ -613,7 +616,7 @@ impl<C: Reset> Run<C> {
 }
 
 impl Wiring {
-    /// That of a member by its number.
+    /// The wiring of a member, by index.
     fn of(plan: &Plan, member: usize) -> Wiring {
         let own = &plan.members[member];
         let first = first_value(plan, member);
@@ -644,7 +647,7 @@ impl Wiring {
 }
 
 impl Written {
-    /// Makes whole numbers of 64 bits of others, and others of them.
+    /// Converts values between 64-bit integers and other types.
     #[cold]
     #[inline(never)]
     fn convert(&mut self) -> Result<()> {
@@ -659,34 +662,36 @@ impl Written {
     }
 }
 
-/// What is set by this time is set in the step that begins at `time`, in seconds.
+/// The latest time of settings that belong to the step starting at `time`, in seconds.
 fn due(plan: &Plan, time: f64) -> f64 {
     time + ROUNDING * plan.step
 }
 
-/// How many values all members have.
+/// The number of values of all members.
 fn count(plan: &Plan) -> usize {
     first_value(plan, plan.members.len())
 }
 
-/// Where the values of a member begin in those of the run.
+/// The position of a member's first value among those of the run.
 fn first_value(plan: &Plan, member: usize) -> usize {
     plan.members[..member].iter().map(|of| of.observed.references.len()).sum()
 }
 
-/// Where a value is in those of the run: that of a member, at a place of its `observed`.
+/// The position of a value among those of the run, given the member and the position in its `observed`.
 fn place(plan: &Plan, (member, place): (usize, usize)) -> usize {
     first_value(plan, member) + place
 }
 
-/// Where a member sees a value: as it was before the step, unless it gets what those before it have given in the same step.
+/// The position at which a member reads a value: the copy from before the step, unless it receives what earlier members
+/// produced in the same step.
 fn seen(plan: &Plan, member: usize, source: (usize, usize)) -> usize {
     let is_in_order = plan.exchange == Exchange::Sequential && !plan.members[source.0].has_events;
     let is_given_in_step = is_in_order && source.0 < member;
     place(plan, source) + if is_given_in_step { 0 } else { count(plan) }
 }
 
-/// Where the values of the columns are. `of_times` asks for rows of times, in place of those of the first member's calls.
+/// The positions of the columns' values. With `of_times`, a row shows the values at its time instead of those of the
+/// first member's call.
 fn recorded(plan: &Plan, of_times: bool) -> Vec<usize> {
     let is_at_its_time = |column: &Column| column.is_unread && (of_times || column.source.0 > 0);
     let is_before = |column: &Column| column.is_before_step || is_at_its_time(column);
@@ -703,12 +708,12 @@ impl<C: Component> Running<C> {
         running
     }
 
-    /// Notes when the next event is.
+    /// Updates the time of the next event.
     fn expect_next(&mut self, own: &MemberPlan) {
         self.next = own.events.get(self.events).map_or(f64::INFINITY, |(at, _)| *at);
     }
 
-    /// Sets what is set by this time, in seconds. Few steps set anything.
+    /// Applies all settings due by this time, in seconds. Most steps set nothing.
     #[inline(never)]
     fn assign_due(&mut self, own: &MemberPlan, due: f64) -> Result<()> {
         while let Some((at, assignment)) = own.events.get(self.events)
@@ -729,13 +734,13 @@ impl<C: Component> Running<C> {
         Ok(())
     }
 
-    /// Writes the connected inputs, from the values of the run.
+    /// Writes the connected inputs from the values of the run.
     #[inline(always)]
     fn write_inputs(&mut self, values: &[f64]) -> Result<()> {
         self.write_inputs_at(values, |source| source)
     }
 
-    /// The same; `place` says where a source is.
+    /// Writes the connected inputs; `place` maps a source to its position.
     #[inline(always)]
     fn write_inputs_at(&mut self, values: &[f64], place: impl Fn(usize) -> usize) -> Result<()> {
         for group in &mut self.wiring.written {
@@ -753,7 +758,7 @@ impl<C: Component> Running<C> {
         Ok(())
     }
 
-    /// Reads everything that others need or that is recorded, into the values of the run.
+    /// Reads everything that others need or that is recorded into the values of the run.
     #[inline(always)]
     fn observe(&mut self, values: &mut [f64]) -> Result<()> {
         for group in &self.wiring.read {
@@ -762,7 +767,7 @@ impl<C: Component> Running<C> {
         Ok(())
     }
 
-    /// Reads the connected outputs alone: in Initialization Mode the standard allows no more.
+    /// Reads only the connected outputs, since in Initialization Mode the standard allows nothing else.
     fn observe_outputs(&mut self, plan: &MemberPlan, values: &mut [f64]) -> Result<()> {
         let mut outputs = vec![0.0; plan.outputs.references.len()];
         for (kind, range) in plan.outputs.groups() {
@@ -776,7 +781,7 @@ impl<C: Component> Running<C> {
     }
 }
 
-// What an error is about. Functions of their own, so that a step that succeeds does not carry their code along.
+// The context of errors. Separate functions, so that successful steps do not load their code.
 
 #[cold]
 #[inline(never)]

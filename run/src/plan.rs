@@ -1,4 +1,5 @@
-//! A system whose names are resolved and checked: what [`run`](crate::master::run) needs in every step, by position.
+//! Resolves and checks the names of a system: the result contains, by position, all that [`run`](crate::master::run)
+//! needs in each step.
 
 use crate::component::Type;
 use crate::system::{Connection, EXACT, Exchange, Place, Recorded, Setting, System, Value, own_name};
@@ -7,10 +8,10 @@ use modeldescription::{Causality, Description, Variability, Variable};
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 
-/// A step may miss the end, and an event its communication point, by so much of a step: rounding, no more.
+/// The fraction of a step by which a step may miss the end, or an event its communication point, because of rounding.
 pub const ROUNDING: f64 = 1e-6;
 
-/// Times with more decimals are computed as they are.
+/// Times with more decimals are computed without scaling.
 const MOST_DECIMALS: i32 = 9;
 
 /// Whether an FMU has Event Mode.
@@ -18,60 +19,60 @@ pub fn has_events(description: &Description) -> bool {
     description.co_simulation.as_ref().is_some_and(|support| support.can("hasEventMode"))
 }
 
-/// What to do in a run.
+/// The plan of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// The start in seconds.
     pub start: f64,
     /// The communication step in seconds.
     pub step: f64,
-    /// The member that proposes it; none if the system has it.
+    /// The member that proposes the step; `None` if the system specifies it.
     pub step_proposed_by: Option<usize>,
-    /// Start and step as integers, unless they have too many digits.
+    /// Start and step as integers; `None` if they have too many digits.
     pub scale: Option<Scaled>,
-    /// How many steps are made.
+    /// The number of steps.
     pub steps: usize,
-    /// When values go from output to input.
+    /// The order in which values are exchanged.
     pub exchange: Exchange,
-    /// What each FMU does, in the order of the system's members.
+    /// The plan of each FMU, in the order of the system's members.
     pub members: Vec<MemberPlan>,
-    /// What is recorded.
+    /// The recorded columns.
     pub columns: Vec<Column>,
-    /// What the user should know, although it can be run: values outside the range that the FMU declares.
+    /// Warnings for the user: values outside the range that an FMU declares.
     pub warnings: Vec<String>,
 }
 
-/// Start and step as integers: what is computed once, so that a time takes few instructions.
+/// Start and step as integers, precomputed so that a time takes few instructions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scaled {
-    /// The power of ten by which they become such.
+    /// The power of ten that makes them integers.
     scale: f64,
     start: f64,
     step: f64,
 }
 
-/// What one FMU does.
+/// The plan of one FMU.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MemberPlan {
     /// Its name.
     pub name: String,
     /// Whether it is called in Event Mode.
     pub has_events: bool,
-    /// Set before Initialization Mode.
+    /// Assignments before Initialization Mode.
     pub parameters: Vec<Assignment>,
-    /// Set in Initialization Mode.
+    /// Assignments in Initialization Mode.
     pub inputs: Vec<Assignment>,
-    /// Set at a time in seconds, the earliest first.
+    /// Assignments at later times in seconds, in ascending order.
     pub events: Vec<(f64, Assignment)>,
-    /// The inputs that are connected.
+    /// The connected inputs.
     pub connected: Block,
-    /// Where their values are: which member's, and at which place in its `observed`.
+    /// The sources of these inputs: the member, and the position in its `observed`.
     pub sources: Vec<(usize, usize)>,
-    /// The outputs that are connected.
+    /// The connected outputs.
     pub outputs: Block,
-    /// Where these are in `observed`.
+    /// The positions of these outputs in `observed`.
     pub output_places: Vec<usize>,
-    /// All that is read after each step: the outputs that are connected, and what is recorded.
+    /// The variables read after each step: connected outputs, and what is recorded.
     pub observed: Block,
 }
 
@@ -86,17 +87,17 @@ pub struct Assignment {
     pub value: f64,
 }
 
-/// Variables of one FMU, by type, so that one call reads or writes all of a type.
+/// Variables of one FMU grouped by type, so that one call reads or writes all of a type.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Block {
-    /// The value references, those of the type `Type::ALL[0]` first.
+    /// The value references, grouped in the order of `Type::ALL`.
     pub references: Vec<u32>,
-    /// How many there are of each type.
+    /// The number of variables of each type.
     pub counts: [usize; Type::ALL.len()],
 }
 
 impl Block {
-    /// Each variable once.
+    /// Groups variables and removes duplicates.
     fn of(variables: impl IntoIterator<Item = (Type, u32)>) -> Block {
         let mut variables: Vec<_> = variables.into_iter().collect();
         variables.sort_unstable();
@@ -105,23 +106,23 @@ impl Block {
         Block { counts: Type::ALL.map(count), references: variables.iter().map(|(_, reference)| *reference).collect() }
     }
 
-    /// The variables, in order.
+    /// Iterates over the variables in order.
     fn variables(&self) -> impl Iterator<Item = (Type, u32)> {
         let kinds = Type::ALL.iter().zip(self.counts).flat_map(|(kind, count)| std::iter::repeat_n(*kind, count));
         kinds.zip(self.references.iter().copied())
     }
 
-    /// The type of the variable at a place.
+    /// The type of the variable at a position.
     pub fn kind(&self, place: usize) -> Type {
         self.groups().find(|(_, range)| range.contains(&place)).map_or(Type::Real, |(kind, _)| kind)
     }
 
-    /// Where a variable is, which has to be there.
+    /// The position of a variable, which must exist.
     fn place(&self, variable: (Type, u32)) -> usize {
         self.variables().take_while(|other| *other != variable).count()
     }
 
-    /// The types that there are, with the range of their variables.
+    /// The types in use, each with the range of its variables.
     #[inline]
     pub fn groups(&self) -> impl Iterator<Item = (Type, std::ops::Range<usize>)> {
         let mut end = 0;
@@ -138,21 +139,22 @@ impl Block {
 pub struct Column {
     /// `FMU.VARIABLE`
     pub name: String,
-    /// The unit of its values, if the FMU names one.
+    /// The unit of its values, if the FMU declares one.
     pub unit: Option<String>,
-    /// How its values are written.
+    /// The type that determines how its values are written.
     pub kind: Type,
     /// Whether it is an input.
     pub is_input: bool,
-    /// Which member it belongs to, and its place in the member's `observed`.
+    /// The member, and the position in its `observed`.
     pub source: (usize, usize),
-    /// Recorded before its FMU makes the step, and not after it: the FMUs that read it see this value.
+    /// Whether it is recorded before its FMU makes the step: the FMUs that read it see this value.
     pub is_before_step: bool,
-    /// No FMU reads an output of its FMU. In the row of a call it is what the call gives; in that of a time, what it is then.
+    /// Whether no FMU reads any output of its FMU. The row of a call then has the value that the call produces, the row
+    /// of a time the value at that time.
     pub is_unread: bool,
 }
 
-/// A connection whose ends are known: member and variable.
+/// A connection with resolved ends: member and variable.
 pub struct Wire<'a> {
     /// The output.
     pub from: Reference<'a>,
@@ -163,16 +165,16 @@ pub struct Wire<'a> {
 /// A variable of a member.
 #[derive(Clone, Copy)]
 pub struct Reference<'a> {
-    /// The number of the member.
+    /// The index of the member.
     pub member: usize,
     /// Its variable.
     pub variable: &'a Variable,
-    /// How that is read and written.
+    /// The type by which it is read and written.
     pub kind: Type,
 }
 
 impl Wire<'_> {
-    /// Whether it ends at this variable: two names of one value reference are one input.
+    /// Whether it ends at this variable: two names with one value reference are one input.
     pub fn is_to(&self, reference: &Reference) -> bool {
         self.to.member == reference.member && self.to.key() == reference.key()
     }
@@ -189,10 +191,10 @@ impl Reference<'_> {
 }
 
 impl Plan {
-    /// Resolves the names of a system; `descriptions` are those of its members, in their order.
+    /// Resolves the names of a system; `descriptions` are those of its members, in order.
     ///
     /// # Errors
-    /// What is wrong with a name, a value, a connection or a time, and what to do.
+    /// A name, value, connection or time is wrong; the message names the remedy.
     pub fn of(system: &System, descriptions: &[&Description]) -> Result<Plan> {
         let names = Names::of(system, descriptions)?;
         let wires = wires(&names, &system.connections)?;
@@ -232,34 +234,33 @@ impl Plan {
         Ok(plan)
     }
 
-    /// The columns whose values are moved as [`Type::cell`] says and are no numbers, with their types.
+    /// The columns whose cells ([`Type::cell`]) are not numbers, with their types.
     pub(crate) fn wide(&self) -> Vec<(usize, Type)> {
         self.columns.iter().map(|column| column.kind).enumerate().filter(|(_, kind)| kind.is_wide()).collect()
     }
 
-    /// Makes numbers of the values of a row, which are as [`Type::cell`] says.
+    /// Converts a row from the cells defined by [`Type::cell`] to numbers.
     pub fn to_numbers(&self, row: &mut [f64]) {
         for (value, column) in row.iter_mut().zip(&self.columns) {
             *value = column.kind.number(*value);
         }
     }
 
-    /// The time of a communication point in seconds, computed anew: nothing adds up. It is the number that is the nearest to
+    /// The time of a communication point in seconds, computed without accumulating errors. It is the nearest number to
     /// the decimal one: 599.8 for 2999 steps of 0.2.
     #[inline]
     pub fn time(&self, step: usize) -> f64 {
         scaled_time(self.start, self.step, self.scale, step)
     }
 
-    /// Where the value of a column comes from, if it is a connected input: which member's it is, and its place in the
-    /// member's `observed`.
+    /// The source of a column's value, if it is a connected input: the member, and the position in its `observed`.
     pub fn source_of(&self, column: &Column) -> Option<(usize, usize)> {
         let own = &self.members[column.source.0];
         let input = own.observed.variables().nth(column.source.1).filter(|_| column.is_input)?;
         own.connected.variables().zip(&own.sources).find(|(to, _)| *to == input).map(|(_, from)| *from)
     }
 
-    /// Sorts the settings by when they are made, and gives the inputs that the user sets.
+    /// Sorts the settings by time, and returns the inputs set by the user.
     fn set<'a>(
         &mut self,
         names: &Names<'a>,
@@ -269,7 +270,7 @@ impl Plan {
         let mut inputs = Vec::new();
         let mut set_before = HashSet::with_capacity(effective.len());
         for (setting, reference) in effective {
-            // Adding 0 makes 0 of -0, which is the same time.
+            // Adding 0 turns -0 into 0, which is the same time.
             let time = setting.time.map(|time| (time + 0.0).to_bits());
             let is_first = set_before.insert((reference.member, reference.variable.name.as_str(), time));
             let mut set = || {
@@ -315,7 +316,7 @@ impl Plan {
         Ok(())
     }
 
-    /// Tells each connected input where its value is.
+    /// Resolves the source of each connected input.
     fn connect(&mut self, wires: &[Wire]) -> Result<()> {
         for member in 0..self.members.len() {
             let inputs: Vec<_> = self.members[member].connected.variables().collect();
@@ -351,7 +352,7 @@ impl Plan {
     }
 }
 
-/// Start, communication step with the member that proposes it, and number of steps.
+/// The start, the communication step with the member that proposes it, and the number of steps.
 fn times(
     system: &System,
     descriptions: &[&Description],
@@ -391,7 +392,7 @@ fn times(
     Ok((start, (step, proposed_by), steps as usize))
 }
 
-/// When a number of steps has passed, in seconds, as [`Plan::time`] says it.
+/// The time after a number of steps, in seconds, as in [`Plan::time`].
 pub fn time(start: f64, step: f64, steps: usize) -> f64 {
     scaled_time(start, step, scale(start, step), steps)
 }
@@ -404,7 +405,7 @@ fn scaled_time(start: f64, step: f64, scale: Option<Scaled>, steps: usize) -> f6
     }
 }
 
-/// By the smallest power of ten with which both are integers.
+/// Scales both by the smallest power of ten that makes them integers.
 fn scale(start: f64, step: f64) -> Option<Scaled> {
     let is_exact = |value: f64, scale: f64| (value * scale).round() / scale == value && (value * scale).abs() < 1e15;
     (0..=MOST_DECIMALS)
@@ -413,7 +414,8 @@ fn scale(start: f64, step: f64) -> Option<Scaled> {
         .map(|scale| Scaled { scale, start: (start * scale).round(), step: (step * scale).round() })
 }
 
-/// The settings that take effect, with their variables: a preliminary one gives way to a connection and to another setting.
+/// The settings that take effect, with their variables: a preliminary one yields to a connection and to another
+/// setting.
 pub fn effective<'a, 's>(
     names: &Names<'a>,
     settings: &'s [Setting],
@@ -432,7 +434,7 @@ pub fn effective<'a, 's>(
     Ok(effective)
 }
 
-/// The result with the place in a file that it concerns.
+/// Adds to an error its location in a file.
 fn located<T>(place: Option<&Place>, result: Result<T>) -> Result<T> {
     match place {
         Some(place) => result.with_context(|| place.to_string()),
@@ -440,10 +442,10 @@ fn located<T>(place: Option<&Place>, result: Result<T>) -> Result<T> {
     }
 }
 
-/// The connections with their ends.
+/// Resolves the ends of connections.
 ///
 /// # Errors
-/// An end that does not exist, or that does not fit the other.
+/// An end does not exist, or does not match the other.
 pub fn wires<'a>(names: &Names<'a>, connections: &[Connection]) -> Result<Vec<Wire<'a>>> {
     let mut wires: Vec<Wire> = Vec::new();
     for connection in connections {
@@ -467,7 +469,7 @@ pub fn wires<'a>(names: &Names<'a>, connections: &[Connection]) -> Result<Vec<Wi
     Ok(wires)
 }
 
-/// What a connection connects: two variables, or the elements of two arrays.
+/// The ends of a connection: two variables, or the elements of two arrays.
 fn ends<'a>(names: &Names<'a>, connection: &Connection) -> Result<Vec<Wire<'a>>> {
     let (from, to) = (names.find_all(&connection.from)?, names.find_all(&connection.to)?);
     if from.len() != to.len() {
@@ -489,10 +491,10 @@ fn wire<'a>(names: &Names<'a>, connection: &Connection, from: Reference<'a>, to:
     let (from_type, to_type) = (from.variable.type_name, to.variable.type_name);
     match (from.kind, to.kind) {
         (from, to) if from == to => {}
-        // A whole number that does not fit is an error when it comes; a REAL of a PLC is rounded as the PLC does.
+        // An integer out of range is an error at run time; a PLC's REAL is rounded as in the PLC.
         (from, to) if from.whole().is_some() && to.whole().is_some() => {}
         (from, to) if from.is_floating() && to.is_floating() => {}
-        // Every integer of 32 bits is a Real, and every one of 16 bits a Float32.
+        // Every 32-bit integer fits a Real, and every 16-bit one a Float32.
         (from, to) if to.is_floating() && from.whole().is_some() && from.bits() < to.bits() => {}
         (Type::Boolean, to_kind) if to_kind.is_floating() => {
             let reals = [Type::Real, Type::Float32].map(|kind| names.outputs(from.member, kind)).concat();
@@ -512,7 +514,7 @@ fn wire<'a>(names: &Names<'a>, connection: &Connection, from: Reference<'a>, to:
     Ok(Wire { from, to })
 }
 
-/// The variables to record, each once.
+/// The variables to record, without duplicates.
 fn recorded<'a>(
     names: &Names<'a>,
     wanted: &[Recorded],
@@ -544,7 +546,7 @@ fn recorded<'a>(
 /// The assignment of a value to a variable, and a warning if the value lies outside the range that the FMU declares.
 ///
 /// # Errors
-/// The variable is connected or cannot be set; the value is of another type.
+/// The variable is connected or cannot be set, or the value has another type.
 pub fn assignment(
     names: &Names,
     name: &str,
@@ -570,7 +572,7 @@ pub fn assignment(
     Ok((Assignment { kind: reference.kind, reference: variable.value_reference, value: cell }, warning))
 }
 
-/// A value in the variable's type, and its cell.
+/// A value converted to the variable's type, and its cell.
 fn value_and_cell(kind: Type, given: Value) -> Result<(f64, f64)> {
     if let Value::Whole(whole) = given
         && let Some(cell) = kind.whole_cell(whole).filter(|_| kind.is_wide())
@@ -580,7 +582,7 @@ fn value_and_cell(kind: Type, given: Value) -> Result<(f64, f64)> {
     value(kind, given).map(|value| (value, kind.cell(value)))
 }
 
-/// A value as the variable has it; of more digits than a number has, it is none.
+/// A value converted to the variable's type; an error if it has more digits than a number holds.
 pub fn value(kind: Type, value: Value) -> Result<f64> {
     match (kind, value) {
         (kind, Value::Whole(value)) => match kind.whole() {
@@ -623,7 +625,7 @@ impl<'a> Names<'a> {
     /// The names of a system, whose members have these descriptions.
     ///
     /// # Errors
-    /// No member, or two of one name.
+    /// There is no member, or two have the same name.
     pub fn of(system: &'a System, descriptions: &'a [&'a Description]) -> Result<Names<'a>> {
         let members: Vec<&str> = system.members.iter().map(|member| member.name.as_str()).collect();
         assert_eq!(members.len(), descriptions.len(), "each member has a description");
@@ -641,9 +643,9 @@ impl<'a> Names<'a> {
         Ok(Names { members, descriptions })
     }
 
-    /// The member and the name of its variable in a name `FMU.VARIABLE`.
+    /// Splits a name `FMU.VARIABLE` into the member and the variable's name.
     fn split<'n>(&self, name: &'n str) -> Result<(usize, &'n str)> {
-        // Both parts may contain points: the longest name of an FMU decides.
+        // Both parts may contain dots: the longest matching FMU name wins.
         let rest = |member: usize| own_name(name, self.members[member]);
         let member = (0..self.members.len())
             .filter(|member| rest(*member).is_some())
@@ -661,7 +663,7 @@ impl<'a> Names<'a> {
         Ok((member, rest(member).unwrap_or_default()))
     }
 
-    /// The elements of the array of this name, or the one variable of this name.
+    /// The elements of the array with this name, or the single variable.
     pub fn find_all(&self, name: &str) -> Result<Vec<Reference<'a>>> {
         let (member, variable) = self.split(name)?;
         match self.descriptions[member].array(variable) {
@@ -673,7 +675,7 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// The variable of the name `FMU.VARIABLE`.
+    /// The variable with the name `FMU.VARIABLE`.
     pub fn find(&self, name: &str) -> Result<Reference<'a>> {
         let (member, variable) = self.split(name)?;
         let Some(found) = self.descriptions[member].variable(variable) else {
@@ -694,19 +696,19 @@ impl<'a> Names<'a> {
         Ok(Reference { member, variable: found, kind })
     }
 
-    /// The first member with a variable of this name.
+    /// The first member that has a variable of this name.
     fn with_variable(&self, name: &str) -> Option<&'a str> {
         let member = self.descriptions.iter().position(|description| description.variable(name).is_some())?;
         Some(self.members[member])
     }
 
-    /// All variables of a member that have numbers.
+    /// All numeric variables of a member.
     fn all(&self, member: usize) -> impl Iterator<Item = Reference<'a>> {
         let variables = self.descriptions[member].variables.iter();
         variables.filter_map(move |variable| Some(Reference { member, variable, kind: variable.kind? }))
     }
 
-    /// The names of a member's outputs of one type, the first few.
+    /// The names of a member's first few outputs of one type.
     fn outputs(&self, member: usize, kind: Type) -> Vec<String> {
         let of_type = |output: &Reference| output.kind == kind && output.variable.causality == Causality::Output;
         self.all(member).filter(of_type).take(6).map(|output| output.variable.name.clone()).collect()
@@ -718,7 +720,7 @@ impl<'a> Names<'a> {
     }
 }
 
-/// The name that is most like a wrong one, if there is one that is like it at all. Capitals do not matter.
+/// The name most similar to a wrong one, ignoring case, if any is similar enough.
 pub fn near<'a>(wrong: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let wrong = wrong.to_lowercase();
     let likeness = |name: &str| strsim::normalized_damerau_levenshtein(&wrong, &name.to_lowercase());

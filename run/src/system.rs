@@ -1,5 +1,5 @@
-//! What to run: FMUs by name, what is set, what is connected, what is recorded. Plain data with the names as the user
-//! writes them; [`Plan`](crate::plan::Plan) checks them.
+//! The system to run: FMUs by name, settings, connections, recorded variables. Plain data with names as written by the
+//! user; [`Plan`](crate::plan::Plan) checks them.
 
 use anyhow::{Context, Result, anyhow, bail};
 use manifest::Manifest;
@@ -13,37 +13,37 @@ use std::str::FromStr;
 /// FMUs that run together. Variables are named `FMU.VARIABLE`, such as `PID.OUT`.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 pub struct System {
-    /// The FMUs, in the order in which they are stepped.
+    /// The FMUs, in stepping order.
     pub members: Vec<Member>,
-    /// Values that are set at the start or later.
+    /// The settings, at the start or later.
     pub settings: Vec<Setting>,
-    /// Which output goes to which input.
+    /// The connections from outputs to inputs.
     pub connections: Vec<Connection>,
-    /// The variables to record. If there are none: all outputs, and the inputs that are connected or set.
+    /// The variables to record; if empty, all outputs, and the inputs that are connected or set.
     pub record: Vec<Recorded>,
-    /// The start in seconds; by default the earliest that an FMU proposes, else 0.
+    /// The start in seconds; by default the earliest one proposed by an FMU, else 0.
     pub start: Option<f64>,
-    /// The end in seconds; by default the latest that an FMU proposes.
+    /// The end in seconds; by default the latest one proposed by an FMU.
     pub stop: Option<f64>,
-    /// The communication step in seconds; by default the smallest that an FMU proposes.
+    /// The communication step in seconds; by default the smallest one proposed by an FMU.
     pub step: Option<f64>,
-    /// When values go from output to input.
+    /// The order in which values are exchanged.
     pub exchange: Exchange,
-    /// FMUs with Event Mode are stepped as those without it.
+    /// Whether FMUs with Event Mode are stepped like those without.
     #[serde(default)]
     pub no_events: bool,
-    /// What the user should know of the files that it was read from.
+    /// Remarks for the user on the files it was read from.
     pub remarks: Vec<String>,
-    /// The files that it was read from, FMUs apart.
+    /// The files it was read from, except FMUs.
     #[serde(skip)]
     pub sources: Vec<PathBuf>,
-    /// The members that are PLC programs; they are packed as FMUs before the run.
+    /// The members that are PLC programs, to be packed as FMUs before the run.
     #[serde(skip)]
     pub programs: BTreeMap<String, Manifest>,
 }
 
 impl System {
-    /// The files that it was read from and those of its FMUs, onto which nothing should be written.
+    /// All files it was read from, including FMUs, which should not be overwritten.
     pub fn inputs(&self) -> impl Iterator<Item = &Path> {
         let of_programs = self.programs.values().flat_map(|program| &program.sources);
         let members = self.members.iter().map(|member| &member.path);
@@ -54,9 +54,9 @@ impl System {
 /// An FMU in a system.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq, Eq)]
 pub struct Member {
-    /// Its name, by which its variables are named. No two members have the same.
+    /// Its unique name, which prefixes its variables.
     pub name: String,
-    /// The .fmu file.
+    /// The path of its .fmu file.
     pub path: PathBuf,
 }
 
@@ -67,12 +67,12 @@ pub struct Setting {
     pub variable: String,
     /// The value.
     pub value: Value,
-    /// When it is set, in seconds: at the first communication point that is not earlier. At the start, before the
-    /// initialization, if there is no time.
+    /// The time in seconds, rounded up to the next communication point; by default at the start, before initialization.
     pub time: Option<f64>,
-    /// The value of a parameter file: a connection to the variable and another setting of it take precedence.
+    /// Whether it comes from a parameter file, so that a connection to the variable or another setting of it takes
+    /// precedence.
     pub is_preliminary: bool,
-    /// Where it is written, if it is in a file.
+    /// Its location, if it is in a file.
     pub place: Option<Place>,
 }
 
@@ -81,7 +81,7 @@ pub struct Setting {
 pub struct Recorded {
     /// `FMU.VARIABLE`
     pub variable: String,
-    /// Where it is written, if it is in a file.
+    /// Its location, if it is in a file.
     pub place: Option<Place>,
 }
 
@@ -97,21 +97,21 @@ pub enum Value {
     Number(f64),
 }
 
-/// From an output to an input.
+/// A connection from an output to an input.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq, Eq)]
 pub struct Connection {
     /// The output, `FMU.VARIABLE`.
     pub from: String,
     /// The input, `FMU.VARIABLE`.
     pub to: String,
-    /// Where it is written, if it is in a file.
+    /// Its location, if it is in a file.
     pub place: Option<Place>,
 }
 
-/// A place in a file, shown as `FILE:LINE:COLUMN`.
+/// A location in a file, displayed as `FILE:LINE:COLUMN`.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq, Eq)]
 pub struct Place {
-    /// The file, as the user gave it.
+    /// The file, as given by the user.
     pub file: String,
     /// The line, from 1.
     pub line: usize,
@@ -119,7 +119,7 @@ pub struct Place {
     pub column: usize,
 }
 
-/// The name that a variable `FMU.VARIABLE` has in a member, if it is one of the member.
+/// The name within a member of a variable `FMU.VARIABLE`, if it belongs to that member.
 pub fn own_name<'a>(variable: &'a str, member: &str) -> Option<&'a str> {
     variable.strip_prefix(member)?.strip_prefix('.')
 }
@@ -146,7 +146,7 @@ pub enum Exchange {
 impl FromStr for Setting {
     type Err = anyhow::Error;
 
-    /// `FMU.VARIABLE=VALUE`, or `FMU.VARIABLE=VALUE@SECONDS`.
+    /// Parses `FMU.VARIABLE=VALUE` or `FMU.VARIABLE=VALUE@SECONDS`.
     fn from_str(text: &str) -> Result<Setting> {
         let form = || format!("{text:?}: write FMU.VARIABLE=VALUE or FMU.VARIABLE=VALUE@SECONDS");
         let (variable, value) = text.split_once('=').with_context(form)?;
@@ -163,7 +163,7 @@ impl FromStr for Setting {
 }
 
 impl Setting {
-    /// The values of a loop of a PLC for an FMU that is called `member`. A value without a line of its own is said to be at
+    /// The values of a PLC loop as settings of an FMU called `member`. A value without a location of its own gets
     /// `place`.
     pub fn of_loop(one: &Loop, member: &str, place: Option<&Place>) -> Vec<Setting> {
         let setting = |setting: &parameters::Setting| {
@@ -204,11 +204,11 @@ impl FromStr for Value {
 }
 
 impl Serialize for Value {
-    /// `true`, `2.5`; a number that is not finite as `"NaN"`, `"inf"` or `"-inf"`.
+    /// Serializes `true` or `2.5`; a number that is not finite becomes `"NaN"`, `"inf"` or `"-inf"`.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Value::Boolean(value) => serializer.serialize_bool(*value),
-            // JSON's readers have doubles, which cannot hold this number.
+            // JSON readers use doubles, which cannot hold this number.
             Value::Whole(value) => serializer.collect_str(value),
             Value::Number(value) if value.is_finite() => serializer.serialize_f64(*value),
             Value::Number(value) => serializer.collect_str(value),
@@ -241,7 +241,7 @@ impl<'de> Deserialize<'de> for Value {
 impl FromStr for Connection {
     type Err = anyhow::Error;
 
-    /// `FMU.OUTPUT=FMU.INPUT`
+    /// Parses `FMU.OUTPUT=FMU.INPUT`.
     fn from_str(text: &str) -> Result<Connection> {
         match text.split_once('=') {
             Some((from, to)) if !from.is_empty() && !to.is_empty() => {
@@ -258,17 +258,17 @@ impl From<&str> for Recorded {
     }
 }
 
-/// A whole number of at most 64 bits, more than a double holds exactly.
+/// Parses an integer of at most 64 bits that a double may not hold exactly.
 pub(crate) fn whole(text: &str) -> Option<i128> {
     let whole = text.trim().parse::<i128>().ok()?;
     let is_long = (i64::MIN.into()..=u64::MAX.into()).contains(&whole) && whole.abs() > EXACT;
     is_long.then_some(whole)
 }
 
-/// Up to this number, a floating-point number may be any whole number.
+/// The largest magnitude up to which a double holds every integer.
 pub(crate) const EXACT: i128 = 1 << 53;
 
-/// A finite number.
+/// Parses a finite number.
 fn number(text: &str) -> Result<f64> {
     match text.trim().parse::<f64>() {
         Ok(number) if text.trim().parse::<i128>().is_ok_and(|whole| number as i128 != whole) => {

@@ -1,26 +1,26 @@
-//! The recording of a run: the last calls exactly, those before them as an overview. It does not grow beyond a bound.
+//! The recording of a run with bounded size: the most recent calls exactly, earlier ones as an overview.
 
 use std::collections::VecDeque;
 use std::ops::Range;
 
-/// This many calls are held exactly, at least.
+/// The minimum number of calls kept exactly.
 pub const EXACT: usize = 65_536;
 
-/// This many calls are packed together.
+/// The number of calls packed together.
 const CHUNK: usize = 1024;
 
-/// The overview has at most this many buckets; then each two become one.
+/// The maximum number of buckets in the overview; beyond it, pairs of buckets are merged.
 const BUCKETS: usize = 4096;
 
-/// This many calls are in a bucket at first.
+/// The initial number of calls in a bucket.
 const FIRST_WIDTH: usize = 16;
 
-/// The values of several variables in each call.
+/// The values of several variables in every call.
 #[derive(Clone, Debug)]
 pub struct Trace {
-    /// How many variables there are.
+    /// The number of variables.
     width: usize,
-    /// How many calls there were.
+    /// The number of calls.
     calls: usize,
     /// The calls before the first chunk.
     overview: Overview,
@@ -29,42 +29,42 @@ pub struct Trace {
     rows: Vec<f64>,
 }
 
-/// Calls that are packed, variable by variable.
+/// A chunk of calls, packed variable by variable.
 #[derive(Clone, Debug)]
 struct Chunk {
-    /// The number of its first call.
+    /// The index of its first call.
     first: usize,
     calls: usize,
     columns: Vec<Packed>,
 }
 
-/// The values of a variable, all bits of them.
+/// The values of a variable, with all bits.
 #[derive(Clone, Debug)]
 enum Packed {
-    /// The same in each call.
+    /// The same value in each call.
     Constant(f64),
     Flags(Box<[bool]>),
     Single(Box<[f32]>),
     Double(Box<[f64]>),
 }
 
-/// The lowest and the highest values of buckets of calls, from call 0 on.
+/// The lowest and highest values in buckets of calls, from call 0 on.
 #[derive(Clone, Debug)]
 struct Overview {
-    /// How many calls are in it.
+    /// The number of calls it covers.
     calls: usize,
-    /// How many calls are in each bucket but the last, which may have fewer.
+    /// The number of calls in each bucket; the last one may have fewer.
     bucket: usize,
     /// The buckets of each variable.
     columns: Vec<Vec<Extremes>>,
 }
 
-/// The lowest and the highest of several values of a variable; what is not a number does not count.
+/// The lowest and highest of several values of a variable, ignoring NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Extremes {
     low: f64,
     high: f64,
-    /// Whether the highest comes after the lowest.
+    /// Whether the highest value comes after the lowest.
     rises: bool,
 }
 
@@ -75,7 +75,7 @@ impl Extremes {
         Extremes { low: value, high: value, rises: true }
     }
 
-    /// Takes in values that come after these.
+    /// Includes later values.
     fn extend(&mut self, later: Extremes) {
         if later.low.is_nan() {
             return;
@@ -94,7 +94,7 @@ impl Extremes {
         (self.low, self.high) = (self.low.min(later.low), self.high.max(later.high));
     }
 
-    /// The two values in the order of time.
+    /// Both values in order of time.
     fn in_time(self) -> (f64, f64) {
         if self.rises { (self.low, self.high) } else { (self.high, self.low) }
     }
@@ -127,7 +127,7 @@ impl Packed {
 }
 
 impl Overview {
-    /// Takes in the calls that follow.
+    /// Adds the calls of the next chunk.
     fn take(&mut self, chunk: &Chunk) {
         for (buckets, packed) in self.columns.iter_mut().zip(&chunk.columns) {
             for place in 0..chunk.calls {
@@ -157,7 +157,7 @@ impl Overview {
 }
 
 impl Trace {
-    /// An empty one of this many variables.
+    /// An empty trace of this many variables.
     pub fn new(width: usize) -> Trace {
         Trace {
             width,
@@ -168,12 +168,12 @@ impl Trace {
         }
     }
 
-    /// How many calls there were.
+    /// The number of calls.
     pub fn calls(&self) -> usize {
         self.calls
     }
 
-    /// The calls that are held exactly.
+    /// The range of calls kept exactly.
     pub fn exact(&self) -> Range<usize> {
         self.overview.calls..self.calls
     }
@@ -181,7 +181,7 @@ impl Trace {
     /// Records a call.
     ///
     /// # Panics
-    /// There are not as many values as variables.
+    /// The number of values differs from the number of variables.
     pub fn push(&mut self, row: &[f64]) {
         assert_eq!(row.len(), self.width, "each variable has a value");
         self.rows.extend_from_slice(row);
@@ -191,7 +191,7 @@ impl Trace {
         }
     }
 
-    /// Adds variables, which were not a number in the calls so far.
+    /// Adds variables, with NaN for all calls so far.
     pub fn widen(&mut self, count: usize) {
         self.pack();
         self.width += count;
@@ -205,12 +205,12 @@ impl Trace {
         self.rows = Vec::with_capacity(CHUNK * self.width);
     }
 
-    /// How many calls are before the rows.
+    /// The number of calls before `rows`.
     fn packed(&self) -> usize {
         self.chunks.back().map_or(self.overview.calls, |chunk| chunk.first + chunk.calls)
     }
 
-    /// Packs the rows, and lets go what is no longer held exactly.
+    /// Packs the rows, and drops chunks that are no longer kept exactly.
     fn pack(&mut self) {
         let first = self.packed();
         let calls = self.calls - first;
@@ -229,7 +229,7 @@ impl Trace {
         }
     }
 
-    /// How many bytes it holds, free room included.
+    /// The allocated size in bytes.
     #[cfg(any(test, feature = "doubles"))]
     pub fn capacity(&self) -> usize {
         let of = |packed: &Packed| match packed {
@@ -245,7 +245,7 @@ impl Trace {
         8 * self.rows.capacity() + self.chunks.capacity() * size_of::<Chunk>() + chunks + columns + overview
     }
 
-    /// The value of a variable in a call; not a number if the call is no longer held exactly.
+    /// The value of a variable in a call; NaN if the call is no longer kept exactly.
     pub fn get(&self, column: usize, call: usize) -> f64 {
         if call >= self.packed() {
             let place = (call - self.packed()) * self.width + column;
@@ -258,12 +258,12 @@ impl Trace {
         }
     }
 
-    /// The values of a variable in calls; not a number where the call is no longer held exactly.
+    /// The values of a variable in a range of calls; NaN where a call is no longer kept exactly.
     pub fn column(&self, column: usize, calls: Range<usize>) -> impl Iterator<Item = f64> + '_ {
         calls.map(move |call| self.get(column, call))
     }
 
-    /// Gives each value of a variable in calls that are held exactly, with the number of its call.
+    /// Calls `give` with the index of each call in a range that is kept exactly, and the variable's value.
     fn each(&self, column: usize, calls: Range<usize>, mut give: impl FnMut(usize, f64)) {
         for chunk in &self.chunks {
             let all = chunk.first..chunk.first + chunk.calls;
@@ -277,7 +277,7 @@ impl Trace {
         }
     }
 
-    /// The curve of a variable in calls, as [`Curve`] says, for the groups that [`Trace::groups`] gives.
+    /// The lowest and highest value of a variable in each group, in order of time, as in [`Curves`].
     fn extremes(&self, column: usize, calls: &Range<usize>, groups: &Groups) -> Vec<(f64, f64)> {
         let mut all = vec![Extremes::NONE; groups.count];
         let mut put = |call: usize, value: Extremes| all[groups.of(call)].extend(value);
@@ -303,7 +303,7 @@ impl Trace {
         all.into_iter().map(Extremes::in_time).collect()
     }
 
-    /// The curves of variables in calls, with at most this many points, 2 at least.
+    /// The curves of variables over a range of calls, with at most `points` points, but at least 2.
     pub fn curves(&self, columns: &[usize], calls: Range<usize>, points: usize) -> Curves {
         let calls = calls.start.min(self.calls)..calls.end.min(self.calls);
         let count = calls.len();
@@ -312,7 +312,7 @@ impl Trace {
             return Curves { calls: calls.collect(), values, is_exact: true };
         }
         let groups = Groups { first: calls.start, calls: count, count: (points / 2).clamp(1, count.max(1)) };
-        // A bucket of the overview may be wider than a group: the groups after its first one are empty.
+        // A bucket of the overview may be wider than a group: the groups after its first one are then empty.
         let is_there = |group: &usize| {
             let (first, end) = (groups.first_call(*group), groups.first_call(group + 1));
             *group == 0 || end > self.overview.calls || first.next_multiple_of(self.overview.bucket) < end
@@ -332,13 +332,13 @@ impl Trace {
     }
 }
 
-/// Calls in groups that are as equal as can be.
+/// A range of calls divided into groups of nearly equal size.
 struct Groups {
     /// The first call.
     first: usize,
-    /// How many calls there are.
+    /// The number of calls.
     calls: usize,
-    /// How many groups, not more than calls unless there are no calls.
+    /// The number of groups, at most the number of calls unless there are none.
     count: usize,
 }
 
@@ -352,15 +352,15 @@ impl Groups {
     }
 }
 
-/// Curves: each point is a call. If they are not exact, each two points are a group of calls: its first and its last call,
-/// with the lowest and the highest value of each variable in the group, in the order in which they occur.
+/// Curves with calls as points. If they are not exact, each pair of points is a group of calls: its first and last
+/// call, with the lowest and highest value of each variable in the group, in the order in which they occur.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curves {
-    /// The numbers of the calls.
+    /// The call indices.
     pub calls: Vec<usize>,
     /// The values of each variable.
     pub values: Vec<Vec<f64>>,
-    /// Whether each call is there.
+    /// Whether every call is included.
     pub is_exact: bool,
 }
 

@@ -12,7 +12,7 @@ fn main() {
     match compile(&sources, &Options::default()) {
         Ok(compiled) => {
             compiled.warnings.iter().for_each(|problems| print!("{}", drawn(problems)));
-            // What is accepted has a form that the machine runs.
+            // Every accepted program can be compiled for the machine.
             let code = Code::compile(&compiled.program).unwrap_or_else(|error| panic!("{error}"));
             let stop = compiled.root.and_then(|root| Machine::new(Arc::new(code)).call(root.cycle, 0).err());
             stop.iter().for_each(|stop| println!("the first call stops: {stop}"));

@@ -1,7 +1,7 @@
-//! What is assumed where declarations are missing: a source in SCL that declares it, for its author to read and to edit.
+//! Declarations assumed for undeclared names: an SCL source for the program's author to read and edit.
 //!
-//! Tags and data blocks become variables of VAR_GLOBAL, which are inputs or outputs by their use; what is only called becomes a stub: a
-//! block without statements, whose inputs an FMU gives as outputs and whose outputs it takes as inputs.
+//! Tags and data blocks become variables of VAR_GLOBAL, inputs or outputs depending on their use. Blocks that are only
+//! called become stubs without statements: the FMU exposes a stub's inputs as outputs and its outputs as inputs.
 
 mod known;
 
@@ -12,33 +12,35 @@ use crate::undeclared::{Bounds, Formal, Part, Undeclared, Uses, What};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-/// The attribute of a stub.
+/// The attribute that marks a stub.
 pub const STUB: &str = "STUB";
 
-/// The type of what its uses do not tell.
+/// The type assumed where the uses of a name do not determine one.
 const DEFAULT: &str = "BOOL";
 
-/// The bounds of an array whose indices are calculated.
+/// The upper index bound assumed for an array with computed indices.
 const MOST_ELEMENTS: i32 = 99;
 
-/// Constants whose values nothing tells get different ones from here on: large enough for a bound.
+/// The first value assigned to constants of unknown value; each further constant gets the next one. Large enough for an
+/// array bound.
 const FIRST_CONSTANT: usize = 100;
 
-/// What is assumed of one name.
+/// An assumed declaration of one undeclared name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Assumption {
-    /// The name.
+    /// The undeclared name.
     pub name: String,
-    /// What it is taken for, in a sentence.
+    /// A description of the assumption for the user.
     pub what: String,
-    /// Where it is used first: the number of the source, and the byte there.
+    /// The first use: source index and byte offset.
     pub at: (u32, u32),
     /// Its declaration in SCL.
     pub text: String,
 }
 
-/// Declares what can be declared now: the first kind of things of which all types are known; later calls know more. `count` is how
-/// many assumptions there are already; `is_declared` says whether there is a block of a name.
+/// Returns the declarations that can be made in this round: those of the first stage that has any, since later rounds
+/// know more types. `count` is the number of assumptions made so far; `is_declared` reports whether a block of that
+/// name exists.
 pub fn declare(
     missing: &BTreeMap<String, Undeclared>,
     count: usize,
@@ -57,7 +59,7 @@ pub fn declare(
     let first = found.into_iter().find(|found| !found.is_empty()).unwrap_or_default();
     let mut constants = FIRST_CONSTANT + count;
     let mut assumptions = Vec::new();
-    // Several instances may have the same block.
+    // Several instances may share one block.
     let mut blocks = BTreeSet::new();
     for declared in first {
         constants += usize::from(declared.kind == Kind::Constant);
@@ -69,16 +71,16 @@ pub fn declare(
     assumptions
 }
 
-/// What a missing name is taken for.
+/// The kind of declaration assumed for an undeclared name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Variable,
     Constant,
     Structure,
     Function,
-    /// A function block, of whose instances the program has declarations.
+    /// A function block that is missing although its instances are declared.
     Block,
-    /// An instance of a function block that is missing, too.
+    /// An instance of a function block that is missing as well.
     Instance,
 }
 
@@ -86,12 +88,12 @@ struct Declared<'a> {
     of: &'a Undeclared,
     kind: Kind,
     node: Node<'a>,
-    /// The parameters of a block.
+    /// The parameters, if this is a block.
     formals: Vec<Formal>,
     is_complete: bool,
 }
 
-/// A variable with what is inside of it.
+/// A variable and its members, elements or function value.
 #[derive(Default)]
 struct Node<'a> {
     uses: Option<&'a Uses>,
@@ -121,7 +123,7 @@ impl<'a> Node<'a> {
         self.uses.and_then(|uses| uses.of.as_deref())
     }
 
-    /// Whether its uses tell all types.
+    /// Whether the uses determine the type of every part.
     fn is_complete(&self) -> bool {
         match (self.of(), &self.element) {
             (Some(_), _) => true,
@@ -130,7 +132,7 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// Its type in SCL, in lines that begin with these blanks.
+    /// The type in SCL; continuation lines are indented by `indent`.
     fn written(&self, indent: &str) -> String {
         if let Some(of) = self.of() {
             return of.to_string();
@@ -146,7 +148,7 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// The declarations of its members.
+    /// The declarations of the members.
     fn lines(&self, indent: &str) -> String {
         let line = |(name, node): (&&str, &Node)| format!("{indent}{} : {};\n", quoted(name), node.written(indent));
         self.members.iter().map(line).collect()
@@ -169,7 +171,7 @@ fn range(bounds: &Bounds) -> String {
     }
 }
 
-/// A name as a declaration has it.
+/// The name as a declaration writes it, quoted where necessary.
 fn quoted(name: &str) -> String {
     let is_plain = name.starts_with(|c: char| c.is_alphabetic() || c == '_')
         && name.chars().all(|c| c.is_alphanumeric() || c == '_');
@@ -213,14 +215,15 @@ impl<'a> Declared<'a> {
         Declared { of, kind, node, formals, is_complete }
     }
 
-    /// The block of an instance.
+    /// The name of the block of which this is an instance.
     fn block_name(&self) -> String {
         let name = &self.of.name;
         let block = known::without_instance(name);
         if self.kind == Kind::Instance && block == *name { format!("{name}_block") } else { block }
     }
 
-    /// What is assumed; a constant has this value, and the block of an instance is declared if it is new.
+    /// The assumption; `constant` is the value of a constant, `is_new` whether an instance's block still has to be
+    /// declared.
     fn assumption(&self, constant: usize, is_new: bool) -> Assumption {
         let name = &self.of.name;
         let stub = "its inputs are outputs of the FMU, and its outputs inputs";
@@ -246,7 +249,7 @@ impl<'a> Declared<'a> {
             ),
             Kind::Structure => {
                 let lines = self.node.lines("   ");
-                // A structure has a member.
+                // An empty STRUCT is invalid in SCL.
                 let lines = if lines.is_empty() { format!("   reserved : {DEFAULT};\n") } else { lines };
                 let count = lines.lines().count();
                 (format!("type with {count} lines"), format!("TYPE \"{name}\"\nSTRUCT\n{lines}END_STRUCT;\nEND_TYPE\n"))
@@ -376,18 +379,19 @@ impl Compiler<'_> {
     }
 }
 
-/// Whether a name is one as TIA Portal gives to the instances of blocks.
+/// Whether a name follows TIA Portal's scheme for instances, such as `TON_DB_1`.
 fn is_instance(name: &str) -> bool {
     known::without_instance(name) != name
 }
 
-/// The parameters of a block: what is known of it, the arguments of its calls, and the members that are used of its instances.
+/// The parameters of a block, merged from the known system block, the arguments of its calls and the members used of
+/// its instances.
 fn formals(of: &Undeclared, node: &Node, system: Vec<Formal>) -> Vec<Formal> {
     let mut all: Vec<Formal> = Vec::new();
     let mut names = BTreeSet::new();
     for known in system {
         let given = of.formals.iter().find(|formal| key(&formal.name) == key(&known.name));
-        // Without a type in the table it has that of its argument.
+        // A parameter without a type in the table takes the type of its argument.
         let ty = known.of.clone().or_else(|| given.and_then(|given| given.of.clone()));
         if known.of.is_some() || given.is_some() {
             names.insert(key(&known.name));

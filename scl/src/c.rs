@@ -1,8 +1,8 @@
-//! Typed programs as C, common to C99 and C++: with the names and lines of the source, and the results of the machine to the last
-//! bit.
+//! Prints typed programs as C that is valid in both C99 and C++, keeps the names and line numbers of the source, and
+//! computes the same results as the machine to the last bit.
 //!
-//! Structures have the layout of [`Program`]'s records on all usual platforms, so that the memory of a program is the same
-//! bytes.
+//! Structures have the layout of [`Program`]'s records on all common platforms, so a program's memory is the same bytes
+//! in both.
 
 mod expr;
 mod facts;
@@ -15,13 +15,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::sync::LazyLock;
 
-/// What every program begins with.
+/// The preamble of every program.
 const HEAD: &str = include_str!("c/head.h");
 
-/// The widest line.
+/// The maximum line width.
 const WIDTH: usize = 120;
 
-/// Words that are no names in C or C++.
+/// Words reserved in C or C++.
 const KEYWORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl concept const \
     const_cast constexpr continue decltype default delete do double dynamic_cast else enum explicit export extern false float for \
     friend goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public \
@@ -29,20 +29,20 @@ const KEYWORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool br
     this thread_local throw true try typedef typeid typename typeof union unsigned using virtual void volatile wchar_t while xor \
     xor_eq NULL I64_MAX I64_MIN AT_8 LINE PROGRAM OUT_OF_BOUNDS OUT_OF_BUDGET STEP_OF_0 linux unix i386 near far interface small errno assert";
 
-/// Names of variables and functions that are taken: by the printer, and by C's library, whose functions compilers know.
+/// Variable and function names used by the printer or by the C library, whose functions compilers treat specially.
 const TAKEN: &str = "call constants done memory self start stop abs acos acosh asin asinh atan atan2 atanh calloc cbrt ceil \
     copysign cos cosh erf erfc exit exp exp2 expm1 fabs fdim floor fma fmax fmin fmod free frexp gamma hypot ilogb index isalpha \
     isdigit isinf isnan j0 j1 jn labs ldexp lgamma log log10 log1p log2 logb lrint lround malloc memcmp memcpy memmove memset modf \
     nan nearbyint nextafter pow pow10 printf putchar puts remainder remquo rindex rint round scalbn signbit significand sin sincos \
     sinh sqrt strcat strchr strcmp strcpy strlen strncmp strncpy tan tanh tgamma toupper tolower trunc y0 y1 yn main";
 
-/// The program as C, with a function `PROGRAM void NAME(call_t *call, memory_t *memory)` for each function that can be called
-/// from outside ([`name`]), and `PROGRAM void start(memory_t *memory)`, which writes the start values. All else is static. A host
-/// in the same file defines `PROGRAM` before it, as `static` for example. A program that can be stopped calls `stop`, `index_of`
-/// or `goes_on`.
+/// Prints the program as C, with a function `PROGRAM void NAME(call_t *call, memory_t *memory)` for each function that
+/// can be called from outside ([`name`]), and `PROGRAM void start(memory_t *memory)`, which writes the start values.
+/// Everything else is static. A host in the same file defines `PROGRAM` first, for example as `static`. A program that
+/// can be stopped calls `stop`, `index_of` or `goes_on`.
 ///
 /// # Errors
-/// What cannot be printed: blocks of [`blocks`] whose law was not added ([`Program::add_law`]).
+/// The program cannot be printed: it uses blocks of [`blocks`] whose law was not added ([`Program::add_law`]).
 pub fn print(program: &Program) -> Result<String, String> {
     let mut printer = Printer::new(program);
     let functions = printer.functions()?;
@@ -58,7 +58,7 @@ pub fn print(program: &Program) -> Result<String, String> {
     Ok(text)
 }
 
-/// Whether a function, or one that it calls, has a loop or a jump.
+/// Whether a function or one of its callees contains a loop or a jump.
 #[cfg(test)]
 pub(crate) fn is_endless(program: &Program, function: usize) -> bool {
     facts::reached_from(program, &[function]).into_iter().any(|number| match &program.functions[number].body {
@@ -67,17 +67,17 @@ pub(crate) fn is_endless(program: &Program, function: usize) -> bool {
     })
 }
 
-/// The name in C of a function that can be called from outside.
+/// The C name of a function that can be called from outside.
 pub fn name(program: &Program, function: usize) -> String {
     Printer::new(program).function_names.swap_remove(function)
 }
 
-/// A line as C has it: that of the first file as its number.
+/// A source line as a C expression; lines of the first file are plain numbers.
 fn line(At { file, line }: At) -> String {
     if file == 0 { line.to_string() } else { format!("LINE({file}, {line})") }
 }
 
-/// A comment of one or several lines.
+/// A C comment of one or more lines.
 fn comment(text: &str, indent: usize) -> String {
     let text = text.trim_end().replace("*/", "* /").replace("/*", "/ *");
     let space = " ".repeat(indent);
@@ -91,53 +91,53 @@ fn comment(text: &str, indent: usize) -> String {
 
 struct Printer<'a> {
     program: &'a Program,
-    /// The finished part, then the statements of a function.
+    /// The finished part of the output, followed by the statements of the function being printed.
     text: String,
     records: Vec<String>,
-    /// The names of the members of each record.
+    /// The member names of each record.
     members: Vec<Vec<String>>,
     function_names: Vec<String>,
-    /// The functions that are printed, in this order.
+    /// The functions to print, in order.
     reached: Vec<usize>,
     facts: Vec<Facts>,
-    /// Statements are counted, because a loop might not end.
+    /// Whether statements are counted, because a loop might not terminate.
     counts: bool,
-    /// Which texts there are.
+    /// The text types in use: capacity, and whether characters are 16 bits wide.
     texts: BTreeSet<(u16, bool)>,
     scope: Scope<'a>,
 }
 
-/// The function that is printed.
+/// State of the function being printed.
 #[derive(Default)]
 struct Scope<'a> {
     function: Option<&'a Function>,
     number: usize,
     names: Vec<String>,
-    /// Declarations of temporaries.
+    /// The declarations of temporaries.
     temporaries: Vec<String>,
     indent: usize,
-    /// The labels at the ends of the loops around, and whether they are used.
+    /// The end labels of the enclosing loops, and whether each is used.
     loops: Vec<(usize, bool)>,
     labels: usize,
     leaves: bool,
     at: At,
-    /// The locals through which values of calls go without being named.
+    /// Locals that only carry a call's value to its use and are therefore not printed.
     elided: BTreeSet<usize>,
-    /// The local with the value of the function, if its value is returned where it is calculated.
+    /// The local that holds the function's value, if that value is returned where it is computed.
     direct: Option<usize>,
-    /// Statements are counted in this function.
+    /// Whether this function counts statements.
     counts: bool,
-    /// Where the number of statements of the present run stands in the text, and that number.
+    /// The current run of statements, as an index into `runs`.
     run: Option<(usize, usize)>,
-    /// The runs that have begun.
+    /// The runs started so far, as the number of statements in each.
     runs: Vec<usize>,
-    /// Locals that are declared where they first get a value.
+    /// Locals declared at their first assignment.
     later: BTreeSet<usize>,
-    /// Locals whose value nobody reads.
+    /// Locals whose value is never read.
     unread: BTreeSet<usize>,
 }
 
-/// The type of a number in C.
+/// The C type of a scalar.
 fn scalar(ty: Scalar) -> &'static str {
     match ty {
         Scalar::Bool | Scalar::U8 => "u8_t",
@@ -153,7 +153,7 @@ fn scalar(ty: Scalar) -> &'static str {
     }
 }
 
-/// Names that differ, with letters, digits and underscores only, and are not taken.
+/// Unique C identifiers made of ASCII letters, digits and underscores, avoiding those already taken.
 fn names<'a>(of: impl IntoIterator<Item = &'a str>, is_taken: impl Fn(&str) -> bool) -> Vec<String> {
     let mut taken: BTreeMap<String, usize> = BTreeMap::new();
     let mut all: Vec<String> = Vec::new();
@@ -175,19 +175,19 @@ fn names<'a>(of: impl IntoIterator<Item = &'a str>, is_taken: impl Fn(&str) -> b
     all
 }
 
-/// Whether a word is a keyword, or a macro.
+/// Whether a word is a reserved word or a macro.
 fn is_keyword(name: &str) -> bool {
     static WORDS: LazyLock<BTreeSet<&str>> = LazyLock::new(|| KEYWORDS.split_whitespace().collect());
     WORDS.contains(name)
 }
 
-/// Whether a variable or a function cannot have this name.
+/// Whether a variable or function cannot have this name.
 fn is_taken(name: &str) -> bool {
     static WORDS: LazyLock<BTreeSet<&str>> = LazyLock::new(|| TAKEN.split_whitespace().collect());
     is_keyword(name) || WORDS.contains(name) || operations::exists(name)
 }
 
-/// Whether a record cannot have this name, which gets `_t` behind it.
+/// Whether a record cannot have this name, because with the suffix `_t` it would clash with another type.
 fn is_type(name: &str) -> bool {
     let is_number = ["i", "u", "text_", "wide_"].iter().any(|prefix| {
         name.strip_prefix(prefix).is_some_and(|rest| !rest.is_empty() && rest.bytes().all(|byte| byte.is_ascii_digit()))
@@ -197,7 +197,7 @@ fn is_type(name: &str) -> bool {
             .contains(&name)
 }
 
-/// Whether a name stands in a text, and not as that of a member.
+/// Whether a name occurs in a text as a whole word and not as a member name.
 fn is_used(text: &str, name: &str) -> bool {
     let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
     text.match_indices(name).any(|(at, _)| {
@@ -207,14 +207,14 @@ fn is_used(text: &str, name: &str) -> bool {
     })
 }
 
-/// A text without its comments, whose words may be those of variables.
+/// A text without its comments, which may contain the names of variables.
 fn without_comments(text: &str) -> String {
     let mut parts = text.split("/*");
     let first = parts.next().unwrap_or_default().to_string();
     parts.fold(first, |code, part| code + part.split_once("*/").map_or("", |(_, behind)| behind))
 }
 
-/// The bytes of an image as C.
+/// The bytes of a memory image as a C initializer list.
 fn bytes(image: &[u8]) -> String {
     let bytes: Vec<String> = image.iter().map(u8::to_string).collect();
     if bytes.is_empty() { "0".to_string() } else { bytes.join(", ") }
@@ -249,7 +249,7 @@ impl<'a> Printer<'a> {
         Printer { program, text, records, members, function_names, reached, facts, counts, texts, scope }
     }
 
-    /// The functions that are reached.
+    /// Prints the functions that are reached.
     fn functions(&mut self) -> Result<String, String> {
         for number in self.reached.clone() {
             self.function(number)?;
@@ -257,7 +257,7 @@ impl<'a> Printer<'a> {
         Ok(std::mem::take(&mut self.text))
     }
 
-    /// The types, and the start values and constants.
+    /// Prints the types, the start values and the constants.
     fn data(&mut self, with_constants: bool) -> (String, String) {
         self.types(with_constants);
         let types = std::mem::take(&mut self.text);
@@ -265,7 +265,7 @@ impl<'a> Printer<'a> {
         (types, std::mem::take(&mut self.text))
     }
 
-    /// A variable of a type, as C declares it.
+    /// The C declaration of a variable.
     fn declared(&self, ty: &Type, name: &str) -> String {
         match ty {
             Type::Scalar(ty) => format!("{} {name}", scalar(*ty)),
@@ -279,7 +279,7 @@ impl<'a> Printer<'a> {
         }
     }
 
-    /// A pointer to a variable of a type; to its first element, if it is an array.
+    /// The C declaration of a pointer to a variable or, for an array, to its first element.
     fn pointer(&self, ty: &Type, name: &str) -> String {
         match ty {
             Type::Array { of, .. } => self.declared(of, &format!("*{name}")),
@@ -290,7 +290,7 @@ impl<'a> Printer<'a> {
     fn types(&mut self, with_constants: bool) {
         for (capacity, wide) in self.texts.clone() {
             let (name, of) = if wide { ("wide", "u16_t") } else { ("text", "u8_t") };
-            // The room is even, so that the next number lies at its place.
+            // An even size keeps the next number aligned.
             let room = if wide { capacity.max(1) } else { capacity.max(1).next_multiple_of(2) };
             let _ = writeln!(
                 self.text,
@@ -355,7 +355,7 @@ impl<'a> Printer<'a> {
         let _ = writeln!(self.text, "}} {}_t;", self.records[number]);
     }
 
-    /// The instance of a block in a program: as a block stores itself, its variables, what it has inside, and its memory.
+    /// The instance of a block inside a program, packed as the block stores itself: variables, internal state, memory.
     fn packed(&mut self, number: usize) {
         let record = &self.program.records[number];
         let mut members: Vec<_> = record.members.iter().zip(&self.members[number]).collect();
@@ -377,7 +377,7 @@ impl<'a> Printer<'a> {
         let _ = writeln!(self.text, "}} {}_t;\n#pragma pack(pop)", self.records[number]);
     }
 
-    /// The start values of the memory, and the constants if they are used.
+    /// Prints the start values of the memory, and the constants if they are used.
     fn values(&mut self, with_constants: bool) {
         if with_constants {
             let name = &self.records[self.program.constants];
@@ -395,7 +395,7 @@ impl<'a> Printer<'a> {
             self.text,
             "\n/* Writes the start values. */\nPROGRAM void start(memory_t *memory);\nPROGRAM void start(memory_t *memory) {{"
         );
-        // A program with many of them has them as bytes.
+        // Too many assignments: copy the start values as bytes.
         if lines.len() > 1000 {
             let _ = writeln!(
                 self.text,
@@ -411,7 +411,7 @@ impl<'a> Printer<'a> {
         self.text.push_str("}\n");
     }
 
-    /// Assigns the start values that are not 0.
+    /// Appends assignments for all start values other than 0.
     fn starts(&self, ty: &Type, image: &[u8], path: &str, lines: &mut Vec<String>) {
         if image.iter().all(|byte| *byte == 0) || lines.len() > 1000 {
             return;
@@ -440,7 +440,7 @@ impl<'a> Printer<'a> {
         }
     }
 
-    /// What a function begins with.
+    /// The C signature of a function.
     fn head(&self, number: usize) -> String {
         let function = &self.program.functions[number];
         let facts = &self.facts[number];
@@ -497,7 +497,7 @@ impl<'a> Printer<'a> {
         };
         let names = self.local_names(function);
         let counts = self.counts && !program.docs.natives.contains(&number);
-        // Where statements are counted, they stay as they are.
+        // Simplifying would change the number of statements.
         let simplified = if counts { Vec::new() } else { facts::simplified(body, &self.facts) };
         let body = if counts { &body[..] } else { &simplified[..] };
         let uses = Uses::of(&self.facts, number, body);
@@ -607,7 +607,8 @@ impl<'a> Printer<'a> {
         Ok(())
     }
 
-    /// The function that calls a block of another program: its instance has the bytes of a saved state, without gaps.
+    /// The function that calls a block of another program: its instance has the bytes of a saved state, without
+    /// padding.
     fn law(&mut self, number: usize, name: &str) -> Result<(), String> {
         let law = self.program.docs.laws.get(&number).copied();
         let (Some(law), Some(record)) = (law, law.and_then(|law| self.program.functions[law].instance)) else {

@@ -1,4 +1,4 @@
-//! Sources to a typed program.
+//! Compiles sources to a typed program.
 
 use crate::assume::{self, Assumption, declare};
 use crate::compiler::{BlockId, Compiler, Note};
@@ -14,27 +14,28 @@ use manifest::{Cpu, Manifest};
 use parameters::{Problems, Remedy, Source};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// A translated program.
+/// A compiled program.
 #[derive(Debug)]
 pub struct Compiled {
     /// The program.
     pub program: Program,
-    /// The CPU whose rules hold.
+    /// The CPU whose rules apply.
     pub cpu: Cpu,
-    /// The function of a cycle, and the path of its instance in the memory; `None` if the sources have no block to be run.
+    /// The function to run every cycle, and the path of its instance in memory; `None` if the sources contain no block
+    /// that can be run.
     pub root: Option<Root>,
-    /// What could be run instead: the organization blocks, and the function blocks that no other block calls.
+    /// The other blocks that can be run: organization blocks, and function blocks that no other block calls.
     pub candidates: Vec<String>,
-    /// The variables that all blocks see: tags and the members of data blocks, by their names.
+    /// The global variables: tags and the members of data blocks, by name.
     pub globals: Vec<crate::interface::Variable>,
-    /// What the author should know.
+    /// Warnings for the program's author.
     pub warnings: Vec<Problems>,
-    /// Where a program that is watched notes what its wires carry.
+    /// Where a watched program records the values on its wires.
     pub notes: Vec<Note>,
 }
 
 impl Compiled {
-    /// The functions of the sources' own blocks that have statements.
+    /// The functions of the user's own blocks that have statements.
     pub fn blocks(&self) -> Vec<usize> {
         let own = self.program.files.len().saturating_sub(1);
         let is_own = |statement: &Statement| statement.at.line > 0 && usize::from(statement.at.file) < own;
@@ -47,7 +48,7 @@ impl Compiled {
     }
 }
 
-/// Sources as they are read: their trees and that of the library, which comes last among the sources.
+/// The parsed sources, the library's last.
 struct Trees {
     sources: Vec<Source>,
     trees: Vec<Tree>,
@@ -75,19 +76,19 @@ impl Trees {
     }
 }
 
-/// Translates sources to a program.
+/// Compiles sources to a program.
 ///
 /// # Errors
-/// All errors of all sources, by source.
+/// All errors in all sources, by source.
 pub fn compile(sources: &[Source], options: &Manifest) -> Result<Compiled, Vec<Problems>> {
     translated(sources, options, false)
 }
 
-/// The same, of which one can see while it runs what the wires of its networks carry, and what its conditions are made of. It
-/// calculates the same.
+/// Compiles a program that records, while it runs, the values on the wires of its networks and the operands of its
+/// conditions. Its results are the same as without recording.
 ///
 /// # Errors
-/// All errors of all sources, by source.
+/// All errors in all sources, by source.
 pub fn compile_watched(sources: &[Source], options: &Manifest) -> Result<Compiled, Vec<Problems>> {
     translated(sources, options, true)
 }
@@ -116,7 +117,7 @@ fn translated(sources: &[Source], options: &Manifest, is_watched: bool) -> Resul
     if has_errors { Err(errors) } else { Ok(Compiled { program, cpu, root, candidates, globals, warnings, notes }) }
 }
 
-/// What the wires of the networks carry: the operands of elements, and what comes out of them.
+/// The expressions on the wires of the networks: operands of elements and their results.
 fn wires(trees: &[Tree]) -> HashSet<(usize, ExpressionId)> {
     let all = trees.iter().enumerate().flat_map(|(file, tree)| tree.networks.iter().map(move |(_, of)| (file, of)));
     let of = |(file, network): (usize, &Network)| {
@@ -131,18 +132,18 @@ fn wires(trees: &[Tree]) -> HashSet<(usize, ExpressionId)> {
     all.flat_map(of).collect()
 }
 
-/// What sources hold, whatever is wrong with them.
+/// The contents of sources, however incomplete.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Survey {
-    /// The blocks: what each is, its name, and the number of its source. One that several sources have is there once.
+    /// The blocks: kind, name, source index. A block found in several sources is listed once.
     pub blocks: Vec<(BlockKind, String, usize)>,
-    /// What no source declares, and what it is by its use, in a word of the plural.
+    /// Undeclared names, each with its kind inferred from its use, in the plural.
     pub missing: Vec<(String, &'static str)>,
-    /// How many of the declared tags the program uses.
+    /// The number of declared tags that the program uses.
     pub tags: usize,
 }
 
-/// What sources hold, and what they lack.
+/// Lists what the sources declare, and what they use without declaring it.
 pub fn survey(sources: &[Source], options: &Manifest) -> Survey {
     let mut report = Report::default();
     let Trees { sources: all, trees, cpu } = Trees::read(sources, options, &mut report);
@@ -159,11 +160,11 @@ pub fn survey(sources: &[Source], options: &Manifest) -> Survey {
     Survey { blocks, missing, tags }
 }
 
-/// After so many rounds nothing new is told: structures are nested that deep.
+/// The maximum number of rounds of inference: the deepest nesting of structures that is resolved.
 const MOST_ROUNDS: usize = 100;
 
-/// What is assumed of the names that no source declares: all of them, or those that are named. With these declarations as a source,
-/// which [`assumed`] writes, the program compiles, unless something else is wrong with it.
+/// The declarations assumed for the names that no source declares: for all of them, or for those in `only`. With these
+/// added as a source (see [`assumed`]), the program compiles unless it has other errors.
 pub fn assume(sources: &[Source], options: &Manifest, only: Option<&[String]>) -> Vec<Assumption> {
     let mut assumptions: Vec<Assumption> = Vec::new();
     for _ in 0..MOST_ROUNDS {
@@ -190,13 +191,13 @@ pub fn assume(sources: &[Source], options: &Manifest, only: Option<&[String]>) -
     assumptions
 }
 
-/// The source with these declarations.
+/// The source that consists of these declarations.
 pub fn assumed(assumptions: &[Assumption]) -> String {
     assumptions.iter().map(|of| format!("// {}: {}\n{}\n", of.name, of.what, of.text)).collect()
 }
 
 impl<'a> Compiler<'a> {
-    /// A translation that takes the first of several copies of a block, or the one after so many of them.
+    /// Creates a compiler that uses the first of several copies of a block, or the one numbered `copy`.
     pub fn new(
         sources: &'a [Source],
         trees: &'a [Tree],
@@ -224,7 +225,7 @@ impl<'a> Compiler<'a> {
             natives: HashMap::new(),
             globals: HashMap::new(),
             kinds: HashMap::new(),
-            // The first one of a name counts.
+            // The first declaration of a name wins.
             declared: options.declared.iter().rev().map(|tag| (key(&tag.name), tag)).collect(),
             global_members: HashMap::new(),
             stubs: options.stubs.iter().map(|name| key(name)).collect(),
@@ -330,7 +331,7 @@ impl<'a> Compiler<'a> {
                 self.global(&name.key());
             }
         }
-        // Translating a block may declare blocks of the library.
+        // Lowering a block may declare blocks of the library.
         let mut next = 0;
         while next < self.blocks.len() {
             self.translate(next);
@@ -342,7 +343,7 @@ impl<'a> Compiler<'a> {
     fn refuse_recursion(&mut self) {
         let mut refused: Vec<(Span, String)> = Vec::new();
         for start in 0..self.blocks.len() {
-            // What is reached from the block, and from where first.
+            // The callees of the block, and the first caller of each.
             let mut from: HashMap<usize, Option<usize>> = HashMap::new();
             let mut open: Vec<usize> = vec![start];
             while let Some(caller) = open.pop() {

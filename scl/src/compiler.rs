@@ -1,4 +1,4 @@
-//! What is known of a program while it is translated: what is asked for, what is declared, and what is still missing.
+//! The state of a compilation: options, declarations, and names still undeclared.
 
 use crate::copies::Twin;
 use crate::lexer::Span;
@@ -13,20 +13,20 @@ use parameters::tags::{self, Area, Tag};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::rc::Rc;
 
-/// A block of a source: the source, and its number there.
+/// A block: the index of its source, and its index there.
 pub type BlockId = (usize, usize);
 
-/// What is known of something that may depend on itself.
+/// The state of a declaration that may depend on itself.
 #[derive(Clone, Debug)]
 pub enum State<T> {
-    /// It is being declared.
+    /// Being declared.
     Open,
-    /// It is declared.
+    /// Declared.
     Known(T),
 }
 
 impl<T> State<T> {
-    /// What is known.
+    /// The declaration, if complete.
     pub fn known(&self) -> Option<&T> {
         match self {
             State::Open => None,
@@ -35,7 +35,7 @@ impl<T> State<T> {
     }
 }
 
-/// The state of a translation.
+/// The state of a compilation.
 pub struct Compiler<'a> {
     pub sources: &'a [Source],
     pub trees: &'a [Tree],
@@ -45,7 +45,7 @@ pub struct Compiler<'a> {
     pub program: Program,
     /// The blocks of the sources, by name.
     pub names: HashMap<String, BlockId>,
-    /// Blocks that an earlier source has, too, in other words.
+    /// Blocks that an earlier source also has, with different text.
     pub copies: Vec<Twin>,
     /// The blocks of the library, by name.
     pub library: HashMap<String, BlockId>,
@@ -54,55 +54,55 @@ pub struct Compiler<'a> {
     pub block_of: HashMap<BlockId, State<usize>>,
     pub natives: HashMap<String, usize>,
     pub globals: HashMap<String, State<Global>>,
-    /// Which kind of timer or counter a variable of a general type is, by the last name of its path.
+    /// The kind of timer or counter of each variable of a generic type, by the last name of its path.
     pub kinds: HashMap<String, String>,
-    /// What the options declare, by name.
+    /// The tags that the options declare, by name.
     pub declared: HashMap<String, &'a Tag>,
-    /// What sources declare outside of blocks, by name: the source, and the declaration.
+    /// Declarations outside of blocks, by name: source index, section and member.
     pub global_members: HashMap<String, (usize, &'a Section, &'a Member)>,
-    /// Blocks of which the interface alone counts, by their names.
+    /// Blocks to be compiled as stubs, by name.
     pub stubs: HashSet<String>,
-    /// Whether blocks of the system that need a PLC are missing, and not refused: they are declared later.
+    /// Whether system blocks that need PLC hardware count as missing, to be declared later, instead of as errors.
     pub assumes: bool,
     pub undeclared: BTreeMap<String, Undeclared>,
-    /// Who calls whom, and where.
+    /// The call graph: caller, callee, and the location of the call.
     pub calls: Vec<(usize, usize, Span)>,
-    /// The truth values that are noted when they are calculated: the number of the source, and the expression.
+    /// The truth values to record when they are evaluated: source index and expression.
     pub watched: HashSet<(usize, ExpressionId)>,
-    /// Where that is.
+    /// The places in which they are recorded.
     pub notes: Vec<Note>,
-    /// Bytes of all records, against types that no memory holds.
+    /// The total size of all records in bytes, to reject types too large for any memory.
     pub bytes: usize,
 }
 
 impl<'a> Compiler<'a> {
-    /// The number of the library among the sources.
+    /// The index of the library among the sources.
     pub fn library_file(&self) -> usize {
         self.trees.len() - 1
     }
 
-    /// A block of a source.
+    /// Returns a block of a source.
     pub fn block(&self, (file, index): BlockId) -> &'a Block {
         &self.trees[file].blocks[index]
     }
 
-    /// The expressions of a source.
+    /// The expression arena of a source.
     pub fn expressions(&self, file: usize) -> &'a Expressions {
         &self.trees[file].expressions
     }
 
-    /// The line of a span.
+    /// The source line at which a span starts.
     pub fn at(&self, span: Span) -> At {
         let line = self.sources[span.file as usize].place(span.range()).line;
         At { file: span.file as u16, line: line as u32 }
     }
 
-    /// The text of a span.
+    /// The text covered by a span.
     pub fn text(&self, span: Span) -> &'a str {
         &self.sources[span.file as usize].text[span.range()]
     }
 
-    /// Where a tag lies, if its address says it, and its comment; `None` if nothing declares a tag of this name.
+    /// The address (if it has one) and comment of a tag; `None` if no tag of this name is declared.
     pub fn tag(&self, name: &str) -> Option<(Option<Area>, &'a str)> {
         let comment = match self.global_members.get(name) {
             Some((_, _, member)) => &member.comment,
@@ -119,70 +119,70 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// A warning; the library gets none.
+    /// Reports a warning, except in the library.
     pub fn warn(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
         if span.file as usize != self.library_file() {
             self.report.warning(span, message, help);
         }
     }
 
-    /// An error.
+    /// Reports an error.
     pub fn error(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
         self.report.error(span, message, help);
     }
 }
 
-/// A block that can be called.
+/// The interface of a callable block.
 #[derive(Debug)]
 pub struct Interface {
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// Its block kind.
     pub kind: BlockKind,
-    /// Where it is declared; `None` for a native one.
+    /// The block that declares it; `None` for a native block.
     pub source: Option<BlockId>,
-    /// Its parameters and statics, in the order of declaration.
+    /// Its parameters and static variables, in declaration order.
     pub members: Vec<Parameter>,
-    /// Its names.
+    /// Its symbol table.
     pub symbols: Rc<HashMap<String, Symbol>>,
-    /// The type of its value.
+    /// The type of its return value.
     pub result: Type,
     /// The record of an instance.
     pub record: usize,
-    /// Its function in the program.
+    /// Its index in the program's functions.
     pub function: usize,
-    /// The local with its ENO, if the block may set it.
+    /// The local that holds ENO, if the block may set it.
     pub eno: Option<usize>,
-    /// Its variables that show the bytes of others.
+    /// Its AT views, which overlay other variables.
     pub views: Vec<View>,
-    /// Whether its interface alone counts: its inputs are outputs of an FMU, and its outputs inputs.
+    /// Whether it is a stub: the FMU exposes its inputs as outputs, and its outputs as inputs.
     pub is_stub: bool,
 }
 
 /// A parameter or a static variable of a block.
 #[derive(Clone, Debug)]
 pub struct Parameter {
-    /// Its name as it is written.
+    /// Its name as written in the source.
     pub name: String,
-    /// Its name in capitals.
+    /// Its name in upper case.
     pub key: String,
-    /// What it is.
+    /// The section that declares it.
     pub section: SectionKind,
-    /// Its type.
+    /// Its data type.
     pub of: Type,
-    /// Where it is.
+    /// Where its value is stored.
     pub slot: Slot,
-    /// What its author says of it.
+    /// The author's comment on it.
     pub comment: String,
-    /// Whether it is a setting.
+    /// Whether it is a setpoint, a value for the user to set.
     pub is_setting: bool,
-    /// Whether it is hidden.
+    /// Whether it is hidden from the user.
     pub is_hidden: bool,
-    /// Whether its value survives a power failure.
+    /// Whether it is retentive.
     pub is_retained: bool,
 }
 
-/// Where a variable of a block is.
+/// Where a variable of a block is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slot {
     /// A member of the instance.
@@ -191,87 +191,87 @@ pub enum Slot {
     Local(usize),
 }
 
-/// What a name stands for in a block.
+/// The meaning of a name in a block.
 #[derive(Clone, Debug)]
 pub enum Symbol {
     /// A variable.
     Variable(SectionKind, Type, Slot),
-    /// A constant.
+    /// A named constant.
     Constant(Operand),
 }
 
-/// A variable of the memory that all blocks see.
+/// A global variable.
 #[derive(Clone, Debug)]
 pub struct Global {
-    /// Its member of the memory.
+    /// Its index among the memory's members.
     pub member: usize,
     /// Its type.
     pub of: Type,
-    /// The structured in-out parameter of the block that is run for which it stands.
+    /// The structured in-out parameter of the main block that it stands for.
     pub parameter: Option<String>,
 }
 
 impl Global {
-    /// Where it is.
+    /// Its place in memory.
     pub fn place(&self) -> Place {
         Place::of(Base::Memory).member(self.member)
     }
 }
 
-/// Where it is noted what a truth value was when it was calculated: in a local of a function, which is 0 until then.
+/// Where a truth value is recorded when it is evaluated: in a local of a function, which is 0 until then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Note {
-    /// The number of the source.
+    /// The source index.
     pub file: usize,
-    /// The number of the expression in it.
+    /// The index of the expression in that source.
     pub expression: u32,
-    /// The number of the function.
+    /// The index of the function.
     pub function: usize,
-    /// The number of the local, a `U8`.
+    /// The index of the local, a `U8`.
     pub local: usize,
 }
 
 impl Note {
-    /// It was FALSE.
+    /// The expression was FALSE.
     pub const FALSE: u8 = 1;
-    /// It was TRUE.
+    /// The expression was TRUE.
     pub const TRUE: u8 = 2;
 }
 
-/// The result of an expression.
+/// The result of lowering an expression.
 #[derive(Clone, Debug)]
 pub enum Operand {
-    /// A whole number without a type.
+    /// An untyped integer.
     Whole(i128),
-    /// A number with a fraction without a type, as LREAL and as REAL.
+    /// An untyped floating-point literal, as LREAL and as REAL.
     Fraction(f64, f32),
-    /// A text, and whether its characters have 16 bits.
+    /// A text, and whether its characters are 16 bits wide, if known.
     Text(Vec<u16>, Option<bool>),
-    /// A number.
+    /// A scalar of elementary type.
     Value(Elementary, Expr),
-    /// A structure, an array, a text or an instance.
+    /// A structure, array, text or instance.
     Variable(Type, Place),
-    /// What a message has told already; what is missing if no source declares it.
+    /// An expression already reported as an error, with the undeclared name if that is the cause.
     Wrong(Option<Missing>),
 }
 
-/// A view of a variable.
+/// An AT view of another variable.
 #[derive(Clone, Debug)]
 pub struct View {
     /// Its name.
     pub name: String,
-    /// The local that holds what it shows.
+    /// The local that holds the viewed variable or its reference.
     pub local: usize,
-    /// The variable behind it, in capitals.
+    /// The viewed variable, in upper case.
     pub behind: String,
-    /// Its type.
+    /// The type of the view.
     pub of: Type,
-    /// Where it is declared.
+    /// The location of its declaration.
     pub span: Span,
 }
 
 impl From<SectionKind> for program::Section {
-    /// Who sets a member of this section and who reads it.
+    /// Maps the section of a declaration to that of the program, which says who sets and who reads a member.
     fn from(section: SectionKind) -> program::Section {
         match section {
             SectionKind::Input => program::Section::Input,
@@ -282,7 +282,7 @@ impl From<SectionKind> for program::Section {
     }
 }
 
-/// Shared by all blocks without symbols.
+/// An empty map, for blocks without symbols.
 pub fn nothing<K, V>() -> Rc<HashMap<K, V>> {
     Rc::new(HashMap::new())
 }

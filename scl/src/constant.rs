@@ -7,7 +7,7 @@ use parameters::problem::with_article;
 /// A literal.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Literal {
-    /// A whole number; without a type it takes that of its surroundings.
+    /// An integer; without a type of its own it takes the type its context requires.
     Whole(i128, Option<Elementary>),
     /// A number with a fraction, as LREAL and as REAL.
     Fraction(f64, f32, Option<Elementary>),
@@ -22,7 +22,7 @@ pub enum Literal {
 /// Reads a literal.
 ///
 /// # Errors
-/// What is expected, as a part of a sentence, and what to do.
+/// The expected literal, as a part of a sentence, and the remedy.
 pub fn read(text: &str) -> Result<Literal, (String, Option<&'static str>)> {
     if text.starts_with('\'') {
         return Ok(Literal::Text(characters(text), None));

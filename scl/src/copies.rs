@@ -1,4 +1,4 @@
-//! Blocks that several sources have, as those do that were exported in two formats: one block if all are the same program.
+//! Blocks found in several sources, for example exported in two formats: one block if all copies are the same program.
 
 use crate::compiler::{BlockId, Compiler};
 use crate::format::Format;
@@ -7,20 +7,21 @@ use crate::program::{Body, Program, Type};
 use crate::report::Report;
 use crate::syntax::BlockKind;
 
-/// More sources than these do not have the same block in other words.
+/// The maximum number of differing copies of a block.
 const MOST_COPIES: usize = 8;
 
-/// A block that an earlier source has, too, in other words.
+/// A further copy of a block, with different text.
 pub struct Twin {
-    /// The first one of its name.
+    /// The first block of that name.
     first: BlockId,
     id: BlockId,
-    /// Which of the others it is, from 1.
+    /// The number of this copy, from 1.
     number: usize,
 }
 
 impl Compiler<'_> {
-    /// Takes a block that an earlier source has, too; of this translation it is the one that counts if it is the copy of this number.
+    /// Records a block that an earlier source also has. If `copy` is its number, this compilation uses it instead of
+    /// the first.
     pub fn add_copy(&mut self, earlier: BlockId, id: BlockId, copy: usize) {
         let first = self.copies.iter().find(|copy| copy.id == earlier).map_or(earlier, |copy| copy.first);
         if self.has_same_words(first, id) {
@@ -37,7 +38,8 @@ impl Compiler<'_> {
         }
     }
 
-    /// Whether two blocks have the same words: of several blocks TIA Portal generates sources that each have what they depend on.
+    /// Whether two blocks have the same tokens: TIA Portal includes the dependencies of each block in every source it
+    /// generates.
     fn has_same_words(&self, one: BlockId, other: BlockId) -> bool {
         let words = |(file, index): BlockId| {
             // Of XML, words say nothing.
@@ -64,7 +66,7 @@ impl Compiler<'_> {
         self.error(name.span, message, Some(help));
     }
 
-    /// Tells which copies are other programs. A program with errors is none that could be compared.
+    /// Reports the copies that differ as programs. A program with errors cannot be compared.
     pub fn tell_different(&mut self) {
         if self.report.has_errors() {
             return;
@@ -83,7 +85,7 @@ impl Compiler<'_> {
     }
 }
 
-/// Whether a block is the same in two programs, its comments aside.
+/// Whether a block is the same in two programs, apart from its comments.
 fn is_same(one: &Program, other: &Program, kind: BlockKind, name: &str) -> bool {
     let programs = [one, other];
     let records = programs.map(|program| program.records.iter().position(|record| is_name(&record.name, name)));
@@ -138,7 +140,7 @@ fn is_same_type(one: &Program, a: &Type, other: &Program, b: &Type) -> bool {
     }
 }
 
-/// The lines of a block after its head, without comments. Names have no case.
+/// The lines of a block after its head, without comments. Names are case-insensitive.
 fn code(program: &Program, name: &str) -> Option<Vec<String>> {
     let is_it =
         |function: &crate::program::Function| is_name(&function.name, name) && matches!(function.body, Body::Code(_));

@@ -1,4 +1,4 @@
-//! Blocks, types and data blocks as they are declared.
+//! Declares blocks, types and data blocks.
 
 use crate::compiler::{BlockId, Compiler, Global, Interface, Operand, Parameter, Slot, State, Symbol, View, nothing};
 use crate::lexer::Span;
@@ -15,7 +15,7 @@ use parameters::problem::nearest;
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
-/// No program has more memory, in bytes.
+/// The maximum size of a program's memory, in bytes.
 const MOST_MEMORY: usize = 64 << 20;
 
 fn too_large(what: &str) -> String {
@@ -23,12 +23,12 @@ fn too_large(what: &str) -> String {
 }
 
 impl Compiler<'_> {
-    /// A type in the program.
+    /// Lowers a type to its representation in the program.
     pub fn lowered(&self, of: &Type) -> program::Type {
         of.lowered(&|block| self.blocks[block].record)
     }
 
-    /// A type as it is written.
+    /// Resolves a type as written in the source.
     pub fn type_of(&mut self, written: &Written, file: usize, symbols: &Rc<HashMap<String, Symbol>>) -> Type {
         match &written.kind {
             TypeKind::Name(name, is_quoted) => self.type_named(name, *is_quoted, written.span, file),
@@ -184,7 +184,7 @@ impl Compiler<'_> {
         Type::Wrong
     }
 
-    /// The record of a date with time.
+    /// The record of DTL, a date with time of day.
     pub fn dtl(&mut self) -> Type {
         let id = (usize::MAX, 0);
         if let Some(State::Known(of)) = self.types.get(&id) {
@@ -211,7 +211,7 @@ impl Compiler<'_> {
             is_hidden: false,
             is_retained: false,
         });
-        // 1970-01-01, a Thursday.
+        // The default date: 1970-01-01, a Thursday.
         let start = &mut self.program.records[record].start;
         start[..2].copy_from_slice(&1970u16.to_le_bytes());
         start[2..5].copy_from_slice(&[1, 1, 5]);
@@ -220,7 +220,7 @@ impl Compiler<'_> {
         of
     }
 
-    /// The type of a TYPE.
+    /// The type declared by a TYPE block.
     pub fn structure(&mut self, id: BlockId) -> Type {
         match self.types.get(&id) {
             Some(State::Known(of)) => return of.clone(),
@@ -297,11 +297,11 @@ impl Compiler<'_> {
             return Type::Wrong;
         }
         let Some(written) = &member.of else { return Type::Wrong };
-        // `{InstructionName := 'TON_TIME'}` says the same as the type.
+        // `{InstructionName := 'TON_TIME'}` only repeats the type.
         self.type_of(written, file, symbols)
     }
 
-    /// Notes how a member is declared.
+    /// Documents how a member was declared.
     pub fn declare_member(&mut self, record: usize, number: usize, section: program::Section, of: &Type) {
         let of = match of {
             Type::Array(array) => array.of.elementary(),
@@ -311,7 +311,7 @@ impl Compiler<'_> {
         self.program.docs.declared.insert((record, number), program::Declared { section, of });
     }
 
-    /// Adds a record, unless the memory would be too large.
+    /// Adds a record, or reports an error if the memory would become too large.
     fn add_record(&mut self, name: &str, members: Vec<(String, program::Type)>, span: Span) -> usize {
         let size = members.iter().fold(0usize, |size, (_, of)| size.saturating_add(self.program.size(of)));
         if self.bytes.saturating_add(size) > MOST_MEMORY {
@@ -322,7 +322,7 @@ impl Compiler<'_> {
         self.program.add_record(name, members)
     }
 
-    /// The interface of a block that is named here.
+    /// The interface of the block named at `named`.
     pub fn interface(&mut self, id: BlockId, named: Span) -> Option<usize> {
         match self.block_of.get(&id) {
             Some(State::Known(block)) => return Some(*block),
@@ -397,7 +397,7 @@ impl Compiler<'_> {
                 }
             }
         }
-        // The parameters come first among the locals.
+        // Parameters come first among the locals.
         let count = parameters.len();
         let members: Vec<Parameter> = declared.into_iter().map(|of| of.parameter(count)).collect();
         for member in &members {
@@ -463,7 +463,7 @@ impl Compiler<'_> {
         Some(self.blocks.len() - 1)
     }
 
-    /// The views of a declaration with AT, each with the local that holds what it shows.
+    /// The views declared with AT, each with its local.
     fn views_of(&mut self, member: &Member, file: usize, known: &Rc<HashMap<String, Symbol>>) -> Vec<(Local, View)> {
         let (Some(behind), Some(of)) = (&member.at, &member.of) else { return Vec::new() };
         let of = self.type_of(of, file, known);
@@ -476,7 +476,7 @@ impl Compiler<'_> {
         member.names.iter().map(view).collect()
     }
 
-    /// The constants of a block: each may use those before it.
+    /// The constants of a block; each may use those declared before it.
     fn constants(&mut self, block: &Block, file: usize) -> HashMap<String, Symbol> {
         let mut symbols = HashMap::new();
         if file == self.library_file() {
@@ -523,7 +523,7 @@ impl Compiler<'_> {
         symbols
     }
 
-    /// A data block or another name that all blocks see.
+    /// A data block or any other global name.
     pub fn global(&mut self, name: &str) -> Option<Global> {
         match self.globals.get(name) {
             Some(State::Known(global)) => return Some(global.clone()),
@@ -538,7 +538,7 @@ impl Compiler<'_> {
         self.globals.insert(name.to_string(), State::Open);
         let symbols = nothing();
         let of = match (&block.of, block.sections.as_slice()) {
-            // `VAR` and `VAR RETAIN` may both be there.
+            // A data block may have both `VAR` and `VAR RETAIN`.
             (_, [_, ..]) => Type::Structure(Rc::new(self.joined(block, id.0, &symbols))),
             (Some(of), []) => self.type_of(of, id.0, &symbols),
             (None, []) => Type::Structure(Rc::new(self.structure_of(&block.name.text, &[], id.0, &symbols))),
@@ -548,7 +548,7 @@ impl Compiler<'_> {
         Some(global)
     }
 
-    /// The members of all sections of a data block.
+    /// The members of all sections of a data block as one structure.
     fn joined(&mut self, block: &Block, file: usize, symbols: &Rc<HashMap<String, Symbol>>) -> Structure {
         let part = |section: &Section| {
             let mut part = self.structure_of("", &section.members, file, symbols);
@@ -575,7 +575,7 @@ impl Compiler<'_> {
         Structure::new(&block.name.text, fields, record)
     }
 
-    /// Adds a variable that all blocks see.
+    /// Adds a global variable.
     pub fn add_global(&mut self, name: &str, of: Type) -> Global {
         let lowered = self.lowered(&of);
         let member = self.program.extend_record(self.program.memory, name, lowered);
@@ -584,13 +584,13 @@ impl Compiler<'_> {
         global
     }
 
-    /// Whether the interface of a block alone counts.
+    /// Whether the block is to be compiled as a stub.
     fn is_stub(&self, block: &Block) -> bool {
         block.kind == BlockKind::FunctionBlock
             && (self.stubs.contains(&block.name.key()) || crate::assume::is_marked(block))
     }
 
-    /// What a source declares outside of blocks, or a tag or an instance that the options declare.
+    /// A global declared outside of blocks, by a source or by the options.
     fn declared(&mut self, name: &str) -> Option<Global> {
         if let Some((file, section, member)) = self.global_members.get(name).copied() {
             return self.global_member(name, file, section, member);
@@ -614,7 +614,7 @@ impl Compiler<'_> {
         Some(global)
     }
 
-    /// The value of a constant that a source declares outside of blocks.
+    /// The value of a constant declared outside of blocks.
     pub fn global_constant(&mut self, name: &str) -> Option<Operand> {
         let (file, section, member) = self.global_members.get(name).copied()?;
         let (SectionKind::Constant, Some(Start::Value(value))) = (section.kind, &member.start) else { return None };
@@ -622,7 +622,7 @@ impl Compiler<'_> {
         Some(Lowerer::of_constants(self, file, nothing()).constant(*value, of.as_ref()))
     }
 
-    /// `BEGIN a.b := 1;` of a data block.
+    /// Applies the start values in the body of a data block: `BEGIN a.b := 1;`.
     fn start_values(&mut self, block: &Block, file: usize, global: &Global) {
         for statement in &block.body {
             self.start_value_of(statement, file, global);
@@ -651,7 +651,7 @@ impl Compiler<'_> {
     }
 }
 
-/// The types of numbers that name the PLC's hardware, connections and organization blocks.
+/// The integer type behind a type for hardware identifiers, connections or organization blocks.
 fn number_of_hardware(name: &str) -> Option<Elementary> {
     match name {
         "PORT" | "RTM" | "PIP" => Some(Elementary::UInt),
@@ -664,12 +664,12 @@ fn number_of_hardware(name: &str) -> Option<Elementary> {
     }
 }
 
-/// Whether an argument of this type is copied into the function.
+/// Whether an argument of this type is passed by value.
 pub fn is_copied(of: &Type) -> bool {
     matches!(of, Type::Elementary(_) | Type::Text { .. } | Type::Missing(_) | Type::Wrong)
 }
 
-/// A variable of a block that is declared.
+/// A declared variable of a block.
 struct Declared<'a> {
     name: &'a Name,
     member: &'a Member,
@@ -679,7 +679,7 @@ struct Declared<'a> {
     storage: Storage,
 }
 
-/// What holds a variable of a block, and its number there.
+/// Where a variable of a block is stored, and its index there.
 enum Storage {
     Instance(usize),
     Parameter(usize),
@@ -687,7 +687,7 @@ enum Storage {
 }
 
 impl Declared<'_> {
-    /// The same in an interface whose function has this many parameters.
+    /// The parameter of an interface whose function has `parameters` parameters.
     fn parameter(self, parameters: usize) -> Parameter {
         let Declared { name, member, section, is_retained, of, storage } = self;
         Parameter {

@@ -1,4 +1,4 @@
-//! The formats of a program's files, by what they hold.
+//! The formats of source files, detected from their contents.
 
 use crate::report::Report;
 use crate::simatic_sd::Texts;
@@ -7,22 +7,22 @@ use parameters::Source;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// How a file of a program is written.
+/// The format of a source file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// A source in SCL.
     Scl,
-    /// A document of TIA Openness in XML.
+    /// A TIA Openness document in XML.
     SimaticMl,
 }
 
 impl Format {
-    /// The format of a text.
+    /// Detects the format of a text.
     pub fn of(text: &str) -> Format {
         if crate::simatic_ml::is_it(text) { Format::SimaticMl } else { Format::Scl }
     }
 
-    /// The tree of a text in this format.
+    /// Parses a text in this format.
     pub fn parse(self, text: &str, file: u32, report: &mut Report) -> Tree {
         match self {
             Format::Scl => crate::parser::parse(text, file, report),
@@ -31,7 +31,8 @@ impl Format {
     }
 }
 
-/// The trees of sources. Documents in SIMATIC SD and their texts are known by their endings, all others by what they hold.
+/// Parses sources. SIMATIC SD documents and their texts are recognized by their file extensions, all others by their
+/// contents.
 pub fn trees(sources: &[Source], report: &mut Report) -> Vec<Tree> {
     let mut texts: HashMap<PathBuf, Texts> = HashMap::new();
     for (file, source) in sources.iter().enumerate().filter(|(_, source)| ends_in(source, "s7res")) {

@@ -1,4 +1,4 @@
-//! What an FMU shows of a program.
+//! The interface that an FMU shows of a program.
 
 use crate::compiler::{Compiler, Global, Interface, Slot, State};
 use crate::program::walk::{self, Look};
@@ -8,77 +8,78 @@ use crate::types::{Elementary, Type};
 use parameters::tags::Area;
 use std::ops::Range;
 
-/// What a variable is for the one who uses the program.
+/// The role of a variable for the user of the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// Read in each call.
+    /// Read in every call.
     Input,
-    /// Read in each call, and changed rarely: a setting.
+    /// Read in every call but rarely changed: a setting.
     Parameter,
-    /// Written in each call.
+    /// Written in every call.
     Output,
-    /// Read and written: an input, and an output with `_out` behind its name.
+    /// Read and written: both an input and an output named with the suffix `_out`.
     InOut,
-    /// Inside.
+    /// Internal.
     Local,
 }
 
-/// A variable of a program: a number, or a text.
+/// A scalar or text variable of a program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable {
-    /// Its name with the members and indices that lead to it, in FMI's structured convention: `par.levelFull`, `feedback[1]`,
-    /// `'V1.0'.x`. A name of letters beyond ASCII stands without apostrophes.
+    /// The name, qualified by the members and indices that lead to it, in FMI's structured convention: `par.levelFull`,
+    /// `feedback[1]`, `'V1.0'.x`. A name made only of letters is not quoted, even beyond ASCII.
     pub name: String,
-    /// The name of its type: REAL, for example.
+    /// The name of its data type, such as REAL.
     pub of: &'static str,
-    /// What it is in the memory: a number or a text.
+    /// Its representation in memory: a number or a text.
     pub ty: program::Type,
-    /// Where it begins in the memory, in bytes.
+    /// Its byte offset in memory.
     pub offset: usize,
-    /// What it is.
+    /// Its role.
     pub role: Role,
-    /// Whether its author hides it (`ExternalVisible := 'False'`); never an input or an output.
+    /// Whether the author hides it (`ExternalVisible := 'False'`); never true of inputs and outputs.
     pub is_hidden: bool,
-    /// Whether its value survives a power failure.
+    /// Whether it is retentive.
     pub is_retained: bool,
-    /// What its author says of it.
+    /// The author's comment on it.
     pub comment: Comment,
 }
 
-/// A comment such as `// level of the tank; unit: bar, min 0, max 10`.
+/// A parsed comment, such as `// level of the tank; unit: bar, min 0, max 10`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comment {
-    /// What remains without unit and range.
+    /// The comment without its unit and range.
     pub text: String,
-    /// The unit.
+    /// The unit of measurement.
     pub unit: Option<String>,
-    /// The lowest sensible value.
+    /// The lowest plausible value.
     pub min: Option<f64>,
-    /// The highest sensible value.
+    /// The highest plausible value.
     pub max: Option<f64>,
 }
 
-/// An interface has at most this many variables, and as many locals are shown; what is beyond is inside.
+/// The maximum number of variables in an interface, and of locals shown; further locals stay internal.
 const MOST: usize = 100_000;
 
-/// A local array with more elements is inside: a buffer of samples is no signal that a host reads.
+/// Local arrays with more elements stay internal: a buffer of samples is not a signal that a host reads.
 const MOST_ELEMENTS: usize = 1000;
 
-/// What to do about a variable that is not shown.
+/// The advice given for a variable that is not shown.
 const COPY: &str = "give the block an output with what a host is to read of them";
 
-/// The variables of a block, or those that all blocks see.
+/// The shown variables of a block, or the global ones.
 #[derive(Debug, Default)]
 pub struct Shown {
-    /// What is shown, in the order of declaration.
+    /// The variables shown, in declaration order.
     pub variables: Vec<Variable>,
-    /// What is not, and what to do.
+    /// The variables left out, each with advice.
     pub notes: Vec<(String, &'static str)>,
     locals: usize,
 }
 
 impl Shown {
-    /// Whether there is room for one more. An interface may have one too many, which is told as an error.
+    /// Whether one more variable may be added. An interface may exceed the limit by one, which is then reported as an
+    /// error.
     fn has_room(&self, role: Role) -> bool {
         match role {
             Role::Local => self.locals < MOST,
@@ -91,7 +92,7 @@ impl Shown {
     }
 }
 
-/// A variable on the way to its numbers and texts.
+/// A variable being expanded to its scalars and texts.
 #[derive(Clone, Copy)]
 struct Part<'a> {
     name: &'a str,
@@ -103,7 +104,7 @@ struct Part<'a> {
     comment: &'a str,
 }
 
-/// A name as a part of a longer one: what is no identifier stands in apostrophes.
+/// A name as one component of a qualified name; quoted in apostrophes unless it is an identifier.
 pub fn part(name: &str) -> String {
     let is_plain = name.starts_with(|c: char| c.is_alphabetic() || c == '_')
         && name.chars().all(|c| c.is_alphanumeric() || c == '_');
@@ -113,7 +114,7 @@ pub fn part(name: &str) -> String {
     }
 }
 
-/// Reads a comment: `unit: bar`, `min 0` and `max 10` may stand anywhere in it, between commas or semicolons.
+/// Parses a comment: `unit: bar`, `min 0` and `max 10` may occur anywhere, separated by commas or semicolons.
 pub fn comment(text: &str) -> Comment {
     let mut comment = Comment::default();
     let mut rest = Vec::new();
@@ -134,10 +135,10 @@ pub fn comment(text: &str) -> Comment {
     comment
 }
 
-/// The variables of a block whose instance begins at this place of the memory.
+/// The variables of a block whose instance starts at byte `offset` of the memory.
 ///
 /// # Errors
-/// Its interface has more variables than an FMU shows.
+/// The interface has more variables than an FMU can show.
 pub fn variables(compiler: &Compiler, block: usize, offset: usize) -> Result<Shown, String> {
     let mut found = Shown::default();
     let Interface { members, record, name, .. } = &compiler.blocks[block];
@@ -151,7 +152,7 @@ pub fn variables(compiler: &Compiler, block: usize, offset: usize) -> Result<Sho
             _ if member.is_setting => Role::Parameter,
             _ => Role::Local,
         };
-        // The attribute says what a panel sees, and not what the block takes and gives.
+        // The attribute controls what an operator panel sees; inputs and outputs are shown regardless.
         let is_inside = !matches!(member.section, SectionKind::Input | SectionKind::Output | SectionKind::InOut);
         let part = Part {
             name: &part(&member.name),
@@ -232,13 +233,13 @@ fn add(compiler: &Compiler, part: Part, found: &mut Shown) {
             let Interface { members, record, source, is_stub, .. } = &compiler.blocks[*block];
             for inner in members {
                 let Slot::Member(number) = inner.slot else { continue };
-                // The rows of a native block have names of several parts.
+                // The rows of a native block have qualified names.
                 let last = if source.is_some() { self::part(&inner.name) } else { inner.name.clone() };
                 let inner = Part {
                     name: &format!("{name}.{last}"),
                     of: &inner.of,
                     offset: offset + compiler.program.records[*record].members[number].offset,
-                    // Who uses the FMU plays the device behind a stub.
+                    // The user of the FMU plays the device that a stub replaces.
                     role: match (is_stub, inner.section) {
                         (true, SectionKind::Input) => Role::Output,
                         (true, SectionKind::Output) => Role::Input,
@@ -256,16 +257,16 @@ fn add(compiler: &Compiler, part: Part, found: &mut Shown) {
     }
 }
 
-/// The variables that all blocks see, but for the instance that is run: a tag at an address is an input, an output or, in bit memory, a
-/// local; another one an input if it is only read, else an output. A member of a data block that is only read is a parameter,
-/// another one a local. What belongs to instances is local.
+/// The global variables, except the instance being run. A tag with an address is an input, an output or, in bit memory,
+/// a local; a tag without one is an input if it is only read, else an output. A member of a data block is a parameter
+/// if it is only read, else a local. Members of instances are locals.
 ///
 /// # Errors
-/// There are more tags than an FMU shows.
+/// The program has more tags than an FMU can show.
 pub fn globals(compiler: &Compiler, instance: &str) -> Result<Shown, String> {
     let written = written(compiler);
     let mut known: Vec<&Global> = compiler.globals.values().filter_map(State::known).collect();
-    // A parameter has its name before a data block.
+    // Parameters take precedence over data blocks of the same name.
     known.sort_unstable_by_key(|global| (global.parameter.is_none(), global.member));
     let mut found = Shown::default();
     for global in known {
@@ -281,7 +282,7 @@ pub fn globals(compiler: &Compiler, instance: &str) -> Result<Shown, String> {
             name: &part(global.parameter.as_ref().unwrap_or(&member.name)),
             of: &global.of,
             offset: member.offset,
-            // Of tags and parameters nothing is left out.
+            // Tags and parameters are never left out.
             role: if tag.is_some() || global.parameter.is_some() { Role::InOut } else { Role::Local },
             is_hidden: false,
             is_retained: false,
@@ -291,7 +292,7 @@ pub fn globals(compiler: &Compiler, instance: &str) -> Result<Shown, String> {
         for variable in &mut found.variables[first..] {
             let is_written = written.contains(variable.offset);
             variable.role = match tag {
-                // Of a stub in it they are known.
+                // Within an instance, the role is already known if it is a stub.
                 _ if is_instance => variable.role,
                 Some((area, _)) => role_of(area, is_written),
                 None if is_written => Role::Local,
@@ -308,7 +309,8 @@ pub fn globals(compiler: &Compiler, instance: &str) -> Result<Shown, String> {
     Ok(found)
 }
 
-/// What a tag is for a host. An input that the program writes, too, is both: the next process image overwrites it on a CPU.
+/// The role of a tag for a host. An input that the program also writes is both: on a CPU, the next process image
+/// overwrites it.
 fn role_of(area: Option<Area>, is_written: bool) -> Role {
     match (area, is_written) {
         (Some(Area::Input), true) => Role::InOut,
@@ -389,7 +391,7 @@ fn range(program: &Program, place: &Place) -> Option<Range<usize>> {
                 let member = program.records[*record].members.get(*number)?;
                 (start, of) = (start + member.offset, &member.ty);
             }
-            // One element; with an index that is calculated it may be any.
+            // A single element; with a computed index it may be any.
             (Step::Index(indices, _), program::Type::Array { of: element, bounds }) => {
                 let Some(number) = number_of(indices, bounds) else { break };
                 (start, of) = (start + number * program.size(element), element);
@@ -400,7 +402,7 @@ fn range(program: &Program, place: &Place) -> Option<Range<usize>> {
     Some(start..start + program.size(of))
 }
 
-/// The number of an element whose indices are constants.
+/// The flat index of an element whose indices are constants.
 fn number_of(indices: &[Expr], bounds: &[(i32, i32)]) -> Option<usize> {
     let mut number = 0;
     for (index, (low, high)) in indices.iter().zip(bounds) {
@@ -414,7 +416,7 @@ fn number_of(indices: &[Expr], bounds: &[(i32, i32)]) -> Option<usize> {
     Some(number)
 }
 
-/// The next index, the last one fastest.
+/// Advances to the next index, the last dimension fastest. Returns whether there is one.
 fn next(index: &mut [i32], bounds: &[(i32, i32)]) -> bool {
     for (index, (low, high)) in index.iter_mut().zip(bounds).rev() {
         if *index < *high {
@@ -426,7 +428,7 @@ fn next(index: &mut [i32], bounds: &[(i32, i32)]) -> bool {
     false
 }
 
-/// Whether a type is shown as a whole number of an FMU: integers and bit strings up to 32 bits but UDINT.
+/// Whether a data type is shown as an FMU integer: integers and bit strings of up to 32 bits, except UDINT.
 pub fn is_integer(of: &str) -> bool {
     Elementary::named(of).is_some_and(|of| of.is_whole() && of.bits() <= 32 && of != Elementary::UDInt)
 }

@@ -1,7 +1,8 @@
-//! LAD and FBD: a network as a graph of elements and wires, whatever format it was read from, and its translation to statements.
+//! LAD and FBD: networks as graphs of elements and wires, independent of the file format, and their translation to
+//! statements.
 //!
-//! A reader fills [`Network`]s and asks [`lower()`] for the statements of each. Elements stand in the order in which they
-//! take effect; which element a name stands for, and its law, is a row of [`elements`].
+//! A reader fills [`Network`]s and calls [`lower()`] for the statements of each. Elements are listed in execution
+//! order; [`elements`] maps each instruction name to its law.
 
 mod boxes;
 mod calls;
@@ -15,5 +16,5 @@ pub use crate::network::{Call, Element, Network, Parameter, Source, Way};
 pub use lint::lint;
 pub use lower::{Owner, comments, lower, network_title};
 
-/// An element has no more pins.
+/// The maximum number of pins of an element.
 pub const MOST_PINS: usize = 1000;

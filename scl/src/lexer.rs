@@ -1,15 +1,15 @@
-//! Text to tokens.
+//! Splits text into tokens.
 
 use std::ops::Range;
 
-/// Bytes of a source's text.
+/// A range of bytes in a source text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Span {
-    /// The source, in the order in which they were given.
+    /// The index of the source, in the order given.
     pub file: u32,
-    /// The first byte.
+    /// The start, as a byte offset.
     pub start: u32,
-    /// The byte behind the last one.
+    /// The end, as an exclusive byte offset.
     pub end: u32,
 }
 
@@ -24,22 +24,22 @@ impl Span {
         self.start as usize..self.end as usize
     }
 
-    /// From the start of this one to the end of another.
+    /// The span from the start of this one to the end of another.
     pub fn to(self, end: Span) -> Span {
         Span { end: end.end.max(self.start), ..self }
     }
 }
 
-/// What a token is.
+/// The kind of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A keyword or a name without quotation marks.
+    /// A keyword, or a name without quotation marks.
     Word,
     /// `#name` or `#"name"`.
     Local,
     /// `"name"`.
     Quoted,
-    /// A number, or a literal with a type: `1.5`, `16#FF`, `T#2S`, `STRING#'a'`.
+    /// A number or typed literal: `1.5`, `16#FF`, `T#2S`, `STRING#'a'`.
     Literal,
     /// `'text'`.
     Text,
@@ -47,7 +47,7 @@ pub enum Kind {
     Percent,
     /// An operator or a bracket.
     Symbol,
-    /// What no token begins with, or a text or a name that does not end.
+    /// An invalid character, or an unterminated text or name.
     Unknown,
     /// The end of the file.
     End,
@@ -58,32 +58,32 @@ pub enum Kind {
 pub struct Token {
     /// What it is.
     pub kind: Kind,
-    /// Where it stands.
+    /// Its location.
     pub span: Span,
 }
 
-/// A source in tokens.
+/// The tokens of a source.
 #[derive(Debug)]
 pub struct Tokens {
-    /// All tokens but comments, attributes and the lines of regions; the last one is the end.
+    /// All tokens except comments, attributes and region lines; the last one is the end of the file.
     pub tokens: Vec<Token>,
-    /// The comments, in the order of the text.
+    /// The comments, in source order.
     pub comments: Vec<Span>,
-    /// The attributes in braces, in the order of the text.
+    /// The attributes in braces, in source order.
     pub attributes: Vec<Span>,
-    /// A comment or an attribute that does not end.
+    /// An unterminated comment or attribute.
     pub unclosed: Option<Span>,
-    /// Comments with comments inside that end later than at the first mark.
+    /// Comments that contain further comments and end later than at the first closing mark.
     pub nested: Vec<Span>,
 }
 
-/// The operators and brackets, the longer ones first.
+/// The operators and brackets, longest first.
 const SYMBOLS: [&str; 33] = [
     "...", "..", ":=", "=>", "+=", "-=", "*=", "/=", "**", "<=", ">=", "<>", "?=", "+", "-", "*", "/", "=", "<", ">",
     "&", "(", ")", "[", "]", ",", ";", ":", ".", "^", "}", "|", "@",
 ];
 
-/// The types that stand before `#` in a literal.
+/// The type prefixes of literals, as in `INT#1`.
 const PREFIXES: [&str; 40] = [
     "B",
     "BOOL",
@@ -127,10 +127,10 @@ const PREFIXES: [&str; 40] = [
     "WORD",
 ];
 
-/// Those whose literal is a text.
+/// The prefixes of text literals.
 const TEXTS: [&str; 4] = ["CHAR", "STRING", "WCHAR", "WSTRING"];
 
-/// The tokens of a text from a byte on.
+/// Splits a text into tokens, starting at byte offset `from`.
 pub fn tokens(text: &str, from: usize, file: u32) -> Tokens {
     let mut lexer = Lexer {
         text,
@@ -159,18 +159,18 @@ struct Lexer<'a> {
     text: &'a str,
     file: u32,
     at: usize,
-    /// The first byte of the line.
+    /// The byte offset at which the current line starts.
     line: usize,
-    /// Between the name of a block and its first section, where TITLE takes a line.
+    /// Whether the lexer is between a block's name and its first section, where TITLE takes up a whole line.
     is_head: bool,
-    /// How many sections and structures are open: in none of them a line may begin with REGION.
+    /// The number of open sections and structures; inside them no line can start with REGION.
     declaring: usize,
-    /// Whether a comment that holds another one was found not to end: it is not searched again.
+    /// Whether a nested comment was found to be unterminated, so that the text is not searched again.
     is_never_nested: bool,
     found: Tokens,
 }
 
-/// Whether a name may go on with the character.
+/// Whether a character may continue a name.
 pub fn is_word(character: char) -> bool {
     character == '_' || character.is_alphanumeric()
 }
@@ -180,7 +180,7 @@ impl Lexer<'_> {
         &self.text[self.at..]
     }
 
-    /// The end of what satisfies a condition from byte `from` on.
+    /// The offset at which a run of characters that satisfy the predicate ends.
     fn end_of(&self, from: usize, is_part: impl Fn(char) -> bool) -> usize {
         self.text[from..].find(|character| !is_part(character)).map_or(self.text.len(), |length| from + length)
     }
@@ -237,7 +237,7 @@ impl Lexer<'_> {
         self.at = end;
     }
 
-    /// The end of a comment that holds others, if they all end: `(* a (* b *) c *)`.
+    /// The end of a comment that contains others, if all are terminated: `(* a (* b *) c *)`.
     fn nested(&mut self) -> Option<usize> {
         let from = self.at + 2;
         let first = self.text[from..].find("*)")?;
@@ -270,7 +270,7 @@ impl Lexer<'_> {
         }
     }
 
-    /// `{ key := 'value'; ... }`: the first brace outside of quotation marks ends it.
+    /// `{ key := 'value'; ... }`: ends at the first closing brace outside of quotes.
     fn attribute(&mut self) {
         let mut quote = None;
         for (offset, character) in self.rest().char_indices() {
@@ -300,7 +300,7 @@ impl Lexer<'_> {
         }
     }
 
-    /// A name whose opening quotation mark is at byte `from`.
+    /// A name whose opening quotation mark is at byte offset `from`.
     fn quoted(&mut self, kind: Kind, from: usize) {
         let end = self.end_of(from + 1, |character| !matches!(character, '"' | '\n' | '\r'));
         match self.text[end..].starts_with('"') && end > from + 1 {
@@ -309,7 +309,7 @@ impl Lexer<'_> {
         }
     }
 
-    /// A text whose opening apostrophe is at byte `from`. A literal with a type begins before it.
+    /// A text whose opening apostrophe is at byte offset `from`. A typed literal starts before it.
     fn characters(&mut self, from: usize) {
         let kind = if from == self.at { Kind::Text } else { Kind::Literal };
         let mut is_escaped = false;
@@ -335,7 +335,7 @@ impl Lexer<'_> {
         self.push(if end == self.at + 1 { Kind::Unknown } else { Kind::Percent }, end);
     }
 
-    /// A number whose digits begin at byte `from`. A literal with a type begins before it.
+    /// A number whose digits start at byte offset `from`. A typed literal starts before it.
     fn number(&mut self, from: usize) {
         let is_digit = |character: char| character.is_ascii_digit() || character == '_';
         let mut end = self.end_of(from, is_digit);
@@ -353,11 +353,11 @@ impl Lexer<'_> {
                 end = self.end_of(end + 1 + sign, is_digit);
             }
         }
-        // `10ms`: what follows belongs to it, so that one message says it.
+        // `10ms`: keep the suffix in the same token, so that there is only one error.
         self.push(Kind::Literal, self.end_of(end, is_word));
     }
 
-    /// Whether a number follows a point: the bit of an address.
+    /// Whether a number after a point is the bit number of an address.
     fn is_member_number(&self) -> bool {
         let Some(last) = self.found.tokens.last() else { return false };
         last.kind == Kind::Symbol && &self.text[last.span.range()] == "." && last.span.end as usize == self.at
@@ -394,7 +394,7 @@ impl Lexer<'_> {
         self.push(Kind::Word, end);
     }
 
-    /// A literal behind its type and `#`, which ends at byte `from`.
+    /// A typed literal, given its prefix and the offset after `#`.
     fn literal(&mut self, prefix: &str, from: usize) {
         let bytes = self.text.as_bytes();
         if bytes.get(from) == Some(&b'\'') {

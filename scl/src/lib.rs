@@ -1,4 +1,4 @@
-//! PLC programs in SCL, as S7-300, S7-400, S7-1200 and S7-1500 execute them: read, checked, and run.
+//! Parses, checks and runs PLC programs in SCL as S7-300, S7-400, S7-1200 and S7-1500 execute them.
 
 mod assume;
 mod compile;

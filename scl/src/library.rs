@@ -1,4 +1,4 @@
-//! Timers, counters and edges: SCL that every program may use.
+//! Timers, counters and edge detection, written in SCL and available to every program.
 
 use crate::compiler::{BlockId, Compiler, Global, Interface, Operand, Parameter, Slot, State, Symbol};
 use crate::lexer::Span;
@@ -15,19 +15,19 @@ const TIMERS: [&str; 4] = ["TON", "TOF", "TP", "TONR"];
 const COUNTERS: [&str; 3] = ["CTU", "CTD", "CTUD"];
 const COUNTED: [&str; 8] = ["SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT"];
 
-/// The name of the library among the files of a program.
+/// The file name of the library in a program.
 pub const FILE: &str = "the library";
 
-/// Functions of texts, of STRING and of WSTRING.
+/// Text functions, each for STRING and for WSTRING.
 pub const TEXTS: [&str; 9] = ["LEN", "LEFT", "MID", "RIGHT", "CONCAT", "FIND", "DELETE", "INSERT", "REPLACE"];
 
-/// Functions of dates and bits, by their names in programs.
+/// Functions of dates and bits, by their names in SCL.
 pub const FUNCTIONS: [&str; 4] = ["LDT_TO_DTL", "DTL_TO_LDT", "ENCO", "BITSUM"];
 
-/// Functions that are called as those of a program are: all their parameters by name. FC105 and FC106 are STEP 7's numbers.
+/// Functions called like the user's own, with all parameters named. FC105 and FC106 are their STEP 7 numbers.
 const BLOCKS: [&str; 4] = ["SCALE", "UNSCALE", "FC105", "FC106"];
 
-/// Functions between a text and an array: of the elements of an array, with the texts that have such characters.
+/// Functions between a text and an array, by element type of the array, each with the text type of the same characters.
 const ARRAYS: [&str; 2] = ["STRG_TO_CHARS", "CHARS_TO_STRG"];
 const ELEMENTS: [(&str, &str, &str); 4] = [
     ("CHAR", "CHAR", "STRING"),
@@ -36,7 +36,7 @@ const ELEMENTS: [(&str, &str, &str); 4] = [
     ("WORD", "WCHAR", "WSTRING"),
 ];
 
-/// Functions that others are made of.
+/// Internal functions, used to implement others.
 pub const INNER: [&str; 10] = [
     "__WHOLE_TO_TEXT",
     "__REAL_TO_TEXT",
@@ -50,7 +50,7 @@ pub const INNER: [&str; 10] = [
     "WSTRING_TO_STRING",
 ];
 
-/// The library as a source: its timers for TIME and LTIME, its counters for all integers, its texts for both widths.
+/// The library as a source: timers for TIME and LTIME, counters for all integer types, text functions for both widths.
 pub fn source() -> Source {
     let texts = [include_str!("library.scl"), include_str!("texts.scl")];
     let mut all = String::new();
@@ -93,7 +93,7 @@ pub fn source() -> Source {
     Source::new(FILE, all.into_bytes())
 }
 
-/// The constants that a block of the library uses.
+/// Defines the constants that a block of the library uses.
 pub fn constants(cpu: Cpu, name: &str, symbols: &mut HashMap<String, Symbol>) {
     let mut add = |name: &str, of: Elementary, value: i128| {
         let value = Operand::Value(of, crate::program::Expr::Const(Value::new(of.scalar(), value as u64)));
@@ -109,7 +109,7 @@ pub fn constants(cpu: Cpu, name: &str, symbols: &mut HashMap<String, Symbol>) {
     }
 }
 
-/// The block of the library that a type stands for, and the methods that it may have if it is of a general kind.
+/// The block of the library that a type name denotes.
 fn named(name: &str) -> Option<String> {
     let name = match name {
         "IEC_TIMER" => "TON",
@@ -124,7 +124,7 @@ fn named(name: &str) -> Option<String> {
         "IEC_ULCOUNTER" => "CTU_ULINT",
         "CTD" => "CTD_INT",
         "CTUD" => "CTUD_INT",
-        // STEP 7's numbers.
+        // STEP 7 numbers.
         "SFB0" => "CTU_INT",
         "SFB1" => "CTD_INT",
         "SFB2" => "CTUD_INT",
@@ -145,25 +145,25 @@ fn named(name: &str) -> Option<String> {
     (is_timer || is_counter || is_other).then(|| name.to_string())
 }
 
-/// Whether a name is a block or a type of the system.
+/// Whether a name is a system block or type.
 pub fn is_system(name: &str) -> bool {
     let name = key(name);
     named(&name).is_some() || natives().iter().any(|native| native.eq_ignore_ascii_case(&name))
 }
 
-/// Whether a name is a function that is called as those of a program are.
+/// Whether a name is a function called like the user's own.
 pub fn is_block(name: &str) -> bool {
     BLOCKS.contains(&name)
 }
 
-/// Whether a name is a kind of timer or counter that a variable of a general type may be called as.
+/// Whether a name is a kind of timer or counter that a variable of a generic type may be called as.
 pub fn is_method(name: &str) -> bool {
     let kind = name.split_once('_').map_or(name, |(kind, _)| kind);
     (TIMERS.contains(&kind) || COUNTERS.contains(&kind)) && named(name).is_some()
 }
 
 impl Compiler<'_> {
-    /// A block of the library or a native one.
+    /// A block of the library, or a native block.
     pub fn system_block(&mut self, name: &str) -> Option<usize> {
         if let Some(id) = named(name).and_then(|name| self.library.get(&name).copied()) {
             return self.interface(id, self.block(id).name.span);
@@ -171,7 +171,7 @@ impl Compiler<'_> {
         self.native(name)
     }
 
-    /// Blocks of the library that have the same members have one record, so that one variable may be called as any of them.
+    /// The record shared by library blocks with the same members, so that one variable may be called as any of them.
     pub fn shared_record(&mut self, id: BlockId) -> Option<usize> {
         if id.0 != self.library_file() {
             return None;
@@ -193,7 +193,7 @@ impl Compiler<'_> {
         self.interface(id, self.block(id).name.span).map(|block| self.blocks[block].record)
     }
 
-    /// The block as which a variable is called or read, if its type may be several.
+    /// The block that a variable is called or read as, if its type allows several.
     pub fn as_method(&mut self, of: usize, method: &str) -> Option<usize> {
         let id = self.blocks[of].source.filter(|(file, _)| *file == self.library_file())?;
         let own = self.block(id).name.key();
@@ -207,14 +207,14 @@ impl Compiler<'_> {
         (self.blocks[called].record == self.blocks[of].record).then_some(called)
     }
 
-    /// Whether a block is a timer, whose outputs are brought up to date when they are read.
+    /// Whether a block is a timer, whose outputs are updated when they are read.
     pub fn is_timer(&self, of: usize) -> bool {
         let Some(id) = self.blocks[of].source.filter(|(file, _)| *file == self.library_file()) else { return false };
         let name = self.block(id).name.key();
         TIMERS.contains(&name.strip_suffix("_LTIME").unwrap_or(&name))
     }
 
-    /// As what the variables of general types are called: by the last name of their paths.
+    /// Collects the kinds that variables of generic types are called as, by the last name of their paths.
     pub fn collect_kinds(&mut self) {
         for tree in &self.trees[..self.library_file()] {
             for number in 0..tree.expressions.len() {
@@ -233,7 +233,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// A native block of this name.
+    /// The native block of that name.
     fn native(&mut self, name: &str) -> Option<usize> {
         if let Some(block) = self.natives.get(name) {
             return Some(*block);
@@ -286,7 +286,7 @@ impl Compiler<'_> {
         Some(self.blocks.len() - 1)
     }
 
-    /// An instance that no source declares, made because its use tells its type.
+    /// An instance that no source declares, created because its use determines its type.
     pub fn implied(&mut self, name: &str, of: usize) -> Global {
         match self.globals.get(&key(name)) {
             Some(State::Known(global)) => global.clone(),
@@ -295,7 +295,7 @@ impl Compiler<'_> {
     }
 }
 
-/// The last name of a path, in capitals.
+/// The last name of a path, in upper case.
 pub fn last_name(tree: &crate::syntax::Tree, path: ExpressionId) -> Option<(String, Span)> {
     match &tree.expressions[path].kind {
         ExpressionKind::Name(_, name) | ExpressionKind::Member(_, name) => Some((name.key(), name.span)),
@@ -322,7 +322,7 @@ pub fn natives() -> Vec<&'static str> {
     tables().into_iter().map(|table| table.name).collect()
 }
 
-/// The table of a native block, by its name or another one: `FB41`.
+/// The table of a native block, by its name or an alias such as `FB41`.
 fn table(name: &str) -> Option<&'static Table> {
     let is_it = |table: &&Table| {
         let mut names = table.aliases.iter().chain([&table.name]);

@@ -1,11 +1,11 @@
-//! Temporaries that are read before they are written.
+//! Warns of temporaries that are read before they are written.
 
 use crate::compiler::{BlockId, Compiler};
 use crate::lexer::Span;
 use crate::program::{Argument, At, Base, Call, Expr, Place, Statement, Step, What};
 use std::collections::BTreeSet;
 
-/// Warns of the temporaries of a block that a path reads before it writes them. They are 0 then.
+/// Warns of each temporary of a block that some path reads before writing it. Its value is then 0.
 pub fn unwritten(compiler: &mut Compiler, (file, _): BlockId, temps: &[(usize, String)], code: &[Statement]) {
     if temps.is_empty() || file == compiler.library_file() {
         return;
@@ -46,13 +46,13 @@ impl Flow<'_> {
         }
     }
 
-    /// What is written for sure behind statements that may not run.
+    /// The temporaries definitely written after statements that may not run.
     fn branch(&mut self, code: &[Statement]) -> BTreeSet<usize> {
         let before = self.written.clone();
         self.statements(code);
         let leaves = matches!(code.last(), Some(Statement { what: What::Return | What::Break | What::Continue, .. }));
         let after = std::mem::replace(&mut self.written, before);
-        // Behind a branch that leaves nothing is missing.
+        // A branch that leaves the loop or the function does not restrict what is written afterwards.
         if leaves { self.temps.iter().map(|(number, _)| *number).collect() } else { after }
     }
 
@@ -138,7 +138,7 @@ impl Flow<'_> {
         self.indices(place, at);
         let (Base::Local(number), []) = (place.base, place.steps.as_slice()) else { return };
         let Some((_, name)) = self.temps.iter().find(|(temp, _)| *temp == number) else { return };
-        // Once for each temporary.
+        // Warn once per temporary.
         let is_told = self.found.iter().any(|(_, told)| told == name);
         if self.written.insert(number) && !is_told {
             self.found.push((at, name.clone()));

@@ -15,72 +15,72 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::sync::Arc;
 
-/// A program with its memory.
+/// A program and its memory.
 #[derive(Clone)]
 pub struct Machine {
     code: Arc<Code>,
-    /// The memory of the program, constants, and the frames of functions.
+    /// The program's memory, then constants and function frames.
     memory: Vec<u8>,
-    /// The memory of the program before the call.
+    /// A copy of the program's memory from before the call.
     before: Vec<u8>,
     registers: Box<[u64]>,
-    /// Where calls return to.
+    /// The stack of return addresses.
     returns: Vec<u32>,
-    /// What a block is stored in.
+    /// A buffer in which a block is stored.
     room: Vec<u8>,
-    /// Which runs of statements were run.
+    /// Which runs of statements have been executed.
     covered: Vec<bool>,
-    /// The instructions that have warned.
+    /// The instructions that have already issued a warning.
     warned: BTreeSet<u32>,
     warnings: Vec<Warning>,
-    /// The locals of functions, if they are kept.
+    /// The locals of functions, if they are to be kept.
     kept: Option<Kept>,
-    /// The most statements in a call.
+    /// The statement budget: the maximum number of statements in a call.
     pub budget: u32,
 }
 
-/// The numbers among the locals of functions at the end of their last call, by the function and the address of its instance.
+/// The numeric locals of functions at the end of their last call, by function and instance address.
 type Kept = BTreeMap<(usize, u64), Vec<u64>>;
 
-/// Something that a PLC goes on with; told once for each place.
+/// An irregularity that a PLC tolerates; reported once per source location.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
     /// The name of the file.
     pub file: String,
     /// The line in it.
     pub line: u32,
-    /// What happened, in one sentence.
+    /// A one-sentence description.
     pub message: String,
 }
 
-/// Why a call ended before its end. The memory is as it was before the call.
+/// The reason why a call was aborted. The memory is as it was before the call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stop {
     /// The name of the file.
     pub file: String,
     /// The line in it.
     pub line: u32,
-    /// What happened.
+    /// The cause.
     pub cause: Cause,
 }
 
-/// Why a program stops.
+/// The cause of an abort.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// An index outside of its array.
+    /// An index out of bounds.
     Index {
         /// The index.
         index: i64,
-        /// The lowest one.
+        /// The lower bound.
         low: i64,
-        /// The highest one.
+        /// The upper bound.
         high: i64,
     },
-    /// More statements than the budget allows.
+    /// The statement budget, which was exceeded.
     Budget(u32),
-    /// A loop with the step 0.
+    /// A FOR loop with step 0.
     Step,
-    /// An instance whose bytes are no state of its block.
+    /// An instance whose bytes are not a valid state of its block.
     Instance,
 }
 
@@ -108,10 +108,10 @@ impl fmt::Display for Warning {
 }
 
 impl Machine {
-    /// The most statements in a call, unless another [`Machine::budget`] is set.
+    /// The default statement budget of a call (see [`Machine::budget`]).
     pub const BUDGET: u32 = 1_000_000;
 
-    /// A machine with the start values of the program.
+    /// Creates a machine whose memory has the start values of the program.
     pub fn new(code: Arc<Code>) -> Machine {
         Machine {
             memory: code.start.clone(),
@@ -128,18 +128,18 @@ impl Machine {
         }
     }
 
-    /// Sets the memory to the start values.
+    /// Resets the memory to the start values.
     pub fn restart(&mut self) {
         self.memory.copy_from_slice(&self.code.start);
     }
 
-    /// Calls a function that has neither parameters nor an instance, by its number, at a time in nanoseconds since the start.
+    /// Calls a function that takes no parameters and no instance, at time `now` in nanoseconds since the start.
     ///
     /// # Errors
-    /// The program stops; its memory is as it was before.
+    /// The program stops; its memory is as it was before the call.
     ///
     /// # Panics
-    /// There is no such function.
+    /// No such function exists.
     pub fn call(&mut self, function: usize, now: i64) -> Result<(), Stop> {
         assert!(self.code.callable[function], "function {function} has parameters or an instance");
         let state = self.code.state;
@@ -151,18 +151,19 @@ impl Machine {
         done
     }
 
-    /// All that the program keeps from call to call. Any bytes of this length can be written: what a type does not have,
-    /// such as the 2 of a BOOL, counts as one of its values, or stops the next call of a block that is not written in SCL.
+    /// The state that the program keeps between calls. Any bytes of this length may be written to it: a value that a
+    /// type does not have, such as 2 for a BOOL, is taken as one of its values or stops the next call of a block that
+    /// is not written in SCL.
     pub fn state(&self) -> &[u8] {
         &self.memory[..self.code.state]
     }
 
-    /// The same to be written.
+    /// The state as mutable bytes, see [`Machine::state`].
     pub fn state_mut(&mut self) -> &mut [u8] {
         &mut self.memory[..self.code.state]
     }
 
-    /// A number of the memory.
+    /// Reads a number from memory.
     ///
     /// # Panics
     /// It lies outside of the memory.
@@ -170,7 +171,7 @@ impl Machine {
         Value::read(ty, &self.state()[offset..])
     }
 
-    /// Writes a number of the memory.
+    /// Writes a number to memory.
     ///
     /// # Panics
     /// It lies outside of the memory.
@@ -178,30 +179,30 @@ impl Machine {
         value.write(&mut self.state_mut()[offset..]);
     }
 
-    /// What a local of a function had when the last call was over, if it is a number. It counts for a function that runs once in a
-    /// call and is called by no other but the first: what is called beside it has the same registers.
+    /// The value of a numeric local at the end of the last call. Meaningful only for a function that runs once per call
+    /// and is called by the entry function alone: other functions reuse its registers.
     pub fn local(&self, function: usize, local: usize, ty: Scalar) -> Option<Value> {
         let register = (*self.code.locals.get(function)?.get(local)?)?;
         Some(Value::new(ty, *self.registers.get(usize::from(register))?))
     }
 
-    /// From now on the locals of all functions are kept when they return, which takes a little time.
+    /// Keeps the locals of all functions from now on when they return, which takes a little time.
     pub fn keep_locals(&mut self) {
         self.kept.get_or_insert_default();
     }
 
-    /// What a local of a function had when it returned last since [`Machine::forget_coverage`], if it is a number: of a function
-    /// block that of the instance at this address, else the address is 0. `None` if it has not returned.
+    /// The value of a numeric local when its function last returned since [`Machine::forget_coverage`], for the
+    /// instance at this address (0 if the function has none). `None` if it has not returned.
     pub fn kept(&self, function: usize, instance: usize, local: usize) -> Option<u64> {
         self.kept.as_ref()?.get(&(function, instance as u64))?.get(local).copied()
     }
 
-    /// The warnings since the last time that this was called.
+    /// Returns and clears the warnings.
     pub fn take_warnings(&mut self) -> Vec<Warning> {
         std::mem::take(&mut self.warnings)
     }
 
-    /// The line of each statement of the program, and whether it has been run since [`Machine::forget_coverage`].
+    /// The line of each statement, and whether it has been executed since [`Machine::forget_coverage`].
     pub fn coverage(&self) -> impl Iterator<Item = (At, bool)> {
         let of_run = |(&(first, count), &covered): (&(u32, u32), &bool)| {
             let statements = &self.code.statements[first as usize..(first + count) as usize];
@@ -210,7 +211,7 @@ impl Machine {
         self.code.runs.iter().zip(&self.covered).flat_map(of_run)
     }
 
-    /// No statement counts as run, and no local is kept.
+    /// Marks all statements as not executed, and discards the kept locals.
     pub fn forget_coverage(&mut self) {
         self.kept.iter_mut().for_each(Kept::clear);
         self.covered.fill(false);

@@ -1,4 +1,4 @@
-//! A network of LAD or FBD as a graph of elements and wires, whatever format it was read from.
+//! A network of LAD or FBD as a graph of elements and wires, independent of the file format.
 
 use crate::lexer::Span;
 use crate::syntax::{ExpressionId, Name};
@@ -6,23 +6,23 @@ use crate::syntax::{ExpressionId, Name};
 /// A network of a block.
 #[derive(Debug)]
 pub struct Network {
-    /// Its number in the block, from 1.
+    /// Its number within the block, from 1.
     pub number: u32,
-    /// Its title, or nothing.
+    /// Its title, possibly empty.
     pub title: String,
-    /// Its comment, or nothing.
+    /// Its comment, possibly empty.
     pub comment: String,
-    /// Where it begins.
+    /// Its start in the source.
     pub span: Span,
     /// The labels at its beginning.
     pub labels: Vec<Name>,
-    /// Its elements, in the order in which they take effect where no wire says another one.
+    /// Its elements, in the execution order that applies where wires do not determine another.
     pub elements: Vec<Element>,
-    /// What its output pins carry, once it is translated: an expression; `None` is TRUE, straight from the power rail.
+    /// The values of its output pins, once it is translated; `None` is TRUE, directly from the power rail.
     pub carried: Vec<(Pin, Option<ExpressionId>)>,
 }
 
-/// A pin of an element: the number of the element, and the name of the pin in capitals.
+/// A pin of an element: the element's index, and the pin's name in upper case.
 pub type Pin = (usize, String);
 
 impl Network {
@@ -43,34 +43,34 @@ impl Network {
 /// A contact, a coil, a gate, a box or a call.
 #[derive(Debug)]
 pub struct Element {
-    /// The name of the instruction, in any case: `Contact`, `S_Coil`, `Add`; of a call the block's.
+    /// The instruction, in any case: `Contact`, `S_Coil`, `Add`; for a call, the block.
     pub name: String,
     /// Where it stands.
     pub span: Span,
-    /// What its input pins get, its operands included.
+    /// The connections of its input pins, including operands.
     pub inputs: Vec<Input>,
-    /// The variables that its output pins are written to: pins in capitals, and variables.
+    /// The variables written by its output pins; pin names in upper case.
     pub outputs: Vec<(String, ExpressionId)>,
-    /// Output pins that are drawn and lead nowhere, in capitals.
+    /// Unconnected output pins that are drawn, in upper case.
     pub open: Vec<String>,
-    /// Pins that are negated, in capitals.
+    /// Negated pins, in upper case.
     pub negated: Vec<String>,
-    /// Its types and other settings, by their names in capitals: `SRCTYPE`, `DESTTYPE`, `TIME_TYPE`, `VALUE_TYPE`.
+    /// Its types and other settings, by upper-case name: `SRCTYPE`, `DESTTYPE`, `TIME_TYPE`, `VALUE_TYPE`.
     pub settings: Vec<(String, String)>,
-    /// Whether ENO says if the box failed; else it is EN.
+    /// Whether ENO reports failure; otherwise it equals EN.
     pub has_eno: bool,
-    /// The instance of a timer, a counter or an edge; of a call the instance or the function that is called.
+    /// The instance of a timer, counter or edge; for a call, the called instance or function.
     pub called: Option<ExpressionId>,
-    /// What is known of a call.
+    /// Details of a call.
     pub call: Option<Call>,
-    /// The expression of a Calculate box, of the names of its pins.
+    /// The expression of a Calculate box, in terms of its pin names.
     pub equation: Option<ExpressionId>,
-    /// Where a jump goes, or the name of a label among the elements.
+    /// The target of a jump, or the name of a label among the elements.
     pub label: Option<Name>,
 }
 
 impl Element {
-    /// An element without wires.
+    /// An element without connections.
     pub fn new(name: impl Into<String>, span: Span) -> Element {
         Element {
             name: name.into(),
@@ -88,7 +88,7 @@ impl Element {
         }
     }
 
-    /// Wires a source to an input pin; several sources of one pin are joined by OR.
+    /// Connects a source to an input pin; several sources of one pin are combined by OR.
     pub fn connect(&mut self, pin: &str, source: Source) {
         let pin = pin.to_uppercase();
         match self.inputs.iter_mut().find(|input| input.pin == pin) {
@@ -102,59 +102,59 @@ impl Element {
         self.outputs.push((pin.to_uppercase(), target));
     }
 
-    /// A setting, by its name in capitals.
+    /// The value of a setting, by its upper-case name.
     pub fn setting(&self, name: &str) -> Option<&str> {
         self.settings.iter().find(|(own, _)| own == name).map(|(_, value)| value.as_str())
     }
 }
 
-/// What an input pin gets.
+/// A connected input pin.
 #[derive(Debug)]
 pub struct Input {
-    /// The pin, in capitals.
+    /// The pin, in upper case.
     pub pin: String,
-    /// Where its value comes from: the OR of these.
+    /// The sources of its value, combined by OR.
     pub sources: Vec<Source>,
 }
 
-/// Where a value comes from.
+/// The source of a value.
 #[derive(Clone, Debug)]
 pub enum Source {
-    /// The power rail: TRUE.
+    /// The power rail, which is always TRUE.
     Rail,
     /// A variable or a constant.
     Operand(ExpressionId),
-    /// A pin of another element: its number, and the pin.
+    /// An output pin of another element: the element's index, and the pin.
     Pin(usize, String),
 }
 
 /// A call of a block.
 #[derive(Clone, Debug)]
 pub struct Call {
-    /// Whether a function is called, not an instance of a function block.
+    /// Whether the callee is a function, not an instance of a function block.
     pub is_function: bool,
-    /// The parameters that the call names; what is wired goes to the parameter of the pin's name in any case.
+    /// The parameters listed in the call; a connected pin always belongs to the parameter of the same name.
     pub parameters: Vec<Parameter>,
 }
 
-/// A parameter of a block that is called.
+/// A parameter of a called block.
 #[derive(Clone, Debug)]
 pub struct Parameter {
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// Its direction.
     pub way: Way,
-    /// Its type, where the call says it.
+    /// Its type, if the call states it.
     pub of: Option<String>,
 }
 
-/// Which way a parameter goes.
+/// The direction of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Way {
     Input,
     Output,
     InOut,
-    /// The value of a function.
+    /// The return value of a function.
     Value,
 }

@@ -1,4 +1,4 @@
-//! Tokens to a syntax tree. Whatever the text is, there is a tree and a list of errors; no text is too deep.
+//! Parses tokens to a syntax tree. Any text yields a tree and a list of errors; deep nesting is an error, too.
 
 mod declarations;
 mod expressions;
@@ -16,21 +16,21 @@ use std::collections::BTreeSet;
 
 pub use fragments::Fragments;
 
-/// So deep statements, brackets, types and start values may be nested, all together.
+/// The maximum nesting depth of statements, brackets, types and start values together.
 const DEEPEST: usize = 100;
 
-/// After this many errors the rest of a source is not read.
+/// Parsing of a source stops after this many errors.
 const MOST_ERRORS: usize = 100;
 
-/// What to do with a file that is no text, or in UTF-16 without its byte order mark.
+/// The advice for a file that is not text, or is UTF-16 without a byte order mark.
 const SAVE: &str = "save the source as text in UTF-8";
 
-/// The tree of a source in SCL.
+/// Parses an SCL source.
 pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
     parse_source(text, file, None, report)
 }
 
-/// The tree of a source in SCL, or of a document in SIMATIC SD with its texts.
+/// Parses an SCL source, or a SIMATIC SD document with its texts.
 pub fn parse_source(text: &str, file: u32, document: Option<&Texts<'_>>, report: &mut Report) -> Tree {
     if let Some(at) = text.find('\0') {
         let at = at as u32;
@@ -41,14 +41,14 @@ pub fn parse_source(text: &str, file: u32, document: Option<&Texts<'_>>, report:
     Parser { document, ..parser_of(text, 0, file, tree, report) }.source()
 }
 
-/// Whether a source names ENO, or returns a value.
+/// Whether a source mentions ENO or returns a value.
 pub fn may_set_eno(text: &str) -> bool {
     let text = text.to_ascii_uppercase();
     let is_value = |rest: &str| rest.starts_with(|c: char| c.is_whitespace()) && !rest.trim_start().starts_with(';');
     text.contains("ENO") || text.split("RETURN").skip(1).any(is_value)
 }
 
-/// The parser of a text from a byte on, which adds to a tree.
+/// A parser for a text from a byte offset on, which adds to a tree.
 fn parser_of<'a>(text: &'a str, from: usize, file: u32, tree: Tree, report: &'a mut Report) -> Parser<'a> {
     let Tokens { tokens, comments, attributes, unclosed, nested } = tokens(text, from, file);
     for span in nested {
@@ -81,7 +81,7 @@ fn parser_of<'a>(text: &'a str, from: usize, file: u32, tree: Tree, report: &'a 
     }
 }
 
-/// What was expected is not there; a message says so.
+/// A syntax error, which has been reported.
 pub struct Failed;
 
 pub type Parsed<T> = Result<T, Failed>;
@@ -93,13 +93,13 @@ pub struct Parser<'a> {
     attributes: Vec<Span>,
     pub at: usize,
     depth: usize,
-    /// The labels to which the block jumps: what tells them from the values of CASE.
+    /// The labels that the block jumps to, which distinguishes them from CASE values.
     gotos: BTreeSet<String>,
-    /// Within a data block, whose own elements are written `[1]`.
+    /// Whether a data block is being parsed, whose elements are written `[1]`.
     is_data: bool,
     /// The texts of a document in SIMATIC SD; `None` in SCL.
     pub document: Option<&'a Texts<'a>>,
-    /// The file ends too early, and a message has told it.
+    /// Whether a premature end of file has been reported.
     is_end_told: bool,
     pub tree: Tree,
     pub report: &'a mut Report,
@@ -123,12 +123,12 @@ impl<'a> Parser<'a> {
         self.token().span
     }
 
-    /// The span of what was read last.
+    /// The span of the previous token.
     pub fn before(&self) -> Span {
         self.tokens[self.at.saturating_sub(1)].span
     }
 
-    /// Where what was read last ends; 0 at the start of the text.
+    /// The end of the previous token; 0 at the start of the text.
     pub fn end_before(&self) -> u32 {
         if self.at == 0 { 0 } else { self.before().end }
     }
@@ -150,7 +150,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// The word in capitals, if the token is one.
+    /// The word at a token in upper case; empty if it is not a word.
     pub fn word_ahead(&self, by: usize) -> String {
         match self.ahead(by) {
             token if token.kind == Kind::Word => key(self.text_of(token)),
@@ -190,12 +190,12 @@ impl<'a> Parser<'a> {
         if self.takes_word(word) { Ok(()) } else { self.fail(word) }
     }
 
-    /// An error at the token: what was expected there.
+    /// Reports an error at the current token: what was expected there.
     pub fn fail<T>(&mut self, expected: &str) -> Parsed<T> {
         self.fail_with(expected, None)
     }
 
-    /// The same, with what to do.
+    /// Like [`fail`](Self::fail), with advice.
     pub fn fail_with<T>(&mut self, expected: &str, help: Option<&str>) -> Parsed<T> {
         let token = self.token();
         let found = match token.kind {
@@ -226,11 +226,11 @@ impl<'a> Parser<'a> {
         self.report.errors() >= self.most
     }
 
-    /// Goes one level deeper.
+    /// Parses one nesting level deeper.
     pub fn deeper<T>(&mut self, parse: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
         if self.depth == DEEPEST {
             let message = format!("more than {DEEPEST} levels are nested here");
-            // What is written behind it is read at a wrong depth.
+            // Whatever follows would be parsed at the wrong depth.
             self.most = self.report.errors() + 1;
             return self.refuse(self.span(), &message, Some("move the inner part to a variable or a function"));
         }
@@ -240,7 +240,7 @@ impl<'a> Parser<'a> {
         parsed
     }
 
-    /// A name of any kind, without `#` and quotation marks.
+    /// Parses a name of any kind, without `#` and quotation marks.
     pub fn name(&mut self, what: &str) -> Parsed<Name> {
         match self.token().kind {
             Kind::Word | Kind::Local | Kind::Quoted => {
@@ -251,14 +251,14 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// The attributes between two bytes of the text.
+    /// The attributes between two byte offsets.
     pub fn attributes_within(&self, from: u32, to: u32) -> Vec<Attribute> {
         let first = self.attributes.partition_point(|span| span.start < from);
         let within = self.attributes[first..].iter().take_while(|span| span.start < to);
         within.flat_map(|span| attributes(&self.text[span.range()])).collect()
     }
 
-    /// Where the value of an attribute stands between two bytes of the text, without its quotation marks.
+    /// The range of an attribute's value between two byte offsets, without its quotation marks.
     pub fn value_within(&self, from: u32, to: u32, name: &str) -> Option<std::ops::Range<usize>> {
         let first = self.attributes.partition_point(|span| span.start < from);
         let mut within = self.attributes[first..].iter().take_while(|span| span.start < to);
@@ -271,7 +271,7 @@ impl<'a> Parser<'a> {
         })
     }
 
-    /// The comments between two bytes of the text, without their marks.
+    /// The comments between two byte offsets, without their delimiters.
     pub fn comments_within(&self, from: u32, to: u32) -> String {
         let first = self.comments.partition_point(|span| span.start < from);
         let within = self.comments[first..].iter().take_while(|span| span.start < to);
@@ -289,7 +289,7 @@ impl<'a> Parser<'a> {
     }
 }
 
-/// What to do about a comment in a comment.
+/// The advice for a nested comment.
 const NESTED: &str = "editions of TIA Portal differ here: end the first one before the second begins";
 
 /// A name without `#` and quotation marks.
@@ -297,14 +297,14 @@ fn bare(name: &str) -> &str {
     name.trim_start_matches('#').trim_matches('"')
 }
 
-/// A comment without its marks.
+/// A comment without its delimiters.
 fn comment(text: &str) -> &str {
     let text = ["//", "(/*", "(*", "/*"].iter().find_map(|open| text.strip_prefix(open)).unwrap_or(text);
     let text = ["*/)", "*)", "*/"].iter().find_map(|close| text.strip_suffix(close)).unwrap_or(text);
     text.trim()
 }
 
-/// `{ key := 'value'; ... }`; what has no value is TRUE.
+/// Parses `{ key := 'value'; ... }`; an attribute without a value is TRUE.
 fn attributes(text: &str) -> Vec<Attribute> {
     let part = |part: &str| {
         let (name, value) = part.split_once(":=").unwrap_or((part, "TRUE"));

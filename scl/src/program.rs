@@ -1,11 +1,11 @@
-//! The typed program: what SCL is translated to, and what is run or printed.
+//! The typed program: the result of compiling SCL, which can be run or printed.
 //!
-//! It knows neither SCL nor FMI. Every operation names the type in which it is calculated, nothing is converted implicitly, and
-//! every variable has its place in one block of bytes, so that a saved state is a copy of these bytes:
+//! It knows neither SCL nor FMI. Every operation names the type in which it is computed, there are no implicit
+//! conversions, and all variables live in one block of bytes, so that a saved state is a copy of these bytes:
 //!
-//! - [`Program::memory`] is a record with everything that lives from call to call;
-//! - a [`Function`] works on its parameters and temporaries ([`Function::locals`]) and, if it belongs to a function block, on an
-//!   instance, which is a record somewhere in the memory.
+//! - [`Program::memory`] is a record with everything that persists between calls;
+//! - a [`Function`] works on its parameters and temporaries ([`Function::locals`]) and, if it belongs to a function
+//!   block, on an instance, which is a record somewhere in the memory.
 
 mod law;
 mod layout;
@@ -29,41 +29,41 @@ pub struct Program {
     pub files: Vec<String>,
     /// All structures, to which [`Type::Record`] refers.
     pub records: Vec<Record>,
-    /// The record of everything that lives from call to call: instances and global data.
+    /// The record of everything that persists between calls: instances and global data.
     pub memory: usize,
-    /// The record of constants that are too large for an [`Expr::Const`]: texts, for example.
+    /// The record of constants too large for an [`Expr::Const`], such as texts.
     pub constants: usize,
     /// All functions, to which [`Call::function`] refers.
     pub functions: Vec<Function>,
-    /// What the source says about them.
+    /// Documentation taken from the source.
     pub docs: Docs,
 }
 
-/// What a source says about the parts of a program: lines of text for those who read it printed. Nothing is calculated from it.
+/// Documentation of a program's parts, for readers of the printed program. It has no influence on execution.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Docs {
-    /// What stands before the program.
+    /// The text before the program.
     pub head: String,
-    /// Of records, by number.
+    /// Texts for records, by index.
     pub records: BTreeMap<usize, String>,
-    /// Of members, by the numbers of record and member.
+    /// Texts for members, by record and member index.
     pub members: BTreeMap<(usize, usize), String>,
-    /// Of functions, by number.
+    /// Texts for functions, by index.
     pub functions: BTreeMap<usize, String>,
-    /// The functions of blocks that were not written in SCL: the budget does not count their statements.
+    /// Functions of blocks not written in SCL: the budget does not count their statements.
     pub natives: BTreeSet<usize>,
-    /// Of functions that are the law of a block, the function that has the law as statements ([`Program::add_law`]).
+    /// For functions that are the law of a block, the function with the statements of that law ([`Program::add_law`]).
     pub laws: BTreeMap<usize, usize>,
-    /// How members are declared, by the numbers of record and member.
+    /// Declarations of members, by record and member index.
     pub declared: BTreeMap<(usize, usize), Declared>,
 }
 
-/// How a source declares a member of a record.
+/// The declaration of a record's member.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Declared {
-    /// Who sets it and who reads it.
+    /// Its section: who sets and who reads it.
     pub section: Section,
-    /// The elementary type, or that of its elements, if it tells more than [`Type`] does: TIME or WORD, for example.
+    /// The elementary type, or that of its elements, if it is more specific than [`Type`], such as TIME or WORD.
     pub of: Option<Kind>,
 }
 
@@ -76,23 +76,23 @@ pub enum Section {
     Output,
     /// The caller sets and reads it.
     InOut,
-    /// It belongs to the block.
+    /// It is internal to the block.
     Static,
-    /// A value for the host of an FMU, which the block of a PLC does not have.
+    /// A value for the host of an FMU that the PLC block does not have.
     Host,
 }
 
-/// A line of a source, for messages.
+/// A source line, for messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct At {
-    /// The number of the file in [`Program::files`].
+    /// The file, as an index into [`Program::files`].
     pub file: u16,
-    /// The line, from 1; 0 if the statement has none.
+    /// The line, from 1; 0 if unknown.
     pub line: u32,
 }
 
 impl At {
-    /// Of a statement that a program has only for who watches it: it is not counted, and has no line.
+    /// Marks a statement inserted for watching: it is not counted and has no line.
     pub const NOTE: At = At { file: u16::MAX, line: 0 };
 }
 
@@ -101,41 +101,41 @@ impl At {
 pub enum Type {
     /// A number or a truth value.
     Scalar(Scalar),
-    /// A string: its length in characters as a `u16`, then room for `capacity` characters.
+    /// A string: its length in characters as a `u16`, then space for `capacity` characters.
     Text {
-        /// The most characters that it holds.
+        /// The maximum number of characters.
         capacity: u16,
-        /// Characters have 16 bits instead of 8.
+        /// Whether characters have 16 bits instead of 8.
         wide: bool,
     },
-    /// An array, row by row: the last index runs fastest.
+    /// An array in row-major order: the last index varies fastest.
     Array {
         /// The type of its elements.
         of: Box<Type>,
-        /// The lowest and the highest index of each dimension.
+        /// The lower and upper bound of each dimension.
         bounds: Vec<(i32, i32)>,
     },
-    /// An array whose bounds come from the caller; only of a parameter that is passed by reference.
+    /// An array whose caller passes the bounds; only as a parameter passed by reference.
     Open {
         /// The type of its elements.
         of: Box<Type>,
-        /// The number of its dimensions.
+        /// The number of dimensions.
         dimensions: usize,
     },
-    /// A structure, or the instance of a function block: a number in [`Program::records`].
+    /// A structure or function block instance: an index into [`Program::records`].
     Record(usize),
 }
 
-/// A structure with the places of its members.
+/// A structure and the layout of its members.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Record {
     /// Its name, for messages and printing.
     pub name: String,
     /// Its members, in the order of declaration.
     pub members: Vec<Member>,
-    /// The start values of all members as bytes; as long as the record.
+    /// The start values of all members; as many bytes as the record has.
     pub start: Vec<u8>,
-    /// The power of 2 of which its address is a multiple.
+    /// The alignment of its address, a power of 2.
     pub align: usize,
 }
 
@@ -146,7 +146,7 @@ pub struct Member {
     pub name: String,
     /// Its type.
     pub ty: Type,
-    /// The number of bytes before it.
+    /// Its byte offset in the record.
     pub offset: usize,
 }
 
@@ -155,13 +155,14 @@ pub struct Member {
 pub struct Function {
     /// Its name, for messages and printing.
     pub name: String,
-    /// The record of the instance on which it works, if it belongs to a function block.
+    /// The record of its instance, if it belongs to a function block.
     pub instance: Option<usize>,
-    /// Parameters, results and temporaries. All but the parameters have the start values of their types in every call.
+    /// Parameters, results and temporaries. All but the parameters have the start values of their types at the start of
+    /// each call.
     pub locals: Vec<Local>,
-    /// How many of [`Function::locals`], from the first one on, a call passes.
+    /// The number of parameters, which come first in [`Function::locals`].
     pub parameters: usize,
-    /// What it does.
+    /// Its code.
     pub body: Body,
 }
 
@@ -172,129 +173,130 @@ pub struct Local {
     pub name: String,
     /// Its type.
     pub ty: Type,
-    /// Whether it stands for a variable of the caller; only of a parameter, and always of a [`Type::Open`].
+    /// Whether it refers to a variable of the caller; only for parameters, and always for a [`Type::Open`].
     pub by_reference: bool,
 }
 
-/// What a function does.
+/// The body of a function.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Body {
     /// Statements.
     Code(Vec<Statement>),
-    /// The law of a block of [`blocks`], by its name.
+    /// The law of the named block of [`blocks`].
     Native(&'static str),
 }
 
-/// A statement and its place.
+/// A statement and its source line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statement {
-    /// Its line.
+    /// Its source line.
     pub at: At,
-    /// What it does.
+    /// Its effect.
     pub what: What,
 }
 
-/// What a statement does.
+/// The effect of a statement.
 #[derive(Clone, Debug, PartialEq)]
 pub enum What {
     /// Stores a number.
     Assign(Place, Expr),
-    /// Copies a structure or an array of the same size, or a text, which is cut to the capacity: to, from.
+    /// Copies a structure or array of the same size, or a text, which is truncated to the capacity: target, source.
     Copy(Place, Place),
     /// Calls a function.
     Call(Call),
-    /// Runs the first list if the condition is TRUE, else the second one.
+    /// Runs the first list if the condition is TRUE, else the second.
     If(Expr, Vec<Statement>, Vec<Statement>),
-    /// Runs the first arm with the value of an integer, or the statements behind the arms.
+    /// Runs the first arm that has the value of an integer, or the statements after the arms if none has it.
     Case(Expr, Vec<Arm>, Vec<Statement>),
-    /// Tests, runs, and begins again.
+    /// A loop that tests its condition before each iteration.
     While(Expr, Vec<Statement>),
-    /// Runs, tests, and begins again if the condition is FALSE.
+    /// A loop that ends after an iteration in which the condition becomes TRUE.
     Repeat(Vec<Statement>, Expr),
-    /// Counts.
+    /// A counting loop.
     For(Box<For>),
     /// Leaves the innermost loop.
     Break,
-    /// Goes to the end of the innermost loop's body.
+    /// Skips to the end of the innermost loop's body.
     Continue,
     /// Leaves the function.
     Return,
-    /// The place of a label of this function.
+    /// The position of a label of this function.
     Label(usize),
-    /// Goes to a label of this function.
+    /// Jumps to a label of this function.
     Goto(usize),
-    /// A comment of the source, for those who read the program printed. It is no statement: the budget does not count it.
+    /// A comment from the source, for readers of the printed program. It is not a statement: the budget does not count
+    /// it.
     Comment(String),
 }
 
-/// One arm of [`What::Case`].
+/// An arm of [`What::Case`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arm {
-    /// The values, as ranges: lowest and highest.
+    /// The values, as inclusive ranges.
     pub values: Vec<(i64, i64)>,
-    /// What is done.
+    /// The statements to run.
     pub body: Vec<Statement>,
 }
 
-/// A loop that counts. First, last and step are calculated once, in this order; the test comes before each run. A step beyond the
-/// range of the variable wraps and ends the loop.
+/// A counting loop. First, last and step are evaluated once, in this order, and the test precedes each iteration. A
+/// step beyond the range of the variable wraps and ends the loop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct For {
-    /// The variable, an integer.
+    /// The counter, an integer variable.
     pub variable: Place,
     /// Its first value.
     pub first: Expr,
-    /// Its last value; a step that passes it ends the loop.
+    /// The last value; a step past it ends the loop.
     pub last: Expr,
-    /// What is added after each run.
+    /// The increment after each iteration.
     pub step: Expr,
-    /// What is run.
+    /// The statements to repeat.
     pub body: Vec<Statement>,
 }
 
-/// A call.
+/// A function call.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Call {
-    /// The number of the function.
+    /// The index of the function.
     pub function: usize,
     /// The instance, if the function belongs to a function block.
     pub instance: Option<Place>,
-    /// One for each parameter.
+    /// The arguments, one for each parameter.
     pub arguments: Vec<Argument>,
-    /// What is copied out behind the body, in this order: a local of the function, and where it is copied to.
+    /// The outputs copied after the call, in order: a local of the function, and the target.
     pub outputs: Vec<(usize, Place)>,
 }
 
-/// What is passed for a parameter.
+/// An argument of a call.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Argument {
     /// A number.
     Value(Expr),
     /// A copy of a structure, an array or a text.
     Copy(Place),
-    /// The variable itself.
+    /// A reference to a variable.
     Reference(Place),
-    /// Nothing: the start value of its type.
+    /// Nothing passed: the start value of the parameter's type.
     Start,
 }
 
-/// A variable, or a part of one.
+/// A variable or a part of one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {
-    /// Where it begins.
+    /// Its root.
     pub base: Base,
-    /// How it goes on from there.
+    /// The path from there.
     pub steps: Vec<Step>,
 }
 
-/// Where a [`Place`] begins.
+/// The root of a [`Place`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Base {
     /// [`Program::memory`].
     Memory,
-    /// [`Program::constants`]: only to be read.
+    /// [`Program::constants`]: read-only.
     Constants,
-    /// The instance on which the function works.
+    /// The instance of the function.
     Instance,
     /// A local of the function.
     Local(usize),
@@ -305,62 +307,63 @@ pub enum Base {
 pub enum Step {
     /// To a member of a record, by number.
     Member(usize),
-    /// To an element of an array, with an integer for each dimension, or to a character of a text, from 1 on.
+    /// To an element of an array, with an integer index for each dimension, or to a character of a text, from 1.
     Index(Vec<Expr>, At),
-    /// To the length of a text, a `U16`. What is beyond the capacity counts as the capacity.
+    /// To the length of a text, a `U16`. A length beyond the capacity counts as the capacity.
     Length,
 }
 
-/// A number that is calculated.
+/// An expression, whose value is a number.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Expr {
     /// A constant.
     Const(Value),
     /// The value of a variable.
     Load(Scalar, Place),
-    /// An operation on one number, in its type.
+    /// A unary operation, in the type of its operand.
     Unary(Unary, Scalar, Box<Expr>),
-    /// An operation on two numbers of the same type, the left one first. The amount of a shift or rotation is a `U32`.
+    /// A binary operation on two numbers of the same type, the left one evaluated first. The amount of a shift or
+    /// rotation is a `U32`.
     Binary(Binary, Scalar, Box<Expr>, Box<Expr>, At),
-    /// A conversion: how, from which type, to which type.
+    /// A conversion: mode, source type, target type.
     Convert(Convert, Scalar, Scalar, Box<Expr>, At),
-    /// The second number if the first one, a truth value, is TRUE, else the third. All are calculated, in this order.
+    /// The second number if the first, a truth value, is TRUE, else the third. All are evaluated, in this order.
     Select(Scalar, Box<[Expr; 3]>),
-    /// The number in the middle of `[lowest, number, highest]`; the number itself if the lowest is above the highest.
+    /// The median of `[lowest, number, highest]`; the number itself if lowest is above highest.
     Limit(Scalar, Box<[Expr; 3]>),
-    /// A comparison of two texts by the codes of their characters; the shorter one is less.
+    /// A lexicographic comparison of two texts by character code.
     Texts(Binary, Place, Place),
-    /// Whether two structures or arrays of the same type have equal members.
+    /// Whether two structures or arrays of the same type are equal.
     Same(Place, Place),
-    /// The lowest or highest index of a dimension, from 0, of an array whose bounds come from the caller; an `I32`.
+    /// The lower or upper bound of a dimension (from 0) of an array with bounds from the caller; an `I32`.
     Bound {
         /// The parameter.
         local: usize,
         /// The dimension.
         dimension: usize,
-        /// The highest index.
+        /// Whether this is the upper bound.
         upper: bool,
     },
-    /// The time of the call in nanoseconds since the start; an `I64`.
+    /// The time of the call in nanoseconds since the start of the simulation; an `I64`.
     Now,
-    /// A number that is calculated after these statements, a call for example.
+    /// A number evaluated after these statements, such as a call.
     After(Vec<Statement>, Box<Expr>),
 }
 
-/// An operation on one number.
+/// A unary operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unary {
     /// `-x`; an integer wraps.
     Neg,
-    /// All bits inverted, or the opposite of a truth value.
+    /// Bitwise NOT, or the negation of a truth value.
     Not,
     /// The absolute value; an integer wraps.
     Abs,
-    /// The bytes in reverse order.
+    /// The reversed byte order.
     Swap,
-    /// The part behind the decimal point, with the sign of the number.
+    /// The fractional part, with the sign of the number.
     Frac,
-    /// The square root, rounded once.
+    /// The square root, correctly rounded.
     Sqrt,
     /// e to the power of x.
     Exp,
@@ -374,15 +377,15 @@ pub enum Unary {
     Cos,
     /// The tangent.
     Tan,
-    /// The angle in radians of which this is the sine.
+    /// The arc sine, in radians.
     Asin,
-    /// The angle of which this is the cosine.
+    /// The arc cosine, in radians.
     Acos,
-    /// The angle of which this is the tangent.
+    /// The arc tangent, in radians.
     Atan,
 }
 
-/// An operation on two numbers.
+/// A binary operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Binary {
     /// `a + b`; integers wrap.
@@ -391,31 +394,31 @@ pub enum Binary {
     Sub,
     /// `a * b`; integers wrap.
     Mul,
-    /// `a / b`; an integer is truncated, and 0 if b is 0.
+    /// `a / b`; an integer quotient is truncated, and 0 if b is 0.
     Div,
     /// The remainder of an integer division, with the sign of a, and 0 if b is 0.
     Rem,
-    /// a to the power of b, of floating-point numbers.
+    /// a to the power of b, for floating-point numbers.
     Pow,
-    /// Bit by bit; also of truth values.
+    /// Bitwise AND; also of truth values.
     And,
-    /// Bit by bit; also of truth values.
+    /// Bitwise OR; also of truth values.
     Or,
-    /// Bit by bit; also of truth values.
+    /// Bitwise XOR; also of truth values.
     Xor,
-    /// Bits shifted to the left; all of them out from the width on.
+    /// Shift to the left; 0 if the amount is at least the width.
     Shl,
-    /// Bits shifted to the right, filled with the sign; all of them out from the width on.
+    /// Shift to the right, filled with the sign bit; an amount of at least the width shifts out all bits.
     Shr,
-    /// Bits rotated to the left.
+    /// Rotation to the left.
     Rol,
-    /// Bits rotated to the right.
+    /// Rotation to the right.
     Ror,
-    /// The lesser one; a if neither is less.
+    /// The minimum; a if neither is less.
     Min,
-    /// The greater one; a if neither is greater.
+    /// The maximum; a if neither is greater.
     Max,
-    /// `a = b`: FALSE if one is not a number, as all comparisons.
+    /// `a = b`; like all comparisons FALSE if one operand is NaN.
     Eq,
     /// `a <> b`.
     Ne,
@@ -429,36 +432,36 @@ pub enum Binary {
     Ge,
 }
 
-/// How a number is converted to another type.
+/// The mode of a conversion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Convert {
-    /// The value: integers are extended by their own sign, then the low bits are taken; a truth value is 0 or 1, or the lowest
-    /// bit; a floating-point number is rounded once, and to an integer with ties to even.
+    /// By value: integers are extended by their own sign and then truncated to the low bits; a truth value is 0 or 1,
+    /// or the lowest bit; a floating-point number is rounded once, to an integer with ties to even.
     Value,
-    /// A floating-point number to an integer, towards 0.
+    /// From floating point to an integer, rounding towards 0.
     Trunc,
-    /// A floating-point number to an integer, upwards.
+    /// From floating point to an integer, rounding up.
     Ceil,
-    /// A floating-point number to an integer, downwards.
+    /// From floating point to an integer, rounding down.
     Floor,
-    /// The bits, between a floating-point number and an integer of the same width.
+    /// By bit pattern, between a floating-point number and an integer of the same width.
     Bits,
 }
 
 impl Binary {
-    /// Whether the result is a truth value.
+    /// Whether this is a comparison, with a truth value as its result.
     pub fn compares(self) -> bool {
         matches!(self, Binary::Eq | Binary::Ne | Binary::Lt | Binary::Le | Binary::Gt | Binary::Ge)
     }
 
-    /// Whether the right side is the number of bits, a `U32`.
+    /// Whether this is a shift or rotation, whose right operand is a number of bits, a `U32`.
     pub fn shifts(self) -> bool {
         matches!(self, Binary::Shl | Binary::Shr | Binary::Rol | Binary::Ror)
     }
 }
 
 impl Expr {
-    /// The type of the number.
+    /// The type of the expression.
     pub fn ty(&self) -> Scalar {
         match self {
             Expr::Const(value) => value.ty(),
@@ -473,7 +476,7 @@ impl Expr {
         }
     }
 
-    /// The value of an integer constant within bounds: as an index it needs no check.
+    /// The value of an integer constant within bounds, which needs no check as an index.
     pub(crate) fn constant_within(&self, (low, high): (i32, i32)) -> Option<i64> {
         let Expr::Const(value) = self else { return None };
         let number = value.bits() as i64;
@@ -487,7 +490,7 @@ impl Place {
         Place { base, steps: Vec::new() }
     }
 
-    /// One of its members.
+    /// A member of this place.
     pub fn member(mut self, number: usize) -> Place {
         self.steps.push(Step::Member(number));
         self

@@ -1,16 +1,16 @@
-//! Random numbers that are the same on every machine: for the tapes of [`prove`](crate::prove), and for tests of laws.
+//! Random numbers that are identical on every machine: for the tapes of [`prove`](crate::prove), and for tests of laws.
 
-/// SplitMix64 (Steele, Lea, Flood).
+/// The generator SplitMix64 (Steele, Lea, Flood).
 #[derive(Clone, Debug)]
 pub struct Random(u64);
 
 impl Random {
-    /// The sequence of a seed.
+    /// Starts the sequence of a seed.
     pub fn new(seed: u64) -> Random {
         Random(seed)
     }
 
-    /// 64 random bits.
+    /// Returns 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut bits = self.0;
@@ -19,22 +19,22 @@ impl Random {
         bits ^ (bits >> 31)
     }
 
-    /// A whole number below `count`.
+    /// Returns an integer below `count`.
     pub fn below(&mut self, count: u64) -> u64 {
         (self.bits() >> 11) % count
     }
 
-    /// True once in `count`.
+    /// Returns true with a probability of 1 in `count`.
     pub fn once_in(&mut self, count: u64) -> bool {
         self.below(count) == 0
     }
 
-    /// A number between `-most` and `most`, with all its bits random.
+    /// Returns a number between `-most` and `most`, with all bits random.
     pub fn real(&mut self, most: f32) -> f32 {
         (self.below(1 << 24) as f32 / (1 << 23) as f32 - 1.0) * most
     }
 
-    /// One of several.
+    /// Returns one of several values.
     pub fn one_of<T: Copy>(&mut self, from: &[T]) -> T {
         from[self.below(from.len() as u64) as usize]
     }

@@ -1,21 +1,21 @@
-//! What is wrong with a program, and what its author should know.
+//! Errors and warnings about a program.
 
 use crate::lexer::Span;
 use parameters::{Problem, Problems, Remedy, Source};
 
-/// This many messages of one kind are shown of a program.
+/// The maximum number of errors shown for a program, and of warnings.
 const MOST: usize = 1000;
 
-/// What was found in the sources of a program.
+/// Errors and warnings found in the sources of a program.
 #[derive(Debug, Default)]
 pub struct Report {
     errors: Vec<Finding>,
     warnings: Vec<Finding>,
-    /// What stands where, in files whose lines say little: a block, a network, an element.
+    /// Names for parts of files in which line numbers say little: a block, a network, an element.
     places: Vec<(Span, String)>,
 }
 
-/// One thing that was found.
+/// An error or a warning.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Finding {
     span: Span,
@@ -24,22 +24,22 @@ struct Finding {
 }
 
 impl Report {
-    /// What makes a program impossible.
+    /// Adds an error, which makes the program unusable.
     pub fn error(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
         self.error_with(span, message, help.map(Remedy::from));
     }
 
-    /// The same with another remedy than a sentence.
+    /// Adds an error with a remedy other than a sentence.
     pub fn error_with(&mut self, span: Span, message: impl Into<String>, help: Option<Remedy>) {
         add(&mut self.errors, span, message.into(), help);
     }
 
-    /// What may not be what its author expects.
+    /// Adds a warning about something its author may not expect.
     pub fn warning(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
         add(&mut self.warnings, span, message.into(), help.map(Remedy::from));
     }
 
-    /// Messages about these bytes, or a part of them, begin with the name of a place.
+    /// Prefixes messages about this span, or a part of it, with the name of a place.
     pub fn locate(&mut self, span: Span, place: String) {
         self.places.push((span, place));
     }
@@ -60,14 +60,15 @@ impl Report {
         !self.errors.is_empty()
     }
 
-    /// How many errors there are.
+    /// The number of errors.
     pub fn errors(&self) -> usize {
         self.errors.len()
     }
 
-    /// The errors of each source, and the warnings.
+    /// The errors and the warnings, by source.
     pub fn problems(mut self, sources: &[Source]) -> (Vec<Problems>, Vec<Problems>) {
-        // The innermost place that holds a finding is the last one of these that begins before it and does not end before it.
+        // The innermost place around a finding is the last in this order that starts before it and does not end before
+        // it.
         self.places.sort_by_key(|(span, _)| (span.file, span.start, std::cmp::Reverse(span.end)));
         for finding in self.errors.iter_mut().chain(&mut self.warnings) {
             let before = self

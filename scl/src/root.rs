@@ -1,4 +1,4 @@
-//! What is called in a cycle: one function block, or organization blocks and what else is named.
+//! Selects what is called in a cycle: one function block, or organization blocks and further named blocks.
 
 use crate::compiler::{Compiler, Global, Interface, Parameter, Slot, State};
 use crate::interface::{Shown, Variable};
@@ -8,10 +8,10 @@ use crate::syntax::{BlockKind, EVENT, attribute, key};
 use crate::types::{Elementary, Type};
 use manifest::Task;
 
-/// The organization blocks that are called once before the first cycle.
+/// The organization blocks called once before the first cycle.
 const STARTUP: [&str; 2] = ["OB100", "STARTUP"];
 
-/// The organization block that has the lowest priority: all others of an instant come before it.
+/// The organization block with the lowest priority: others due at the same time run before it.
 const MAIN: [&str; 2] = ["OB1", "MAIN"];
 
 /// The kinds of organization blocks that are called again and again, as SimaticML has them.
@@ -19,7 +19,7 @@ const CYCLIC: [&str; 3] = [PROGRAM_CYCLE, "CyclicInterrupt", "SynchronousCycle"]
 
 const PROGRAM_CYCLE: &str = "ProgramCycle";
 
-/// Other organization blocks, which an event calls, by the names that TIA Portal gives them; of some the beginning.
+/// Event-driven organization blocks, by TIA Portal's names or the beginnings of these names.
 const EVENTS: [&str; 12] = [
     "TIME OF DAY",
     "TIME DELAY",
@@ -35,35 +35,35 @@ const EVENTS: [&str; 12] = [
     "IO ACCESS ERROR",
 ];
 
-/// What is run.
+/// The entry points of a program.
 #[derive(Clone, Debug)]
 pub struct Root {
-    /// The function of a cycle.
+    /// The function called in each cycle.
     pub cycle: usize,
-    /// The function that is called once before the first cycle.
+    /// The function called once before the first cycle.
     pub startup: Option<usize>,
     /// The name of the block, or of the first of several.
     pub block: String,
-    /// Its instance: a member of the memory; empty if what is run is no single instance.
+    /// The name of its instance among the members of the memory; empty unless a single instance is run.
     pub instance: String,
-    /// The variables of the instance, by their names in it.
+    /// The variables of the instance, with names relative to it.
     pub variables: Vec<Variable>,
 }
 
-/// What a name stands for that is to be called.
+/// A callable that a name denotes.
 #[derive(Clone)]
 enum Target {
-    /// The name of an instance, and its block.
+    /// The name of an instance, and the index of its block.
     Instance(String, usize),
-    /// A function or an organization block.
+    /// The index of a function or an organization block.
     Function(usize),
 }
 
-/// The arguments of a call, and what is copied out behind it.
+/// The arguments of a call, and the outputs copied after it.
 type Passed = (Vec<Argument>, Vec<(usize, Place)>);
 
 impl Compiler<'_> {
-    /// What is run; `None` if there are errors, or several blocks and none is chosen.
+    /// Selects the entry points; `None` on errors, or if several blocks could be run and none is chosen.
     pub fn root(&mut self) -> Option<Root> {
         if self.report.has_errors() {
             return None;
@@ -99,14 +99,14 @@ impl Compiler<'_> {
             }
             _ => (String::new(), Vec::new()),
         };
-        // Main comes last, and names what nobody has named.
+        // Main is last in the list, and gives the program its name if the user has not named any block.
         let named = if self.options.calls.is_empty() { targets.last() } else { targets.first() };
         let (Target::Instance(_, of) | Target::Function(of), _) = named?;
         let block = self.blocks[*of].name.clone();
         Some(Root { cycle, startup, block, instance, variables })
     }
 
-    /// The variables that are shown; what is not, is told at this place.
+    /// The variables shown; notes and errors are reported at `span`.
     pub fn told(&mut self, shown: Result<Shown, String>, span: Span) -> Option<Vec<Variable>> {
         match shown {
             Ok(shown) => {
@@ -121,7 +121,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// The names of what can be run, if it is not clear.
+    /// The names of the blocks that could be run, if the choice is ambiguous.
     pub fn candidates(&self) -> Vec<String> {
         let cyclic = self.organization_blocks().filter(|block| !self.is_startup(*block));
         cyclic.chain(self.unused()).map(|block| self.blocks[block].name.clone()).collect()
@@ -163,12 +163,13 @@ impl Compiler<'_> {
         Some(self.program.functions.len() - 1)
     }
 
-    /// Where a block is named in its declaration.
+    /// The location of a block's name in its declaration.
     fn name_of(&self, block: usize) -> Span {
         self.blocks[block].source.map_or(Span::default(), |id| self.block(id).name.span)
     }
 
-    /// Variables for the structured in-out parameters of an instance that nothing calls: what a data block would be there.
+    /// Creates variables for the structured in-out parameters of an instance that nothing calls, in place of data
+    /// blocks.
     fn in_outs(&mut self, instance: &str, of: usize) -> Option<Passed> {
         let (mut arguments, mut outputs) = (Vec::new(), Vec::new());
         let function = self.blocks[of].function;
@@ -203,13 +204,13 @@ impl Compiler<'_> {
         Some((arguments, outputs))
     }
 
-    /// The call of an organization block, whose parameters the system supplies, or of a function that has none.
+    /// The call of an organization block, whose parameters the system supplies, or of a function without parameters.
     fn call_without_parameters(&mut self, of: usize) -> Option<Call> {
         let Interface { kind, function, name, .. } = &self.blocks[of];
         let (kind, function, name) = (*kind, *function, name.clone());
         let called = &self.program.functions[function];
         let first = |local: &crate::program::Local| match local.name.to_ascii_uppercase().as_str() {
-            // TRUE in the first call.
+            // TRUE in the first call only.
             "INITIAL_CALL" if local.ty == crate::program::Type::Scalar(Elementary::Bool.scalar()) => {
                 Argument::Value(is(Binary::Eq, Expr::Now, Expr::Const(0i64.into())))
             }
@@ -225,7 +226,7 @@ impl Compiler<'_> {
         Some(Call { function, instance: None, arguments, outputs: Vec::new() })
     }
 
-    /// What a name stands for.
+    /// The callable that a name denotes.
     fn target(&mut self, name: &str, what: &str) -> Option<Target> {
         if let Some(State::Known(Global { of: Type::Instance(of), .. })) = self.globals.get(&key(name)) {
             return Some(Target::Instance(name.to_string(), *of));
@@ -234,7 +235,7 @@ impl Compiler<'_> {
         let found = (0..self.blocks.len())
             .find(|block| Some(&self.blocks[*block]).filter(is_own).is_some_and(|of| key(&of.name) == key(name)));
         match found.map(|block| (block, self.blocks[block].kind)) {
-            // With the start values of the block; a data block is named itself.
+            // A function block runs with its start values; a data block is named directly.
             Some((block, BlockKind::FunctionBlock)) => Some(Target::Instance(self.blocks[block].name.clone(), block)),
             Some((block, BlockKind::OrganizationBlock | BlockKind::Function)) if what == "block" => {
                 Some(Target::Function(block))
@@ -251,8 +252,8 @@ impl Compiler<'_> {
         }
     }
 
-    /// What is run if nothing is named: the only organization block that is called again and again, or Main and the others; else a
-    /// function block that no other block calls.
+    /// The default entry points: the only cyclic organization block, or all cyclic ones with Main last; otherwise the
+    /// only function block that no other block calls.
     fn targets(&mut self) -> Option<Vec<Target>> {
         let all: Vec<usize> = self.organization_blocks().filter(|block| !self.is_startup(*block)).collect();
         let (mut cyclic, events): (Vec<usize>, Vec<usize>) =
@@ -288,7 +289,7 @@ impl Compiler<'_> {
         Some(cyclic.into_iter().map(Target::Function).collect())
     }
 
-    /// Whether an organization block is called by an event: as its export says, or as its name tells.
+    /// Whether an organization block is event-driven, according to its export or its name.
     fn is_event(&self, block: usize) -> bool {
         let Interface { name, .. } = &self.blocks[block];
         match self.event(block) {
@@ -296,14 +297,14 @@ impl Compiler<'_> {
             None => {
                 let name = key(name);
                 let number = name.strip_prefix("OB").and_then(|number| number.parse::<u32>().ok());
-                // OB 30 to 38 are cyclic interrupts, OB 61 to 64 follow a clock.
+                // OB 30 to 38 are cyclic interrupts, OB 61 to 64 synchronous cycle interrupts.
                 let is_number = |number| matches!(number, 10..=29 | 40..=60 | 65..=99 | 121 | 122);
                 number.is_some_and(is_number) || EVENTS.iter().any(|event| name.starts_with(event))
             }
         }
     }
 
-    /// The instance of a block: the one data block that the sources have of it, with its start values, or a new one.
+    /// The instance of a block: its only data block in the sources, with that block's start values, or a new instance.
     fn instance_of(&self, block: usize) -> Target {
         let mut names =
             self.globals.values().filter_map(State::known).filter(|global| global.of == Type::Instance(block));

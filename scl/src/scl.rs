@@ -1,11 +1,13 @@
-//! Typed programs as SCL: sources that TIA Portal or STEP 7 compiles, with the names, the order and the comments of the program.
+//! Prints typed programs as SCL: sources that TIA Portal or STEP 7 compiles, with the program's names, order and
+//! comments.
 //!
-//! Read again by [`compile`](crate::compile()), a printed program gives the same results to the last bit. Where SCL has no word
-//! for an operation, or the dialect no type, the printer says so by name instead of printing something that is nearly the same.
+//! Recompiled with [`compile`](crate::compile()), a printed program gives the same results to the last bit. Where SCL
+//! has no notation for an operation, or the dialect lacks a type, the printer fails with its name instead of printing
+//! something nearly equivalent.
 //!
-//! A record with a function that others call becomes a function block, any other record a type, a member of the memory a data
-//! block. A function block of a PLC has no methods: further functions on a record become functions that take what they read as
-//! inputs and what they write as in-out parameters.
+//! A record with a function called by others becomes a function block, any other record a type, a member of the memory
+//! a data block. A function block in a PLC has no methods: further functions on a record become functions that take
+//! what they read as inputs and what they write as in-out parameters.
 
 mod declaration;
 mod expression;
@@ -23,17 +25,17 @@ use std::collections::{BTreeMap, BTreeSet};
 
 pub use literal::literal;
 
-/// The compiler that the source is for.
+/// The target compiler.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dialect {
-    /// TIA Portal: S7-1200, S7-1500, and S7-300, S7-400 there.
+    /// TIA Portal, for S7-1200, S7-1500, S7-300 and S7-400.
     Tia,
-    /// STEP 7 V5 with S7-SCL: S7-300, S7-400.
+    /// STEP 7 V5 with S7-SCL, for S7-300 and S7-400.
     Step7,
 }
 
 impl Dialect {
-    /// The types that the dialect does not have are an error.
+    /// Returns the type, or an error if the dialect does not have it.
     fn check(self, of: Elementary) -> Result<Elementary, String> {
         let is_there = self == Dialect::Tia
             || of.bits() <= 32
@@ -50,13 +52,13 @@ impl Dialect {
     }
 }
 
-/// The longest name in a symbol table of STEP 7, and of a variable there.
+/// The maximum length of a symbol or variable name in STEP 7.
 const STEP7_NAME: usize = 24;
 
-/// The widest line, unless nothing can be broken.
+/// The maximum line width, unless a line cannot be broken.
 const WIDTH: usize = 110;
 
-/// Words that are no names.
+/// The reserved words.
 const KEYWORDS: &str = "and any array at begin block_db block_fb block_fc block_sdb bool by byte case char const constant continue \
     counter data_block date date_and_time db dint div do dt dtl dword else elsif en end_case end_const end_data_block end_for \
     end_function end_function_block end_if end_label end_organization_block end_region end_repeat end_struct end_type end_var \
@@ -65,14 +67,14 @@ const KEYWORDS: &str = "and any array at begin block_db block_fb block_fc block_
     to tod true type udint udt uint ulint until usint var var_in_out var_input var_output var_temp variant void wchar while with \
     word wstring xor";
 
-/// Functions that a variable without `#` would hide.
+/// Functions that a variable without `#` would shadow.
 const STANDARD: &str = "abs acos asin atan ceil cos deco enco exp expd floor frac limit ln log max min move mux rol ror round sel shl \
     shr sin sqr sqrt swap tan trunc";
 
-/// Prints these functions, everything that they need, and the data blocks that they name.
+/// Prints the given functions, their dependencies, and the data blocks that they use.
 ///
 /// # Errors
-/// What the dialect cannot say, by name.
+/// The dialect cannot express a part of the program, which the message names.
 pub fn print(program: &Program, roots: &[usize], dialect: Dialect) -> Result<String, String> {
     let (program, facts) = facts::prepared(program, roots, dialect)?;
     let mut printer = Printer::new(&program, &facts, dialect);
@@ -94,9 +96,9 @@ struct Printer<'a> {
     records: Vec<String>,
     functions: Vec<String>,
     globals: Vec<String>,
-    /// The name of the data block with the members of the memory that are no structures.
+    /// The name of the data block for the members of the memory that are not structures.
     loose: String,
-    /// Of each function, the names of its locals and of what it uses of its instance.
+    /// The names used in each function: its locals and the parts of its instance.
     interfaces: BTreeMap<usize, Interface>,
     scope: Scope<'a>,
 }
@@ -104,26 +106,26 @@ struct Printer<'a> {
 #[derive(Clone, Default)]
 struct Interface {
     locals: Vec<String>,
-    /// By the numbers of the members that lead to it.
+    /// The names of the instance's parts, by path of member indices.
     members: BTreeMap<Vec<usize>, String>,
 }
 
-/// The function that is printed.
+/// State of the function being printed.
 #[derive(Default)]
 struct Scope<'a> {
     function: Option<&'a Function>,
     number: usize,
     interface: Interface,
-    /// The locals that have been named.
+    /// The locals used so far.
     used: BTreeSet<usize>,
-    /// Temporaries that the printer adds: names and types.
+    /// Temporaries added by the printer: names and types.
     temporaries: Vec<(String, String)>,
     labels: BTreeSet<usize>,
     indent: usize,
     lines: Vec<String>,
 }
 
-/// The integer or bit string of a scalar; numbers without sign are bit strings, which both dialects have.
+/// The integer or bit string for a scalar; unsigned numbers become bit strings, which both dialects have.
 fn natural(ty: Scalar) -> Elementary {
     match ty {
         Scalar::Bool => Elementary::Bool,
@@ -137,7 +139,7 @@ fn natural(ty: Scalar) -> Elementary {
     }
 }
 
-/// The type in which numbers of a scalar are calculated.
+/// The numeric type in which a scalar is computed.
 fn number(ty: Scalar) -> Elementary {
     match ty {
         Scalar::Bool | Scalar::F32 | Scalar::F64 => natural(ty),
@@ -145,23 +147,23 @@ fn number(ty: Scalar) -> Elementary {
     }
 }
 
-/// The bit string of a scalar.
+/// The bit string for a scalar.
 fn bits(ty: Scalar) -> Elementary {
     if ty == Scalar::Bool { Elementary::Bool } else { Elementary::bit_string(8 * ty.size() as u32) }
 }
 
-/// The declared type of a scalar: the one of the source, if it is one of this scalar.
+/// The declared type of a scalar: that of the source if it has the same scalar, else the natural one.
 fn declared(ty: Scalar, of: Option<Kind>) -> Elementary {
     let of = of.and_then(|of| Elementary::named(of.name()));
     of.filter(|of| of.scalar() == ty && of.class() != Class::Date).unwrap_or(natural(ty))
 }
 
-/// Names that differ without regard to case, with letters, digits and underscores only.
+/// Unique names, ignoring case, made of ASCII letters, digits and underscores.
 fn names<'a>(of: impl IntoIterator<Item = &'a str>, taken: &[String], most: usize) -> Vec<String> {
     names_of(of, taken, most, false)
 }
 
-/// As [`names`]; what stands in quotation marks may be a word of the language.
+/// Like [`names`], but quoted names may be reserved words.
 fn names_of<'a>(of: impl IntoIterator<Item = &'a str>, taken: &[String], most: usize, is_quoted: bool) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     for name in of {
@@ -200,7 +202,7 @@ fn is_keyword(name: &str) -> bool {
     KEYWORDS.split_whitespace().any(|word| word.eq_ignore_ascii_case(name))
 }
 
-/// Whether a name of an interface can stand without quotation marks.
+/// Whether a name in an interface needs no quotation marks.
 fn is_plain(name: &str) -> bool {
     let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
     !name.is_empty() && name.chars().all(is_word) && !name.starts_with(|first: char| first.is_ascii_digit())
@@ -209,7 +211,7 @@ fn is_plain(name: &str) -> bool {
 impl<'a> Printer<'a> {
     fn new(program: &'a Program, facts: &'a Facts, dialect: Dialect) -> Printer<'a> {
         let most = if dialect == Dialect::Step7 { STEP7_NAME } else { 120 };
-        // A name belongs to a function block and its instance's record alike.
+        // A function block and the record of its instance share a name.
         let blocks = facts.blocks.keys().copied().filter(|record| !facts.systems.contains_key(record));
         let own: Vec<usize> = blocks.collect();
         let mut taken = names_of(own.iter().map(|record| program.records[*record].name.as_str()), &[], most, true);
@@ -245,7 +247,7 @@ impl<'a> Printer<'a> {
         printer
     }
 
-    /// The name of a part of a record: the names of the members that lead to it.
+    /// The name of a part of a record: the names of the members on its path, joined.
     fn path_name(&self, record: usize, path: &[usize]) -> String {
         let mut ty = Type::Record(record);
         let mut parts = Vec::new();
@@ -258,7 +260,7 @@ impl<'a> Printer<'a> {
         parts.join("_")
     }
 
-    /// The names in a function.
+    /// The names used in a function.
     fn interface(&self, number: usize) -> Interface {
         let function = &self.program.functions[number];
         let mut members = BTreeMap::new();
@@ -289,7 +291,7 @@ impl<'a> Printer<'a> {
         Interface { locals, members }
     }
 
-    /// A name of a variable of the block, as a statement has it.
+    /// A variable of the block as written in a statement.
     fn own(&self, name: &str) -> String {
         match self.dialect {
             Dialect::Tia if is_plain(name) => format!("#{name}"),
@@ -298,7 +300,7 @@ impl<'a> Printer<'a> {
         }
     }
 
-    /// The name of a member, as a path or a declaration has it.
+    /// The name of a member as written in a path or declaration.
     fn member(&self, name: &str) -> Result<String, String> {
         match self.dialect {
             _ if is_plain(name) && !is_keyword(name) => Ok(name.to_string()),
@@ -307,7 +309,7 @@ impl<'a> Printer<'a> {
         }
     }
 
-    /// The type of a function's locals.
+    /// The type of a local.
     fn local_type(&self, number: usize) -> &'a Type {
         &self.program.functions[self.scope.number].locals[number].ty
     }

@@ -1,5 +1,5 @@
-//! SimaticML: what TIA Portal exports through Openness. Blocks in LAD, FBD and SCL, data blocks and types become the tree that a
-//! source in SCL becomes; networks in STL and GRAPH are refused by name.
+//! Reads SimaticML, TIA Portal's export format in Openness. Blocks in LAD, FBD and SCL, data blocks and types become
+//! the same tree as SCL sources; networks in STL and GRAPH are rejected by name.
 
 mod interface;
 mod network;
@@ -19,7 +19,7 @@ pub fn is_it(text: &str) -> bool {
     text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
 }
 
-/// The tree of a document.
+/// Parses a document.
 pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
     let document = match xml::tree(text) {
         Ok(document) => document,
@@ -47,7 +47,7 @@ impl Reader<'_> {
         Span { file: self.file, start: element.span().start as u32, end: element.span().end as u32 }
     }
 
-    /// An element from its start tag to what it holds last.
+    /// The span from an element's start tag to its last descendant.
     fn extent(&self, element: Element) -> Span {
         let mut last = element;
         let mut end = element.text().1.end.max(element.span().end);
@@ -87,7 +87,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A value of a block's attributes, with its place.
+    /// The value of a block's attribute, and its location.
     fn attribute<'e>(&self, block: Element<'e>, name: &str) -> Option<(&'e str, Span)> {
         let (text, range) = block.child("AttributeList")?.child(name)?.text();
         (!text.is_empty()).then(|| {
@@ -120,7 +120,7 @@ impl Reader<'_> {
             block.attributes.push(Attribute { key: EVENT.to_string(), value: kind.to_string() });
         }
         if let Some((of, span)) = self.attribute(element, "InstanceOfName") {
-            // Instances of blocks of the system are written without quotation marks.
+            // Instances of system blocks are written without quotation marks.
             let is_own = self.attribute(element, "InstanceOfType").is_none_or(|(of, _)| of != "SFB");
             let is_system = crate::library::is_system(of);
             block.of = Some(Type { kind: TypeKind::Name(of.to_string(), is_own && !is_system), span });
@@ -140,7 +140,7 @@ fn block_comment(element: Element) -> String {
     texts.iter().filter(|text| !text.is_empty()).map(String::as_str).collect::<Vec<_>>().join("\n")
 }
 
-/// A text in the language that is shown: English if there is one, else the first that is not empty.
+/// A multilingual text: the English one if there is one, else the first that is not empty.
 fn multilingual(element: Element, name: &str) -> String {
     let Some(list) = element.child("ObjectList") else { return String::new() };
     let texts = list.children("MultilingualText").filter(|text| text.attribute("CompositionName") == Some(name));
@@ -154,7 +154,7 @@ fn multilingual(element: Element, name: &str) -> String {
     shown(texts)
 }
 
-/// The text of these, by language, that is shown.
+/// The text to show of several, each with its language.
 fn shown<'e>(texts: impl Iterator<Item = (&'e str, &'e str)>) -> String {
     let all: Vec<(&str, &str)> = texts.collect();
     let english = all.iter().find(|(culture, _)| culture.to_ascii_lowercase().starts_with("en"));

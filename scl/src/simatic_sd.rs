@@ -1,6 +1,6 @@
-//! SIMATIC SD: blocks, types and data blocks as TIA Portal V20 and later export them as documents. A `.s7dcl` file holds
-//! declarations and networks, a `.s7res` file of the same name its texts. Declarations and expressions are those of SCL but for a
-//! few forms, and are read by its parser.
+//! Reads SIMATIC SD: blocks, types and data blocks as exported by TIA Portal V20 and later. A `.s7dcl` file holds
+//! declarations and networks, a `.s7res` file of the same name its texts. Declarations and expressions are SCL apart
+//! from a few forms, and are read by its parser.
 //!
 //! Format: Siemens, SIMATIC Source Documents, entry 109994073 (09/2025).
 
@@ -18,7 +18,7 @@ use crate::parser;
 use crate::report::Report;
 use crate::syntax::Tree;
 
-/// The tree of a document.
+/// Parses a document.
 pub fn parse(text: &str, file: u32, texts: &Texts, report: &mut Report) -> Tree {
     let mut tree = parser::parse_source(text, file, Some(texts), report);
     tree.is_tia = true;

@@ -1,4 +1,4 @@
-//! Start values.
+//! Writes start values.
 
 use crate::compiler::{Compiler, Operand, Parameter, Slot, Symbol};
 use crate::lexer::Span;
@@ -44,7 +44,7 @@ impl Compiler<'_> {
         self.program.records[record].start = bytes;
     }
 
-    /// How many bytes of the memory are before a place with constant indices.
+    /// The byte offset in memory of a place with constant indices.
     pub fn offset(&self, place: &Place) -> Option<usize> {
         if place.base != Base::Memory {
             return None;
@@ -99,7 +99,7 @@ impl Starting<'_, '_> {
     fn write(&mut self, of: &Type, start: &Start, bytes: &mut [u8]) {
         match (of, start) {
             (Type::Wrong | Type::Missing(_), _) => {}
-            // `()` leaves the value that the type gives.
+            // `()` keeps the default of the type.
             (_, Start::List(list, _)) if list.is_empty() => {}
             (_, Start::Parts(parts, span)) => {
                 for (path, value) in parts {
@@ -157,7 +157,7 @@ impl Starting<'_, '_> {
                     value.write(bytes);
                 }
             }
-            // `(5)` and `[5]` of one.
+            // `(5)` and `[5]` for a single value.
             (_, Start::List(list, _)) if list.len() == 1 => self.write(of, &list[0], bytes),
             (Type::Structure(structure), Start::Value(value)) if structure.name == "DTL" => {
                 let mut lowerer = Lowerer::of_constants(self.compiler, self.file, self.symbols.clone());
@@ -172,7 +172,7 @@ impl Starting<'_, '_> {
         }
     }
 
-    /// The value of a part.
+    /// Writes the value of a part.
     fn part(&mut self, of: &Type, path: &[Part], value: ExpressionId, span: Span, bytes: &mut [u8]) {
         let Some((part, rest)) = path.split_first() else {
             return self.write(of, &Start::Value(value), bytes);
@@ -230,11 +230,11 @@ impl Starting<'_, '_> {
         self.write(of, start, &mut bytes[offset..offset + size]);
     }
 
-    /// Writes the elements of an array one after the other; `at` is the number of bytes that are written.
+    /// Writes consecutive elements of an array; `at` is the number of bytes written so far.
     fn fill(&mut self, of: &Type, size: usize, start: &Start, bytes: &mut [u8], at: &mut usize) {
         match start {
             Start::List(list, _) => {
-                // In an array of structures a list in parentheses is one element.
+                // In an array of structures, a parenthesized list is a single element.
                 let is_element = matches!(of, Type::Structure(_) | Type::Instance(_))
                     && self.compiler.text(self.span(start)).starts_with('(');
                 if is_element {
@@ -271,12 +271,12 @@ impl Starting<'_, '_> {
                 self.compiler.error(span, "there are more start values than elements", None);
             }
         }
-        // One beyond the end is told, what follows is not.
+        // Report the first excess value only.
         *at = if end > bytes.len() { bytes.len() + 1 } else { end };
     }
 }
 
-/// Writes a text, cut to what there is room for.
+/// Writes a text, truncated to its capacity.
 pub fn write_text(of: &Type, text: &[u16], bytes: &mut [u8]) {
     let Type::Text { capacity, wide } = of else { return };
     let length = text.len().min(usize::from(*capacity));

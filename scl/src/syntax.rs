@@ -4,37 +4,37 @@ use crate::lexer::Span;
 use crate::network::Network;
 use crate::types::Elementary;
 
-/// A name without its quotation marks.
+/// A name, without quotation marks.
 #[derive(Clone, Debug)]
 pub struct Name {
-    /// As it is written.
+    /// As written in the source.
     pub text: String,
-    /// Where, with `#` and quotation marks.
+    /// The location, including `#` and quotation marks.
     pub span: Span,
 }
 
 impl Name {
-    /// The name by which it is found: names are the same in capitals and in small letters.
+    /// The key for looking up the name: names are case-insensitive.
     pub fn key(&self) -> String {
         key(&self.text)
     }
 }
 
-/// The name by which a name is found.
+/// The key for looking up a name.
 pub fn key(name: &str) -> String {
     name.to_uppercase()
 }
 
-/// An expression of the tree.
+/// The index of an expression in the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ExpressionId(pub u32);
 
-/// All expressions of a source, so that a deep one needs no stack.
+/// All expressions of a source in an arena, so that a deep one does not exhaust the stack.
 #[derive(Debug, Default)]
 pub struct Expressions(Vec<Expression>);
 
 impl Expressions {
-    /// Adds one.
+    /// Adds an expression.
     pub fn add(&mut self, kind: ExpressionKind, span: Span) -> ExpressionId {
         let depth = |id: &ExpressionId| self[*id].depth;
         let below = match &kind {
@@ -55,7 +55,7 @@ impl Expressions {
         ExpressionId(self.0.len() as u32 - 1)
     }
 
-    /// How many there are.
+    /// The number of expressions.
     pub fn len(&self) -> usize {
         self.0.len()
     }
@@ -72,18 +72,18 @@ impl std::ops::Index<ExpressionId> for Expressions {
 /// An expression.
 #[derive(Debug)]
 pub struct Expression {
-    /// What it is.
+    /// Its kind.
     pub kind: ExpressionKind,
-    /// Where.
+    /// Its location.
     pub span: Span,
-    /// How many levels there are, this one included.
+    /// Its nesting depth, from 1.
     pub depth: u32,
 }
 
-/// What an expression is.
+/// The kind of an expression.
 #[derive(Debug)]
 pub enum ExpressionKind {
-    /// A number, a text or a literal with a type, as it is written.
+    /// A number, a text or a typed literal, as written.
     Literal(String),
     /// `-a`, `NOT a`.
     Unary(Unary, ExpressionId),
@@ -99,15 +99,15 @@ pub enum ExpressionKind {
     Index(ExpressionId, Vec<ExpressionId>),
     /// `a(x := 1, y => b)`.
     Call(ExpressionId, Vec<Argument>),
-    /// `a^`, which is refused.
+    /// `a^`, which is rejected.
     Pointer(ExpressionId),
-    /// A value in the type of a box's pin, converted as in an assignment.
+    /// A value converted to the type of a box's pin, as in an assignment.
     As(Elementary, ExpressionId),
-    /// What could not be read; a message says why.
+    /// A syntax error, which has been reported.
     Wrong,
 }
 
-/// How a name is written.
+/// The notation of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
     /// `#name`.
@@ -121,17 +121,17 @@ pub enum Scope {
 /// An argument of a call.
 #[derive(Clone, Debug)]
 pub struct Argument {
-    /// The formal parameter; `None` in a list by position.
+    /// The parameter; `None` for a positional argument.
     pub name: Option<Name>,
-    /// Whether it is `=>`.
+    /// Whether it is passed with `=>`.
     pub is_output: bool,
-    /// The actual one.
+    /// The argument's value.
     pub value: ExpressionId,
-    /// All of it.
+    /// The location of the whole argument.
     pub span: Span,
 }
 
-/// An operator with one operand.
+/// A unary operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unary {
     /// `+a`
@@ -142,7 +142,7 @@ pub enum Unary {
     Not,
 }
 
-/// An operator with two operands.
+/// A binary operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Binary {
@@ -166,22 +166,22 @@ pub enum Binary {
 /// A statement.
 #[derive(Debug)]
 pub struct Statement {
-    /// What it is.
+    /// Its kind.
     pub kind: StatementKind,
-    /// Where it begins, to the end of its head.
+    /// Its location: from its start to the end of its head.
     pub span: Span,
 }
 
-/// What a statement is.
+/// The kind of a statement.
 #[derive(Debug)]
 pub enum StatementKind {
-    /// `a := b += c`: the targets from left to right, each with the operator behind it.
+    /// `a := b += c`: the targets from left to right, each with the operator after it.
     Assign(Vec<(ExpressionId, Option<Binary>)>, ExpressionId),
-    /// A call.
+    /// The call of a block or function.
     Call(ExpressionId),
-    /// Conditions and what is done, then ELSE.
+    /// Conditions with their statements, then the ELSE branch.
     If(Vec<(ExpressionId, Vec<Statement>)>, Vec<Statement>),
-    /// The selector, labels and what is done, then ELSE.
+    /// The selector, labels with their statements, then the ELSE branch.
     Case(ExpressionId, Vec<(Vec<Label>, Vec<Statement>)>, Vec<Statement>),
     /// Variable, start, end, step, body.
     For(ExpressionId, [ExpressionId; 2], Option<ExpressionId>, Vec<Statement>),
@@ -191,7 +191,7 @@ pub enum StatementKind {
     Repeat(Vec<Statement>, ExpressionId),
     /// Leaves the loop.
     Exit,
-    /// The next run of the loop.
+    /// Continues with the next iteration of the loop.
     Continue,
     /// Leaves the block.
     Return(Option<ExpressionId>),
@@ -199,22 +199,23 @@ pub enum StatementKind {
     Goto(Name),
     /// A label.
     Label(Name),
-    /// Declares a temporary for the rest of the block: its type, or that of its value; without a value it keeps the one it has.
+    /// Declares a temporary for the rest of the block, of the given type or that of its value; without a value it keeps
+    /// its current one.
     Let(Name, Option<Elementary>, Option<ExpressionId>),
-    /// A title or a comment that is kept.
+    /// A title or comment, kept in the program.
     Comment(String),
 }
 
-/// A value of CASE, or a range.
+/// A label of CASE: a value or a range.
 #[derive(Clone, Copy, Debug)]
 pub struct Label {
-    /// The value, or the lowest.
+    /// The value, or the lower bound.
     pub low: ExpressionId,
-    /// The highest.
+    /// The inclusive upper bound of a range.
     pub high: Option<ExpressionId>,
 }
 
-/// What a block is.
+/// The kind of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum BlockKind {
@@ -228,24 +229,24 @@ pub enum BlockKind {
 /// A block of a source.
 #[derive(Debug)]
 pub struct Block {
-    /// What it is.
+    /// Its kind.
     pub kind: BlockKind,
     /// Its name.
     pub name: Name,
-    /// The type of a function's value, or the block or type of a data block.
+    /// The return type of a function, or the block or type of a data block.
     pub of: Option<Type>,
     /// Its attributes.
     pub attributes: Vec<Attribute>,
-    /// Its comment: the lines of the head.
+    /// The comment in its head.
     pub comment: String,
     /// Its sections.
     pub sections: Vec<Section>,
-    /// Its statements; in a data block the start values.
+    /// Its statements; in a data block, assignments of start values.
     pub body: Vec<Statement>,
 }
 
 impl Block {
-    /// How messages name it: `FB Motor`.
+    /// Its title in messages: `FB Motor`.
     pub fn title(&self) -> String {
         let kind = match self.kind {
             BlockKind::FunctionBlock => "FB",
@@ -258,7 +259,7 @@ impl Block {
     }
 }
 
-/// What the members of a section are.
+/// The kind of a section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum SectionKind {
@@ -273,9 +274,9 @@ pub enum SectionKind {
 /// A section of a declaration.
 #[derive(Debug)]
 pub struct Section {
-    /// What its members are.
+    /// The kind of its members.
     pub kind: SectionKind,
-    /// Whether its members are retained.
+    /// Whether its members are retentive.
     pub is_retained: bool,
     /// Its members.
     pub members: Vec<Member>,
@@ -288,13 +289,13 @@ pub struct Member {
     pub names: Vec<Name>,
     /// Their attributes.
     pub attributes: Vec<Attribute>,
-    /// The variable at whose place they are.
+    /// The variable that they overlay (`AT`).
     pub at: Option<Name>,
     /// Their type; `None` in CONST.
     pub of: Option<Type>,
     /// Their start value.
     pub start: Option<Start>,
-    /// The comment behind them, in their line.
+    /// The comment after them, on the same line.
     pub comment: String,
 }
 
@@ -307,37 +308,37 @@ pub struct Attribute {
     pub value: String,
 }
 
-/// The attribute of an organization block that says what calls it, as SimaticML has it: `CyclicInterrupt`.
+/// The attribute of an organization block that names what triggers it, as in SimaticML: `CyclicInterrupt`.
 pub const EVENT: &str = "SECONDARYTYPE";
 
-/// The value of an attribute, without regard to case.
+/// The value of an attribute; its name is case-insensitive.
 pub fn attribute<'a>(attributes: &'a [Attribute], key: &str) -> Option<&'a str> {
     attributes.iter().find(|attribute| attribute.key == key).map(|attribute| attribute.value.as_str())
 }
 
-/// A type as it is written.
+/// A type as written in the source.
 #[derive(Debug)]
 pub struct Type {
-    /// What it is.
+    /// Its kind.
     pub kind: TypeKind,
-    /// Where.
+    /// Its location.
     pub span: Span,
 }
 
-/// What a type is.
+/// The kind of a type.
 #[derive(Debug)]
 pub enum TypeKind {
     /// A name, and whether it is in quotation marks.
     Name(String, bool),
     /// STRING, STRING[n]; WSTRING if `true`.
     Text(bool, Option<ExpressionId>),
-    /// The bounds of each dimension; `None` is `*`.
+    /// The bounds of each dimension (`None` for `*`), and the element type.
     Array(Vec<Option<[ExpressionId; 2]>>, Box<Type>),
     /// The members.
     Struct(Vec<Member>),
-    /// `REF_TO type`, which is refused.
+    /// `REF_TO type`, which is rejected.
     Reference,
-    /// What could not be read; a message says why.
+    /// A syntax error, which has been reported.
     Wrong,
 }
 
@@ -348,11 +349,11 @@ pub enum Start {
     Value(ExpressionId),
     /// `[1, 2]`, `(1, 2)`, `1, 2`.
     List(Vec<Start>, Span),
-    /// `3(0)`: how many times, and what.
+    /// `3(0)`: the count, and the values to repeat.
     Repeat(ExpressionId, Vec<Start>),
     /// `(x := 1, y := 2)`.
     Members(Vec<(Name, Start)>, Span),
-    /// The values of parts, by the paths to them; the others keep those of their types.
+    /// The values of individual parts, by path; other parts keep the defaults of their types.
     Parts(Vec<(Vec<Part>, ExpressionId)>, Span),
 }
 
@@ -365,23 +366,23 @@ pub enum Part {
     Element(Vec<i64>),
 }
 
-/// A source as a tree.
+/// The syntax tree of a source.
 #[derive(Debug, Default)]
 pub struct Tree {
     /// Its blocks.
     pub blocks: Vec<Block>,
-    /// The networks of the blocks in LAD and FBD, each with the number of its block.
+    /// The networks in LAD and FBD, each with the index of its block.
     pub networks: Vec<(usize, Network)>,
     /// Where each block stands, from its first word or element to its last.
     pub extents: Vec<Span>,
-    /// Variables and constants that all blocks see.
+    /// Global variables and constants.
     pub globals: Vec<Section>,
-    /// The blocks of which there is an interface alone, by their numbers, and where the source says so.
+    /// The blocks of which only the interface is present, by index, and where the source declares that.
     pub protected: Vec<(usize, Span)>,
-    /// All expressions of them.
+    /// The expressions of the blocks.
     pub expressions: Expressions,
-    /// Whether it is in the dialect of TIA Portal.
+    /// Whether the source is in TIA Portal's dialect.
     pub is_tia: bool,
-    /// Whether a block of it may set ENO.
+    /// Whether any of its blocks may set ENO.
     pub may_set_eno: bool,
 }

@@ -14,7 +14,7 @@ macro_rules! elementary {
         pub enum Elementary { $($Name,)* }
 
         impl Elementary {
-            /// All of them.
+            /// All elementary types.
             pub const ALL: &'static [Elementary] = &[$(Elementary::$Name),*];
 
             /// Its name.
@@ -22,12 +22,12 @@ macro_rules! elementary {
                 match self { $(Elementary::$Name => $name,)* }
             }
 
-            /// What is calculated.
+            /// The scalar that represents it.
             pub const fn scalar(self) -> Scalar {
                 match self { $(Elementary::$Name => Scalar::$Scalar,)* }
             }
 
-            /// What it belongs to.
+            /// Its class.
             pub const fn class(self) -> Class {
                 match self { $(Elementary::$Name => Class::$class,)* }
             }
@@ -35,7 +35,7 @@ macro_rules! elementary {
     };
 }
 
-/// What a type belongs to.
+/// A class of elementary types.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
     /// BOOL.
@@ -82,7 +82,7 @@ elementary! {
 }
 
 impl Elementary {
-    /// The one of this name, in capitals.
+    /// The elementary type of this name, in upper case.
     pub fn named(name: &str) -> Option<Elementary> {
         match name {
             "TIME_OF_DAY" => Some(Elementary::Tod),
@@ -92,7 +92,7 @@ impl Elementary {
         }
     }
 
-    /// Whether it is an integer or a bit string: what indices, selectors and slices are.
+    /// Whether it is an integer or a bit string, as required of indices, selectors and slices.
     pub fn is_whole(self) -> bool {
         matches!(self.class(), Class::Bits | Class::Integer)
     }
@@ -102,12 +102,12 @@ impl Elementary {
         self.is_whole() || self.class() == Class::Real
     }
 
-    /// How many bits it has.
+    /// Its size in bits.
     pub fn bits(self) -> u32 {
         if self == Elementary::Bool { 1 } else { self.scalar().size() as u32 * 8 }
     }
 
-    /// The bit string of this many bits.
+    /// The bit string of this size.
     pub fn bit_string(bits: u32) -> Elementary {
         match bits {
             1 => Elementary::Bool,
@@ -118,7 +118,7 @@ impl Elementary {
         }
     }
 
-    /// The integer of this many bits.
+    /// The integer of this size.
     pub fn integer(bits: u32, is_signed: bool) -> Elementary {
         match (bits, is_signed) {
             (8, true) => Elementary::SInt,
@@ -132,13 +132,13 @@ impl Elementary {
         }
     }
 
-    /// The lowest and the highest number of an integer or a bit string.
+    /// The lowest and highest value of an integer or bit string.
     pub fn range(self) -> (i128, i128) {
         let bits = self.bits();
         if self.scalar().is_signed() { (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) } else { (0, (1 << bits) - 1) }
     }
 
-    /// The type in which two of them are calculated or compared; `None` if they have none.
+    /// The type in which values of two types are computed or compared; `None` if there is none.
     pub fn common(self, other: Elementary) -> Option<Elementary> {
         use Class::{Bits, Integer, Real};
         if self == other {
@@ -171,31 +171,31 @@ pub enum Type {
     Elementary(Elementary),
     /// A text.
     Text {
-        /// The most characters.
+        /// The maximum number of characters.
         capacity: u16,
-        /// Characters have 16 bits.
+        /// Whether characters have 16 bits.
         wide: bool,
     },
     /// An array.
     Array(Rc<Array>),
-    /// `ARRAY[*]`: its elements and dimensions.
+    /// `ARRAY[*]`: the element type and the number of dimensions.
     Open(Rc<Type>, usize),
     /// A structure.
     Structure(Rc<Structure>),
-    /// An instance: the number of its block.
+    /// A function block instance: the index of the block.
     Instance(usize),
-    /// A function without a value.
+    /// The type of a function without a return value.
     Void,
-    /// One that no source declares: the name by which it is found.
+    /// An undeclared type, by its lookup key.
     Missing(Rc<str>),
-    /// What a message has told already.
+    /// A type already reported as an error.
     Wrong,
 }
 
 /// An array.
 #[derive(Debug, PartialEq)]
 pub struct Array {
-    /// The lowest and the highest index of each dimension.
+    /// The lower and upper bound of each dimension.
     pub bounds: Vec<(i32, i32)>,
     /// The type of its elements.
     pub of: Type,
@@ -211,31 +211,31 @@ impl Array {
 /// A structure.
 #[derive(Debug)]
 pub struct Structure {
-    /// The name of its type; empty if it has none.
+    /// The name of the type; empty if anonymous.
     pub name: String,
     /// Its members.
     pub fields: Vec<Field>,
     /// Its record in the program.
     pub record: usize,
-    /// The numbers of the members, by their names in capitals.
+    /// The indices of the members, by upper-case name.
     numbers: HashMap<String, usize>,
 }
 
 impl Structure {
-    /// A structure of these members.
+    /// A structure with these members.
     pub fn new(name: &str, fields: Vec<Field>, record: usize) -> Structure {
         let numbers = fields.iter().enumerate().map(|(number, field)| (field.key.clone(), number)).collect();
         Structure { name: name.to_string(), fields, record, numbers }
     }
 
-    /// The number of the member of this name, in capitals.
+    /// The index of the member with this upper-case name.
     pub fn number(&self, key: &str) -> Option<usize> {
         self.numbers.get(key).copied()
     }
 }
 
 impl PartialEq for Structure {
-    /// By name and type of the members; the types of a program have the same layout then.
+    /// Compares the names and types of the members; equal structures have the same layout in the program.
     fn eq(&self, other: &Structure) -> bool {
         let are_equal = |(one, two): (&Field, &Field)| one.key == two.key && one.of == two.of;
         self.record == other.record
@@ -246,19 +246,19 @@ impl PartialEq for Structure {
 /// A member of a structure.
 #[derive(Debug)]
 pub struct Field {
-    /// Its name as it is written.
+    /// Its name as written in the source.
     pub name: String,
-    /// Its name in capitals.
+    /// Its name in upper case.
     pub key: String,
     /// Its type.
     pub of: Type,
-    /// What its author says of it.
+    /// The author's comment on it.
     pub comment: String,
-    /// Whether it is a setting.
+    /// Whether it is marked as a setpoint.
     pub is_setting: bool,
-    /// Whether it is hidden.
+    /// Whether it is hidden from the user.
     pub is_hidden: bool,
-    /// Whether its value survives a power failure.
+    /// Whether it is retentive.
     pub is_retained: bool,
 }
 
@@ -271,13 +271,13 @@ impl Type {
         }
     }
 
-    /// Whether a message has told what is wrong with it, or will.
+    /// Whether an error in it has been reported, or will be.
     pub fn is_wrong(&self) -> bool {
         matches!(self, Type::Wrong | Type::Missing(_))
     }
 
-    /// Whether a variable of one type may be assigned to one of the other: texts of any length, arrays with the same numbers
-    /// of elements, structures with the same members.
+    /// Whether a variable of one type may be assigned to one of the other: texts of any capacity, arrays with equal
+    /// numbers of elements, structures with equal members.
     pub fn is_like(&self, other: &Type) -> bool {
         match (self, other) {
             (Type::Text { wide: one, .. }, Type::Text { wide: other, .. }) => one == other,
@@ -291,12 +291,12 @@ impl Type {
         }
     }
 
-    /// Whether it is passed as a whole number, not as a variable.
+    /// Whether it is passed as a number, not as a variable.
     pub fn is_elementary(&self) -> bool {
         matches!(self, Type::Elementary(_))
     }
 
-    /// Its type in the program; `instance` gives the record of a block.
+    /// The representation in the program; `instance` returns the record of a block.
     pub fn lowered(&self, instance: &dyn Fn(usize) -> usize) -> program::Type {
         match self {
             Type::Elementary(elementary) => program::Type::Scalar(elementary.scalar()),

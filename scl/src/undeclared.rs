@@ -7,12 +7,12 @@ use crate::types::Type;
 use parameters::Remedy;
 use std::collections::BTreeMap;
 
-/// What is missing.
+/// The kind of an undeclared name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
     /// A PLC tag, a constant or a data block.
     Variable,
-    /// A constant: only one can stand where it is used.
+    /// A constant, because only a constant can be used there.
     Constant,
     /// A type.
     Type,
@@ -24,84 +24,84 @@ pub enum What {
     Instance,
 }
 
-/// A name that no source declares, or a part of what it stands for.
+/// An undeclared name, or a part of what it denotes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Missing {
-    /// The name by which it is found.
+    /// The lookup key of the name.
     pub name: String,
-    /// What leads to the part; empty for the whole.
+    /// The path to the part; empty for the whole.
     pub path: Vec<Part>,
 }
 
-/// A step into something whose declaration is missing.
+/// A step in the path to a part of something undeclared.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Part {
-    /// A member, as it is written.
+    /// A member, as written.
     Member(String),
-    /// An element of an array with so many dimensions.
+    /// An element of an array with this number of dimensions.
     Element(usize),
-    /// The value of a function.
+    /// The return value of a function.
     Value,
 }
 
 impl Missing {
-    /// All of a name.
+    /// The whole of a name.
     pub fn whole(name: impl Into<String>) -> Missing {
         Missing { name: name.into(), path: Vec::new() }
     }
 
-    /// A part of it.
+    /// A part of this one.
     pub fn part(mut self, part: Part) -> Missing {
         self.path.push(part);
         self
     }
 }
 
-/// What its uses tell of something whose declaration is missing.
+/// Information about an undeclared variable or part, inferred from its uses.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Uses {
-    /// Its type as it is written, where its surroundings tell.
+    /// Its type as written in SCL, if the context determines it.
     pub of: Option<String>,
     /// Whether only a 0 or 1 tells the type, which may be a truth value as well.
     pub is_doubtful: bool,
     /// Whether something writes it.
     pub is_written: bool,
-    /// The lowest and the highest index of each dimension, where it is an array, and whether some are calculated.
+    /// The indices used in each dimension, if it is an array.
     pub bounds: Vec<Bounds>,
 }
 
-/// The indices of a dimension that are used.
+/// The indices used in one dimension.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Bounds {
-    /// The lowest and the highest one that is a constant.
+    /// The lowest and highest constant index.
     pub known: Option<(i32, i32)>,
-    /// Whether there are others.
+    /// Whether there are computed indices.
     pub has_others: bool,
 }
 
-/// An argument of a call of something whose declaration is missing.
+/// An argument in a call of something undeclared.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Formal {
-    /// The parameter.
+    /// The name of the parameter.
     pub name: String,
-    /// Whether the call takes its value.
+    /// Whether the parameter is an output.
     pub is_output: bool,
-    /// Its type as it is written, where the argument tells.
+    /// Its type as written in SCL, if the argument determines it.
     pub of: Option<String>,
 }
 
-/// A name that no source declares.
+/// An undeclared name, with all its uses.
 #[derive(Clone, Debug)]
 pub struct Undeclared {
-    /// Its first spelling.
+    /// Its spelling at the first use.
     pub name: String,
-    /// Where first.
+    /// The location of the first use.
     pub span: Span,
-    /// What it is by its use.
+    /// Its kind, inferred from its uses.
     pub what: What,
-    /// What its uses tell, of the whole and of its parts.
+    /// The uses of the whole and of its parts.
     pub uses: BTreeMap<Vec<Part>, Uses>,
-    /// The arguments with which it is called, each once.
+    /// The arguments with which it is called, without duplicates.
     pub formals: Vec<Formal>,
     /// Whether it is called.
     pub is_called: bool,
@@ -111,12 +111,12 @@ pub struct Undeclared {
 pub const MOST_NAMES: usize = 10;
 
 impl Undeclared {
-    /// Its type, where its surroundings tell.
+    /// Its type, if the context determines it.
     fn of(&self) -> Option<&str> {
         self.uses.get([].as_slice()).and_then(|uses| uses.of.as_deref())
     }
 
-    /// The members that are used, without what is below them.
+    /// The direct members that are used.
     fn members(&self) -> Vec<&str> {
         let mut members: Vec<&str> = Vec::new();
         for path in self.uses.keys() {
@@ -134,7 +134,7 @@ impl Undeclared {
 }
 
 impl Compiler<'_> {
-    /// Keeps a name that is missing, for one message.
+    /// Records an undeclared name, for a single message.
     pub fn miss(&mut self, name: &str, span: Span, what: What) -> Missing {
         let new = || Undeclared {
             name: name.to_string(),
@@ -148,25 +148,25 @@ impl Compiler<'_> {
         Missing::whole(key(name))
     }
 
-    /// What is known of the uses of something that is missing.
+    /// The recorded uses of something undeclared.
     fn uses(&mut self, missing: &Missing) -> Option<&mut Uses> {
         let undeclared = self.undeclared.get_mut(&missing.name)?;
         Some(undeclared.uses.entry(missing.path.clone()).or_default())
     }
 
-    /// Something of a missing name is read.
+    /// Records that something undeclared is read.
     pub fn use_missing(&mut self, missing: &Missing) {
         self.uses(missing);
     }
 
-    /// Something of a missing name is written.
+    /// Records that something undeclared is written.
     pub fn write_missing(&mut self, missing: &Missing) {
         if let Some(uses) = self.uses(missing) {
             uses.is_written = true;
         }
     }
 
-    /// What the surroundings tell of the type of something that is missing: the first that tell it count.
+    /// Records the type that the context implies for something undeclared; the first one wins.
     pub fn guess_missing(&mut self, missing: &Missing, of: String) {
         if let Some(uses) = self.uses(missing) {
             if std::mem::take(&mut uses.is_doubtful) {
@@ -198,7 +198,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// Something that is missing is called.
+    /// Records a call of something undeclared.
     pub fn call_missing(&mut self, name: &str, formals: Vec<Formal>) {
         let Some(undeclared) = self.undeclared.get_mut(name) else { return };
         undeclared.is_called = true;
@@ -210,7 +210,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// A type as a declaration has it; `None` if it has no name there.
+    /// A type in SCL notation; `None` if it cannot be written in a declaration.
     pub fn written(&self, of: &Type) -> Option<String> {
         match of {
             Type::Elementary(of) => Some(of.name().to_string()),
@@ -238,14 +238,14 @@ impl Compiler<'_> {
         }
     }
 
-    /// A missing name stands where only a constant can.
+    /// Records that an undeclared name is used where only a constant is possible.
     pub fn is_constant(&mut self, missing: &Missing) {
         if let Some(undeclared) = self.undeclared.get_mut(&missing.name) {
             undeclared.what = What::Constant;
         }
     }
 
-    /// One message for all tags, and one for each other name; at most ten names of a kind.
+    /// Reports undeclared names: one message for all tags, and one for each other name, at most ten of a kind.
     pub fn tell_undeclared(&mut self) {
         let (tags, mut others): (Vec<Undeclared>, Vec<Undeclared>) = std::mem::take(&mut self.undeclared)
             .into_values()
@@ -306,7 +306,7 @@ impl Compiler<'_> {
 }
 
 impl Undeclared {
-    /// What it is by its use, in the plural.
+    /// Its inferred kind, in the plural.
     pub fn kind(&self) -> &'static str {
         match self.what {
             What::Variable if self.members().is_empty() => "tags",
@@ -316,7 +316,7 @@ impl Undeclared {
 }
 
 impl What {
-    /// Several of them, in a message.
+    /// The plural of the kind, for messages.
     fn plural(self) -> &'static str {
         match self {
             What::Variable => "data blocks",
@@ -329,7 +329,7 @@ impl What {
     }
 }
 
-/// What a list ends with that leaves names out.
+/// The end of an abbreviated list of names.
 fn more(count: usize) -> Option<String> {
     (count > MOST_NAMES).then(|| format!("and {} more", count - MOST_NAMES))
 }

@@ -1,7 +1,8 @@
-//! What an engineer watches while a program runs: which variables each line names, and which block a line belongs to.
+//! The data for watching a running program: the variables named in each line, and the block to which a line belongs.
 //!
-//! This is read off the text alone, so that it is there for a program that has errors, too. A path is written as the FMU names
-//! its variables, `motors[1].fault`; an index that is no constant is the path of a variable in its place, `motors[i].fault`.
+//! This is derived from the source text only, so it is available even for a program with errors. Paths have the form of
+//! the FMU's variable names, `motors[1].fault`; an index that is not constant is replaced by the path of its variable,
+//! `motors[i].fault`.
 
 mod decide;
 mod network;
@@ -20,33 +21,33 @@ use crate::syntax::{
 use parameters::{Source, literal};
 use std::collections::HashMap;
 
-/// Temporaries of networks are looked through so deep.
+/// The maximum depth to which the temporaries of networks are resolved.
 const DEEPEST: usize = 20;
 
 /// A block with code.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Watched {
-    /// The number of its source.
+    /// The index of its source.
     pub file: usize,
     /// Its name.
     pub name: String,
     /// Whether it is an organization block.
     pub is_organization: bool,
-    /// Its comment: the lines of its head.
+    /// The comment in its head.
     pub comment: String,
     /// Its first line, from 1.
     pub line: usize,
-    /// What its lines name, in the order of the text.
+    /// The variables named in its lines, in source order.
     pub names: Vec<Named>,
-    /// Its calls of instances.
+    /// The instances it calls.
     pub calls: Vec<Called>,
-    /// What gives variables their values, in the order of the text.
+    /// The writes to variables, in source order.
     pub writes: Vec<Write>,
-    /// Its temporaries: the name, and the type as it is written.
+    /// Its temporaries: name, and type as written.
     pub temps: Vec<(String, String)>,
-    /// Its constants: the name, and the value as it is written.
+    /// Its constants: name, and value as written.
     pub constants: Vec<(String, String)>,
-    /// Where its variables and constants are declared: the name, and the line, from 1.
+    /// The declarations of its variables and constants: name, and line number, from 1.
     pub declared: Vec<(String, usize)>,
     /// Its networks in LAD and FBD.
     pub networks: Vec<Network>,
@@ -55,60 +56,61 @@ pub struct Watched {
 /// A variable that a line names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Named {
-    /// The line, from 1.
+    /// The line number, from 1.
     pub line: usize,
     /// The variable.
     pub path: String,
-    /// Whether it is a variable that all blocks see, `"DB".x`. One without quotation marks and `#` may be either.
+    /// Whether it is global, as in `"DB".x`. A name without quotation marks and `#` may be either.
     pub is_global: bool,
 }
 
-/// A statement that gives a variable its value.
+/// A statement that writes a variable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Write {
-    /// The variable; of a call the instance, whose members it writes.
+    /// The variable written; for a call, the instance whose members it writes.
     pub path: String,
-    /// Whether it is a variable that all blocks see.
+    /// Whether the variable is global.
     pub is_global: bool,
-    /// The line by which it is told whether it has run, from 1.
+    /// The line number, from 1, whose execution shows whether the write happened.
     pub line: usize,
-    /// Its text.
+    /// The text of the statement.
     pub text: String,
-    /// The variables that the value is made of.
+    /// The variables from which the value is computed.
     pub reads: Vec<Named>,
-    /// What decides the value, if it is a truth value.
+    /// The formula of the value, if it is a truth value.
     pub logic: Option<Logic>,
-    /// The conditions under which it runs, the outermost first.
+    /// The conditions under which it runs, outermost first.
     pub guards: Vec<Guard>,
 }
 
 /// A condition.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Guard {
-    /// What it belongs to.
+    /// The kind of statement it belongs to.
     pub of: Guarding,
-    /// Its line, from 1.
+    /// Its line number, from 1.
     pub line: usize,
     /// Its text.
     pub text: String,
-    /// Whether what it guards runs if it is FALSE.
+    /// Whether the guarded statements run if it is FALSE.
     pub is_negated: bool,
-    /// The variables that it names.
+    /// The variables it names.
     pub reads: Vec<Named>,
-    /// What decides it, the selector of a CASE that an arm runs. Of a loop it is told of the last time.
+    /// The formula of the condition; for CASE, whether the arm is selected. For a loop, it refers to the last
+    /// iteration.
     pub logic: Option<Logic>,
 }
 
-/// What a condition belongs to.
+/// The kind of statement that has the condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Guarding {
     /// IF and ELSIF.
     If,
-    /// The selector of CASE.
+    /// A selector of CASE.
     Case,
     /// WHILE.
     While,
-    /// REPEAT: what it guards runs once at least, and again while it is FALSE.
+    /// REPEAT: the body runs at least once, and again while the condition is FALSE.
     Until,
 }
 
@@ -117,16 +119,16 @@ pub enum Guarding {
 pub struct Called {
     /// The instance.
     pub instance: String,
-    /// What is passed.
+    /// The arguments.
     pub arguments: Vec<Passed>,
 }
 
-/// What is passed for a parameter.
+/// An argument of a call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Passed {
     /// The formal parameter.
     pub formal: String,
-    /// The variable that is passed; what is calculated has none.
+    /// The variable passed; `None` for a computed value.
     pub path: Option<String>,
     /// The literal that is passed, as it is written.
     pub literal: Option<String>,
@@ -186,7 +188,7 @@ pub fn declared_for_all(sources: &[Source]) -> Vec<(String, usize, usize)> {
     found
 }
 
-/// The blocks with code of these sources.
+/// The blocks with code in these sources.
 pub fn watched(sources: &[Source]) -> Vec<Watched> {
     let mut found = Vec::new();
     let trees = format::trees(sources, &mut Report::default());
@@ -229,7 +231,7 @@ fn start(file: usize, source: &Source, block: &Block, expressions: &Expressions)
     let is_xml = Format::of(&source.text) == Format::SimaticMl;
     let constants = of_kind(SectionKind::Constant).filter_map(|member| match member.start {
         Some(Start::Value(value)) if is_xml => Some(each(member, self::written(expressions, &HashMap::new(), value))),
-        // What stands between the name and the end of its declaration.
+        // The text between the name and the end of its declaration.
         Some(Start::Value(_)) => {
             let name = member.names.first()?;
             let rest = written(Span { start: name.span.end, end: source.text.len() as u32, ..name.span });
@@ -252,16 +254,16 @@ fn start(file: usize, source: &Source, block: &Block, expressions: &Expressions)
     }
 }
 
-/// Reads the body of a block.
+/// Collects the contents of a block.
 struct Reader<'a> {
     source: &'a Source,
     expressions: &'a Expressions,
     found: Watched,
-    /// The conditions of the statement that is read.
+    /// The conditions around the current statement.
     guards: Vec<Guard>,
-    /// What the temporaries of networks stand for, by their names.
+    /// The expressions for which the temporaries of networks stand, by name.
     temporaries: HashMap<String, ExpressionId>,
-    /// How many of them are being looked through.
+    /// The number of temporaries currently being resolved.
     depth: usize,
 }
 
@@ -291,7 +293,7 @@ impl Reader<'_> {
                     for (condition, body) in arms {
                         self.guard(Guarding::If, *condition);
                         self.statements(body);
-                        // What follows runs if it is FALSE.
+                        // The ELSE part runs if the condition is FALSE.
                         self.guards.last_mut().into_iter().for_each(|guard| guard.is_negated = true);
                     }
                     self.statements(rest);
@@ -336,7 +338,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The text at a place, or in words what is drawn there.
+    /// The source text of a span or, for networks, the drawn expressions in SCL.
     fn text(&self, span: Span, drawn: &[ExpressionId]) -> String {
         if self.found.networks.is_empty() {
             return self.source.text.get(span.range()).unwrap_or_default().to_string();
@@ -345,14 +347,14 @@ impl Reader<'_> {
         drawn.iter().map(written).collect::<Vec<_>>().join(" := ")
     }
 
-    /// The variables of expressions, which are noted elsewhere.
+    /// The variables in expressions, without adding them to the block's names.
     fn reads(&mut self, of: impl IntoIterator<Item = ExpressionId>) -> Vec<Named> {
         let noted = std::mem::take(&mut self.found.names);
         of.into_iter().for_each(|id| self.expression(id));
         std::mem::replace(&mut self.found.names, noted)
     }
 
-    /// What follows runs under a condition.
+    /// Adds a condition for the statements that follow.
     fn guard(&mut self, of: Guarding, condition: ExpressionId) {
         self.expression(condition);
         let guard = self.condition(of, condition);
@@ -367,15 +369,15 @@ impl Reader<'_> {
         Guard { of, line: self.line(span), text, is_negated: false, reads, logic }
     }
 
-    /// Statements that run under a condition.
+    /// Reads statements that run under a condition.
     fn under(&mut self, guard: Guard, body: &[Statement]) {
         self.guards.push(guard);
         self.statements(body);
         self.guards.pop();
     }
 
-    /// `a := b += c`; behind the operator `+=` the target is read, too. The line is that of what is assigned, of which it is told
-    /// whether it has run: in a network, and in a long assignment, the target stands elsewhere.
+    /// Reads `a := b += c`; the operator `+=` also reads its target. The line is that of the assigned value, whose
+    /// execution is recorded: in a network, and in a long assignment, the target is elsewhere.
     fn assignment(&mut self, targets: impl Iterator<Item = (ExpressionId, bool)> + Clone, value: ExpressionId) {
         let of_targets = targets.clone().filter(|(_, is_read)| *is_read).map(|(target, _)| target);
         let reads = self.reads(of_targets.chain([value]));
@@ -391,7 +393,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A call writes the members of its instance, and what its outputs go to.
+    /// Records that a call writes the members of its instance, and the targets of its outputs.
     fn writes_of_call(&mut self, call: ExpressionId, instance: Option<(String, bool)>, arguments: &[Argument]) {
         let reads = self.reads(arguments.iter().filter(|of| !of.is_output).map(|of| of.value));
         let span = self.expressions[call].span;
@@ -418,7 +420,7 @@ impl Reader<'_> {
         self.found.writes.push(Write { path, is_global, line, text, reads, logic, guards: self.guards.clone() });
     }
 
-    /// Notes the variables of an expression. Expressions are at most as deep as the parser allows.
+    /// Records the variables of an expression. The parser limits the depth of expressions.
     fn expression(&mut self, id: ExpressionId) {
         let expressions = self.expressions;
         if let ExpressionKind::Name(Scope::Local, name) = &expressions[id].kind
@@ -447,20 +449,20 @@ impl Reader<'_> {
                 self.expression(*base);
                 indices.iter().for_each(|index| self.expression(*index));
             }
-            // What has a value is a function.
+            // A call with a value is that of a function.
             ExpressionKind::Call(_, arguments) => self.call(None, arguments),
             ExpressionKind::Name(..) | ExpressionKind::Literal(_) | ExpressionKind::Address | ExpressionKind::Wrong => {
             }
         }
     }
 
-    /// The arguments of a call, of an instance or of a function.
+    /// Reads the arguments of a call of an instance or a function.
     fn call(&mut self, instance: Option<(String, bool)>, arguments: &[Argument]) {
         let mut passed = Vec::new();
         for argument in arguments {
             let path = self.path(argument.value).map(|(path, _)| path);
             if let Some(formal) = argument.name.as_ref().map(|name| name.text.clone()) {
-                // What is calculated for an input can be seen in the instance.
+                // A computed input can be watched in the instance.
                 if let (None, Some((instance, is_global))) = (&path, &instance) {
                     self.note(argument.span, format!("{instance}.{formal}"), *is_global);
                 }
@@ -489,11 +491,11 @@ impl Reader<'_> {
     }
 }
 
-/// The path of a variable, and whether it begins with one that all blocks see; `None` for anything else.
+/// The path of a variable, and whether its root is global; `None` for anything else.
 fn path(expressions: &Expressions, id: ExpressionId) -> Option<(String, bool)> {
     match &expressions[id].kind {
         ExpressionKind::Name(scope, name) => Some((name.text.clone(), *scope == Scope::Global)),
-        // A slice such as `.%X3` is a part of the variable.
+        // A slice such as `.%X3` counts as the variable itself.
         ExpressionKind::Member(base, name) if name.text.starts_with('%') => path(expressions, *base),
         ExpressionKind::Member(base, name) => {
             let (base, is_global) = path(expressions, *base)?;
@@ -512,8 +514,8 @@ fn path(expressions: &Expressions, id: ExpressionId) -> Option<(String, bool)> {
     }
 }
 
-/// An expression in SCL; a temporary of a network is what it stands for, unless that has temporaries itself. Expressions are at most
-/// as deep as the parser and the networks allow.
+/// An expression in SCL; a temporary of a network is replaced by its expression, unless that contains temporaries
+/// itself. The parser and the networks limit the depth of expressions.
 fn written(expressions: &Expressions, temporaries: &HashMap<String, ExpressionId>, id: ExpressionId) -> String {
     let of = |id: ExpressionId| written(expressions, temporaries, id);
     let inner = |id: ExpressionId| match &expressions[id].kind {
@@ -543,7 +545,7 @@ fn written(expressions: &Expressions, temporaries: &HashMap<String, ExpressionId
             Unary::Plus => inner(*operand),
         },
         ExpressionKind::Binary(operator, left, right) => {
-            // A chain of one operator needs no brackets.
+            // A chain of one operator needs no parentheses.
             let is_chain = matches!(&expressions[*left].kind, ExpressionKind::Binary(of, ..) if of == operator);
             let left = if is_chain { of(*left) } else { inner(*left) };
             format!("{left} {} {}", sign(*operator), inner(*right))

@@ -1,4 +1,4 @@
-//! What is assumed of names that no source declares.
+//! Assumptions about undeclared names.
 
 use parameters::Source;
 use scl::interface::Role;
@@ -8,7 +8,7 @@ fn assumptions(text: &str) -> Vec<Assumption> {
     assume(&[Source::new("main.scl", text.into())], &Options::default(), None)
 }
 
-/// The program with what is assumed of it, which is printed where it does not compile.
+/// Compiles the program with its assumptions, which are printed if it does not compile.
 fn compiled(text: &str) -> Compiled {
     let assumed = assumed(&assumptions(text));
     let sources = [Source::new("main.scl", text.into()), Source::new("assumed.scl", assumed.clone().into())];
@@ -16,7 +16,7 @@ fn compiled(text: &str) -> Compiled {
     compile(&sources, &Options::default()).unwrap_or_else(|errors| panic!("{}\n{assumed}", told(errors)))
 }
 
-/// The variables of the interface with their types, but locals.
+/// Returns the variables of the interface, except locals, with their types.
 fn interface(compiled: &Compiled) -> Vec<(String, String, Role)> {
     let root = compiled.root.as_ref().unwrap();
     let all = root.variables.iter().chain(&compiled.globals);
@@ -77,7 +77,7 @@ fn data_blocks_have_the_members_and_elements_that_are_used() {
     assert_eq!(named("Data.tank.level"), Some(("REAL", Role::Input)));
     assert_eq!(named("Data.tank.pump[2].on"), Some(("BOOL", Role::Output)));
     assert_eq!(named("Data.tank.pump[1].ready"), Some(("BOOL", Role::Input)));
-    // An index that is calculated may be any.
+    // A computed index may have any value.
     assert_eq!(named("Data.log[99]"), Some(("REAL", Role::Output)));
 }
 
@@ -92,7 +92,7 @@ fn an_instance_of_a_block_of_the_system_is_a_stub_that_who_uses_the_fmu_plays() 
     assert_eq!(named("Connection.STATUS"), Some(("WORD", Role::Input)));
     assert_eq!(named("Connection.REQ"), Some(("BOOL", Role::Output)));
     assert_eq!(named("Connection.DATA[3]"), Some(("BYTE", Role::Output)));
-    // What the table has no type for, and no call gives, is left out.
+    // A parameter without a type in the table, and to which no call passes a value, is left out.
     assert_eq!(named("Connection.ADDR"), None);
     assert_eq!(compiled.root.unwrap().block, "Main");
 }
@@ -137,7 +137,8 @@ fn a_program_that_lacks_nothing_has_no_assumptions() {
     assert_eq!(assumptions("FUNCTION_BLOCK \"Main\"\nBEGIN\nIF #x THEN"), []);
 }
 
-/// The parameters of a block of the system, by a program that declares an instance of it and reads what it does not pass.
+/// Determines the parameters of a system block with a program that declares an instance and reads the parameters that
+/// it does not pass.
 #[test]
 fn the_documentation_lists_the_parameters_of_the_blocks_that_are_known() {
     let docs = include_str!("../../docs/scl.md");

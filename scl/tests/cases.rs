@@ -1,4 +1,4 @@
-//! The cases of the language: programs, what they are given in each call, and the bits that they must give.
+//! The language's test cases: programs, their inputs in each call, and the expected bits.
 
 use parameters::{Problems, Source};
 use scl::machine::{Code, Machine};
@@ -32,7 +32,7 @@ fn compiled(case: &Json) -> Result<Compiled, String> {
     compile(&[source], &Options { cpu, block, ..Options::default() }).map_err(|errors| text(&errors))
 }
 
-/// The value of a case as the bits of a type.
+/// Converts the value of a case into the bits of a type.
 fn value(json: &Json, of: Scalar) -> Value {
     let bits = match json {
         Json::String(bits) => u64::from_str_radix(bits.trim_start_matches("0x"), 16).unwrap(),
@@ -66,7 +66,7 @@ impl Running {
     }
 }
 
-/// The names of the elements of a variable of a case, row by row.
+/// Returns the names of the elements of a case's variable, row by row.
 fn names(variable: &Json) -> Vec<String> {
     let name = variable["name"].as_str().unwrap();
     let of = variable["type"].as_str().unwrap().to_uppercase();
@@ -84,7 +84,7 @@ fn check(case: &Json) -> Result<(), String> {
     check_of(case, compiled(case))
 }
 
-/// The program printed as SCL and read again; `None` with what SCL has no text for.
+/// Parses the program again after it has been printed as SCL; fails with the construct that SCL cannot express.
 fn read_again(case: &Json) -> Result<Compiled, String> {
     let first = compiled(case)?;
     let root = first.root.as_ref().ok_or("no block to be run")?;
@@ -94,7 +94,7 @@ fn read_again(case: &Json) -> Result<Compiled, String> {
         _ => None,
     });
     let text = scl::scl::print(&first.program, &[called.ok_or("nothing is called")?], scl::scl::Dialect::Tia)?;
-    // Start values of structures inside are in a data block.
+    // The start values of inner structures are in a data block.
     let data_block = format!("{}_DB", root.block);
     let has_data_block = text.contains(&format!("DATA_BLOCK \"{data_block}\""));
     let block = Some(if has_data_block { data_block } else { root.block.clone() });
@@ -103,7 +103,8 @@ fn read_again(case: &Json) -> Result<Compiled, String> {
     Ok(compile(&[source], &options).unwrap_or_else(|errors| panic!("{}: {}\n{text}", case["name"], errors[0])))
 }
 
-/// Checks what the programs of a file give when they are printed and read again; how many there are, and why others are not.
+/// Checks the results of a file's programs after they have been printed and parsed again; returns their number, and the
+/// reasons why others were skipped.
 fn check_printed(file: &str) -> (usize, Vec<String>) {
     let (mut count, mut refused, mut failed) = (0, Vec::new(), Vec::new());
     for case in cases(file).iter().filter(|case| !case["error"].is_object()) {
@@ -176,7 +177,7 @@ fn check_of(case: &Json, compiled: Result<Compiled, String>) -> Result<(), Strin
     Ok(())
 }
 
-/// A row of values, arrays one after the other.
+/// Flattens a row of values, arrays one after the other.
 fn flat(row: &Json) -> Vec<Json> {
     match row {
         Json::Array(values) => values.iter().flat_map(flat).collect(),

@@ -1,5 +1,5 @@
-//! CONT_C written in SCL (`data/cont_c.scl`) gives the bits of its law in `blocks`, which was written by others in another
-//! language.
+//! CONT_C written in SCL (`data/cont_c.scl`) has the same bits as its law in `blocks`, which was written independently
+//! in another language.
 
 use blocks::{Block, ContC, Kind, Law, Role, Row, Time, Value, Word};
 use parameters::Source;
@@ -9,7 +9,7 @@ use scl::random::Random;
 use scl::{Options, compile};
 use std::sync::Arc;
 
-/// Calls in all; `PLCFMU_CALLS=1000000` makes a million of them.
+/// Returns the total number of calls; `PLCFMU_CALLS=1000000` makes a million.
 fn calls() -> usize {
     std::env::var("PLCFMU_CALLS").map_or(if cfg!(debug_assertions) { 100_000 } else { 1_000_000 }, |calls| {
         calls.parse().expect("PLCFMU_CALLS is a number")
@@ -20,7 +20,7 @@ fn calls() -> usize {
 struct Controller {
     machine: Machine,
     cycle: usize,
-    /// Where the variable of each row of the table lies.
+    /// The type and offset of the variable of each row in the table.
     rows: Vec<(Scalar, usize)>,
 }
 
@@ -52,7 +52,7 @@ fn place(program: &Program, instance: &str, row: &Row) -> (Scalar, usize) {
     }
 }
 
-/// The bits of a value as the machine keeps them; all that is not a number is alike.
+/// Returns the bits of a value as stored in the machine; all NaNs have the same bits.
 fn bits(value: Value) -> u64 {
     match value {
         Value::Real(real) if real.is_nan() => u64::from(f32::NAN.to_bits()),
@@ -60,7 +60,7 @@ fn bits(value: Value) -> u64 {
     }
 }
 
-/// A value for a row: mostly a usual one, sometimes one that no loop has.
+/// Generates a value for a row: usually a typical one, sometimes one that no loop has.
 fn value(random: &mut Random, row: &Row) -> Value {
     match row.kind {
         Kind::Bool => Value::Bool(random.below(2) == 1),
@@ -80,7 +80,7 @@ fn value(random: &mut Random, row: &Row) -> Value {
     }
 }
 
-/// Makes calls with some switches mostly against their start value, and compares all outputs.
+/// Makes calls with some switches usually opposite to their start value, and compares all outputs.
 fn compare(controller: &mut Controller, random: &mut Random, switches: &[usize], calls: usize) {
     let table = ContC::TABLE;
     let mut block = ContC::default();
@@ -94,7 +94,7 @@ fn compare(controller: &mut Controller, random: &mut Random, switches: &[usize],
             let changes = match row.role {
                 _ if row.name == "COM_RST" => call % 97 == 96 || call % 97 == 0,
                 _ if !row.role.is_settable() || is_switch(row) && !switches.contains(&index) => false,
-                // A switch is mostly the other way round, and mostly all stays as it was in the last call.
+                // A switch is usually inverted, and most values stay as they were in the previous call.
                 _ => random.below(if row.role == Role::Input { 3 } else { 40 }) == 0 || call == 0,
             };
             if changes {
@@ -130,7 +130,7 @@ fn the_law_in_scl_gives_the_bits_of_the_law_in_rust_with_every_switch() {
     let manual = table.find("MAN_ON").unwrap();
     let switches = table.rows.iter().enumerate().filter(|(_, row)| row.kind == Kind::Bool && row.role.is_settable());
     let mut runs = vec![vec![], vec![manual]];
-    // Each one in manual mode, in which the block starts, and in automatic mode.
+    // Each switch in manual mode, in which the block starts, and in automatic mode.
     runs.extend(switches.flat_map(|(index, _)| [vec![index], vec![index, manual]]));
     let mut random = Random::new(41);
     let mut controller = Controller::new();

@@ -1,4 +1,4 @@
-//! Damaged and hostile sources: whatever they hold, there is a program or a list of errors.
+//! Damaged and hostile sources always result in a program or a list of errors.
 
 use parameters::Source;
 use proptest::prelude::*;
@@ -8,7 +8,8 @@ use scl::{Options, compile};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-/// The programs of the cases, which the examples are among, those by hand, and those in the style of TIA Portal.
+/// Returns the programs of the cases, including the examples, the hand-written ones, and those in the style of TIA
+/// Portal.
 fn programs() -> &'static [String] {
     static PROGRAMS: OnceLock<Vec<String>> = OnceLock::new();
     PROGRAMS.get_or_init(|| {
@@ -32,13 +33,13 @@ fn pick(index: prop::sample::Index) -> &'static str {
     &programs()[index.index(programs().len())]
 }
 
-/// Compiles it and makes a call; an error is told with its file.
+/// Compiles the text and makes a call; every file reported must have an error.
 fn try_it(text: &str) {
     match compile(&[Source::new("a.scl", text.into())], &Options::default()) {
         Ok(compiled) => {
             let code = Code::compile(&compiled.program).unwrap_or_else(|error| panic!("{error}\n{text}"));
             if let Some(root) = compiled.root {
-                // It may stop: with a reason.
+                // The call may stop, with a reason.
                 let _ = Machine::new(Arc::new(code)).call(root.cycle, 0);
             }
         }
@@ -46,7 +47,7 @@ fn try_it(text: &str) {
     }
 }
 
-/// The words of a program, with what is between them.
+/// Splits a program into words with the separators after them.
 fn words(text: &str) -> Vec<&str> {
     text.split_inclusive([' ', '\n', ';', '(', ')', ',', '.', '#', '[', ']']).collect()
 }
@@ -105,7 +106,7 @@ proptest! {
             let at = at.index(bytes.len());
             bytes[at] ^= 1 << bit;
         }
-        // As a file: what is no UTF-8 is read as Windows-1252.
+        // In a file, text that is not valid UTF-8 is read as Windows-1252.
         let source = Source::new("a.scl", bytes);
         try_it(&source.text);
     }

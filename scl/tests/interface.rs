@@ -1,4 +1,4 @@
-//! What an FMU shows of a program.
+//! The interface of a program's FMU.
 
 use parameters::Source;
 use parameters::tags::{Declared, Tag, declaration};
@@ -89,7 +89,7 @@ fn each_number_of_a_block_has_a_name_a_type_and_a_role() {
     assert_eq!((level.min, level.max), (Some(0.0), Some(100.0)));
     assert_eq!(root.variables[7].comment.unit.as_deref(), Some("bar"));
     assert!(root.variables[7].is_retained && !root.variables[0].is_retained);
-    // Each has its place in the memory.
+    // Each variable has its own place in the memory.
     for variable in &root.variables {
         let path = format!("{}.{}", root.instance, variable.name);
         assert_eq!(compiled.program.find(&path), Some((variable.offset, variable.ty.clone())), "{path}");
@@ -178,7 +178,7 @@ fn a_tag_is_what_its_address_says() {
     };
     let options = Options { declared: lines.iter().map(tag).collect(), ..Options::default() };
     let compiled = compile(&[Source::new("main.scl", text.into())], &options).unwrap();
-    // A tag that no block uses is left out; an input that the program writes is an output, too.
+    // A tag that no block uses is left out; an input that the program writes to is an output, too.
     assert_eq!(
         shown(&compiled.globals),
         [

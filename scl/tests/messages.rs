@@ -1,4 +1,4 @@
-//! What is refused, and of what an author is warned: each with its place, what it is and what to do.
+//! Errors and warnings: each with its position, the problem and the remedy.
 
 use parameters::{Problems, Source};
 use scl::{Cpu, Options, compile};
@@ -51,7 +51,7 @@ fn lines(problems: &[Problems]) -> Vec<String> {
     problems.iter().flat_map(|problems| problems.to_string().lines().map(str::to_string).collect::<Vec<_>>()).collect()
 }
 
-/// The errors and the warnings of a text.
+/// Returns the errors and the warnings of a text.
 fn told(text: &str, cpu: Option<Cpu>) -> (Vec<String>, Vec<String>) {
     let source = Source::new("a.scl", text.into());
     match compile(&[source], &Options { cpu, ..Options::default() }) {
@@ -231,7 +231,7 @@ fn names_that_no_source_declares_are_told_with_what_to_do() {
         "\"Motor_DB\"(x := 1);",
         "no source declares the instance \"Motor_DB\"; say which block it is an instance of",
     );
-    // Of many names ten are told, and the command that tells the rest.
+    // Of many names, ten are listed, with the command that lists the rest.
     let many = |name: &str| (1..=12).map(|at| format!("#i := \"{name}{at:02}\";")).collect::<String>();
     let rest = "and 2 more; plcfmu check with --assume lists all, with what their use tells";
     refused(&many("Tag"), &format!("\"Tag10\" : INT, {rest}"));
@@ -246,11 +246,11 @@ fn names_that_no_source_declares_are_told_with_what_to_do() {
         "no source declares the type \"typeMotor\"; in TIA Portal: Generate source from blocks",
     );
     undeclarable("x : \"Pairs\";", "no source declares the type \"Pairs\"; \"Pair\" is declared: is it meant?");
-    // Where only a constant can stand it is no tag.
+    // Where only a constant is allowed, the name is not a tag.
     let constant = "no source declares the constant \"MOST\"; --constant MOST=5 declares it";
     undeclarable("x : Array[1..\"MOST\"] of Int;", constant);
     undeclarable("x : Int := \"MOST\";", constant);
-    // What its use tells is taken for it.
+    // The type inferred from its use is assumed.
     silent("\"X\".TON(IN := TRUE, PT := T#1s); #flag := \"X\".Q;");
     silent("\"R_TRIG_DB_1\"(CLK := #flag, Q => #flag);");
     warned("\"Sub_DB\"(a := 1, p := #pair);", "no source declares \"Sub_DB\": it is taken for an instance of Sub");
@@ -267,7 +267,7 @@ fn addresses_of_step_7_are_told_as_such_and_a_call_names_its_block() {
         refused(&format!("flag := {read};"), address);
     }
     refused("FB7.DB10(a := 1);", "no source declares the function block \"FB7\"; in TIA Portal");
-    // These are of the CPU: no source of them can be given.
+    // These belong to the CPU: they have no source.
     for call in ["READ_BIG(SRC_ARRAY := array)", "GetBlockName(SIZE := 1)", "WAIT(WT := 1)"] {
         let name = call.split('(').next().unwrap_or_default().to_uppercase();
         refused(&format!("i := {call};"), &name);
@@ -434,7 +434,7 @@ fn an_argument_that_a_function_does_not_have_is_refused() {
 fn a_comment_in_a_comment_is_read_to_its_end_with_a_warning() {
     let warning = "a comment in a comment";
     warned("#i := 1; (* a (* b *) #i := ; *)", warning);
-    // As written by hand where the first is not closed twice: the inner mark is text.
+    // In hand-written code that closes the comment only once, the inner mark is text.
     silent("#i := 1; (* a (* b *) #flag := TRUE;");
 }
 

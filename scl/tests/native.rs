@@ -33,7 +33,7 @@ fn a_block_as_an_instance_is_the_block_itself_also_in_a_saved_state() {
     }
     assert!(pulses > 50, "{pulses}");
 
-    // A BOOL that is neither 0 nor 1 is no state of a block.
+    // A BOOL that is neither 0 nor 1 is not a valid state of a block.
     machine.state_mut()[offset("p.QPOS_P")] = 2;
     assert_eq!(machine.call(root.cycle, 0).unwrap_err().cause, Cause::Instance);
 }

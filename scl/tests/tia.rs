@@ -1,10 +1,10 @@
-//! Programs in the style of what engineers export from TIA Portal. Each compiles and runs, unless its first lines say otherwise:
+//! Programs in the style of exports from TIA Portal. Each compiles and runs, unless its first lines say otherwise:
 //!
 //! - `// refused: LINE: TEXT` is one of its errors, and there is no error in another line;
-//! - `// lacks` means that it names what no file declares, and nothing else is wrong with it.
+//! - `// lacks` means that it uses undeclared names, and has no other errors.
 //!
-//! A program may check itself: a variable `fail` is 0 after each call, or the number of the check that does not hold. What is checked was
-//! calculated by hand.
+//! A program may check itself: a variable `fail` is 0 after each call, or the number of the failed check. The expected
+//! values were calculated by hand.
 
 use parameters::Source;
 use scl::machine::{Code, Machine};
@@ -14,10 +14,10 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-/// What the errors of names that no file declares have in common.
+/// Phrases that occur in the errors for undeclared names.
 const LACKS: [&str; 2] = ["no source declares", "talks to the PLC's hardware or system"];
 
-/// This many calls are made of a program that checks itself, one each 100 ms; of another one the first.
+/// The number of calls of a program that checks itself, 100 ms apart; another program is called once.
 const CALLS: i64 = 12;
 
 fn run(name: &str, compiled: &Compiled) {

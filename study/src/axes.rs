@@ -1,4 +1,4 @@
-//! The axes of a study with their variables resolved: the point of every run.
+//! The axes of a study with their variables resolved, and the point of every run.
 
 use crate::correlation;
 use crate::distribution::Distribution;
@@ -16,14 +16,14 @@ use std::ops::Range;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axes {
     axes: Vec<Resolved>,
-    /// How many runs there are at each point of the grid.
+    /// The number of runs at each point of the grid.
     samples: u64,
-    /// How many runs there are.
+    /// The number of runs.
     count: u64,
     sampler: Sampler,
-    /// How the distributions depend on each other; nothing if they do not.
+    /// How the distributions depend on each other (see [`correlation::mixing`]); empty if they are independent.
     mixing: Vec<Vec<f64>>,
-    /// What gets the values, for each coordinate.
+    /// The variable that each coordinate sets.
     pub targets: Vec<Target>,
 }
 
@@ -32,39 +32,39 @@ pub(super) struct Axes {
 pub(super) struct Target {
     /// `FMU.VARIABLE`
     pub name: String,
-    /// Its unit, if the FMU names one.
+    /// Its unit, if the FMU declares one.
     pub unit: Option<String>,
-    /// The number of its member.
+    /// The index of its member.
     pub member: usize,
     /// Its type.
     pub kind: Type,
     /// Its value reference.
     pub reference: u32,
-    /// When it is set, in seconds; at the start without it.
+    /// The time at which it is set, in seconds; `None` for the start.
     pub time: Option<f64>,
-    /// The least and the greatest value that the FMU declares.
+    /// The minimum and maximum declared by the FMU.
     range: (Option<f64>, Option<f64>),
-    /// What the values of the axis are multiplied by, if they are factors.
+    /// The factor applied to the axis' values, if these are relative.
     base: Option<f64>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 struct Resolved {
     values: Values,
-    /// How many variables it has.
+    /// The number of its variables.
     width: usize,
-    /// How many points of the grid have the same value one after the other.
+    /// The number of consecutive grid points that share a value of this axis.
     stride: u64,
-    /// How many values it adds to the grid.
+    /// The number of values it contributes to the grid.
     length: u64,
 }
 
-/// Where values come from.
+/// The source of an axis' values.
 #[derive(Clone, Debug, PartialEq)]
 enum Values {
-    /// A value for all variables, for each point along the axis.
+    /// One value per point along the axis, shared by all variables.
     Shared(Vec<f64>),
-    /// A value for each variable, for each point along the axis, one after the other.
+    /// One value per variable for each point along the axis, in row-major order.
     Rows(Vec<f64>),
     Range {
         from: f64,
@@ -72,7 +72,7 @@ enum Values {
         count: u64,
         logarithmic: bool,
     },
-    /// With the number of the distribution, from 0, and whether its values are whole numbers.
+    /// The distribution, its index from 0, and whether its values are rounded to integers.
     Drawn(Distribution, usize, bool),
 }
 
@@ -90,7 +90,7 @@ impl Target {
         }
     }
 
-    /// Whether both set the same thing at the same time. Two names of one value reference are the same variable.
+    /// Whether both set the same variable at the same time. Two names with one value reference are the same variable.
     fn is_same(&self, other: &Target) -> bool {
         self.is_variable(other.member, other.kind, other.reference) && self.time == other.time
     }
@@ -99,7 +99,7 @@ impl Target {
         (self.member, self.kind, self.reference) == (member, kind, reference)
     }
 
-    /// The column of its values.
+    /// The column that holds its values.
     pub fn coordinate(&self) -> Quantity {
         let name = match self.time {
             None => self.name.clone(),
@@ -108,7 +108,7 @@ impl Target {
         Quantity { name, unit: self.unit.clone() }
     }
 
-    /// What sets it.
+    /// Returns the setting that assigns the value to the variable.
     fn setting(&self, value: f64) -> Setting {
         Setting {
             variable: self.name.clone(),
@@ -119,7 +119,7 @@ impl Target {
         }
     }
 
-    /// What the variable gets if the axis has this value.
+    /// The variable's value for a value of the axis.
     fn absolute(&self, value: f64) -> f64 {
         self.base.map_or(value, |base| base * value)
     }
@@ -128,7 +128,7 @@ impl Target {
         self.range.0.is_some_and(|min| value < min) || self.range.1.is_some_and(|max| value > max)
     }
 
-    /// Checks a value as the variable gets it.
+    /// Checks the value that the variable would get.
     fn check(&self, value: f64) -> Result<()> {
         if !value.is_finite() {
             bail!("{} = {value}: give values and factors whose products are finite", self.name);
@@ -142,7 +142,7 @@ impl Axes {
     /// Resolves the axes of a study.
     ///
     /// # Errors
-    /// Which axis is wrong, and what to do.
+    /// An axis is wrong; the message names it and the remedy.
     pub fn of(study: &Study, system: &System, names: &Names) -> Result<Axes> {
         study.check()?;
         let count = study.count()?;
@@ -186,7 +186,7 @@ impl Axes {
         Ok(axes)
     }
 
-    /// How many runs there are.
+    /// The number of runs.
     pub fn count(&self) -> u64 {
         self.count
     }
@@ -197,10 +197,10 @@ impl Axes {
         Some(Loops { names: study.axes[number].names.clone(), runs: self.axes[number].stride * self.samples })
     }
 
-    /// The values of a run, for each coordinate.
+    /// The values of a run, one for each coordinate.
     ///
     /// # Panics
-    /// No such run.
+    /// The run does not exist.
     pub fn point(&self, run: u64) -> Vec<f64> {
         assert!(run < self.count, "there are {} runs, there is no run {run}", self.count);
         let (grid, sample) = (run / self.samples, run % self.samples);
@@ -229,8 +229,8 @@ impl Axes {
         point
     }
 
-    /// What the user should know: one sentence for each axis with values outside of the range that an FMU declares, and
-    /// numbers of samples that are probably not meant.
+    /// Warnings for the user: one sentence for each axis with values outside the range that an FMU declares, and for
+    /// sample counts that are probably unintended.
     pub fn warnings(&self, study: &Study) -> Vec<String> {
         let mut warnings = Vec::new();
         if study.distributions() > 0 && self.samples == 1 {
@@ -267,17 +267,17 @@ impl Axes {
         warnings
     }
 
-    /// Where the coordinates of an axis are.
+    /// The coordinates of an axis, as an index range.
     pub fn coordinates(&self, axis: usize) -> Range<usize> {
         let first = self.axes[..axis].iter().map(|axis| axis.width).sum();
         first..first + self.axes[axis].width
     }
 }
 
-/// The system with these values for targets, in place of what it sets there itself; without a value a target is not set.
+/// The system with values for the targets, replacing what it sets there itself. A target without a value is not set.
 pub(super) fn varied(system: &System, names: &Names, targets: &[Target], point: &[f64]) -> System {
     let is_replaced = |setting: &Setting| {
-        // A name that is not known is the plan's to refuse.
+        // Unknown names are reported by the plan.
         names.find(&setting.variable).is_ok_and(|of| {
             let is = |target: &Target| target.is_variable(of.member, of.kind, of.variable.value_reference);
             targets.iter().any(|target| is(target) && target.time == setting.time)
@@ -289,7 +289,8 @@ pub(super) fn varied(system: &System, names: &Names, targets: &[Target], point: 
 }
 
 impl Resolved {
-    /// The least and the greatest value for a variable; of a distribution, about those that this many samples reach.
+    /// The lowest and highest value of a variable; for a distribution, approximately those reached with this many
+    /// samples.
     fn extremes(&self, place: usize, samples: u64) -> [f64; 2] {
         let among = |values: &mut dyn Iterator<Item = f64>| {
             values.fold([f64::INFINITY, f64::NEG_INFINITY], |[min, max], value| [min.min(value), max.max(value)])
@@ -306,14 +307,14 @@ impl Resolved {
     }
 }
 
-/// The value number `place` of a range.
+/// The value at index `place` of a range.
 pub(super) fn between(from: f64, to: f64, place: u64, count: u64, logarithmic: bool) -> f64 {
     if place == 0 {
         from
     } else if place + 1 == count {
         to
     } else if logarithmic {
-        // Powers of ten come out as such.
+        // Decadic logarithms, so that powers of ten are reproduced exactly.
         let (low, high) = (libm::log10(from), libm::log10(to));
         libm::exp10(low + (high - low) * place as f64 / (count - 1) as f64)
     } else {
@@ -334,7 +335,8 @@ fn targets(axis: &Axis, system: &System, names: &Names) -> Result<Vec<Target>> {
             bail!("{name} is Boolean, which has no factors: leave relative out and write values = [false, true]");
         }
         let key = (found.member, found.kind, found.variable.value_reference);
-        // What is in force when the axis sets its value: the setting of the same time, the last one before, or the start value.
+        // The value in effect when the axis sets its own: the setting at the same time, else the last one before, else
+        // the start value.
         let set = settings
             .iter()
             .filter(|(_, of)| (of.member, of.kind, of.variable.value_reference) == key)
@@ -362,7 +364,7 @@ fn targets(axis: &Axis, system: &System, names: &Names) -> Result<Vec<Target>> {
     axis.variables.iter().map(target).collect()
 }
 
-/// The values of an axis, each checked with each variable that gets it.
+/// The values of an axis, checked against every variable that gets them.
 fn values(axis: &Axis, targets: &[Target], distributions: &mut usize) -> Result<Values> {
     let number = |target: &Target, given: Value| {
         let value = match given {
@@ -391,7 +393,7 @@ fn values(axis: &Axis, targets: &[Target], distributions: &mut usize) -> Result<
         }
         Along::Range { from, to, count, logarithmic } => {
             for target in targets {
-                // Between finite ends all is finite.
+                // If both ends are finite, so are the values between.
                 let step = if target.kind.is_floating() { count - 1 } else { 1 };
                 (0..*count)
                     .step_by(step as usize)

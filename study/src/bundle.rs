@@ -1,4 +1,5 @@
-//! A study with all that it needs, in one folder that can be moved to any machine: `study.json` and the FMUs.
+//! Bundles: a study with everything it needs, in one folder that can be moved to any machine (`study.json` and the
+//! FMUs).
 
 use super::read::Reading;
 use super::{bare, fingerprint, hash, make_folder};
@@ -13,27 +14,27 @@ use std::path::{Path, PathBuf};
 /// The version of the format.
 const VERSION: u32 = 3;
 
-/// The content of `study.json`.
+/// The contents of `study.json`.
 #[derive(Debug, Deserialize, Serialize)]
 struct Content {
     version: u32,
     /// The name of the study.
     name: String,
-    /// The name of the loop's file.
+    /// The file name of the loop.
     #[serde(rename = "loop")]
     description: String,
-    /// The folder of the FMUs, for the page, if it was named.
+    /// The folder of the FMUs as shown on the page, if one was given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     fmus: Option<String>,
     fingerprint: String,
     runs: u64,
-    /// Whether each run needs new instances, which the maker of the bundle has found out for all parts.
+    /// Whether each run needs new instances, determined for all parts when the bundle was made.
     renews: bool,
-    /// The paths of the FMUs are relative to the folder.
+    /// The job; paths of FMUs are relative to the folder.
     job: Job,
 }
 
-/// Writes a bundle of a study with this many runs to a folder. `renews` says whether each run needs new instances.
+/// Writes a bundle of a study with this many runs to a folder. `renews` states whether each run needs new instances.
 ///
 /// # Errors
 /// The folder cannot be written.
@@ -45,7 +46,7 @@ pub fn write(folder: &Path, reading: &Reading, runs: u64, renews: bool) -> Resul
         let place = PathBuf::from("fmus").join(format!("{}.fmu", hash(&member.path)?));
         let mut from = File::open(&member.path).with_context(|| member.path.display().to_string())?;
         temporary::place(&folder.join(&place), |to| Ok(io::copy(&mut from, to).map(|_| ())?), |_| Ok(()))?;
-        // With / on every platform.
+        // Use `/` on every platform.
         member.path = place.to_string_lossy().replace('\\', "/").into();
     }
     let content = Content {
@@ -65,7 +66,7 @@ pub fn write(folder: &Path, reading: &Reading, runs: u64, renews: bool) -> Resul
 /// Opens a bundle by its `study.json`.
 ///
 /// # Errors
-/// It is damaged, or was made by another version of this program.
+/// The bundle is damaged, or was made by another version of this program.
 pub fn open(path: &Path) -> Result<Reading> {
     let shown = path.display();
     let text = fs::read(path).with_context(|| format!("{shown} cannot be read"))?;

@@ -1,4 +1,4 @@
-//! What can be wrong with a study whatever its loop is.
+//! Checks of a study that do not depend on its loop.
 
 use crate::distribution::Distribution;
 use crate::sampling::{SOBOL_AXES, SOBOL_SAMPLES};
@@ -7,14 +7,14 @@ use crate::{Along, Axis, Limit, Sampling, Study, Window};
 use anyhow::{Context, Result, bail};
 use run::system::Value;
 
-/// How many runs a study has at most.
+/// The maximum number of runs in a study.
 const MOST_RUNS: u64 = 1_000_000_000;
 
 impl Study {
-    /// Checks what does not depend on the loop.
+    /// Checks everything that does not depend on the loop.
     ///
     /// # Errors
-    /// Which axis or limit is wrong, and what to do.
+    /// An axis or limit is wrong; the message names it and the remedy.
     pub fn check(&self) -> Result<()> {
         for (number, axis) in self.axes.iter().enumerate() {
             axis.check().with_context(|| axis.label(number))?;
@@ -63,10 +63,10 @@ impl Study {
         self.count().map(|_| ())
     }
 
-    /// How many runs the axes span.
+    /// The number of runs that the axes span.
     ///
     /// # Errors
-    /// More than 10^9.
+    /// There are more than 10^9.
     pub fn count(&self) -> Result<u64> {
         let lengths = self.lengths();
         let samples = self.runs_of_point();
@@ -88,19 +88,19 @@ impl Study {
         }
     }
 
-    /// The lengths of the axes that span the grid; of a group, only that of the first axis.
+    /// The lengths of the axes that span the grid; a group counts once, by its first axis.
     fn lengths(&self) -> Vec<u64> {
         let spans = |number: &usize| self.leader(*number) == *number;
         (0..self.axes.len()).filter(spans).map(|number| self.axes[number].along.length()).collect()
     }
 
-    /// The first axis of an axis' group; the axis itself without one.
+    /// The index of the first axis in an axis' group; its own index if it has no group.
     pub(super) fn leader(&self, number: usize) -> usize {
         let Some(group) = &self.axes[number].group else { return number };
         self.axes.iter().position(|axis| axis.group.as_ref() == Some(group)).unwrap_or(number)
     }
 
-    /// Axes of a group have as many values, and none of them a distribution.
+    /// Checks that axes of a group have equally many values, and no distributions.
     fn check_groups(&self) -> Result<()> {
         for (number, axis) in self.axes.iter().enumerate() {
             let (label, leader) = (axis.label(number), self.leader(number));
@@ -140,7 +140,7 @@ impl Study {
         Ok(())
     }
 
-    /// How many runs there are at each point of the grid.
+    /// The number of runs at each point of the grid.
     pub fn runs_of_point(&self) -> u64 {
         match (self.distributions(), self.sampling) {
             (0, _) => 1,
@@ -149,13 +149,13 @@ impl Study {
         }
     }
 
-    /// Whether the runs are samples that are independent of each other, so that there are intervals of confidence.
+    /// Whether the runs are independent samples, so that confidence intervals exist.
     pub fn is_independent(&self) -> bool {
         let is_grid = self.axes.iter().any(|axis| axis.along.length() > 1);
         self.distributions() > 0 && !is_grid && self.sampling != Sampling::Saltelli
     }
 
-    /// How many axes have a distribution.
+    /// The number of axes with a distribution.
     pub(super) fn distributions(&self) -> usize {
         self.axes.iter().filter(|axis| Distribution::of(&axis.along).is_some()).count()
     }
@@ -194,7 +194,7 @@ impl Limit {
 }
 
 impl Axis {
-    /// How errors name it: its number, from 1, and its variables.
+    /// Its label in error messages: its number, from 1, and its variables.
     pub fn label(&self, number: usize) -> String {
         format!("axis {} ({})", number + 1, self.variables.join(", "))
     }
@@ -222,7 +222,7 @@ impl Axis {
 }
 
 impl Along {
-    /// Its key in a study's file.
+    /// Its key in a study file.
     fn name(&self) -> &'static str {
         match self {
             Along::Values(_) | Along::Rows(_) => "values",
@@ -234,7 +234,7 @@ impl Along {
         }
     }
 
-    /// How many values it adds to the grid; 1 for a distribution.
+    /// The number of values it contributes to the grid; 1 for a distribution.
     pub(super) fn length(&self) -> u64 {
         match self {
             Along::Values(values) => values.len() as u64,
@@ -362,7 +362,7 @@ fn ordered(what: &str, (low, min): (&str, f64), (high, max): (&str, f64)) -> Res
     Ok(())
 }
 
-/// The difference of two finite numbers has to be finite too.
+/// Checks that the difference of two finite numbers is finite as well.
 fn spread(what: &str, min: f64, max: f64) -> Result<()> {
     if (max - min).is_finite() {
         return Ok(());

@@ -1,4 +1,5 @@
-//! Columns of numbers: few are kept in memory, many in a file without a name, from which one column is read at a time.
+//! Columns of numbers: small ones are kept in memory, large ones in an unnamed file, from which one column is read at a
+//! time.
 
 use anyhow::{Context, Result};
 use std::borrow::Cow;
@@ -8,29 +9,29 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use tempfile::SpooledTempFile;
 
-/// How many numbers are read at once.
+/// The number of values read at once.
 const PIECE: usize = 1 << 13;
 
-/// Numbers that are written once and read often. Up to a number of bytes they are in memory, else in a file that has no name and is
-/// gone when this is dropped.
+/// Numbers that are written once and read often. Up to a given size they are kept in memory, beyond it in an unnamed
+/// file that disappears when this is dropped.
 #[derive(Debug)]
 pub(crate) struct Spill {
-    /// Reading moves its position. The cell makes it one thread's own.
+    /// Reading moves the file position; the `RefCell` allows it through a shared reference.
     file: RefCell<SpooledTempFile>,
     end: u64,
     folder: PathBuf,
 }
 
 impl Spill {
-    /// Empty, with this many bytes in memory at most and the file in this folder.
+    /// Creates an empty store that keeps up to `most` bytes in memory, and its file in `folder`.
     pub fn new(most: usize, folder: &Path) -> Spill {
         Spill { file: RefCell::new(SpooledTempFile::new_in(most, folder)), end: 0, folder: folder.into() }
     }
 
-    /// Appends numbers, each as `N` bytes. Gives where they begin.
+    /// Appends numbers of `N` bytes each. Returns the position at which they start.
     ///
     /// # Errors
-    /// No room for them on the disk.
+    /// The disk is full.
     pub fn append<const N: usize>(&mut self, numbers: impl Iterator<Item = [u8; N]>) -> Result<u64> {
         let (begin, file) = (self.end, self.file.get_mut());
         let append = || {
@@ -47,7 +48,7 @@ impl Spill {
         Ok(begin)
     }
 
-    /// Reads `count` numbers from a place on, and appends them to a list.
+    /// Reads `count` numbers, starting at a position, and appends them to a list.
     ///
     /// # Errors
     /// They cannot be read.
@@ -82,40 +83,40 @@ impl Spill {
     }
 }
 
-/// Columns of the same length.
+/// Columns of equal length.
 #[derive(Debug)]
 pub(crate) struct Columns {
-    /// How many rows a block has.
+    /// The number of rows in a block.
     block: usize,
-    /// How many rows there are.
+    /// The number of rows.
     count: u64,
-    /// Blocks of rows, the columns of each one after the other.
+    /// Blocks of rows, each stored column by column.
     blocks: Spill,
-    /// The columns of the rows after the last block: all of them while they are few.
+    /// The columns of the rows after the last block; all rows while there are few.
     last: Vec<Vec<f64>>,
 }
 
 impl Columns {
-    /// Without rows. About `most` values are kept in memory, the others in a file in this folder.
+    /// Creates columns without rows. About `most` values are kept in memory, the others in a file in `folder`.
     pub fn new(width: usize, most: usize, folder: &Path) -> Columns {
         let block = (most / width.max(1)).max(1);
         Columns { block, count: 0, blocks: Spill::new(0, folder), last: vec![Vec::new(); width] }
     }
 
-    /// Where the file is.
+    /// The folder of the file.
     pub fn folder(&self) -> &Path {
         &self.blocks.folder
     }
 
-    /// How many rows there are.
+    /// The number of rows.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// Adds a row, with a value for each column.
+    /// Appends a row, with one value per column.
     ///
     /// # Errors
-    /// No room for it on the disk.
+    /// The disk is full.
     pub fn push(&mut self, row: impl Iterator<Item = f64>) -> Result<()> {
         if self.last.first().is_some_and(|column| column.len() == self.block) {
             self.blocks.append(self.last.iter().flatten().map(|value| value.to_le_bytes()))?;
@@ -128,18 +129,18 @@ impl Columns {
         Ok(())
     }
 
-    /// How many rows are in blocks.
+    /// The number of rows stored in blocks.
     fn spilled(&self) -> u64 {
         self.count - self.last.first().map_or(self.count, |column| column.len() as u64)
     }
 
-    /// Where the value of a row in a block is.
+    /// The position of a value in a block.
     fn place(&self, row: u64, column: usize) -> u64 {
         let (width, block) = (self.last.len() as u64, self.block as u64);
         ((row / block * width + column as u64) * block + row % block) * size_of::<f64>() as u64
     }
 
-    /// Some rows of a column.
+    /// Returns a range of rows of one column.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -163,7 +164,7 @@ impl Columns {
         Ok(Cow::Owned(values))
     }
 
-    /// The values of a row in some columns.
+    /// Returns the values of one row in a range of columns.
     ///
     /// # Errors
     /// The file cannot be read.

@@ -1,9 +1,10 @@
-//! Distributions that depend on each other by rank.
+//! Rank correlations between distributions.
 //!
-//! The probabilities of all axes become standard normal numbers, which are mixed so that they correlate, and probabilities again: each
-//! axis keeps its distribution, whatever that is. For a rank correlation s the normal numbers correlate by 2 sin(pi s / 6) (W. H.
-//! Kruskal, "Ordinal measures of association", Journal of the American Statistical Association 53, 1958). The mixture is the Cholesky
-//! factor, so that an axis depends on those before it.
+//! The probabilities of all axes are mapped to standard normal numbers, mixed so that these correlate, and mapped back
+//! to probabilities: each axis keeps its distribution, whatever it is. For a rank correlation s, the normal numbers
+//! have the correlation 2 sin(pi s / 6) (W. H. Kruskal, "Ordinal measures of association", Journal of the American
+//! Statistical Association 53, 1958). The mixing matrix is the Cholesky factor, so that an axis depends only on those
+//! before it.
 
 use crate::distribution::{Distribution, normal_quantile, normal_share};
 use crate::sampling::LEAST_PROBABILITY;
@@ -13,10 +14,10 @@ use libm::sin;
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
-/// The rows of the mixture, one for each distribution; nothing if no two of them depend on each other.
+/// The rows of the mixing matrix, one for each distribution; empty if all are independent.
 ///
 /// # Errors
-/// An axis is not there, or the correlations cannot be true together.
+/// An axis does not exist, or the correlations contradict each other.
 pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
     if study.correlations.is_empty() {
         return Ok(Vec::new());
@@ -56,7 +57,7 @@ pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
     )
 }
 
-/// The lower triangular factor of a symmetric matrix; none if it is not positive definite.
+/// The lower triangular Cholesky factor of a symmetric matrix; an error if it is not positive definite.
 fn cholesky(matrix: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
     let mut factor: Vec<Vec<f64>> = Vec::new();
     for row in matrix {
@@ -75,7 +76,7 @@ fn cholesky(matrix: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
     Ok(factor)
 }
 
-/// The probability of a distribution, by its number, from those of all by themselves.
+/// The probability of one distribution, mixed from the independent probabilities of all.
 pub(super) fn probability(mixing: &[Vec<f64>], number: usize, own: impl Fn(usize) -> f64) -> f64 {
     let Some(row) = mixing.get(number).filter(|row| row[..number].iter().any(|factor| *factor != 0.0)) else {
         return own(number);
@@ -118,7 +119,8 @@ mod tests {
             (0..count).map(own).collect()
         };
         let [a, b, c] = [sample(0), sample(1), sample(2)];
-        // Of uniform numbers the rank correlation is the correlation: 12 times the mean product of the deviations from 1/2.
+        // For uniform numbers, the rank correlation is the correlation: 12 times the mean product of the deviations
+        // from 1/2.
         let rank = |x: &[f64], y: &[f64]| {
             12.0 * x.iter().zip(y).map(|(x, y)| (x - 0.5) * (y - 0.5)).sum::<f64>() / count as f64
         };

@@ -1,59 +1,59 @@
-//! From a probability to the value of a distribution, with the same bits on every platform.
+//! Maps a probability to a value of a distribution, with identical bits on every platform.
 //!
-//! Values are drawn by inversion: a probability that is distributed evenly between 0 and 1 becomes the value that this share
-//! of the distribution is below. One probability makes one value, so that stratified and low-discrepancy sampling carry
-//! over to every distribution. Exponential and logarithm come from the crate `libm`, since those of the platform differ.
+//! Values are drawn by inversion: a probability, uniformly distributed between 0 and 1, becomes the quantile for that
+//! probability. One probability yields one value, so that stratified and low-discrepancy sampling work for every
+//! distribution. Exponential and logarithm come from the crate `libm`, since those of the platforms differ.
 
 use crate::Along;
 use libm::{erfc, exp, log};
 use std::f64::consts::SQRT_2;
 
-/// A distribution that values are drawn from.
+/// A distribution from which values are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Distribution {
-    /// As [`Along::Uniform`].
+    /// See [`Along::Uniform`].
     Uniform {
         /// The least.
         min: f64,
         /// The greatest.
         max: f64,
     },
-    /// As [`Along::Normal`] without bounds.
+    /// See [`Along::Normal`], without bounds.
     Normal {
         /// The mean.
         mean: f64,
         /// The standard deviation.
         deviation: f64,
     },
-    /// As [`Along::Normal`] with bounds.
+    /// See [`Along::Normal`], with bounds.
     Truncated {
-        /// The mean of the distribution before it is cut.
+        /// The mean of the distribution before truncation.
         mean: f64,
-        /// The standard deviation of the distribution before it is cut.
+        /// The standard deviation of the distribution before truncation.
         deviation: f64,
-        /// The least; may be infinite.
+        /// The minimum; may be infinite.
         min: f64,
-        /// The greatest; may be infinite.
+        /// The maximum; may be infinite.
         max: f64,
-        /// The share of the uncut distribution below `min`; above `max` if `is_mirrored`.
+        /// The share of the untruncated distribution below `min`, or above `max` if `is_mirrored`.
         low: f64,
-        /// The share of the uncut distribution that remains.
+        /// The share of the untruncated distribution that remains.
         share: f64,
-        /// Probabilities count from above, since they would be rounded to 1 from below.
+        /// Whether probabilities are counted from above, because from below they would round to 1.
         is_mirrored: bool,
     },
-    /// As [`Along::LogNormal`].
+    /// See [`Along::LogNormal`].
     LogNormal {
-        /// Half of the values are less.
+        /// The median.
         median: f64,
         /// The standard deviation of the natural logarithm.
         deviation: f64,
     },
-    /// As [`Along::Triangular`].
+    /// See [`Along::Triangular`].
     Triangular {
         /// The least.
         min: f64,
-        /// The most frequent.
+        /// The most likely value.
         mode: f64,
         /// The greatest.
         max: f64,
@@ -61,7 +61,7 @@ pub enum Distribution {
 }
 
 impl Distribution {
-    /// The distribution of an axis; none for lists and ranges.
+    /// The distribution of an axis; `None` for lists and ranges.
     pub fn of(along: &Along) -> Option<Distribution> {
         match *along {
             Along::Values(_) | Along::Rows(_) | Along::Range { .. } => None,
@@ -75,7 +75,7 @@ impl Distribution {
         }
     }
 
-    /// The least and the greatest value; infinite without a bound.
+    /// The minimum and maximum; infinite if unbounded.
     pub fn bounds(&self) -> (f64, f64) {
         match *self {
             Distribution::Uniform { min, max }
@@ -86,8 +86,8 @@ impl Distribution {
         }
     }
 
-    /// The same, or a whole number: of a uniform distribution each from its least to its greatest value with the same probability, of
-    /// other ones the nearest within the bounds, between which there is one.
+    /// Like [`Distribution::quantile`], or an integer if `is_whole`: for a uniform distribution every integer in its
+    /// range with the same probability, for others the nearest one within the bounds, which must contain one.
     pub fn quantile_of(&self, probability: f64, is_whole: bool) -> f64 {
         if !is_whole {
             return self.quantile(probability);
@@ -101,7 +101,7 @@ impl Distribution {
         value.max(min).min(max)
     }
 
-    /// The value that this share of the distribution is below; `probability` is above 0 and below 1.
+    /// The quantile for a probability, which is above 0 and below 1.
     pub fn quantile(&self, probability: f64) -> f64 {
         match *self {
             Distribution::Uniform { min, max } => (min + probability * (max - min)).clamp(min, max),
@@ -136,15 +136,15 @@ fn truncated(mean: f64, deviation: f64, min: f64, max: f64) -> Distribution {
     Distribution::Truncated { mean, deviation, min, max, low, share: normal_share(to) - low, is_mirrored }
 }
 
-/// The share of the standard normal distribution below a value.
+/// The standard normal distribution function: the probability of a lower value.
 pub fn normal_share(value: f64) -> f64 {
     0.5 * erfc(-value / SQRT_2)
 }
 
-/// The value that a share of the standard normal distribution is below; infinite for 0 and 1.
+/// The standard normal quantile; infinite for 0 and 1.
 ///
-/// M. J. Wichura, "Algorithm AS 241: The Percentage Points of the Normal Distribution", Applied Statistics 37 (1988), pages
-/// 477 to 484, routine PPND16: about 16 digits are right.
+/// M. J. Wichura, "Algorithm AS 241: The Percentage Points of the Normal Distribution", Applied Statistics 37 (1988),
+/// pages 477 to 484, routine PPND16: accurate to about 16 digits.
 pub fn normal_quantile(probability: f64) -> f64 {
     let centered = probability - 0.5;
     if centered.abs() <= 0.425 {
@@ -160,13 +160,13 @@ pub fn normal_quantile(probability: f64) -> f64 {
     amount.copysign(centered)
 }
 
-/// A ratio of two polynomials: the coefficients of the numerator and of the denominator, the constant ones first.
+/// A ratio of two polynomials, given the coefficients of numerator and denominator, constant terms first.
 fn ratio([numerator, denominator]: &[[f64; 8]; 2], value: f64) -> f64 {
     let polynomial = |of: &[f64; 8]| of.iter().rev().fold(0.0, |sum, coefficient| sum * value + coefficient);
     polynomial(numerator) / polynomial(denominator)
 }
 
-/// Coefficients a and b of AS 241.
+/// The coefficients a and b of AS 241.
 #[expect(clippy::excessive_precision, reason = "the digits that are published")]
 const CENTER: [[f64; 8]; 2] = [
     [
@@ -191,7 +191,7 @@ const CENTER: [[f64; 8]; 2] = [
     ],
 ];
 
-/// Coefficients c and d of AS 241.
+/// The coefficients c and d of AS 241.
 #[expect(clippy::excessive_precision, reason = "the digits that are published")]
 const TAIL: [[f64; 8]; 2] = [
     [
@@ -216,7 +216,7 @@ const TAIL: [[f64; 8]; 2] = [
     ],
 ];
 
-/// Coefficients e and f of AS 241.
+/// The coefficients e and f of AS 241.
 #[expect(clippy::excessive_precision, reason = "the digits that are published")]
 const FAR_TAIL: [[f64; 8]; 2] = [
     [

@@ -1,4 +1,4 @@
-//! A table of loops, each tuned by itself: the study of one of them, and what was found for all.
+//! Tunes each loop of a table separately: the study of a single loop, and the results for all.
 
 use crate::read::Reading;
 use crate::table::{Rows, Source};
@@ -13,35 +13,35 @@ use run::fmus::number_of;
 use run::system::{Setting, Value, own_name};
 use std::fmt::Write as _;
 
-/// What was found for a loop.
+/// The tuning result of one loop.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tuned {
     /// The loop's name.
     pub name: String,
-    /// The settings found, in the order of the search.
+    /// The settings found, in the order of the search variables.
     pub found: Vec<f64>,
-    /// The present ones.
+    /// The present settings.
     pub now: Vec<f64>,
-    /// The figure that is minimized, with the settings found and with the present ones; none if it has no value.
+    /// The minimized figure with the settings found and with the present ones; `None` where it has no value.
     pub figure: [Option<f64>; 2],
-    /// The same of what is constrained, for each constraint.
+    /// The value of each constraint, with the settings found and with the present ones.
     pub constraints: Vec<[Option<f64>; 2]>,
-    /// Which constraints are active, and which the present settings break: why the figure may be worse than now.
+    /// The constraints that are active or that the present settings violate: why the figure may be worse than now.
     pub remark: Option<String>,
-    /// Why the settings should not be used, or `None` if they meet all constraints.
+    /// The reason not to use the settings, or `None` if they meet all constraints.
     pub problem: Option<String>,
 }
 
 impl Reading {
-    /// Whether each loop is to be tuned by itself.
+    /// Whether each loop is tuned separately.
     pub fn is_each(&self) -> bool {
         self.tune.as_ref().and_then(|tune| tune.get("each")?.as_bool()).unwrap_or(false)
     }
 
-    /// The names of the loops of the table, or their numbers from 1.
+    /// The names of the loops in the table, or their numbers from 1.
     ///
     /// # Errors
-    /// No table, several that do not belong together, or a faulty study.
+    /// There is no table, there are several that do not belong together, or the study is faulty.
     pub fn loops(&self) -> Result<Vec<String>> {
         let study = &self.job.study;
         study.check()?;
@@ -61,7 +61,8 @@ impl Reading {
         Ok(named.cloned().unwrap_or_else(|| (1..=rows.axis.along.length()).map(|row| row.to_string()).collect()))
     }
 
-    /// The study of one loop: the rows of the table, and of the axes of its group, become settings of the loop. Other axes stay.
+    /// The study of one loop: a row of the table, and of the axes in its group, becomes settings of the loop. Other
+    /// axes remain.
     pub fn alone(&self, row: usize) -> Reading {
         let mut alone = self.clone();
         let study = &self.job.study;
@@ -88,7 +89,7 @@ impl Reading {
     }
 }
 
-/// The values of a row of an axis, one for each variable.
+/// The values in one row of an axis, one for each variable.
 fn values(axis: &Axis, row: usize) -> Vec<Value> {
     match &axis.along {
         Along::Rows(rows) => rows[row].clone(),
@@ -97,13 +98,13 @@ fn values(axis: &Axis, row: usize) -> Vec<Value> {
             let value = crate::axes::between(*from, *to, row as u64, *count, *logarithmic);
             vec![Value::Number(value); axis.variables.len()]
         }
-        // Refused in a group.
+        // Not allowed in a group.
         _ => Vec::new(),
     }
 }
 
 impl Tuned {
-    /// What a search has found for a loop.
+    /// Summarizes the result of a loop's search.
     pub fn of(name: &str, found: &Found) -> Tuned {
         let both = [found.best(), found.present];
         let value = |of: &Constraint| both.map(|one| Some(of.value(&one.rows)).filter(|value| !value.is_nan()));
@@ -118,13 +119,13 @@ impl Tuned {
         }
     }
 
-    /// A loop that could not be tuned.
+    /// The result for a loop that could not be tuned.
     pub fn failed(name: &str, problem: String) -> Tuned {
         Tuned { name: name.into(), problem: Some(problem), ..Tuned::default() }
     }
 }
 
-/// The names of the columns of [`csv`].
+/// The column names of [`csv`].
 pub fn columns(tuning: &Tuning) -> Vec<String> {
     let search = tuning.problem.search.iter().flat_map(|of| [of.variable.clone(), format!("{}.now", of.variable)]);
     let figure = &tuning.figures[tuning.problem.minimize].name;
@@ -134,7 +135,7 @@ pub fn columns(tuning: &Tuning) -> Vec<String> {
         .collect()
 }
 
-/// The loops as CSV, a row each.
+/// The results as CSV, one row per loop.
 pub fn csv(columns: &[String], loops: &[Tuned]) -> String {
     let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
     let field = |text: &String| if text.contains([',', '"', '\n']) { quoted(text) } else { text.clone() };
@@ -144,7 +145,7 @@ pub fn csv(columns: &[String], loops: &[Tuned]) -> String {
         let settings = one.found.iter().zip(&one.now).flat_map(|(found, now)| [Some(*found), Some(*now)]);
         let constrained = one.constraints.iter().flatten().copied();
         let mut cells: Vec<Option<f64>> = settings.chain(one.figure).chain(constrained).collect();
-        // A loop without a search has nothing but its problem.
+        // A loop that was not searched has only its problem.
         cells.resize(columns.len(), None);
         let cells: Vec<String> =
             cells.into_iter().map(|value| value.map_or_else(String::new, |value| format!("{value:?}"))).collect();
@@ -155,10 +156,10 @@ pub fn csv(columns: &[String], loops: &[Tuned]) -> String {
     csv
 }
 
-/// The parameter file with the settings that were found; loops with a problem keep theirs. `variables` are those that were searched.
+/// The parameter file with the settings found; loops with a problem keep theirs. `variables` are the search variables.
 ///
 /// # Errors
-/// The file can no longer be read, or it has no place for a value, or a setting does not fit into the block's type.
+/// The file can no longer be read, it has no place for a value, or a setting does not fit the block's type.
 pub fn written_back(source: &Source, variables: &[String], tuned: &[Tuned]) -> Result<Vec<u8>> {
     let shown = source.path.display().to_string();
     let format = Format::of_file(&shown).with_context(|| format!("{shown} is no parameter file"))?;
@@ -168,7 +169,7 @@ pub fn written_back(source: &Source, variables: &[String], tuned: &[Tuned]) -> R
         let mut one = one.clone();
         for (variable, value) in variables.iter().zip(&tuned.found) {
             let member = own_name(variable, &source.fmu).and_then(|own| one.block.find(own));
-            // The search may cover settings of another FMU, which the file does not have.
+            // The search may include settings of another FMU, which the file does not contain.
             let Some(member) = member else { continue };
             let value = to_value(number_of(Value::Number(*value)), one.block.members[member].kind);
             one.set(member, value.map_err(|why| anyhow!("{variable} of {}: {why}", tuned.name))?, Origin::Default);

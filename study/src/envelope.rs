@@ -1,4 +1,4 @@
-//! Between which values most runs are at each time: the percentiles 5 and 95 of the process value.
+//! The envelope of most runs: the 5th and 95th percentile of the process value at each time.
 
 use crate::experiment::Experiment;
 use crate::pool::Pool;
@@ -6,38 +6,38 @@ use crate::sampling::Permutation;
 use crate::summary::percentile;
 use anyhow::Result;
 
-/// The fewest runs that it is drawn from, if the study has as many, and the most; they are made again.
+/// The minimum and maximum number of runs in an envelope; they are run again for it.
 const RUNS: std::ops::RangeInclusive<u64> = 20..=200;
 
-/// The percentiles of a signal over the runs, at times that are equally far from each other.
+/// The percentiles of a signal over the runs, at equidistant times.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Envelope {
-    /// How many runs it is of.
+    /// The number of runs in it.
     pub runs: u64,
     /// The times in seconds.
     pub times: Vec<f64>,
-    /// At each time the percentile 5.
+    /// The 5th percentile at each time.
     pub low: Vec<f64>,
-    /// The percentile 95.
+    /// The 95th percentile at each time.
     pub high: Vec<f64>,
 }
 
-/// Which runs an envelope is of: a tenth of them, at least 20 and at most 200, drawn at random; none of fewer than 20.
+/// The runs chosen for an envelope: a random tenth, at least 20 and at most 200; empty if there are fewer than 20.
 fn chosen(count: u64) -> Vec<u64> {
     if count < *RUNS.start() {
         return Vec::new();
     }
-    // Evenly spaced ones could all have the same value of a grid's axis.
+    // Evenly spaced runs might all share one value of a grid axis.
     let order = Permutation::new(0, 0, count);
     (0..(count / 10).clamp(*RUNS.start(), *RUNS.end())).map(|place| order.of(place)).collect()
 }
 
 impl Envelope {
-    /// That of the process value; none without one, or if there are too few runs. The runs are made again with new instances, and
-    /// `again` gets the figures of each.
+    /// The envelope of the process value; `None` if that is unknown or there are too few runs. The runs are repeated
+    /// with new instances, and `again` receives the figures of each.
     ///
     /// # Errors
-    /// A worker cannot be started, or an error of `again`.
+    /// A worker cannot be started, or `again` fails.
     pub fn of(
         pool: &mut Pool,
         experiment: &Experiment,
@@ -57,11 +57,11 @@ impl Envelope {
             }
             Ok(())
         })?;
-        // Without a process value nothing is drawn, but the figures are compared.
+        // Even without a process value to draw, the figures are compared.
         Ok(if times.is_empty() { None } else { Envelope::of_traces(times, &traces) })
     }
 
-    /// That of curves with a value at each time.
+    /// The envelope of curves that have a value at each time.
     fn of_traces(times: Vec<f64>, traces: &[Vec<f64>]) -> Option<Envelope> {
         let mut envelope = Envelope { runs: traces.len() as u64, times, ..Envelope::default() };
         for place in 0..envelope.times.len() {

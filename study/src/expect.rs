@@ -16,33 +16,33 @@ use modeldescription::digits::short;
 use run::plan::near;
 use std::fmt;
 
-/// An expectation: each run, or a percentile or the mean of all runs, keeps to a bound.
+/// An expectation: each run, or a percentile or the mean of all runs, must respect a bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expectation {
-    /// As the user writes it.
+    /// The text as written by the user.
     pub text: String,
-    /// The number of the figure's column.
+    /// The index of the figure's column.
     pub figure: usize,
-    /// What is compared.
+    /// The quantity to compare.
     pub of: Of,
-    /// How it is compared.
+    /// The comparison.
     pub comparison: Comparison,
-    /// With what, in the figure's unit.
+    /// The bound, in the figure's unit.
     pub bound: f64,
 }
 
-/// What of a figure is compared with the bound.
+/// The quantity that is compared with the bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Of {
-    /// The value of each run.
+    /// The value of every run.
     Each,
-    /// A percentile of all runs, from 0, the least value, to 100, the greatest.
+    /// A percentile of all runs, from 0 (the minimum) to 100 (the maximum).
     Percentile(f64),
     /// The mean of all runs.
     Mean,
 }
 
-/// How a value is compared with the bound.
+/// The comparison with the bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Comparison {
     /// `<`
@@ -58,11 +58,11 @@ pub enum Comparison {
 }
 
 impl Comparison {
-    /// All of them; a sign that begins like another one comes first.
+    /// All comparisons; a sign precedes its own prefixes.
     const ALL: [Comparison; 5] =
         [Comparison::AtMost, Comparison::AtLeast, Comparison::Equal, Comparison::Less, Comparison::Greater];
 
-    /// As it is written.
+    /// The sign as written.
     pub fn sign(self) -> &'static str {
         match self {
             Comparison::Less => "<",
@@ -73,7 +73,7 @@ impl Comparison {
         }
     }
 
-    /// Whether a value keeps to the bound; NaN does not.
+    /// Whether a value respects the bound; never true of NaN.
     pub fn holds(self, value: f64, bound: f64) -> bool {
         match self {
             Comparison::Less => value < bound,
@@ -84,7 +84,7 @@ impl Comparison {
         }
     }
 
-    /// How far a value is on the wrong side of the bound, below 0 if it is not; the larger, the worse.
+    /// The signed distance by which a value exceeds the bound; negative while it does not. The larger, the worse.
     pub fn excess(self, value: f64, bound: f64) -> f64 {
         match self {
             Comparison::Less | Comparison::AtMost => value - bound,
@@ -93,7 +93,7 @@ impl Comparison {
         }
     }
 
-    /// What a run without the figure counts as in a percentile: the worst that there is.
+    /// The value that a run without the figure gets in a percentile: the worst possible one.
     fn worst(self) -> f64 {
         match self {
             Comparison::Less | Comparison::AtMost => f64::INFINITY,
@@ -103,34 +103,34 @@ impl Comparison {
     }
 }
 
-/// At most this many runs are named with their settings.
+/// The maximum number of runs listed with their settings.
 pub(crate) const MOST_RUNS: usize = 10;
 
-/// What came of an expectation.
+/// The result of checking an expectation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Verdict {
-    /// The first ten of the runs that fail, and why each does: first those without the figure, then those with the value furthest from
-    /// the bound, at the end those that failed. Empty if the expectation is about all runs together and is met.
+    /// The first ten failing runs, each with the reason: first those without the figure, then those furthest beyond the
+    /// bound, last those that failed altogether. Empty if an expectation about all runs together is met.
     pub offending: Vec<(u64, String)>,
-    /// How many fail.
+    /// The number of failing runs.
     pub count: usize,
-    /// What is wrong, a sentence; none if it is met.
+    /// The problem, in a sentence; `None` if the expectation is met.
     pub problem: Option<String>,
-    /// How many runs meet it, if it is of each run.
+    /// The number of runs that meet an expectation about each run.
     pub hits: Option<u64>,
-    /// If it is of a percentile of samples, the interval that holds that of all machines with 95 % confidence; infinite on a side for
-    /// which there are too few runs.
+    /// For a percentile of samples, the 95 % confidence interval of the true percentile; infinite on a side with too
+    /// few runs.
     pub interval: Option<(f64, f64)>,
-    /// Whether a part of the interval keeps to the bound and another one does not.
+    /// Whether only a part of the interval respects the bound.
     pub is_undecided: bool,
 }
 
 impl Expectation {
-    /// Reads `FIGURE < NUMBER [UNIT]`, with <, <=, >, >= or ==. In place of a figure there may be `pN(FIGURE)` for a percentile
-    /// (0 to 100), `min(FIGURE)`, `median(FIGURE)`, `max(FIGURE)` or `mean(FIGURE)`.
+    /// Parses `FIGURE < NUMBER [UNIT]`, with <, <=, >, >= or ==. In place of a figure it may name `pN(FIGURE)`, a
+    /// percentile (0 to 100), `min(FIGURE)`, `median(FIGURE)`, `max(FIGURE)` or `mean(FIGURE)`.
     ///
     /// # Errors
-    /// An unknown figure, or a unit that is not that of the figure.
+    /// The figure is unknown, or the unit is not that of the figure.
     pub fn parse(text: &str, figures: &[Quantity]) -> Result<Expectation> {
         let text = text.trim();
         let read = || {
@@ -151,8 +151,8 @@ impl Expectation {
         read().with_context(|| format!("expectation {text:?}"))
     }
 
-    /// Whether the runs meet it. If they are independent samples of the machines that there may be, an expectation of a percentile has
-    /// to hold for these, with 95 % confidence.
+    /// Checks the expectation. If the runs are independent samples of all possible machines, an expectation about a
+    /// percentile must hold for these with 95 % confidence.
     ///
     /// # Errors
     /// The results of a large study cannot be read.
@@ -190,7 +190,7 @@ impl Expectation {
         Ok(verdict)
     }
 
-    /// What is wrong with the value of all runs together.
+    /// Judges the value of all runs together.
     fn judge_all(&self, results: &Results, values: &[f64], is_sample: bool, verdict: &mut Verdict) {
         let figure = &results.figures[self.figure];
         let absent = values.iter().filter(|value| value.is_nan()).count();
@@ -205,7 +205,7 @@ impl Expectation {
             Of::Percentile(percent) => (format!("{} percentile", ordinal(percent)), percentile(&values, percent)),
             Of::Each => return,
         };
-        // One absent value makes an equality void, wherever it stands.
+        // A single missing value voids an equality.
         let value = value.filter(|_| !(absent > 0 && self.comparison == Comparison::Equal));
         if results.count() == 0 {
             verdict.problem = Some(format!("{} has no {name}: there are no runs", figure.name));
@@ -249,7 +249,7 @@ impl Expectation {
         }
     }
 
-    /// Whether all values between these ends meet the bound, or none does.
+    /// Whether all values in this interval respect the bound, or none does.
     fn is_decided(&self, (low, high): (f64, f64)) -> bool {
         let holds = [low, high].map(|end| self.comparison.holds(end, self.bound));
         match self.comparison {
@@ -258,7 +258,7 @@ impl Expectation {
         }
     }
 
-    /// Why a run fails: its value, that it has none, or its error.
+    /// Why a run fails: its value, the lack of one, or its error.
     fn reason(&self, results: &Results, run: u64, value: f64) -> String {
         let figure = &results.figures[self.figure];
         match (results.errors.get(&run), value) {
@@ -272,10 +272,10 @@ impl Expectation {
     }
 }
 
-/// What is compared, and the number of the figure.
+/// Parses the left side: the quantity, and the index of its figure.
 fn subject(text: &str, figures: &[Quantity]) -> Result<(Of, usize)> {
     let find = |name: &str| figures.iter().position(|figure| figure.name == name);
-    // A variable's name may have brackets.
+    // The name of a variable may contain brackets.
     if let Some(figure) = find(text) {
         return Ok((Of::Each, figure));
     }
@@ -309,11 +309,11 @@ fn unknown(name: &str, figures: &[Quantity]) -> anyhow::Error {
     anyhow::anyhow!("the study has no figure {name}; {help}")
 }
 
-/// A number, and the figure's unit or none.
+/// Parses a number, optionally followed by the figure's unit.
 fn bound(text: &str, figure: &Quantity) -> Result<f64> {
     let is_of_number = |letter: char| letter.is_ascii_digit() || "+-.".contains(letter);
     let mut end = text.find(|letter| !is_of_number(letter)).unwrap_or(text.len());
-    // An exponent, and not the first letter of a unit.
+    // An exponent, not the first letter of a unit.
     if let Some(exponent) = text[end..].strip_prefix(['e', 'E'])
         && exponent.trim_start_matches(['+', '-']).starts_with(|letter: char| letter.is_ascii_digit())
     {
@@ -333,7 +333,7 @@ fn bound(text: &str, figure: &Quantity) -> Result<f64> {
     }
 }
 
-/// A value with the unit of its figure.
+/// A value with its figure's unit.
 pub fn with_unit(value: f64, of: &Quantity) -> String {
     match &of.unit {
         Some(unit) => format!("{} {unit}", short(value)),
@@ -341,12 +341,12 @@ pub fn with_unit(value: f64, of: &Quantity) -> String {
     }
 }
 
-/// A number of runs: `1 run`, `2 runs`.
+/// A count of runs: `1 run`, `2 runs`.
 pub fn runs_text(count: u64) -> String {
     if count == 1 { "1 run".into() } else { format!("{count} runs") }
 }
 
-/// A number as a rank: 95th, 2nd, 99.9th.
+/// An ordinal number: 95th, 2nd, 99.9th.
 fn ordinal(number: f64) -> String {
     let is_whole = number.fract() == 0.0;
     let ending = match (number % 10.0, number % 100.0) {

@@ -1,4 +1,4 @@
-//! A job whose names are resolved: the point of each run, and what makes a row of it.
+//! Experiments: jobs with resolved names, which know the point of each run and compute its row.
 
 use crate::axes::{Axes, Target, varied};
 use crate::measures::{Measures, Traces};
@@ -16,73 +16,73 @@ use run::system::{Recorded, System};
 use serde::{Deserialize, Serialize};
 use std::hash::{DefaultHasher, Hasher};
 
-/// This many rows of a run are enough for a picture.
+/// The number of rows that suffice for a picture of a run.
 const DRAWN: usize = 20_000;
 
-/// A trace has this many values: one for each other pixel of a picture.
+/// The number of values in a trace: one for every other pixel of a picture.
 const TRACED: usize = 331;
 
-/// A recording is handed on in pieces of this many values.
+/// The number of values per piece of a recording.
 const PIECE: usize = 1 << 20;
 
-/// What is kept of a run that is recorded.
+/// The detail with which a run is recorded.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 pub enum Detail {
     /// Every row.
     All,
-    /// The least and the greatest values of a long run, for a picture; every row of a shorter one.
+    /// The minima and maxima of a long run, for a picture; every row of a shorter one.
     Drawn,
 }
 
 impl Detail {
-    /// What keeps so much of a run with this many steps.
+    /// Creates the thinner for a run with this many steps.
     pub fn thinned(self, columns: Vec<run::plan::Column>, steps: usize) -> Thinned {
         Thinned::new(columns, steps, if self == Detail::All { steps } else { DRAWN })
     }
 }
 
-/// What the values of a row are.
+/// The contents of a row.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 pub enum Gives {
     /// The figures.
     Figures,
-    /// The figures from new instances, followed by the process value at the times [`Experiment::trace_times`].
+    /// The figures from new instances, followed by the process value at the times of [`Experiment::trace_times`].
     Trace,
 }
 
-/// A study that can be run.
+/// A study that is ready to run.
 ///
-/// To run points that are not its own, such as those of an optimiser, give axes any values: they say which coordinates there
-/// are, and [`Executor::row`] takes any values for them.
+/// To run other points than its own, such as those of an optimizer, give the axes any values: they define the
+/// coordinates, and [`Executor::row`] accepts any values for these.
 #[derive(Clone, Debug)]
 pub struct Experiment {
-    /// What a run does, with the values of the first point.
+    /// The plan of a run, with the values of the first point.
     pub plan: Plan,
-    /// What a point consists of.
+    /// The coordinates of a point.
     pub coordinates: Vec<Quantity>,
-    /// What a row consists of.
+    /// The figures in a row.
     pub figures: Vec<Quantity>,
-    /// What the user should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
-    /// The names of the loop's signals; none of them if the setpoint or the process value is not known.
+    /// The names of the loop's signals; all `None` if the setpoint or the process value is unknown.
     pub signals: Signals,
-    /// What disturbs the loop.
+    /// The disturbances of the loop.
     pub disturbances: Vec<Set>,
     /// The loops of the runs, if the study has a table of named loops.
     pub loops: Option<Loops>,
     axes: Axes,
     measures: Measures,
-    /// Where the values of a point are in the plan, for each coordinate.
+    /// The position in the plan of each coordinate's value.
     slots: Vec<Slot>,
-    /// The same plan, which records in addition what the system does.
+    /// The same plan, which also records what the system records.
     recording: Plan,
 }
 
-/// Where a value is in a plan.
+/// The position of a value in a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Slot {
     member: usize,
-    /// Which list of the member's plan it is in.
+    /// The list of the member's plan that contains it.
     list: List,
     place: usize,
 }
@@ -95,7 +95,7 @@ enum List {
 }
 
 impl Slot {
-    /// Finds the value of a variable, which has to be there once.
+    /// Finds the value of a variable, which must occur exactly once.
     fn of(plan: &Plan, target: &Target) -> Option<Slot> {
         let own = &plan.members[target.member];
         let is = |assignment: &Assignment| (assignment.kind, assignment.reference) == (target.kind, target.reference);
@@ -120,14 +120,14 @@ impl Slot {
 }
 
 impl Experiment {
-    /// Resolves a job. `descriptions` are those of the system's members, in their order; `roles` are those of the first member,
-    /// if its library has a table.
+    /// Resolves a job. `descriptions` are those of the system's members, in order; `roles` are those of the first
+    /// member, if its library has a table.
     ///
     /// # Errors
-    /// A wrong axis, variable or figure, with the remedy.
+    /// An axis, variable or figure is wrong; the message names the remedy.
     pub fn of(job: &Job, descriptions: &[&Description], roles: Option<&Roles>) -> Result<Experiment> {
         let (system, study) = (&job.system, &job.study);
-        // A fault of the loop itself is not one of the axes.
+        // A fault in the loop itself must not be blamed on an axis.
         Plan::of(system, descriptions)?;
         let names = Names::of(system, descriptions)?;
         let axes = Axes::of(study, system, &names)?;
@@ -139,7 +139,7 @@ impl Experiment {
         }
         let measures = Measures::of(study, system, &names, roles)?;
         let record = |system| System { record: recorded(measures.columns.iter()), ..system };
-        // Each axis has one warning of its own, for all of its values.
+        // Each axis has its own warning for all of its values.
         let fixed = Plan::of(&record(varied(system, &names, &axes.targets, &[])), descriptions)?;
         let mut warnings = [fixed.warnings, axes.warnings(study), measures.warnings.clone()].concat();
         let varied = varied(system, &names, &axes.targets, &first);
@@ -175,33 +175,33 @@ impl Experiment {
         })
     }
 
-    /// How many runs the axes span.
+    /// The number of runs that the axes span.
     pub fn count(&self) -> u64 {
         self.axes.count()
     }
 
-    /// Results without a run yet.
+    /// Empty results with this experiment's columns.
     pub fn results(&self) -> Results {
         let mut results = Results::new(self.coordinates.clone(), self.figures.clone());
         results.loops = self.loops.clone();
         results
     }
 
-    /// The values of a run, for each coordinate, as its variables get them.
+    /// The point of a run: the values as its variables get them.
     ///
     /// # Panics
-    /// No such run.
+    /// The run does not exist.
     pub fn point(&self, run: u64) -> Vec<f64> {
         self.axes.point(run)
     }
 
-    /// The times of a row's process value; empty if it is unknown.
+    /// The times of the process value in a row; empty if it is unknown.
     pub fn trace_times(&self) -> Vec<f64> {
         let has_loop = self.signals.process_value.is_some();
         traced(self.plan.steps).filter(|_| has_loop).map(|step| self.plan.time(step)).collect()
     }
 
-    /// Puts the values of a point into the plan.
+    /// Writes the values of a point into the plan.
     fn set(&mut self, point: &[f64]) {
         assert_eq!(point.len(), self.slots.len(), "a value for each coordinate");
         for (slot, value) in self.slots.iter().zip(point) {
@@ -211,13 +211,13 @@ impl Experiment {
     }
 }
 
-/// The steps whose values a trace has.
+/// The steps at which a trace has values.
 pub(super) fn traced(steps: usize) -> impl Iterator<Item = usize> {
     let count = steps.min(TRACED);
     (0..count).map(move |place| if count == 1 { 0 } else { place * (steps - 1) / (count - 1) })
 }
 
-/// What the user should know if no run has a step of the setpoint.
+/// A warning for the user if the setpoint never steps in any run.
 fn constant_setpoint(study: &Study, system: &System, signals: &Signals, names: &Names) -> Option<String> {
     let setpoint = signals.setpoint.as_ref()?;
     // An output may change by itself.
@@ -234,30 +234,30 @@ fn constant_setpoint(study: &Study, system: &System, signals: &Signals, names: &
     })
 }
 
-/// Variables to record.
+/// The named variables, to be recorded.
 fn recorded<'a>(names: impl Iterator<Item = &'a String>) -> Vec<Recorded> {
     names.map(|name| Recorded::from(name.as_str())).collect()
 }
 
-/// Makes runs with the same instances, which are reset between them.
+/// Executes runs, reusing instances by resetting them.
 #[derive(Debug)]
 pub struct Executor<C> {
     experiment: Experiment,
-    /// With the instances that were used.
+    /// Runs with their used instances.
     runs: Vec<Run<C>>,
-    /// Of the last runs, in their order.
+    /// The traces of the last runs, in order.
     traces: Vec<Traces>,
-    /// Each run needs new instances, since reset ones compute something else.
+    /// Whether each run needs new instances, because reset ones compute something else.
     is_reset_wrong: bool,
 }
 
 impl<C: Reset> Executor<C> {
-    /// For an experiment.
+    /// Creates an executor for an experiment.
     pub fn new(experiment: Experiment) -> Executor<C> {
         Executor { experiment, runs: Vec::new(), traces: vec![Traces::default()], is_reset_wrong: false }
     }
 
-    /// Makes each run with new instances, as after a [`check_reset`](Executor::check_reset) that finds a difference.
+    /// Uses new instances for each run, as after a [`check_reset`](Executor::check_reset) that finds a difference.
     pub fn renew(&mut self) {
         self.is_reset_wrong = true;
     }
@@ -267,20 +267,20 @@ impl<C: Reset> Executor<C> {
         &self.experiment
     }
 
-    /// Makes the run of a point; `instantiate` gives a new component for each member when there are none that can be reset.
-    /// What an FMU refuses becomes the row's error.
+    /// Executes the run of a point; `instantiate` creates a component for each member if there are none to reset. A
+    /// refusal by an FMU becomes the row's error.
     ///
     /// # Panics
-    /// The point has not a value for each coordinate.
+    /// The point does not have a value for each coordinate.
     pub fn row(&mut self, point: &[f64], instantiate: impl FnMut(usize) -> Result<C>) -> Row {
         self.rows(&[point.to_vec()], Gives::Figures, instantiate).remove(0)
     }
 
-    /// Makes the runs of points, each with instances of its own, side by side if these can do it; the rows have the values that are
-    /// wanted, the same whatever runs are made together.
+    /// Executes the runs of points, each with its own instances, side by side where possible. The rows have the
+    /// requested values, which do not depend on how runs are grouped.
     ///
     /// # Panics
-    /// As [`Executor::row`].
+    /// See [`Executor::row`].
     pub fn rows(
         &mut self,
         points: &[Vec<f64>],
@@ -295,7 +295,7 @@ impl<C: Reset> Executor<C> {
             let point = std::slice::from_ref(point);
             let mut made = self.make(point, gives, &mut instantiate);
             if made.is_err() && is_reset {
-                // Why a run fails must not depend on the runs before it.
+                // The reason for a failure must not depend on the runs before it.
                 made = self.make(point, gives, &mut instantiate);
             }
             let Err(error) = made else { return self.row_of(0, gives) };
@@ -316,14 +316,15 @@ impl<C: Reset> Executor<C> {
         Row { figures, error: None }
     }
 
-    /// The same with new instances, and with what the run records: the signals of the loop, what figures are taken of, and what
-    /// the system records. `receive` gets it in pieces. Returns the figures, or `None` if an FMU ended the run.
+    /// Executes the run of a point with new instances and records it: the signals of the loop, the variables that
+    /// figures are taken of, and what the system records. `receive` gets the recording in pieces. Returns the figures,
+    /// or `None` if an FMU ended the run.
     ///
     /// # Errors
-    /// A refusal of an FMU, with its time; an error of `receive`.
+    /// An FMU refuses, with the time, or `receive` fails.
     ///
     /// # Panics
-    /// As [`Executor::row`].
+    /// See [`Executor::row`].
     pub fn recording(
         &mut self,
         point: &[f64],
@@ -331,7 +332,7 @@ impl<C: Reset> Executor<C> {
         instantiate: impl FnMut(usize) -> Result<C>,
         mut receive: impl FnMut(Recording) -> Result<()>,
     ) -> Result<Option<Vec<f64>>> {
-        // Some FMUs allow one instance in a process.
+        // Some FMUs allow only one instance per process.
         self.runs.clear();
         self.experiment.set(point);
         let Experiment { plan: measured, recording: plan, measures, .. } = &self.experiment;
@@ -350,7 +351,8 @@ impl<C: Reset> Executor<C> {
             |time, values| {
                 kept.push(time, values);
                 if let Some(before) = &before {
-                    // Figures are of calls, see `master`: an output that is not connected is in the row of the next time.
+                    // Figures refer to calls (see `master`): an output that is not connected is in the row of the next
+                    // time.
                     for (place, value) in places.iter().zip(&mut row) {
                         *value = if plan.columns[*place].is_unread { values[*place] } else { before[*place] };
                     }
@@ -367,10 +369,10 @@ impl<C: Reset> Executor<C> {
         Ok((!has_ended).then(|| measures.end(traces, plan)))
     }
 
-    /// Compares what reset instances compute with what new ones do: the run of the second point after that of the first. If any
-    /// bit differs, all further runs are made with new instances. A worker calls it once, before its first run.
+    /// Checks that reset instances compute the same as new ones, with the run of the second point after that of the
+    /// first. If any bit differs, all further runs use new instances. A worker calls this once, before its first run.
     ///
-    /// Gives a sentence for the user if they differ.
+    /// Returns a sentence for the user if there is a difference.
     pub fn check_reset(&mut self, mut instantiate: impl FnMut(usize) -> Result<C>) -> Option<String> {
         let (first, second) = (self.experiment.point(0), self.experiment.point(1.min(self.experiment.count() - 1)));
         let mut values = |executor: &mut Self, point: Vec<f64>| {
@@ -394,7 +396,7 @@ impl<C: Reset> Executor<C> {
         })
     }
 
-    /// Makes the runs of points, side by side as far as it goes; then their traces are there.
+    /// Executes the runs of points, side by side as far as possible, and leaves their traces in `self`.
     fn make(
         &mut self,
         points: &[Vec<f64>],
@@ -427,7 +429,7 @@ impl<C: Reset> Executor<C> {
             let record = |column: usize, values: &[f64]| columns.push(column, values, traces);
             is_abreast = Run::steps_abreast(&mut runs, &experiment.plan, record)?.is_some();
             columns.finish(traces);
-            // Then each run for itself: one step, at which something is set, or all that there are.
+            // The remaining steps are run one by one: a step at which something is set, or all of them.
             for ((run, point), traces) in runs.iter_mut().zip(points).zip(&mut *traces) {
                 experiment.set(point);
                 let plan = &experiment.plan;
@@ -454,7 +456,7 @@ fn stop(plan: &Plan) -> f64 {
     plan.time(plan.steps).max(plan.time(plan.steps - 1) + plan.step)
 }
 
-/// A new component for each member.
+/// Creates a component for each member.
 fn instances<C>(plan: &Plan, instantiate: impl FnMut(usize) -> Result<C>) -> Result<Vec<C>> {
     (0..plan.members.len()).map(instantiate).collect()
 }

@@ -1,4 +1,4 @@
-//! The results of a finished study in their folder: with `--resume`, its runs are not made again.
+//! The results of a finished study in its folder: with `--resume`, its runs are not repeated.
 
 use super::hash;
 use super::output::{self, Format, Take};
@@ -8,20 +8,20 @@ use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::Path;
 
-/// What `summary.json` says of the table with the runs.
+/// The entry in `summary.json` about the table of runs.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq, Eq)]
 pub struct Table {
-    /// The name of its file.
+    /// The file name.
     pub file: String,
-    /// The SHA-256 of the file in hexadecimal digits.
+    /// The SHA-256 hash of the file in hexadecimal.
     pub sha256: String,
 }
 
 impl Table {
-    /// That of a folder.
+    /// Finds and hashes the table in a folder.
     ///
     /// # Errors
-    /// No such table, or it cannot be read.
+    /// There is no such table, or it cannot be read.
     pub fn of(out: &Path, format: Format) -> Result<Table> {
         let path = format.file(out);
         let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -29,18 +29,19 @@ impl Table {
     }
 }
 
-/// What is needed of `summary.json`.
+/// The parts of `summary.json` that are needed here.
 #[derive(Deserialize)]
 struct Summary {
     fingerprint: String,
     table: Table,
 }
 
-/// The rows of a study that has left its results in a folder, one after the other; `false` if no study has left any. The table has
-/// this many coordinates and figures.
+/// Reads the rows of a finished study one by one from its folder; returns `false` if there are no results. The table
+/// has this many coordinates and figures.
 ///
 /// # Errors
-/// The results are those of another study, or the table is not the one that the study has written; what to do. An error of `each`.
+/// The results belong to another study, or the table is not the one that the study wrote; the message names the remedy.
+/// Or `each` fails.
 pub fn rows(out: &Path, fingerprint: &str, coordinates: usize, figures: usize, each: &mut Take) -> Result<bool> {
     const REMEDY: &str = "name another folder with --out, or start over without --resume";
     let path = out.join("summary.json");

@@ -1,47 +1,47 @@
-//! The precision of a percentile or a share: intervals that hold the true value with 95 % confidence.
+//! The precision of a percentile or a share: 95 % confidence intervals.
 //!
-//! They hold for samples that are independent of each other. A Latin hypercube and a Sobol sequence are more even, so that the
-//! true value is nearer in most cases.
+//! They are valid for independent samples. A Latin hypercube or a Sobol sequence is more even, so that the true value
+//! is usually nearer.
 
 use libm::{exp, lgamma, log, log1p};
 
-/// The probability of each of the two errors.
+/// The probability of an error on each side.
 const TAIL: f64 = 0.025;
 
-/// The quantile of the standard normal distribution for [`TAIL`].
+/// The standard normal quantile for [`TAIL`].
 const NORMAL: f64 = 1.959_963_984_540_054;
 
-/// The interval of a percentile, from 0 to 100, of values in ascending order: from one of the values to another one, whatever
-/// their distribution is. None if there are too few values for both ends.
+/// The confidence interval of a percentile (0 to 100) of values in ascending order: from one of the values to another,
+/// whatever their distribution. `None` if there are too few values for both ends.
 ///
-/// H. A. David and H. N. Nagaraja, "Order Statistics" (3rd edition, 2003), section 7.1: the number of values below the true
-/// percentile has a binomial distribution.
+/// H. A. David and H. N. Nagaraja, "Order Statistics" (3rd edition, 2003), section 7.1: the number of values below the
+/// true percentile has a binomial distribution.
 pub fn percentile(sorted: &[f64], percent: f64) -> Option<(f64, f64)> {
     let (low, high) = ranks(sorted.len(), percent / 100.0)?;
     Some((sorted[low? - 1], sorted[high? - 1]))
 }
 
-/// The same interval, which reaches to infinity on a side for which there are too few values. None of the least and of the greatest
-/// value, and of nothing.
+/// The confidence interval of a percentile, infinite on a side with too few values. `None` for percentile 0 and 100,
+/// and for no values.
 pub fn bounds(sorted: &[f64], percent: f64) -> Option<(f64, f64)> {
     let (low, high) = ranks(sorted.len(), percent / 100.0)?;
     Some((low.map_or(f64::NEG_INFINITY, |rank| sorted[rank - 1]), high.map_or(f64::INFINITY, |rank| sorted[rank - 1])))
 }
 
-/// How many values the interval of a percentile needs to have both ends; the percentile is above 0 and below 100.
+/// The number of values needed for a finite interval on both sides; the percentile is above 0 and below 100.
 pub fn fewest(percent: f64) -> u64 {
     let share = percent / 100.0;
-    // All values are on one side of the percentile with the probability share ^ count.
+    // All values lie on one side of the percentile with the probability share ^ count.
     (log(TAIL) / log(share.max(1.0 - share))).ceil() as u64
 }
 
-/// The ranks, from 1, of the values at the ends; none for an end for which there are too few values.
+/// The ranks, from 1, of the values at the ends; `None` for an end with too few values.
 fn ranks(count: usize, share: f64) -> Option<(Option<usize>, Option<usize>)> {
     if count == 0 || !(0.0 < share && share < 1.0) {
         return None;
     }
     let (size, deviation) = (count as f64, (count as f64 * share * (1.0 - share)).sqrt());
-    // What is further away has no probability worth a count.
+    // Ranks further away have a negligible probability.
     let far = (12.0 * deviation + 40.0).ceil();
     let first = (size * share - far).max(0.0) as usize;
     let last = ((size * share + far) as usize).min(count);
@@ -50,7 +50,7 @@ fn ranks(count: usize, share: f64) -> Option<(Option<usize>, Option<usize>)> {
         let ways = lgamma(size + 1.0) - lgamma(k + 1.0) - lgamma(size - k + 1.0);
         exp(ways + k * log(share) + (size - k) * log1p(-share))
     };
-    // The largest rank that more than so few values are below the percentile, and the smallest that fewer are.
+    // The ranks at which the cumulative probability first exceeds [`TAIL`], from below and from above.
     let (mut low, mut sum) = (0, 0.0);
     for below in first..=last {
         sum += probability(below);
@@ -70,10 +70,11 @@ fn ranks(count: usize, share: f64) -> Option<(Option<usize>, Option<usize>)> {
     Some(((low >= 1).then_some(low), (high <= count).then_some(high)))
 }
 
-/// The interval of the share of `hits` in `count`, both from 0 to 1; `None` if `count` is 0.
+/// The confidence interval of the share of `hits` in `count`, both ends from 0 to 1; `None` if `count` is 0.
 ///
-/// E. B. Wilson, "Probable inference, the law of succession, and statistical inference", Journal of the American Statistical
-/// Association 22 (1927), pages 209 to 212: it is right for small numbers and for shares near 0 and 1 as well.
+/// E. B. Wilson, "Probable inference, the law of succession, and statistical inference", Journal of the American
+/// Statistical Association 22 (1927), pages 209 to 212: it is also accurate for small numbers and for shares near 0 and
+/// 1.
 pub fn share(hits: u64, count: u64) -> Option<(f64, f64)> {
     if count == 0 {
         return None;

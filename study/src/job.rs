@@ -1,42 +1,43 @@
-//! A study's job: a loop, the axes, and what each run yields.
+//! The job of a study: a loop, the axes, and the results of each run.
 
 use run::system::{System, Value};
 use serde::{Deserialize, Serialize};
 
-/// What to run, complete: nothing in it depends on the file that it was read from but the paths of the FMUs.
+/// What to run, complete: apart from the paths of FMUs, it does not depend on the file it was read from.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Job {
     /// The loop.
     pub system: System,
-    /// What varies, and what each run yields.
+    /// The axes and the results.
     pub study: Study,
 }
 
-/// What varies from run to run, and what each run yields.
+/// The axes of a study, and the results of each run.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(default, deny_unknown_fields)]
 pub struct Study {
-    /// What varies. Lists and ranges span a grid, the first axis slowest; distributions are sampled at each of its points.
+    /// The axes. Lists and ranges span a grid, with the first axis varying slowest; distributions are sampled at each
+    /// of its points.
     pub axes: Vec<Axis>,
-    /// Which distributions depend on each other.
+    /// The rank correlations between distributions.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub correlations: Vec<Correlation>,
-    /// How many samples the distributions have, at each point of the grid; 1 to 10^9. They are the same at each point.
+    /// The number of samples at each point of the grid, 1 to 10^9. All points have the same samples.
     pub samples: u64,
-    /// What the samples depend on beside their number.
+    /// The seed of the samples.
     pub seed: u64,
     /// How the distributions are sampled.
     pub sampling: Sampling,
-    /// Which variables are the loop's signals; by default as the first FMU's table says.
+    /// The variables that are the loop's signals; by default those of the first FMU's table.
     pub signals: Signals,
-    /// Which part of a run the figures are of.
+    /// The part of a run in which figures are computed.
     pub window: Window,
-    /// Figures of single variables.
+    /// Figures of individual variables.
     pub values: Vec<Taken>,
-    /// What a variable should stay within.
+    /// Limits for variables.
     pub limits: Vec<Limit>,
-    /// The figure by which the summary chooses curves and colours; by default `iae`, or else the first figure.
+    /// The figure by which the summary selects curves and colours; by default `iae`, or else the first figure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub main: Option<String>,
 }
@@ -58,35 +59,35 @@ impl Default for Study {
     }
 }
 
-/// Two axes with distributions whose values go up and down together.
+/// A correlation between two axes with distributions.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Correlation {
     /// A variable of each of the two axes.
     pub variables: [String; 2],
-    /// The rank correlation (Spearman) of the values, above -1 and below 1.
+    /// Spearman's rank correlation of the values, between -1 and 1, exclusive.
     pub rank: f64,
 }
 
-/// What varies: one value, or several values that belong together.
+/// An axis: one varying value, or several values that vary together.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Axis {
-    /// What gets the value: `FMU.VARIABLE`. Several variables get the same value, or of a list of rows one value each.
+    /// The variables to set, `FMU.VARIABLE`. All get the same value or, from a list of rows, one value each.
     pub variables: Vec<String>,
-    /// When it is set, in seconds; at the start, before the initialization, without it.
+    /// The time at which they are set, in seconds; by default at the start, before initialization.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time: Option<f64>,
-    /// The values are factors for what the loop sets, or for the start value if it sets nothing.
+    /// Whether the values are factors for the loop's setting, or for the start value if there is none.
     #[serde(default)]
     pub relative: bool,
-    /// The values of a distribution are whole numbers.
+    /// Whether the values of a distribution are rounded to integers.
     #[serde(default, skip_serializing_if = "is_false")]
     pub whole: bool,
-    /// Axes of the same group vary together: they have the first value of each, then the second, and so on.
+    /// Axes of the same group vary together: all take their first values, then their second, and so on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
-    /// The names of the loops that the values belong to, one for each; empty without names.
+    /// The names of the loops to which the values belong, one for each; may be empty.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub names: Vec<String>,
     /// The values.
@@ -107,9 +108,9 @@ impl Default for Along {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Along {
-    /// These, part of the grid.
+    /// A list of values, part of the grid.
     Values(Vec<Value>),
-    /// Rows with a value for each variable of the axis, part of the grid.
+    /// A list of rows with a value for each variable of the axis, part of the grid.
     Rows(Vec<Vec<Value>>),
     /// `count` values from `from` to `to`, both included; part of the grid.
     Range {
@@ -117,62 +118,63 @@ pub enum Along {
         from: f64,
         /// The last.
         to: f64,
-        /// How many; at least 2.
+        /// The number of values; at least 2.
         count: u64,
-        /// With equal ratios in place of equal differences; both ends are above 0 then.
+        /// Whether values have equal ratios instead of equal differences; both ends are then above 0.
         #[serde(default)]
         logarithmic: bool,
     },
-    /// Everything between with the same density.
+    /// A uniform distribution.
     Uniform {
         /// The least.
         min: f64,
         /// The greatest.
         max: f64,
     },
-    /// The normal distribution, cut at `min` and `max` if given.
+    /// The normal distribution, truncated at `min` and `max` if given.
     Normal {
         /// The mean.
         mean: f64,
         /// The standard deviation; above 0.
         deviation: f64,
-        /// No value is less.
+        /// The lower truncation bound.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         min: Option<f64>,
-        /// No value is greater.
+        /// The upper truncation bound.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         max: Option<f64>,
     },
-    /// The logarithm has a normal distribution.
+    /// The log-normal distribution.
     LogNormal {
-        /// Half of the values are less; above 0.
+        /// The median; above 0.
         median: f64,
         /// The standard deviation of the natural logarithm; above 0.
         deviation: f64,
     },
-    /// The density rises from `min` to `mode` and falls to `max`.
+    /// The triangular distribution: its density rises from `min` to `mode` and falls to `max`.
     Triangular {
         /// The least.
         min: f64,
-        /// The most frequent.
+        /// The most likely value.
         mode: f64,
         /// The greatest.
         max: f64,
     },
 }
 
-/// How distributions are sampled.
+/// The sampling method for distributions.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Sampling {
-    /// Each sample by itself.
+    /// Independent samples.
     #[default]
     Random,
-    /// Each axis is divided into as many parts of equal probability as there are samples; each part has one sample.
+    /// Latin hypercube: each axis is divided into as many parts of equal probability as there are samples, with one
+    /// sample in each part.
     LatinHypercube,
-    /// A low-discrepancy sequence, which fills the space of all axes evenly.
+    /// A low-discrepancy sequence, which evenly fills the space of all axes.
     Sobol,
-    /// For Sobol's indices: each sample has a run more than there are distributions, and another one; see
+    /// Saltelli's scheme for Sobol indices: each sample takes two runs more than there are distributions; see
     /// [`sobol`](crate::sobol).
     Saltelli,
 }
@@ -191,7 +193,7 @@ pub struct Signals {
     pub pulses: Option<Vec<String>>,
 }
 
-/// A part of a run in seconds; see [`figures`](control::figures) for the defaults.
+/// A time window of a run in seconds; see [`figures`](control::figures) for the defaults.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(default, deny_unknown_fields)]
 pub struct Window {
@@ -201,17 +203,17 @@ pub struct Window {
     pub to: Option<f64>,
 }
 
-/// What of a variable is a figure.
+/// The values of a variable that become figures.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Taken {
     /// `FMU.VARIABLE`
     pub variable: String,
-    /// What is taken of its values; the figures are named `FMU.VARIABLE.min` and so on.
+    /// The values to take; the figures are named `FMU.VARIABLE.min` and so on.
     pub take: Vec<Take>,
 }
 
-/// What is taken of a variable's values in the whole run.
+/// A value taken of a variable over the whole run.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Take {
@@ -221,20 +223,20 @@ pub enum Take {
     Max,
     /// The mean over the steps.
     Mean,
-    /// That of the last step.
+    /// The value in the last step.
     Last,
 }
 
-/// What a variable should stay within. The figure `FMU.VARIABLE.violation` is the time in seconds that it spends outside.
+/// The limits of a variable. The figure `FMU.VARIABLE.violation` is the time in seconds that it spends outside.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Limit {
     /// `FMU.VARIABLE`
     pub variable: String,
-    /// The least value allowed.
+    /// The lower limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub min: Option<f64>,
-    /// The greatest value allowed.
+    /// The upper limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
 }

@@ -1,4 +1,4 @@
-//! The verdicts on a study's expectations as JUnit XML, which CI servers show as tests.
+//! Writes the verdicts on a study's expectations as JUnit XML, which CI servers show as tests.
 
 use crate::report::{Report, listed, printable};
 use anyhow::Result;
@@ -15,19 +15,19 @@ struct Suite {
     failures: usize,
 }
 
-/// One test.
+/// A test case.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// Its name.
     pub name: String,
-    /// What is wrong, a sentence; none if the test has passed.
+    /// The problem, in a sentence; `None` if the test has passed.
     pub problem: Option<String>,
-    /// What is to blame: the runs, for example.
+    /// Details of the problem, such as the runs that caused it.
     pub text: String,
 }
 
-/// Writes a test for each expectation, and one that every run ends without an error. A failure names the first ten runs that
-/// are to blame, with their settings.
+/// Writes a test for each expectation, and one that no run ends with an error. A failure lists the first ten runs that
+/// caused it, with their settings.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -36,7 +36,7 @@ pub fn write(path: &Path, report: &Report) -> Result<()> {
     place(path, &xml)
 }
 
-/// Writes a suite of tests.
+/// Writes a test suite.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -117,7 +117,7 @@ mod tests {
         write(&path, &sample.report()).unwrap();
         write(&path, &sample.report()).unwrap();
         let xml = fs::read_to_string(&path).unwrap();
-        // The reader of SVG drawings reads any XML.
+        // The XML parser of the SVG library reads any XML.
         let document = resvg::usvg::roxmltree::Document::parse(&xml).unwrap();
         let cases = document.descendants().filter(|node| node.has_tag_name("testcase"));
         let failed: Vec<bool> = cases.map(|case| case.children().any(|child| child.has_tag_name("failure"))).collect();

@@ -1,8 +1,9 @@
 //! Studies: one loop, run many times with different values, in worker processes.
 //!
-//! A [`Job`] says what to run: a [`System`](run::system::System) and a [`Study`] of it. Its axes span the *points*: the values that one run is given.
-//! [`Experiment`](experiment::Experiment) checks the names and knows the point of every run from its number alone, so that
-//! the result does not depend on where, in which order or in how many parts the runs are made.
+//! A [`Job`] defines what to run: a [`System`](run::system::System) and a [`Study`] of it. Its axes span the *points*,
+//! each the set of values for one run. [`Experiment`](experiment::Experiment) checks the names and derives the point of
+//! every run from the number of the run alone, so that the result does not depend on where, in which order or in how
+//! many parts the runs are made.
 //!
 //! ```text
 //! study.toml --read--> Job --+                 +-- worker process (FMUs) --+
@@ -57,7 +58,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The job without what its result does not depend on: where its parts are written in files, and remarks on these.
+/// The job without anything that does not affect its result: locations of its parts in files, and remarks on these.
 pub fn bare(job: &Job) -> Job {
     let mut job = job.clone();
     job.system.remarks.clear();
@@ -67,8 +68,8 @@ pub fn bare(job: &Job) -> Job {
     job
 }
 
-/// What the rows of a job depend on, as a SHA-256 in hexadecimal digits: the job itself, the content of its FMUs and the
-/// version of this program. Not where the FMUs are.
+/// A SHA-256 hash, in hexadecimal, of everything that the rows of a job depend on: the job itself, the contents of its
+/// FMUs and the version of this program, but not the paths of the FMUs.
 ///
 /// # Errors
 /// An FMU cannot be read.
@@ -86,7 +87,7 @@ pub fn fingerprint(job: &Job) -> Result<String> {
     Ok(hexadecimal::digits(&Sha256::digest(content)))
 }
 
-/// The SHA-256 of a file in hexadecimal digits.
+/// The SHA-256 hash of a file in hexadecimal.
 fn hash(path: &Path) -> Result<String> {
     let shown = || path.display().to_string();
     let mut digest = Sha256::new();
@@ -94,7 +95,7 @@ fn hash(path: &Path) -> Result<String> {
     Ok(hexadecimal::digits(&digest.finalize()))
 }
 
-/// Hashes what is written.
+/// A writer that hashes its input.
 struct Writer<'a>(&'a mut Sha256);
 
 impl io::Write for Writer<'_> {
@@ -108,7 +109,7 @@ impl io::Write for Writer<'_> {
     }
 }
 
-/// The user has interrupted a command; what to do to go on.
+/// The user has interrupted a command; contains how to continue it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Interrupted(pub String);
 
@@ -120,10 +121,10 @@ impl fmt::Display for Interrupted {
 
 impl Error for Interrupted {}
 
-/// A study as the user names it: a study.toml, or the study.json of a bundle.
+/// Opens a study as named by the user: a study.toml, or the study.json of a bundle.
 ///
 /// # Errors
-/// What is wrong with the file, with line and column.
+/// The file is faulty; the message gives line and column.
 pub fn open(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Result<read::Reading> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
         ensure!(fmus.is_none(), "{} is a bundle, which has its own FMUs: omit --fmus", path.display());
@@ -132,7 +133,8 @@ pub fn open(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
     read::read(path, fmus, parameters)
 }
 
-/// Removes the files of a folder whose names are those of an older study's files, and the folder if nothing else is in it.
+/// Removes the files of an older study from a folder, identified by name, and the folder itself if nothing else is in
+/// it.
 ///
 /// # Errors
 /// A file cannot be removed.
@@ -147,12 +149,12 @@ pub fn clear(folder: &Path, is_old: impl Fn(&str) -> bool) -> Result<()> {
             fs::remove_file(&path).with_context(|| format!("{} cannot be removed", path.display()))?;
         }
     }
-    // It fails if the folder has something else in it, which is the user's.
+    // Fails if the folder also contains files of the user.
     let _ = fs::remove_dir(folder);
     Ok(())
 }
 
-/// Makes a folder and those above it.
+/// Creates a folder and its parents.
 fn make_folder(path: &Path) -> Result<()> {
     fs::create_dir_all(path).with_context(|| format!("the folder {} cannot be made", path.display()))
 }

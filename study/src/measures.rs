@@ -1,4 +1,4 @@
-//! What a study records of a run, and the figures that come of it.
+//! The variables that a study records of a run, and the figures computed from them.
 
 use crate::experiment::traced;
 use crate::results::Quantity;
@@ -10,18 +10,18 @@ use run::dialog::Roles;
 use run::plan::{Names, Plan, Reference};
 use run::system::{Exchange, System};
 
-/// The figures of a study, and which variables they are of.
+/// The figures of a study, and the variables they are computed from.
 #[derive(Clone, Debug)]
 pub(super) struct Measures {
-    /// The variables, `FMU.VARIABLE`, each once: what a run has to record, in this order.
+    /// The variables to record, `FMU.VARIABLE`, without duplicates, in the order of the columns.
     pub columns: Vec<String>,
-    /// What a row consists of.
+    /// The figures in a row.
     pub figures: Vec<Quantity>,
-    /// What the user should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
     /// The names of the loop's signals, if it has a setpoint and a process value.
     pub signals: Signals,
-    /// What disturbs the loop.
+    /// The disturbances of the loop.
     pub disturbances: Vec<Set>,
     loop_signals: Option<Loop>,
     span: Span,
@@ -37,37 +37,37 @@ struct Loop {
     process_value: usize,
     manipulated_value: Option<usize>,
     pulses: Vec<usize>,
-    /// The switch to manual mode, if it moves.
+    /// The column of the manual mode switch, if it moves.
     manual: Option<usize>,
-    /// The first step with outputs of a call.
+    /// The first step that contains outputs of a call.
     first: usize,
 }
 
-/// What is kept of a run. It is used for one run after the other.
+/// The recording of a run, reused for one run after another.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Traces {
-    /// When steps begin, also those after the run.
+    /// The start times of the steps, including those after the run.
     times: Vec<f64>,
-    /// What the steps recorded, for each column.
+    /// The recorded values, by column.
     pub columns: Vec<Vec<f64>>,
 }
 
-/// What several runs recorded in the last steps that they made side by side: for each column, step by step, a value of each run.
+/// The most recent recorded steps of several runs side by side: for each column, step by step, one value per run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Abreast(Vec<Vec<f64>>);
 
 impl Abreast {
-    /// Takes in what a step recorded in a column.
+    /// Stores the values of one step in a column.
     #[inline]
     pub fn push(&mut self, column: usize, values: &[f64], traces: &mut [Traces]) {
         self.0[column].extend_from_slice(values);
-        // No more than what stays in the cache.
+        // Keep only what fits into the cache.
         if self.0[column].len() >= 512 {
             self.give(column, traces);
         }
     }
 
-    /// Hands over what there is of a column.
+    /// Moves the buffered values of a column to the traces.
     fn give(&mut self, column: usize, traces: &mut [Traces]) {
         let count = traces.len();
         for (number, of) in traces.iter_mut().enumerate() {
@@ -76,14 +76,14 @@ impl Abreast {
         self.0[column].clear();
     }
 
-    /// Hands over everything.
+    /// Moves all buffered values to the traces.
     pub fn finish(&mut self, traces: &mut [Traces]) {
         (0..self.0.len()).for_each(|column| self.give(column, traces));
     }
 }
 
 impl Traces {
-    /// Takes in what a step recorded.
+    /// Stores the values of one step.
     #[inline(always)]
     pub fn push(&mut self, row: &[f64]) {
         for (column, value) in self.columns.iter_mut().zip(row) {
@@ -93,7 +93,7 @@ impl Traces {
 }
 
 impl Take {
-    /// How a figure's name ends.
+    /// The suffix of a figure's name.
     fn name(self) -> &'static str {
         match self {
             Take::Min => "min",
@@ -103,7 +103,7 @@ impl Take {
         }
     }
 
-    /// What is taken of a variable's values.
+    /// Takes this value of a variable's recorded values.
     fn of(self, values: &[f64]) -> f64 {
         match self {
             Take::Min => extreme(values, f64::INFINITY, |value, least| value < least),
@@ -114,13 +114,13 @@ impl Take {
     }
 }
 
-/// The extreme value; NaN if any value is.
+/// The extreme value; NaN if any value is NaN.
 fn extreme(values: &[f64], none: f64, is_beyond: impl Fn(f64, f64) -> bool) -> f64 {
     let further = |extreme, value| if is_beyond(value, extreme) || value.is_nan() { value } else { extreme };
     values.iter().copied().fold(none, further)
 }
 
-/// Adds variables to the columns, each once.
+/// Collects the variables to record, without duplicates.
 struct Columns<'a> {
     names: &'a Names<'a>,
     columns: Vec<String>,
@@ -146,7 +146,7 @@ impl Measures {
     /// Resolves the figures of a study. `roles` are those of the first member, if it has any.
     ///
     /// # Errors
-    /// A wrong signal, value or limit, with the remedy, or no figure at all.
+    /// A signal, value or limit is wrong, with the remedy, or there is no figure at all.
     pub fn of(study: &Study, system: &System, names: &Names, roles: Option<&Roles>) -> Result<Measures> {
         let mut columns = Columns { names, columns: Vec::new() };
         let mut measures = Measures {
@@ -173,7 +173,7 @@ impl Measures {
         Ok(measures)
     }
 
-    /// Rise, overshoot and so on, if the loop has the signals.
+    /// Adds the loop's figures, such as rise time and overshoot, if it has the signals.
     fn add_loop(&mut self, study: &Study, system: &System, columns: &mut Columns, roles: Option<&Roles>) -> Result<()> {
         let first = system.members.first().map_or("", |member| member.name.as_str());
         let signals = signals(&study.signals, first, roles);
@@ -231,7 +231,7 @@ impl Measures {
         };
         let pulses = signals.pulses.iter().flatten().map(pulse).collect::<Result<Vec<_>>>()?;
         let figures: Vec<_> = figures::applicable(Given {
-            // The mean of pulses does not travel; what the user names does.
+            // The mean of pulses does not count as travel; variables named by the user do.
             manipulated_value: manipulated.is_some()
                 && (pulses.is_empty() || study.signals.manipulated_value.is_some()),
             pulses: !pulses.is_empty(),
@@ -248,7 +248,7 @@ impl Measures {
             manipulated_value: manipulated.map(|(column, _)| column),
             pulses,
             manual: manual.map(|(column, _)| column),
-            // Where members act in parallel, the first row has the outputs before the first call.
+            // If members act in parallel, the first row contains the outputs before the first call.
             first: usize::from(system.exchange == Exchange::Parallel),
         });
         self.signals = signals;
@@ -287,12 +287,12 @@ impl Measures {
         Ok(())
     }
 
-    /// What takes in the columns of runs side by side.
+    /// A buffer for runs side by side.
     pub fn abreast(&self) -> Abreast {
         Abreast(vec![Vec::new(); self.columns.len()])
     }
 
-    /// Begins a run.
+    /// Prepares the traces for a run.
     pub fn begin(&self, traces: &mut Traces) {
         traces.columns.resize_with(self.columns.len(), Vec::new);
         traces.columns.iter_mut().for_each(Vec::clear);
@@ -304,7 +304,7 @@ impl Measures {
         traced(column.map_or(0, Vec::len)).filter_map(|step| Some(column?[step])).collect()
     }
 
-    /// The figures of a run of this plan.
+    /// Computes the figures of a run with this plan.
     pub fn end(&self, traces: &mut Traces, plan: &Plan) -> Vec<f64> {
         let Traces { times, columns } = traces;
         let steps = columns.first().map_or(0, Vec::len);
@@ -332,20 +332,20 @@ impl Measures {
             all.extend(take.iter().map(|take| take.of(&columns[*column])));
         }
         for (column, limit) in &self.limits {
-            // What is not a number is not within limits.
+            // NaN is not within limits.
             let within = limit.min.unwrap_or(f64::NEG_INFINITY)..=limit.max.unwrap_or(f64::INFINITY);
             let outside = columns[*column].iter().filter(|value| !within.contains(value)).count();
             all.push(outside as f64 * plan.step);
         }
-        // Platforms differ in the bits of what is not a number.
+        // Platforms differ in the bits of NaN.
         all.iter_mut().filter(|figure| figure.is_nan()).for_each(|figure| *figure = f64::NAN);
         all
     }
 }
 
-/// The loop's signals: those that are given, else what the variables of the first member are.
+/// The loop's signals: those given, else those of the first member's roles.
 fn signals(given: &Signals, first: &str, roles: Option<&Roles>) -> Signals {
-    // The roles of a plant name what it takes and gives, not the signals of a loop.
+    // The roles of a plant name its inputs and outputs, not the signals of a loop.
     let Some(roles) = roles.filter(|roles| roles.setpoint.is_some()) else { return given.clone() };
     let full = |name: &String| format!("{first}.{name}");
     let either = |given: &Option<String>, role: Option<&String>| given.clone().or_else(|| role.map(full));

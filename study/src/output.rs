@@ -1,8 +1,8 @@
-//! The results of a study as a table: a row for each run, as Parquet or CSV. The same results give the same bytes.
+//! Writes and reads the results of a study as a table with one row per run, as Parquet or CSV. The same results yield
+//! the same bytes.
 //!
-//! The columns are `run`, `loop` if the study has a table of loops with names, the coordinates of the run's point, its figures, and
-//! `error`. A figure without a value is null in
-//! Parquet and an empty field in CSV; true is 1.
+//! The columns are `run`, `loop` if the study has a table of named loops, the coordinates of the run's point, its
+//! figures, and `error`. A missing figure is null in Parquet and an empty field in CSV; true is 1.
 
 use crate::results::{Loops, Quantity, Results, Row};
 use anyhow::{Context, Result, bail};
@@ -23,13 +23,13 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// This many rows a row group of Parquet has.
+/// The number of rows in a row group of Parquet.
 const ROW_GROUP: u64 = 1 << 17;
 
-/// How many lines of CSV are made from one piece of each column.
+/// The number of CSV lines produced from one piece of each column.
 const LINES: usize = 1 << 12;
 
-/// The column with the names of loops. Those of coordinates have a dot.
+/// The column for the names of loops; names of coordinates contain a dot.
 const LOOP: &str = "loop";
 
 /// The format of the table.
@@ -43,7 +43,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// The table's file in the folder of the results.
+    /// The path of the table in the results folder.
     pub fn file(self, folder: &Path) -> PathBuf {
         folder.join(match self {
             Format::Parquet => "runs.parquet",
@@ -52,7 +52,7 @@ impl Format {
     }
 }
 
-/// Writes the table beside its place, and renames it.
+/// Writes the table to a temporary file next to it, which is then renamed.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -63,10 +63,10 @@ pub fn write(path: &Path, format: Format, results: &Results) -> Result<()> {
     }
 }
 
-/// Writes CSV (RFC 4180) with a header. A number is the shortest that reads back bit-equal.
+/// Writes CSV (RFC 4180) with a header. A number is printed as the shortest text that reads back bit-equal.
 ///
 /// # Errors
-/// Those of `to`.
+/// Writing to `to` fails.
 pub fn write_csv(to: &mut impl Write, results: &Results) -> Result<()> {
     write!(to, "run")?;
     if results.loops.is_some() {
@@ -103,13 +103,13 @@ pub fn write_csv(to: &mut impl Write, results: &Results) -> Result<()> {
     Ok(())
 }
 
-/// Takes the next row of a table.
+/// A callback for the next row of a table.
 pub type Take<'a> = dyn FnMut(Row) -> Result<()> + 'a;
 
-/// Reads the rows of a table that [`write()`] has written, with this many coordinates and figures, one after the other.
+/// Reads a table written by [`write()`], with this many coordinates and figures, row by row.
 ///
 /// # Errors
-/// The file cannot be read, or it is damaged, or an error of `each`.
+/// The file cannot be read or is damaged, or `each` fails.
 pub fn read(path: &Path, format: Format, coordinates: usize, figures: usize, each: &mut Take) -> Result<()> {
     let shown = || path.display().to_string();
     let file = File::open(path).with_context(shown)?;
@@ -129,7 +129,7 @@ fn read_csv(from: impl BufRead, coordinates: usize, figures: usize, each: &mut T
         if has_loops {
             rest = &rest[end_of_field(rest)? + 1..];
         }
-        // Numbers have no commas, and the error is the last field.
+        // Numbers contain no commas, and the error is the last field.
         let mut fields = rest.splitn(coordinates + figures + 1, ',').skip(coordinates);
         let number = |field: &str| if field.is_empty() { Some(f64::NAN) } else { field.parse().ok() };
         let figures = fields.by_ref().take(figures).map(number).collect::<Option<_>>()?;
@@ -141,7 +141,7 @@ fn read_csv(from: impl BufRead, coordinates: usize, figures: usize, each: &mut T
     Ok(())
 }
 
-/// Where the comma after the first field of a line of CSV is.
+/// The position of the comma after the first field of a CSV line.
 fn end_of_field(line: &str) -> Option<usize> {
     let mut is_quoted = false;
     line.find(|letter| {
@@ -152,11 +152,11 @@ fn end_of_field(line: &str) -> Option<usize> {
 
 fn read_parquet(from: File, coordinates: usize, figures: usize, each: &mut Take) -> Result<()> {
     let reader = SerializedFileReader::new(from)?;
-    // The number of the run, and of a table of loops the name.
+    // The run number and, for a table of loops, the name.
     let columns = reader.metadata().file_metadata().schema_descr().columns();
     let leading = if columns.get(1).is_some_and(|column| column.name() == LOOP) { 2 } else { 1 };
     let row = |row: &parquet::record::Row| Row {
-        // What is null is not a number.
+        // Null stands for NaN.
         figures: (0..figures)
             .map(|figure| row.get_double(leading + coordinates + figure).unwrap_or(f64::NAN))
             .collect(),
@@ -168,7 +168,7 @@ fn read_parquet(from: File, coordinates: usize, figures: usize, each: &mut Take)
     Ok(())
 }
 
-/// The text of a field of CSV.
+/// The text of a CSV field, without quotes.
 fn unquoted(field: &str) -> String {
     match field.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')) {
         Some(quoted) => quoted.replace("\"\"", "\""),
@@ -176,16 +176,15 @@ fn unquoted(field: &str) -> String {
     }
 }
 
-/// A text as a field of CSV.
+/// A text as a CSV field, quoted if necessary.
 fn field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
 }
 
-/// Writes Parquet without compression. The key `units` of the metadata is a JSON object with the unit of each column that
-/// has one.
+/// Writes uncompressed Parquet. The metadata key `units` is a JSON object with the unit of each column that has one.
 ///
 /// # Errors
-/// Those of `to`.
+/// Writing to `to` fails.
 pub fn write_parquet(to: &mut (impl Write + Send), results: &Results) -> Result<()> {
     let quantities = results.coordinates.iter().chain(&results.figures);
     let units: BTreeMap<_, _> = quantities.filter_map(|of| Some((&of.name, of.unit.as_ref()?))).collect();
@@ -236,7 +235,7 @@ fn schema(results: &Results) -> Result<TypePtr> {
     Ok(Arc::new(Type::group_type_builder("runs").with_fields(columns).build()?))
 }
 
-/// Writes some rows of the column with the names of loops.
+/// Writes a range of rows of the column with loop names.
 fn write_loops(to: &mut ColumnWriter, loops: &Loops, runs: Range<u64>) -> Result<()> {
     let ColumnWriter::ByteArrayColumnWriter(to) = to else { bail!("the schema has other columns") };
     let names: Vec<ByteArray> = runs.map(|run| ByteArray::from(loops.of(run))).collect();
@@ -244,10 +243,10 @@ fn write_loops(to: &mut ColumnWriter, loops: &Loops, runs: Range<u64>) -> Result
     Ok(())
 }
 
-/// Writes some rows of the column at `place`, not counting the names of loops.
+/// Writes a range of rows of column `place`, not counting the column with loop names.
 fn write_column(to: &mut ColumnWriter, place: usize, results: &Results, runs: Range<u64>) -> Result<()> {
     let coordinates = results.coordinates.len();
-    // Whether there is a value, and those that there are.
+    // The definition levels, which mark null values, and the values that exist.
     match to {
         ColumnWriter::Int64ColumnWriter(to) => {
             let numbers = runs.map(i64::try_from).collect::<Result<Vec<_>, _>>()?;

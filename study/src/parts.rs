@@ -1,8 +1,8 @@
-//! The rows of a study while it is under way, in files: what is in a part is not run again.
+//! The rows of an unfinished study in files: runs contained in a part are not repeated.
 //!
-//! A part is one file with the rows of runs that follow each other: a line of text, a header as JSON in a second line, the
-//! rows in the format of postcard, and the SHA-256 of all that. Anyone can make parts of a study, on any machine; those of
-//! one folder may overlap.
+//! A part is one file with the rows of consecutive runs: a line of text, a header as a second line in JSON, the rows in
+//! postcard format, and the SHA-256 hash of all that. Parts of a study can be made on any machine; those in one folder
+//! may overlap.
 
 use crate::Writer;
 use crate::results::Row;
@@ -19,36 +19,37 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use tempfile::SpooledTempFile;
 
-/// What a part begins with.
+/// The first line of a part.
 const MAGIC: &[u8] = b"plcfmu part 1\n";
 
-/// A SHA-256 in bytes.
+/// The size of a SHA-256 hash in bytes.
 const HASH: usize = 32;
 
-/// A part is written when its rows take this many bytes.
+/// The size of the rows, in bytes, at which a part is written.
 const MOST_BYTES: u64 = 1 << 22;
 
-/// Rows of at most this many bytes are kept in memory, more of them in a file without a name.
+/// The maximum size of rows kept in memory, in bytes; more are kept in an unnamed file.
 const MOST_IN_MEMORY: usize = 1 << 23;
 
-/// How many bytes of a part are read at once.
+/// The number of bytes of a part read at once.
 const PIECE: u64 = 1 << 16;
 
-/// A part is written after so much time at the latest, and in a long study after this share of its time.
+/// The age at which rows are written as a part: a duration or, if longer, the study's elapsed time divided by the
+/// number.
 const LATEST: (Duration, u32) = (Duration::from_secs(1), 100);
 
-/// What a part says of itself.
+/// The header of a part.
 #[derive(Debug, Deserialize, Serialize, PartialEq)]
 struct Header {
-    /// That of the job, see [`super::fingerprint`].
+    /// The fingerprint of the job, see [`super::fingerprint`].
     fingerprint: String,
     /// The first run.
     first: u64,
-    /// The run after the last.
+    /// The end, exclusive.
     end: u64,
 }
 
-/// Rows that follow each other, as they are in a part.
+/// The rows of consecutive runs, encoded as in a part.
 #[derive(Debug)]
 pub struct Rows {
     count: u64,
@@ -63,10 +64,10 @@ impl Default for Rows {
 }
 
 impl Rows {
-    /// Adds the next row.
+    /// Appends a row.
     ///
     /// # Errors
-    /// No room for it in the folder of temporary files.
+    /// The folder for temporary files is full.
     pub fn push(&mut self, row: &Row) -> Result<()> {
         let bytes = postcard::to_stdvec(row)?;
         self.encoded.write_all(&bytes).with_context(|| {
@@ -79,7 +80,7 @@ impl Rows {
     }
 }
 
-/// Writes a part beside its place, and renames it.
+/// Writes a part to a temporary file next to it, which is then renamed.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -88,7 +89,7 @@ pub fn write(path: &Path, fingerprint: &str, first: u64, rows: &mut Rows) -> Res
     let mut head = MAGIC.to_vec();
     serde_json::to_writer(&mut head, &header)?;
     head.push(b'\n');
-    // A list in the format of postcard begins with its length.
+    // In postcard format, a list starts with its length.
     let head = postcard::to_extend(&rows.count, head)?;
     temporary::place(
         path,
@@ -103,7 +104,7 @@ pub fn write(path: &Path, fingerprint: &str, first: u64, rows: &mut Rows) -> Res
     )
 }
 
-/// Writes the same to two places.
+/// A writer that duplicates its input.
 struct Both<A, B>(A, B);
 
 impl<A: Write, B: Write> Write for Both<A, B> {
@@ -119,22 +120,22 @@ impl<A: Write, B: Write> Write for Both<A, B> {
     }
 }
 
-/// A part that is neither damaged nor of another study.
+/// A part of this study, checked to be intact.
 struct Part {
     runs: Range<u64>,
     rows: Encoded,
 }
 
-/// Values in the format of postcard, one after the other, with one piece in memory.
+/// A sequence of values in postcard format, read piece by piece.
 struct Encoded {
     from: Take<File>,
     piece: Vec<u8>,
-    /// Where in the piece the next one begins.
+    /// The offset of the next value within the piece.
     next: usize,
 }
 
 impl Encoded {
-    /// The next value, or `None` if the rest is incomplete.
+    /// The next value, or `None` if the remaining bytes are incomplete.
     fn next<T: DeserializeOwned>(&mut self) -> Result<Option<T>> {
         loop {
             match postcard::take_from_bytes(&self.piece[self.next..]) {
@@ -155,10 +156,10 @@ impl Encoded {
     }
 }
 
-/// Opens a part, and reads all of it once to check that it is complete.
+/// Opens a part and reads it once to check that it is complete.
 ///
 /// # Errors
-/// It is damaged, or of another study; what to do.
+/// It is damaged or belongs to another study; the message names the remedy.
 fn open(path: &Path, fingerprint: &str) -> Result<Part> {
     let shown = path.display();
     let unread = || format!("{shown} cannot be read");
@@ -195,7 +196,7 @@ fn open(path: &Path, fingerprint: &str) -> Result<Part> {
     Ok(Part { runs: header.first..header.end, rows })
 }
 
-/// What to do with a part that is damaged.
+/// The message and remedy for a damaged part.
 fn damaged(path: &Path) -> String {
     format!("{} is damaged: delete it, and its runs are made again", path.display())
 }
@@ -205,15 +206,15 @@ fn damaged(path: &Path) -> String {
 pub struct Parts {
     folder: PathBuf,
     fingerprint: String,
-    /// Which runs are in which file, by the first.
+    /// The files, by first run and end.
     files: BTreeMap<(u64, u64), PathBuf>,
 }
 
 impl Parts {
-    /// Those of a study whose results go to `out`. Unless the study is resumed, old parts are removed.
+    /// Opens the parts of a study whose results go to `out`. Unless the study is resumed, old parts are removed.
     ///
     /// # Errors
-    /// A part is damaged or of another study; the folder cannot be read or written.
+    /// A part is damaged or belongs to another study, or the folder cannot be read or written.
     pub fn open(out: &Path, fingerprint: &str, resumes: bool) -> Result<Parts> {
         let folder = out.join("parts");
         let mut parts = Parts { folder, fingerprint: fingerprint.into(), files: BTreeMap::new() };
@@ -240,7 +241,7 @@ impl Parts {
         self.files.is_empty()
     }
 
-    /// The runs below `count` that no part has.
+    /// The runs below `count` that are in no part.
     pub fn missing(&self, count: u64) -> Vec<Range<u64>> {
         let (mut missing, mut next) = (Vec::new(), 0);
         for (first, end) in self.files.keys() {
@@ -268,10 +269,10 @@ impl Parts {
         Ok(())
     }
 
-    /// All rows in the order of the runs, each once. There is a part for each run.
+    /// Passes all rows to `each`, in run order and each once. Every run must be in a part.
     ///
     /// # Errors
-    /// A part cannot be read, or an error of `each`.
+    /// A part cannot be read, or `each` fails.
     pub fn rows(&self, mut each: impl FnMut(u64, Row) -> Result<()>) -> Result<()> {
         let mut next = 0;
         for ((first, end), path) in &self.files {
@@ -300,7 +301,7 @@ impl Parts {
     }
 }
 
-/// Collects rows, and writes a part from time to time.
+/// Collects rows and periodically writes them as a part.
 #[derive(Debug)]
 pub struct Collector<'a> {
     parts: &'a mut Parts,
@@ -311,7 +312,7 @@ pub struct Collector<'a> {
 }
 
 impl Collector<'_> {
-    /// For rows of a study that begins or is resumed now.
+    /// Creates a collector for a study that starts or resumes now.
     pub fn new(parts: &mut Parts) -> Collector<'_> {
         let now = Instant::now();
         Collector { parts, first: 0, rows: Rows::default(), began: now, written: now }
@@ -329,7 +330,7 @@ impl Collector<'_> {
         self.rows.push(row)
     }
 
-    /// Writes what there is if it has waited long enough.
+    /// Writes the collected rows if they are old enough.
     ///
     /// # Errors
     /// The part cannot be written.
@@ -341,7 +342,7 @@ impl Collector<'_> {
         self.written.elapsed() > LATEST.0.max(self.began.elapsed() / LATEST.1)
     }
 
-    /// Writes what there is.
+    /// Writes the collected rows.
     ///
     /// # Errors
     /// The part cannot be written.

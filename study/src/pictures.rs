@@ -1,5 +1,5 @@
-//! The pictures of a study: how a figure is distributed, over which coordinates, and the curves of single runs. Each title says
-//! what the picture shows of this study. The same results give the same bytes.
+//! The pictures of a study: the distribution of a figure, its dependence on coordinates, and curves of individual runs.
+//! Each title states what the picture shows. The same results yield the same bytes.
 
 use crate::envelope::Envelope;
 use crate::expect::runs_text;
@@ -16,23 +16,23 @@ use draw::scatter::{self, Scatter};
 use modeldescription::digits::within;
 use run::master::Recording;
 
-/// The number of the colour of setpoints: black.
+/// The palette index for setpoints: black.
 const SETPOINT: usize = 6;
-/// That of the runs that an envelope is of: blue.
+/// The palette index for the runs of an envelope: blue.
 const ENVELOPE: usize = 0;
-/// That of the band in which a loop counts as settled: green.
+/// The palette index for the band in which a loop counts as settled: green.
 const SETTLED: usize = 2;
 
-/// Percentiles of fewer runs say nothing.
+/// Below this number of runs, percentiles are meaningless.
 const FEW_RUNS: usize = 20;
 
-/// The most bars of a tornado chart.
+/// The maximum number of bars in a tornado chart.
 const MOST_BARS: usize = 16;
 
-/// A correlation below this is not worth a word.
+/// Correlations below this are not mentioned.
 const WEAK: f64 = 0.2;
 
-/// A quantity as the text of an axis: `settling in s`.
+/// A quantity as an axis label: `settling in s`.
 pub fn axis(of: &Quantity) -> String {
     match &of.unit {
         Some(unit) => format!("{} in {unit}", of.name),
@@ -40,28 +40,28 @@ pub fn axis(of: &Quantity) -> String {
     }
 }
 
-/// A value of a figure with the digits that its spread justifies, and its unit.
+/// A value of a figure, with its unit and as many digits as the spread justifies.
 fn told(of: &Distribution, value: f64) -> String {
     let text = told_bare(of, value);
     of.figure.unit.as_ref().map_or_else(|| text.clone(), |unit| format!("{text} {unit}").replace("degC", "°C"))
 }
 
-/// The same without the unit.
+/// Like [`told`], but without the unit.
 pub(crate) fn told_bare(of: &Distribution, value: f64) -> String {
     let at = |percent: f64| of.percentiles.iter().find(|(other, _)| *other == percent).map(|(_, value)| *value);
     let spread = at(95.0).zip(at(5.0)).map_or(0.0, |(high, low)| high - low);
     let spread = if spread > 0.0 { spread } else { of.max.zip(of.min).map_or(0.0, |(max, min)| max - min) };
-    // A difference after the ninth digit is rounding.
+    // A difference beyond the ninth digit is rounding.
     within(value, if spread < value.abs() * 1e-7 { 0.0 } else { spread })
 }
 
-/// That a figure is the same in all runs that have it; none if it varies, or if no run has it.
+/// A sentence stating that a figure is the same in all runs that have it; `None` if it varies, or if no run has it.
 pub fn constant(of: &Distribution) -> Option<String> {
     let value = of.min.filter(|min| Some(*min) == of.max)?;
     Some(format!("{} is {} in every run", of.figure.name, told(of, value)))
 }
 
-/// How many runs have which value of a figure, with the percentiles 5, 50 and 95 and with `limits`; none if no run has the figure.
+/// A histogram of a figure, with the percentiles 5, 50 and 95 and `limits` marked; `None` if no run has the figure.
 ///
 /// # Errors
 /// It cannot be drawn.
@@ -80,7 +80,7 @@ pub fn histogram(summary: &Summary, figure: usize, values: &[f64], limits: &[Mar
     histogram::svg(&distributed(summary, of, values, &sorted), &axis(&of.figure), &sorted, &marks)
 }
 
-/// What a histogram shows, in a line; `sorted` are those of the values that it has.
+/// The title of a histogram; `sorted` are the values of the runs that have the figure.
 fn distributed(summary: &Summary, of: &Distribution, values: &[f64], sorted: &[f64]) -> String {
     let (name, runs) = (&of.figure.name, runs_text(sorted.len() as u64));
     let at = |percent: f64| percentile(sorted, percent).unwrap_or(f64::NAN);
@@ -93,7 +93,7 @@ fn distributed(summary: &Summary, of: &Distribution, values: &[f64], sorted: &[f
             format!("{name} of {runs}: {} to {}", told_bare(of, *min), told(of, *max))
         }
         _ => {
-            // Not the share of runs above or below it: many runs may have just this value.
+            // Not the share of runs beyond it: many runs may have exactly this value.
             let (rank, tail) = if is_lower_better(name) { ("95th", at(95.0)) } else { ("5th", at(5.0)) };
             format!("{name} of {runs}: median {}, {rank} percentile {}", told_bare(of, at(50.0)), told(of, tail))
         }
@@ -113,18 +113,18 @@ fn have(count: u64) -> String {
     format!("{} {}", runs_text(count), if count == 1 { "has" } else { "have" })
 }
 
-/// How the axes of a coordinate are drawn.
+/// How a coordinate is drawn as an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Coordinate {
-    /// Its values are spaced by ratios.
+    /// Whether its values have equal ratios.
     pub is_logarithmic: bool,
-    /// It has a list of values, which are not samples.
+    /// Whether it has a list of values, not samples.
     pub is_listed: bool,
 }
 
-/// The runs over the two coordinates that a figure depends on most, coloured by it; over one coordinate if there is but one,
-/// with the figure as the height. None if nothing varies or no run has the figure. The colours divide the range from the
-/// percentile 5 to the percentile 95 evenly.
+/// A scatter plot of the runs over the two coordinates that a figure depends on most, coloured by the figure; over one
+/// coordinate if there is only one, with the figure as the height. `None` if nothing varies or no run has the figure.
+/// The colours evenly divide the range between the 5th and the 95th percentile.
 ///
 /// # Errors
 /// It cannot be drawn.
@@ -146,7 +146,7 @@ pub fn scatter(
         return Ok(None);
     }
     drop(sorted);
-    // One column after the other, since each is as large as all runs.
+    // One column at a time, since each is as long as the number of runs.
     let mut points: Vec<(f64, f64, f64)> = values.iter().map(|value| (0.0, *value, *value)).collect();
     drop(values);
     points.iter_mut().zip(&*results.coordinate(first)?).for_each(|(point, x)| point.0 = *x);
@@ -179,8 +179,9 @@ pub fn scatter(
     .map(Some)
 }
 
-/// How far the mean of a figure moves with each coordinate: that of the runs in its lowest fifth and that of those in its highest
-/// fifth. The coordinate that moves it most is the first. None if nothing varies, no coordinate moves it, or there are fewer than twenty runs.
+/// A tornado chart: how far the mean of a figure moves between the runs in the lowest fifth and those in the highest
+/// fifth of each coordinate, largest effect first. `None` if nothing varies, no coordinate has an effect, or there are
+/// fewer than twenty runs.
 ///
 /// # Errors
 /// It cannot be drawn.
@@ -217,7 +218,7 @@ pub fn tornado(results: &Results, summary: &Summary, figure: usize) -> Result<Op
     bars::tornado(&title, &format!("mean of {}", axis(&of.figure)), middle, &bars, halves)
 }
 
-/// With what a figure rises and falls.
+/// A phrase on the coordinates with which a figure rises and falls.
 fn dependence(results: &Results, of: &Distribution, coordinates: &[usize]) -> String {
     let name = &of.figure.name;
     if let Some(constant) = constant(of) {
@@ -238,8 +239,8 @@ fn dependence(results: &Results, of: &Distribution, coordinates: &[usize]) -> St
     if text.is_empty() { format!("{name} neither rises nor falls with one setting alone") } else { text }
 }
 
-/// At which of their values a figure is the best, in the mean of the runs there. `points` are those of the scatter plot: the values
-/// of the first and the second coordinate, if there are two, and the figure.
+/// A phrase on the coordinate values at which a figure is best, as the mean of the runs there. `points` are those of
+/// the scatter plot: the values of the first and, if there is one, the second coordinate, and the figure.
 fn best_place(results: &Results, figure: usize, coordinates: &[usize], points: &[(f64, f64, f64)]) -> Option<String> {
     let place = |run: u32| {
         let (x, y, _) = points[run as usize];
@@ -263,10 +264,11 @@ fn best_place(results: &Results, figure: usize, coordinates: &[usize], points: &
     Some(format!("{name} is {word} at {}", at.collect::<Vec<_>>().join(" and ")))
 }
 
-/// The curves of some runs in one chart: what the figure is of above what the controller does, in front of the `envelope` of
-/// many runs. `values` are the figures of the `runs`, which have a word each, such as `worst`, and the name of their loop if there are `loops`;
-/// `absent` of all `count` runs have no such figure. What is outside of the figures' window is shaded, and the band in
-/// which the first run counts as settled is marked. None if nothing of the loop is recorded.
+/// The curves of some runs in one chart: the controlled signals above what the controller does, in front of the
+/// `envelope` of many runs. `values` are the figures of the `runs`, each with a word such as `worst`, and the name of
+/// its loop if there are `loops`; `absent` of all `count` runs lack the figure. Times outside the figures' window are
+/// shaded, and the band in which the first run counts as settled is marked. `None` if no signal of the loop is
+/// recorded.
 ///
 /// # Errors
 /// It cannot be drawn.
@@ -289,7 +291,7 @@ pub fn curves(
         let curve = |(place, (word, run, recording)): (usize, &(&str, u64, &Recording))| {
             let name_of_loop = loops.map_or_else(String::new, |loops| format!(" ({})", loops.of(*run)));
             let name_of_run = format!("{word}: run {run}{name_of_loop}");
-            // A run has the same colour everywhere: vermilion, blue, green.
+            // Each run has a fixed colour: vermilion, blue, green.
             let color = Some([1, 0, 2].get(place).copied().unwrap_or(place));
             Some(Curve { name: name_of_run, values: values_of(recording, name)?, is_input: false, color })
         };
@@ -371,12 +373,12 @@ pub fn curves(
     let mut title =
         format!("{} is {}", of.figure.name, runs.iter().zip(values).map(value).collect::<Vec<_>>().join(", "));
     if absent > 0 {
-        // The worst of those that have it is no worst run.
+        // The worst of the runs that have the figure is not the worst run.
         title += &format!("; {absent} of {} none", have(count));
     }
     let window = shown_window.filter(|(from, to)| Some(from) != times.first() || Some(to) != times.last());
     let over = window.map(|_| "time in s; the figures are of what is not shaded".to_string());
-    // Stairs, as without this text.
+    // Stairs, as without this title.
     let chart = Chart { title, time: times.to_vec(), time_label: over, panels, lanes, window, ..Chart::default() };
     plot::svg(&chart).context("the curves cannot be drawn").map(Some)
 }

@@ -1,7 +1,8 @@
-//! Worker processes that make runs at the same time. Rows come in the order of their points, whoever makes them.
+//! A pool of worker processes that make runs in parallel. Rows are delivered in the order of their points, whoever
+//! makes them.
 //!
-//! A worker that crashes, or makes no row within the limit, is replaced. The run that it was at is made once more by a worker
-//! that keeps what FMUs print; if that ends too, the run's row has the reason, and the others go on.
+//! A worker that crashes, or makes no row within the time limit, is replaced. Its current run is repeated once by a
+//! worker that keeps the output of FMUs; if that fails too, the run's row has the reason, and the other runs continue.
 
 use crate::Job;
 use crate::experiment::{Detail, Experiment, Gives};
@@ -20,37 +21,38 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// A chunk of runs should take so long: much longer than its messages, and short enough for the last chunks to end together.
+/// The target duration of a chunk of runs: much longer than its messages take, and short enough for the last chunks to
+/// end together.
 const CHUNK: Duration = Duration::from_millis(300);
 
-/// The largest chunk.
+/// The maximum number of runs in a chunk.
 const LARGEST_CHUNK: u64 = 1 << 16;
 
-/// Rows with this many values may wait for an earlier row: 8 MB, and as much again for what holds them.
+/// The maximum number of values in rows that wait for an earlier row: 8 MB, and as much again for their containers.
 const MOST_WAITING: u64 = 1 << 20;
 
 /// How to make runs.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// The program `plcfmu`, which the workers run.
+    /// The program `plcfmu`, which the workers execute.
     pub program: PathBuf,
-    /// How many workers there are; at least 1.
+    /// The number of workers; at least 1.
     pub jobs: usize,
-    /// How long one run may take.
+    /// The time limit for one run.
     pub limit: Duration,
-    /// No more runs are made when this becomes true.
+    /// Stops the making of runs when it becomes true.
     pub interrupted: Arc<AtomicBool>,
-    /// Whether each run needs new instances; found out by the first worker without it.
+    /// Whether each run needs new instances; if `None`, the first worker determines it.
     pub renews: Option<bool>,
-    /// Whether FMUs are called through their C interface, also those whose block is linked into the program.
+    /// Whether FMUs are called through their C interface even if their block is linked into this program.
     pub exact_door: bool,
 }
 
 impl Options {
-    /// A worker for each core, with 300 s for a run.
+    /// The default options: a worker for each core, and 300 s for a run.
     ///
     /// # Errors
-    /// The program does not find itself.
+    /// The program cannot determine its own path.
     pub fn new() -> Result<Options> {
         Ok(Options {
             program: std::env::current_exe().context("plcfmu cannot find its own program file")?,
@@ -63,27 +65,27 @@ impl Options {
     }
 }
 
-/// Where rows go, in the order of their numbers.
+/// A receiver of rows in the order of their numbers.
 pub trait Sink {
-    /// The next row, with its number.
+    /// Receives the next row, with its number.
     ///
     /// # Errors
-    /// It cannot be kept: no more runs are made.
+    /// It cannot be stored: no more runs are made.
     fn row(&mut self, number: u64, row: Row) -> Result<()>;
 
-    /// There has been no row for a while.
+    /// Called when no row has arrived for a while.
     ///
     /// # Errors
-    /// As [`Sink::row`].
+    /// See [`Sink::row`].
     fn idle(&mut self) -> Result<()> {
         Ok(())
     }
 }
 
-/// Takes the next row, with its number.
+/// A callback for the next row, with its number.
 pub type Receive<'a> = dyn FnMut(u64, Row) -> Result<()> + 'a;
 
-/// A function as a sink.
+/// A callback as a sink.
 struct Each<'a>(&'a mut Receive<'a>);
 
 impl Sink for Each<'_> {
@@ -92,31 +94,31 @@ impl Sink for Each<'_> {
     }
 }
 
-/// Worker processes for one job. They end when this is dropped.
+/// Worker processes for one job. They end when the pool is dropped.
 #[derive(Debug)]
 pub struct Pool {
     experiment: Experiment,
     tables: Vec<Option<Table>>,
     starter: Starter,
     slots: Vec<Slot>,
-    /// How the first FMU that has printed something has ended, with the number of its run.
+    /// How the first FMU that printed something ended, with the index of its run.
     printed: Mutex<Option<(u64, String)>>,
 }
 
-/// The place of one worker.
+/// The slot of one worker.
 #[derive(Debug, Default)]
 struct Slot {
     worker: Option<Worker>,
-    /// How long a run takes, as far as it is known.
+    /// The duration of a run, if known.
     run: Option<Duration>,
 }
 
 impl Pool {
-    /// Starts the first worker, which checks the job, and whether instances that were reset compute what new ones do: if not,
-    /// this is one of the experiment's warnings, and each run is made with new instances. The others start when they are needed.
+    /// Starts the first worker, which checks the job, and whether reset instances compute the same as new ones: if not,
+    /// a warning is added to the experiment and each run uses new instances. The other workers start on demand.
     ///
     /// # Errors
-    /// What is wrong with the job or with an FMU.
+    /// The job or an FMU is faulty.
     pub fn start(job: &Job, options: &Options) -> Result<Pool> {
         let mut starter = Starter {
             child: child::Starter {
@@ -145,7 +147,7 @@ impl Pool {
                 experiment.warnings.extend(warning);
                 slots[0].worker = Some(worker);
             }
-            // Nothing is known. Its runs will say why, if it was not an interruption.
+            // Unknown. If it was not an interruption, the runs will show why.
             Err(_) => starter.renews = true,
         }
         Ok(Pool { experiment, tables, starter, slots, printed: Mutex::default() })
@@ -156,40 +158,40 @@ impl Pool {
         &self.experiment
     }
 
-    /// What the library of each member says of its block, if it has a table.
+    /// The block tables of the members' libraries, where they have one.
     pub fn tables(&self) -> &[Option<Table>] {
         &self.tables
     }
 
-    /// Whether each run is made with new instances.
+    /// Whether each run uses new instances.
     pub fn renews(&self) -> bool {
         self.starter.renews
     }
 
-    /// How an FMU crashed or was ended, and what it printed last; `None` if none did.
+    /// How an FMU crashed or was stopped, and what it printed last; `None` if that did not happen.
     pub fn printed(&self) -> Option<String> {
         let printed = self.printed.lock().unwrap_or_else(PoisonError::into_inner);
         printed.as_ref().map(|(_, text)| text.clone())
     }
 
-    /// Whether no more runs are made.
+    /// Whether the making of runs was interrupted.
     pub fn is_interrupted(&self) -> bool {
         self.starter.child.interrupted.load(Ordering::Relaxed)
     }
 
-    /// Makes `count` runs. `point` gives the point of each by its number, from 0; `each` gets the rows in this order. After an
-    /// interruption it gets those that are there, and others are missing.
+    /// Makes `count` runs. `point` returns the point of each by its index, from 0; `each` receives the rows in order.
+    /// After an interruption it receives those that exist, with gaps.
     ///
     /// # Errors
-    /// A worker cannot be started, or an error of `each`.
+    /// A worker cannot be started, or `each` fails.
     pub fn rows(&mut self, count: u64, point: &(dyn Fn(u64) -> Vec<f64> + Sync), each: &mut Receive<'_>) -> Result<()> {
         self.rows_into(count, point, &mut Each(each))
     }
 
-    /// The same for a sink that is also called when no rows come for a while.
+    /// Like [`Pool::rows`], for a sink that is also called when no rows arrive for a while.
     ///
     /// # Errors
-    /// A worker cannot be started, or an error of the sink.
+    /// A worker cannot be started, or the sink fails.
     pub fn rows_into(
         &mut self,
         count: u64,
@@ -199,11 +201,11 @@ impl Pool {
         self.make(count, point, Gives::Figures, sink)
     }
 
-    /// The same for rows that are made by new instances and have, after the figures, the process value at
+    /// Like [`Pool::rows`], but each run uses new instances, and each row has, after the figures, the process value at
     /// [`Experiment::trace_times`].
     ///
     /// # Errors
-    /// A worker cannot be started, or an error of `each`.
+    /// A worker cannot be started, or `each` fails.
     pub fn traces(
         &mut self,
         count: u64,
@@ -239,7 +241,7 @@ impl Pool {
                     if let Err(error) = made
                         && !starter.child.interrupted.load(Ordering::Relaxed)
                     {
-                        // Whoever does not listen any more has an error already.
+                        // If nobody listens any more, there is an error already.
                         let _ = sender.send(Err(error));
                     }
                 });
@@ -251,10 +253,10 @@ impl Pool {
         })
     }
 
-    /// Makes the run of a point with new instances and records it. Gives its figures as well, unless an FMU has ended it.
+    /// Makes the run of a point with new instances and records it. Returns its figures as well, unless an FMU ended it.
     ///
     /// # Errors
-    /// An FMU refuses or crashes, or there is an interruption.
+    /// An FMU refuses or crashes, or the user interrupts.
     pub fn curve(&mut self, point: &[f64], detail: Detail) -> Result<Curve> {
         let slot = &mut self.slots[0];
         let worker = slot.worker(&self.starter)?;
@@ -279,15 +281,15 @@ impl Slot {
     }
 }
 
-/// Rows that follow each other.
+/// The rows of consecutive runs.
 struct Batch {
-    /// The number of the first.
+    /// The index of the first run.
     first: u64,
     rows: Vec<Row>,
 }
 
 impl Batch {
-    /// Gives the number of the run after the last.
+    /// Passes the rows to a sink. Returns the index of the run after the last.
     fn hand_on(self, sink: &mut dyn Sink) -> Result<u64> {
         let mut number = self.first;
         for row in self.rows {
@@ -298,20 +300,20 @@ impl Batch {
     }
 }
 
-/// What the threads of the workers share.
+/// The state shared by the threads of the workers.
 struct Shared {
     next: Mutex<Next>,
     moved: Condvar,
     count: u64,
     jobs: u64,
-    /// This many rows may wait for an earlier one.
+    /// The maximum number of rows that may wait for an earlier one.
     most_waiting: u64,
 }
 
 struct Next {
-    /// The first run that no worker has.
+    /// The first run not yet assigned to a worker.
     first: u64,
-    /// The first that has not been delivered.
+    /// The first run not yet delivered.
     delivered: u64,
     is_over: bool,
 }
@@ -321,7 +323,7 @@ impl Shared {
         self.next.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The next chunk, of about `wanted` runs. Waits while too many rows wait for an earlier one.
+    /// Takes the next chunk, of about `wanted` runs. Blocks while too many rows wait for an earlier one.
     fn take(&self, wanted: u64, interrupted: &AtomicBool) -> Option<std::ops::Range<u64>> {
         let mut next = self.next();
         loop {
@@ -333,7 +335,8 @@ impl Shared {
             }
             next = self.moved.wait_timeout(next, TICK).map_or_else(|error| error.into_inner().0, |of| of.0);
         }
-        // The last chunks are small, so that all workers are busy until the end, and no chunk is so large that its rows make others wait.
+        // The last chunks are small, so that all workers stay busy until the end, and no chunk is so large that its
+        // rows block others.
         let fair = (self.count - next.first).min(self.most_waiting).div_ceil(2 * self.jobs);
         let first = next.first;
         next.first += wanted.min(fair).max(1);
@@ -351,7 +354,7 @@ impl Shared {
     }
 }
 
-/// Hands on rows in their order.
+/// Delivers rows in order.
 fn deliver(batches: &Receiver<Result<Batch>>, shared: &Shared, sink: &mut dyn Sink) -> Result<()> {
     let (mut waiting, mut next) = (BTreeMap::new(), 0);
     loop {
@@ -368,14 +371,14 @@ fn deliver(batches: &Receiver<Result<Batch>>, shared: &Shared, sink: &mut dyn Si
             Err(RecvTimeoutError::Disconnected) => break,
         }
     }
-    // After an interruption.
+    // Only after an interruption.
     for batch in waiting.into_values() {
         batch.hand_on(sink)?;
     }
     Ok(())
 }
 
-/// Makes runs with one worker after the other.
+/// Makes runs with one worker after another.
 struct Maker<'a> {
     starter: &'a Starter,
     slot: &'a mut Slot,
@@ -398,13 +401,13 @@ impl Maker<'_> {
         Ok(())
     }
 
-    /// How many runs the next chunk should have.
+    /// The number of runs that the next chunk should have.
     fn wanted(&self) -> u64 {
         let Some(run) = self.slot.run else { return 1 };
         ((CHUNK.as_nanos() / run.as_nanos().max(1)) as u64).clamp(1, LARGEST_CHUNK)
     }
 
-    /// Makes a chunk of runs; `false` after an interruption.
+    /// Makes a chunk of runs; returns `false` after an interruption.
     fn chunk(&mut self, first: u64, mut points: Vec<Vec<f64>>) -> Result<bool> {
         let mut next = first;
         while !points.is_empty() {
@@ -416,7 +419,7 @@ impl Maker<'_> {
             if end == End::Interrupted {
                 return Ok(false);
             }
-            // The run is not known exactly: a few rows may not have been sent.
+            // It is not known exactly which run failed: a few rows may not have been sent.
             let lost = self.slot.run.map_or(64, |run| (2 * FLUSH).as_nanos() / run.as_nanos().max(1) + 1);
             let rest = points.split_off(usize::try_from(lost).unwrap_or(usize::MAX).min(points.len()));
             let mut listening = self.starter.start(true)?.0;
@@ -436,7 +439,7 @@ impl Maker<'_> {
         Ok(true)
     }
 
-    /// Keeps what an FMU has printed. It is no part of the run's row, whose bytes have to be the same each time.
+    /// Keeps what an FMU has printed. It is not part of the run's row, whose bytes must be reproducible.
     fn keep_printed(&self, run: u64, worker: &Worker, end: &End) {
         let lines = worker.printed();
         let mut printed = self.printed.lock().unwrap_or_else(PoisonError::into_inner);
@@ -447,11 +450,11 @@ impl Maker<'_> {
     }
 }
 
-/// Hands in the next rows.
+/// Sends the next rows to the receiving thread.
 fn hand_in(sender: &Sender<Result<Batch>>, next: &mut u64, rows: Vec<Row>) {
     let first = *next;
     *next += rows.len() as u64;
-    // Whoever does not listen any more has an error already, and stops the others.
+    // If nobody listens any more, there is an error already, which stops the others.
     let _ = sender.send(Ok(Batch { first, rows }));
 }
 

@@ -1,4 +1,4 @@
-//! A worker process as the main process sees it.
+//! A worker process as seen by the main process.
 
 use crate::experiment::{Detail, Gives};
 use crate::results::Row;
@@ -9,37 +9,37 @@ pub use host::child::{End, TICK};
 use run::master::Recording;
 use std::time::{Duration, Instant};
 
-/// How long FMUs may take to be unpacked, besides the limit: the machine is busy with the other workers.
+/// The time allowed for unpacking FMUs, in addition to the limit: the machine is busy with the other workers.
 const LOADING: Duration = Duration::from_secs(60);
 
-/// How to start workers.
+/// The parameters for starting workers.
 #[derive(Clone, Debug)]
 pub struct Starter {
-    /// How to start a process; its limit is for one run.
+    /// The parameters for starting a process; its time limit applies to one run.
     pub child: child::Starter,
     /// The job as JSON.
     pub job: String,
     /// The names of its members.
     pub members: Vec<String>,
-    /// Each run is made with new instances.
+    /// Whether each run uses new instances.
     pub renews: bool,
-    /// FMUs are called through their C interface, whatever they are.
+    /// Whether all FMUs are called through their C interface.
     pub exact_door: bool,
 }
 
 impl Starter {
-    /// Starts a worker, and waits until it has loaded the FMUs. What the FMUs of one that `listens` print is
-    /// kept, and each of its rows is sent at once.
+    /// Starts a worker, and waits until it has loaded the FMUs. If it `listens`, the output of the FMUs is kept and
+    /// each row is sent immediately.
     ///
     /// # Errors
-    /// What is wrong with the job or with an FMU.
+    /// The job or an FMU is faulty.
     pub fn start(&self, listens: bool) -> Result<(Worker, Ready)> {
-        // What FMUs print in thousands of runs is of no use, unless one crashes.
+        // The output of FMUs over thousands of runs is useless, unless one crashes.
         let mut worker = Worker(self.child.start(ROLE, if listens { Prints::Kept } else { Prints::Dropped })?);
         let Starter { renews, exact_door, .. } = *self;
         worker.0.send(&Request::Begin { job: self.job.clone(), is_prompt: listens, renews, exact_door });
         let (began, mut calls) = (Instant::now(), 0);
-        // A library may take as long to load as a run.
+        // Loading a library may take as long as a run.
         let reply = worker.0.receive(|witness| {
             let is_next = std::mem::replace(&mut calls, witness.calls()) != calls;
             is_next || witness.member().is_none() && began.elapsed() < LOADING
@@ -54,7 +54,7 @@ impl Starter {
     }
 }
 
-/// The recording of a run, and its figures, unless an FMU has ended it.
+/// The recording of a run, and its figures unless an FMU ended it.
 pub type Curve = (Recording, Option<Vec<f64>>);
 
 /// A worker process. It ends when this is dropped.
@@ -62,7 +62,7 @@ pub type Curve = (Recording, Option<Vec<f64>>);
 pub struct Worker(Process);
 
 impl Worker {
-    /// How it has ended, with the name of the FMU that was called.
+    /// How the process ended, with the name of the FMU that was being called.
     pub fn text(&self, end: &End, starter: &Starter) -> String {
         match end {
             End::Interrupted => "interrupted".into(),
@@ -73,8 +73,8 @@ impl Worker {
         }
     }
 
-    /// Makes runs. `each` gets the rows, whose points are taken from `points`. Gives why it has ended before there
-    /// was a row for each.
+    /// Makes runs. `each` receives the rows, whose points are removed from `points`. Returns why the process ended if
+    /// it did so before all rows were made.
     pub fn rows(&mut self, points: &mut Vec<Vec<f64>>, gives: Gives, mut each: impl FnMut(Vec<Row>)) -> Option<End> {
         self.0.send(&Request::Rows(points.clone(), gives));
         while !points.is_empty() {
@@ -90,10 +90,10 @@ impl Worker {
         None
     }
 
-    /// Makes a run with new instances and records it. Gives its figures as well, unless an FMU has ended it.
+    /// Makes a run with new instances and records it. Returns its figures as well, unless an FMU ended it.
     ///
     /// # Errors
-    /// Why the process has ended; in the result, what an FMU refuses.
+    /// The reason why the process ended; the inner error is a refusal by an FMU.
     pub fn curve(&mut self, point: &[f64], detail: Detail) -> Result<Result<Curve>, End> {
         self.0.send(&Request::Curve(point.to_vec(), detail));
         let mut recording: Option<Recording> = None;
@@ -113,10 +113,10 @@ impl Worker {
         }
     }
 
-    /// Finds out whether an instance that was reset computes what a new one does: what the user should know.
+    /// Checks whether a reset instance computes the same as a new one; returns a message for the user if not.
     ///
     /// # Errors
-    /// Why the process has ended.
+    /// The reason why the process ended.
     pub fn check_reset(&mut self) -> Result<Option<String>, End> {
         self.0.send(&Request::CheckReset);
         match self.reply()? {
@@ -125,7 +125,7 @@ impl Worker {
         }
     }
 
-    /// The last lines that the FMUs of a process have printed, which has ended and was started to listen.
+    /// The last output lines of the FMUs in a terminated process that was started to listen.
     pub fn printed(&self) -> Vec<String> {
         self.0.printed()
     }
@@ -146,7 +146,7 @@ mod tests {
     fn an_fmu_that_was_not_called_is_not_to_blame() {
         let folder = tempfile::tempdir().unwrap();
         let program = folder.path().join("panics");
-        // As Rust's programs end after a panic.
+        // The exit code of a Rust program after a panic.
         fs::write(&program, "#!/bin/sh\nexit 101\n").unwrap();
         fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
         let child = child::Starter { program, limit: Duration::from_secs(60), interrupted: Arc::default() };

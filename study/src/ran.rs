@@ -1,4 +1,4 @@
-//! What a study has run, for its page and its file for programs: the loop, its FMUs, and what all runs have in common.
+//! What a study has run, for its page and `summary.json`: the loop, its FMUs, and what all runs have in common.
 
 use crate::experiment::Experiment;
 use crate::hash;
@@ -10,30 +10,30 @@ use modeldescription::digits::short;
 use run::system::{Setting, System, Value, own_name};
 use serde::Serialize;
 
-/// What all runs of a study have in common.
+/// The properties common to all runs of a study.
 #[derive(Clone, Debug, Default, Serialize, PartialEq)]
 pub struct Ran {
     /// The version of this program.
     pub plcfmu: String,
-    /// The file of the loop's description, without its folder.
+    /// The file name of the loop's description.
     #[serde(rename = "loop")]
     pub description: String,
-    /// When a run begins, in seconds.
+    /// The start time of a run, in seconds.
     pub start: f64,
-    /// When it ends.
+    /// The end time of a run, in seconds.
     pub stop: f64,
-    /// The time between two exchanges of values.
+    /// The communication step, in seconds.
     pub step: f64,
     /// The FMUs.
     pub fmus: Vec<RanFmu>,
-    /// The folder of the FMUs, from that of the study's file, if it was named.
+    /// The folder of the FMUs, relative to that of the study's file, if one was given.
     #[serde(skip)]
     pub folder: Option<String>,
-    /// What is set at the start, where no axis sets it.
+    /// The settings at the start, except those of axes.
     pub settings: Vec<Set>,
-    /// What is set later.
+    /// The settings at later times.
     pub events: Vec<Set>,
-    /// From which output to which input.
+    /// The connections, from output to input.
     pub connections: Vec<(String, String)>,
 }
 
@@ -44,30 +44,30 @@ pub struct RanFmu {
     pub name: String,
     /// The model's name.
     pub model: String,
-    /// The model's version, if it says one.
+    /// The model's version, if declared.
     pub version: Option<String>,
-    /// The tool that made it, if it says one.
+    /// The tool that generated it, if declared.
     pub tool: Option<String>,
-    /// The SHA-256 of its file in hexadecimal digits.
+    /// The SHA-256 hash of its file in hexadecimal.
     pub sha256: String,
 }
 
-/// A value that is set.
+/// A setting of a variable.
 #[derive(Clone, Debug, Default, Serialize, PartialEq)]
 pub struct Set {
     /// `FMU.VARIABLE`
     pub variable: String,
     /// The value as text.
     pub value: String,
-    /// Its unit, if the FMU names one.
+    /// Its unit, if the FMU declares one.
     pub unit: Option<String>,
-    /// When, in seconds.
+    /// The time in seconds; `None` for the start.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<f64>,
 }
 
 impl Ran {
-    /// What a study that was read has run.
+    /// Collects the properties of a study that was read.
     ///
     /// # Errors
     /// An FMU cannot be read.

@@ -26,47 +26,47 @@ use serde::Deserialize;
 use std::path::{Component, Path, PathBuf};
 use toml::{Spanned, Table};
 
-/// How many samples there may be.
+/// The permitted number of samples.
 const SAMPLES: std::ops::RangeInclusive<u64> = 1..=1_000_000_000;
 
-/// What the kinds of values of an axis look like.
+/// The ways to specify an axis' values, for messages.
 const KINDS: &str = "values = [...], range, uniform, normal, log_normal or triangular";
 
-/// What a study.toml says.
+/// The contents of a study.toml.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
-    /// The name of the study: that of its file, without the extension.
+    /// The name of the study: its file name without extension.
     pub name: String,
-    /// The name of the loop's file, without its folder.
+    /// The file name of the loop.
     pub description: String,
-    /// What to run.
+    /// The job to run.
     pub job: Job,
-    /// The folder of the FMUs, from that of the file, if it was named.
+    /// The folder of the FMUs, relative to that of the file, if one was given.
     pub fmus: Option<String>,
     /// Its table `[tune]`, for `plcfmu tune-study`.
     pub tune: Option<Table>,
-    /// The axes whose rows are those of a file, by their numbers.
+    /// The axes whose rows come from a file, by index.
     pub tables: Vec<(usize, Rows)>,
-    /// Whether each run needs new instances; not known for a file that a user has written.
+    /// Whether each run needs new instances; unknown for a file written by a user.
     pub renews: Option<bool>,
-    /// Where what an error may be about is in the file.
+    /// The parts of the file that an error may be about, with their locations.
     pub places: Vec<Part>,
 }
 
 /// A part of a study's file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
-    /// How errors about it begin.
+    /// The beginning of error messages about it.
     begins: String,
-    /// What they name; anything if it is empty.
+    /// The name contained in such messages; any if empty.
     names: String,
     place: Place,
-    /// The file that the place names, if the error is about what is in there.
+    /// The file referenced there, if the error is about its contents.
     file: Option<String>,
 }
 
 impl Reading {
-    /// An error with the place of what it is about in front, or with the name of the file if that is not known.
+    /// Prefixes an error with the location of its subject, or with the name of the file if that is unknown.
     pub fn located(&self, error: anyhow::Error, path: &Path) -> anyhow::Error {
         located(&self.places, error, path)
     }
@@ -74,9 +74,9 @@ impl Reading {
 
 fn located(places: &[Part], error: anyhow::Error, path: &Path) -> anyhow::Error {
     let (text, shown) = (format!("{error:#}"), path.display().to_string());
-    // The place of a part of the loop's file, for example.
+    // Already located, for example in the loop's file.
     let has_place = |start: &str| start.rsplitn(3, ':').take(2).all(|number| number.parse::<usize>().is_ok());
-    // What is wrong with this program is nowhere in the file.
+    // Errors of this program itself have no location in the file.
     if text.starts_with(OWN) || text.starts_with(&shown) || text.split(": ").next().is_some_and(has_place) {
         return error;
     }
@@ -107,7 +107,7 @@ fn places(reader: &Reader, path: &Path, content: &Content, axes: &[Axis]) -> Vec
         }
         parts.extend(of.time.iter().map(|time| part(&label, "cannot be set at", time.span())));
         if let Some(file) = &of.file {
-            // Whatever is wrong with such an axis, is wrong with what the file has.
+            // Any problem with such an axis is a problem with the contents of its file.
             let shown = path.with_file_name(file.get_ref()).display().to_string();
             parts.push(Part { file: Some(shown), ..part(&format!("{label}: "), "", file.span()) });
         }
@@ -128,7 +128,7 @@ fn places(reader: &Reader, path: &Path, content: &Content, axes: &[Axis]) -> Vec
     let limits = content.limits.iter().map(|of| ("limits", &of.get_ref().variable, of.span()));
     for (begins, variable, span) in values.chain(limits) {
         parts.push(part(begins, variable, span.clone()));
-        // An error may name the FMU and its variable one after the other.
+        // An error may name the FMU and its variable separately.
         parts.extend(variable.split_once('.').map(|(_, own)| part(begins, own, span)));
     }
     for (key, begins, names) in [
@@ -143,7 +143,7 @@ fn places(reader: &Reader, path: &Path, content: &Content, axes: &[Axis]) -> Vec
     parts.extend(content.tune.iter().map(|of| part("[tune]", "", of.span())));
     parts.extend(content.tune.iter().map(|of| part(SENSITIVITY, "", of.span())));
     for Word { text: word, place, is_key } in reader.words("tune") {
-        // What is given says more of the place than its key.
+        // The value is a more precise location than its key.
         let begins = if is_key { "[tune]" } else { "[tune]: " }.to_string();
         if let Some((_, own)) = word.split_once('.') {
             parts.push(Part { begins: begins.clone(), names: own.into(), place: place.clone(), file: None });
@@ -154,12 +154,12 @@ fn places(reader: &Reader, path: &Path, content: &Content, axes: &[Axis]) -> Vec
         }
         parts.push(Part { begins, names: word, place, file: None });
     }
-    // Whatever else is wrong comes with the loop.
+    // Any other problem comes from the loop.
     parts.extend(content.description.iter().map(|of| part("", "", of.span())));
     parts
 }
 
-/// What the file may hold.
+/// The grammar of the file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Content {
@@ -219,7 +219,7 @@ struct AxisOf {
 }
 
 impl AxisOf {
-    /// The kinds of values that it has, but for a list, with their keys.
+    /// The keys of its values, except lists, with their tables.
     fn tables(&self) -> Vec<(&'static str, &Spanned<Table>)> {
         let tables = [
             ("range", &self.range),
@@ -232,11 +232,11 @@ impl AxisOf {
     }
 }
 
-/// Reads a study from a file. The path of the loop is relative to the folder of the file, those of FMUs as for
-/// [`file::read`].
+/// Reads a study from a file. The path of the loop is relative to the folder of the file, those of FMUs are resolved as
+/// in [`file::read`].
 ///
 /// # Errors
-/// What is wrong, with file, line and column.
+/// The file is faulty; the message gives file, line and column.
 pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Result<Reading> {
     let reader = Reader::open(path, fmus, parameters)?;
     let content: Content = reader.content()?;
@@ -302,8 +302,8 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
     Ok(Reading { name, description, fmus, job: Job { system, study }, tune, tables, renews: None, places })
 }
 
-/// A path from a folder: the same on each machine where both lie in the same way. As it is given if they are not there, or have no folder
-/// in common.
+/// A path relative to a folder, so that it is the same on each machine with the same relative layout. Unchanged if
+/// either does not exist, or if they have no common parent.
 fn relative(path: &Path, folder: &Path) -> String {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let from_folder = || {
@@ -313,11 +313,11 @@ fn relative(path: &Path, folder: &Path) -> String {
         let found: PathBuf = up.chain(path.components().skip(common)).collect();
         (common > 0).then(|| if found.as_os_str().is_empty() { PathBuf::from(".") } else { found })
     };
-    // With / on every platform.
+    // Use `/` on every platform.
     from_folder().unwrap_or_else(|| path.to_path_buf()).display().to_string().replace('\\', "/")
 }
 
-/// The system of a study's loop.
+/// Reads the loop of a study.
 fn description(reader: &Reader, path: &Path, fmus: Option<&Path>, file: Option<&Spanned<String>>) -> Result<System> {
     let shown = path.display();
     let file = file.with_context(|| {
@@ -347,7 +347,7 @@ fn correlation(reader: &Reader, of: &CorrelationOf) -> Result<Correlation> {
     Ok(Correlation { variables: pair, rank: of.rank })
 }
 
-/// Puts settings in the place of those of the same variable and time.
+/// Replaces settings of the same variable and time, or adds them.
 fn replace(settings: &mut Vec<Setting>, by: Vec<Setting>) {
     let is_replaced = |of: &Setting| {
         by.iter().any(|other| !of.is_preliminary && of.variable == other.variable && of.time == other.time)
@@ -388,7 +388,7 @@ fn axis(reader: &Reader, axis: &Spanned<AxisOf>) -> Result<Axis> {
     Ok(Axis { variables, time, relative: axis.relative, whole, group, names: Vec::new(), along })
 }
 
-/// An axis whose rows are in a file.
+/// An axis whose rows come from a file.
 fn of_file(
     reader: &Reader,
     path: &Path,

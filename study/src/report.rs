@@ -1,5 +1,5 @@
-//! What a study writes of its results: a page, a file for programs, pictures, and the text of the command. None of it says
-//! when or on which machine the runs were made, so that the same study gives the same bytes everywhere.
+//! Writes the results of a study: a page, a JSON file, pictures, and the text that the command prints. None of it
+//! contains the time or the machine of the runs, so that the same study yields the same bytes everywhere.
 
 mod what;
 
@@ -33,45 +33,45 @@ use std::path::Path;
 use std::thread;
 use what::{AxisPart, RanPart, axis_part, correlation_text, is_sampled};
 
-/// This many for figures that are not the main one.
+/// The number of runs shown for figures other than the main one.
 const FEW_RUNS: usize = 3;
 
-/// What a report is of.
+/// The contents of a report.
 #[derive(Clone, Copy, Debug)]
 pub struct Report<'a> {
     /// The study's name.
     pub name: &'a str,
-    /// What was run.
+    /// The job that was run.
     pub job: &'a Job,
     /// What the results depend on, from [`fingerprint`](super::fingerprint).
     pub fingerprint: &'a str,
     /// The table with the runs.
     pub table: &'a Table,
-    /// What all runs have in common.
+    /// The properties common to all runs.
     pub ran: &'a Ran,
     /// The loop's signals, `FMU.VARIABLE`.
     pub signals: &'a Signals,
-    /// What disturbs the loop.
+    /// The disturbances of the loop.
     pub disturbances: &'a [Set],
-    /// What the runs came to.
+    /// The results of the runs.
     pub results: &'a Results,
-    /// What they came to together.
+    /// The summary of the results.
     pub summary: &'a Summary,
-    /// The number of the main figure's column, from [`main_figure`].
+    /// The index of the main figure's column, from [`main_figure`].
     pub main: Option<usize>,
-    /// What was expected, and what came of it.
+    /// The expectations, with their verdicts.
     pub verdicts: &'a [(Expectation, Verdict)],
-    /// The curves of runs, at least of those that are wanted by [`curves_wanted`], by their numbers.
+    /// The curves of runs, by index; includes at least those of [`curves_wanted`].
     pub curves: &'a [(u64, Recording)],
-    /// Between which values most runs are, if that is known.
+    /// The envelope of most runs, if known.
     pub envelope: Option<&'a Envelope>,
 }
 
-/// The figure by which curves are chosen and points coloured: the study's, else `iae`, else the first. None if
+/// The figure used for selecting curves and colouring points: the study's choice, else `iae`, else the first. `None` if
 /// there are no figures.
 ///
 /// # Errors
-/// The study has no such figure.
+/// The figure chosen by the study does not exist.
 pub fn main_figure(job: &Job, figures: &[Quantity]) -> Result<Option<usize>> {
     let find = |name: &str| figures.iter().position(|figure| figure.name == name);
     let Some(main) = &job.study.main else {
@@ -89,7 +89,7 @@ pub fn main_figure(job: &Job, figures: &[Quantity]) -> Result<Option<usize>> {
     }
 }
 
-/// The runs whose curves a report shows, each once: the worst, the one in the middle and the best.
+/// The runs whose curves a report shows, without duplicates: the worst, the middle and the best.
 pub fn curves_wanted(summary: &Summary, main: Option<usize>) -> Vec<u64> {
     let mut wanted = Vec::new();
     for (_, run) in main.map(|main| chosen(&summary.figures[main])).unwrap_or_default() {
@@ -106,8 +106,8 @@ fn chosen(of: &Distribution) -> Vec<(&'static str, u64)> {
     named.into_iter().filter_map(|(name, run)| Some((name, run?))).collect()
 }
 
-/// Writes `summary.json`, `summary.html` and the folder `pictures`, each file beside its place and renamed. Gives a sentence for
-/// each picture that cannot be drawn or written: it costs nothing but itself.
+/// Writes `summary.json`, `summary.html` and the folder `pictures`, each file via a temporary one that is renamed.
+/// Returns a sentence for each picture that could not be drawn or written, which is not an error.
 ///
 /// # Errors
 /// `summary.json` or `summary.html` cannot be written.
@@ -125,7 +125,7 @@ pub fn write(folder: &Path, report: &Report) -> Result<Vec<String>> {
     Ok(problems)
 }
 
-/// Each picture as a PNG. Nothing else in a report takes as long, so all cores draw.
+/// Renders each picture as PNG. This is the slowest part of a report, so it uses all cores.
 fn drawn(pictures: &[Picture]) -> Vec<Result<Vec<u8>>> {
     let cores = thread::available_parallelism().map_or(1, NonZero::get);
     let draw = |part: &[Picture]| part.iter().map(|picture| picture::png(&picture.svg)).collect::<Vec<_>>();
@@ -138,15 +138,15 @@ fn drawn(pictures: &[Picture]) -> Vec<Result<Vec<u8>>> {
 
 /// A picture of a report.
 struct Picture {
-    /// The name of its files without the ending.
+    /// Its file name without extension.
     name: String,
-    /// The figure that it shows the distribution of.
+    /// The figure whose distribution it shows.
     figure: Option<usize>,
     svg: String,
 }
 
-/// All pictures that can be drawn: the curves and the scatter plot of the main figure, then the histograms. And a sentence for each of
-/// the others.
+/// All pictures that can be drawn: the curves and the scatter plot of the main figure, then the histograms. Also a
+/// sentence for each one that cannot.
 fn pictures(report: &Report) -> Result<(Vec<Picture>, Vec<String>)> {
     let mut drawn: Vec<(String, Option<usize>, Result<Option<String>>)> = Vec::new();
     if let Some(main) = report.main {
@@ -186,7 +186,7 @@ fn pictures(report: &Report) -> Result<(Vec<Picture>, Vec<String>)> {
     }
     let (mut names, mut problems) = (BTreeSet::new(), Vec::new());
     let picture = |(mut name, figure, svg): (String, Option<usize>, Result<Option<String>>)| {
-        // Two names that differ in signs which a file's name cannot have.
+        // Two names may differ only in characters that file names cannot contain.
         while !names.insert(name.to_lowercase()) {
             name.push('_');
         }
@@ -200,17 +200,17 @@ fn pictures(report: &Report) -> Result<(Vec<Picture>, Vec<String>)> {
     Ok((pictures, problems))
 }
 
-/// The bounds that are expected of each run's figure.
+/// The bounds that a figure is expected to respect in each run.
 fn limits(report: &Report, figure: usize) -> Vec<Mark> {
     let own = report.verdicts.iter().filter(|(of, _)| of.figure == figure && of.of == Of::Each);
     own.map(|(of, _)| Mark { at: of.bound, text: of.text.clone(), is_limit: true }).collect()
 }
 
-/// How the axes of the coordinates are drawn.
+/// How the coordinates are drawn as axes.
 fn coordinates(report: &Report) -> Vec<Coordinate> {
     let has_ratios = |along: &Along| matches!(along, Along::Range { logarithmic: true, .. } | Along::LogNormal { .. });
     let coordinate = |of: &Quantity| {
-        // A value that is set later is named FMU.VARIABLE@SECONDS.
+        // A value set later is named FMU.VARIABLE@SECONDS.
         let name = of.name.split('@').next().unwrap_or_default();
         let is_own = |axis: &&Axis| axis.variables.iter().any(|of| of == name);
         let axes = report.job.study.axes.iter().filter(is_own);
@@ -222,7 +222,7 @@ fn coordinates(report: &Report) -> Vec<Coordinate> {
     report.results.coordinates.iter().map(coordinate).collect()
 }
 
-/// A name that every file system takes.
+/// A name that is valid in every file system.
 fn file_name(name: &str) -> String {
     let kept = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '.' | '-' | '_');
     name.chars().map(|letter| if kept(letter) { letter } else { '_' }).collect()
@@ -236,12 +236,12 @@ pub(crate) fn printable(text: &str) -> String {
     text.chars().map(|letter| if is_forbidden(letter) { '\u{fffd}' } else { letter }).collect()
 }
 
-/// A text with units, as the page shows it: with °C, as the pictures.
+/// A text as the page shows it, with units such as °C, as in the pictures.
 fn seen(text: &str) -> String {
     printable(&units::shown(text))
 }
 
-/// The first ten of `count` runs with what is to be said of them, and their settings.
+/// The first ten of `count` runs, each with a remark and its settings.
 pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item = (u64, String)>) -> Result<String> {
     let mut text = String::new();
     for (run, reason) in runs.take(MOST_RUNS) {
@@ -259,19 +259,19 @@ pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item =
     Ok(text)
 }
 
-/// Whether a file has the name of a picture of a study.
+/// Whether a file name is that of a study's picture.
 pub fn is_picture(name: &str) -> bool {
     let stem = name.strip_suffix(".svg").or_else(|| name.strip_suffix(".png"));
     stem.is_some_and(|stem| ["curves", "scatter", "tornado"].contains(&stem) || stem.starts_with("histogram_"))
 }
 
-/// What a run was given: `FURNACE.GAIN = 1.2, PID.TI = 20 s`.
+/// The settings of a run: `FURNACE.GAIN = 1.2, PID.TI = 20 s`.
 fn settings(results: &Results, run: u64) -> Result<String> {
     let setting = |(of, value): (&Quantity, f64)| format!("{} = {}", of.name, with_unit(value, of));
     Ok(results.coordinates.iter().zip(results.point(run)?).map(setting).collect::<Vec<_>>().join(", "))
 }
 
-/// Runs by their numbers: `run 1`, `runs 1, 2, 3 and 7 more`.
+/// A list of runs by number: `run 1`, `runs 1, 2, 3 and 7 more`.
 fn numbers(runs: &[u64], count: u64) -> String {
     let named = runs.iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
     let run = if count == 1 { "run" } else { "runs" };
@@ -282,14 +282,14 @@ fn numbers(runs: &[u64], count: u64) -> String {
 }
 
 impl Report<'_> {
-    /// The share of runs that meet something.
+    /// The share of runs that meet a condition.
     fn share(&self, of: &str, hits: u64) -> Yield {
         let runs = self.summary.runs;
         let interval = if self.job.study.is_independent() { interval::share(hits, runs) } else { None };
         Yield { of: of.into(), hits, share: hits as f64 / runs.max(1) as f64, interval }
     }
 
-    /// A figure of a run.
+    /// The value of a figure in a run.
     fn value(&self, figure: usize, run: u64) -> Result<f64> {
         Ok(self.results.figures_of(run)?[figure])
     }
@@ -305,7 +305,7 @@ impl Report<'_> {
         .collect()
     }
 
-    /// Sobol's indices of a figure, by the axes with a distribution; none if the study is not made for them.
+    /// The Sobol indices of a figure for each axis with a distribution; `None` if the study is not sampled for them.
     fn indices(&self, figure: usize) -> Result<Option<Vec<(String, Index)>>> {
         let study = &self.job.study;
         if study.sampling != Sampling::Saltelli {
@@ -317,7 +317,7 @@ impl Report<'_> {
         Ok(indices.map(|indices| names.into_iter().zip(indices).collect()))
     }
 
-    /// What is wrong with the runs that failed, a sentence; none if no run failed.
+    /// A sentence on the runs that failed; `None` if none failed.
     pub(crate) fn failure_text(&self) -> Option<String> {
         let summary = self.summary;
         let first = summary.failures.first()?;
@@ -327,7 +327,7 @@ impl Report<'_> {
     }
 }
 
-/// What the command prints: the percentiles, what failed, and the verdicts.
+/// The output of the command: the percentiles, the failures and the verdicts.
 ///
 /// # Errors
 /// The results of a large study cannot be read.
@@ -396,7 +396,7 @@ pub fn text(report: &Report) -> Result<String> {
     Ok(printable(&text))
 }
 
-/// Writes rows of cells, the first column to the left, the others to the right.
+/// Writes rows of cells, the first column left-aligned, the others right-aligned.
 fn write_table<const N: usize>(text: &mut String, rows: &[[String; N]]) {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: [usize; N] = std::array::from_fn(width);
@@ -409,7 +409,7 @@ fn write_table<const N: usize>(text: &mut String, rows: &[[String; N]]) {
     }
 }
 
-/// A value of a figure in a table: with the digits that its spread justifies, and six at most.
+/// A figure's value in a table: with as many digits as its spread justifies, at most six.
 fn number(of: &Distribution, value: f64) -> String {
     shorter(pictures::told_bare(of, value), short(value))
 }
@@ -418,7 +418,8 @@ fn shorter(one: String, other: String) -> String {
     if other.len() < one.len() { other } else { one }
 }
 
-/// Which runs did not fail and yet have no such figure, and in which it is infinite: neither counts in what is said of the others.
+/// Sentences on the runs that did not fail and yet lack a figure, and on those in which it is infinite: both are
+/// excluded from the statistics.
 fn absent_texts(report: &Report, column: usize) -> Result<Vec<String>> {
     let (summary, of) = (report.summary, &report.summary.figures[column]);
     let values = report.results.figure(column)?;
@@ -436,7 +437,7 @@ fn absent_texts(report: &Report, column: usize) -> Result<Vec<String>> {
     Ok(absent.into_iter().chain(infinite).collect())
 }
 
-/// Names with values, in their order.
+/// Ordered pairs of name and value, serialized as an object.
 struct Pairs<T>(Vec<(String, T)>);
 
 impl<T: Serialize> Serialize for Pairs<T> {
@@ -445,16 +446,16 @@ impl<T: Serialize> Serialize for Pairs<T> {
     }
 }
 
-/// The share of runs that meet something.
+/// The share of runs that meet a condition.
 #[derive(Debug, Serialize)]
 struct Yield {
     #[serde(skip)]
     of: String,
-    /// How many they are.
+    /// The number of these runs.
     hits: u64,
-    /// The share of all runs, from 0 to 1.
+    /// Their share of all runs, from 0 to 1.
     share: f64,
-    /// The interval that holds the share of all machines with 95 % confidence; only of independent samples.
+    /// The 95 % confidence interval of the share among all machines; only for independent samples.
     interval: Option<(f64, f64)>,
 }
 
@@ -470,7 +471,7 @@ impl Yield {
     }
 }
 
-/// `summary.json`.
+/// The contents of `summary.json`.
 #[derive(Serialize)]
 struct Document<'a> {
     study: &'a str,
@@ -482,7 +483,7 @@ struct Document<'a> {
     failed: u64,
     failures: &'a [crate::summary::Failure],
     axes: &'a [Axis],
-    /// Which distributions depend on each other.
+    /// The rank correlations between distributions.
     #[serde(skip_serializing_if = "<[Correlation]>::is_empty")]
     correlations: &'a [Correlation],
     samples: u64,
@@ -492,7 +493,7 @@ struct Document<'a> {
     main: Option<&'a str>,
     figures: Vec<FigureDocument<'a>>,
     expectations: Vec<ExpectationDocument<'a>>,
-    /// The runs whose variable stays within its limits.
+    /// The shares of runs whose variable stays within its limits.
     limits: Vec<Yield>,
 }
 
@@ -500,11 +501,11 @@ struct Document<'a> {
 struct FigureDocument<'a> {
     name: &'a str,
     unit: Option<&'a str>,
-    /// How many runs have it.
+    /// The number of runs that have it.
     count: u64,
     min: Option<f64>,
     percentiles: Pairs<f64>,
-    /// Intervals that hold the percentiles of all machines with 95 % confidence; only of independent samples.
+    /// The 95 % confidence intervals of the percentiles among all machines; only for independent samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     intervals: Option<Pairs<Option<(f64, f64)>>>,
     max: Option<f64>,
@@ -512,13 +513,13 @@ struct FigureDocument<'a> {
     deviation: Option<f64>,
     /// Spearman's rank correlation with each coordinate.
     correlations: Pairs<Option<f64>>,
-    /// Sobol's indices of each axis with a distribution.
+    /// The Sobol indices of each axis with a distribution.
     #[serde(skip_serializing_if = "Option::is_none")]
     sobol: Option<Pairs<Index>>,
     best: Option<RunDocument>,
     median: Option<RunDocument>,
     worst: Vec<RunDocument>,
-    /// Runs without it that have not failed.
+    /// The runs that lack it without having failed.
     absent: &'a [u64],
 }
 
@@ -533,18 +534,18 @@ struct RunDocument {
 struct ExpectationDocument<'a> {
     expectation: &'a str,
     met: bool,
-    /// Whether the runs are too few to decide.
+    /// Whether there are too few runs to decide.
     undecided: bool,
-    /// Of a percentile of samples, the ends of its interval; null where there are too few runs for an end.
+    /// The confidence interval of a percentile of samples; null for an end with too few runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     interval: Option<(f64, f64)>,
     problem: Option<&'a str>,
-    /// How many meet it, if it is of each run.
+    /// The share of runs that meet it, if it is about each run.
     #[serde(flatten)]
     share: Option<Yield>,
-    /// How many runs fail.
+    /// The number of runs that fail it.
     count: usize,
-    /// The first of them.
+    /// The first of these runs.
     runs: Vec<OffendingDocument>,
 }
 
@@ -555,7 +556,7 @@ struct OffendingDocument {
     settings: Pairs<f64>,
 }
 
-/// `summary.json`.
+/// Renders `summary.json`.
 fn json(report: &Report) -> Result<String> {
     let (study, summary, results) = (&report.job.study, report.summary, report.results);
     let settings = |run: u64| -> Result<Pairs<f64>> {
@@ -629,33 +630,33 @@ fn json(report: &Report) -> Result<String> {
     Ok(text)
 }
 
-/// What the page shows.
+/// The contents of the page.
 #[derive(Template)]
 #[template(path = "summary.html")]
 struct Page<'a> {
     name: String,
-    /// How many runs, and how many of them failed.
+    /// The number of runs, and of failed ones.
     about: String,
     expectations: Vec<ExpectationPart>,
-    /// SVG drawings of the main figure.
+    /// The SVG drawings of the main figure.
     pictures: Vec<&'a str>,
     main: Option<String>,
-    /// That it has the same value in all runs.
+    /// A sentence if it has the same value in all runs.
     constant: Option<String>,
     axes: Vec<AxisPart>,
-    /// How the axes correlate.
+    /// The correlations between axes.
     correlations: Option<String>,
     sampling: Option<String>,
     percents: Vec<String>,
     figures: Vec<FigurePart<'a>>,
     coordinates: Vec<String>,
-    /// Variables with limits, and the shares of runs within them.
+    /// The variables with limits, and the shares of runs within them.
     yields: Vec<(String, String)>,
-    /// Of each figure the intervals of the percentiles 5, 50 and 95.
+    /// For each figure, the intervals of the percentiles 5, 50 and 95.
     intervals: Vec<(String, [String; 3])>,
-    /// Whether the shares have intervals.
+    /// Whether the shares have confidence intervals.
     is_independent: bool,
-    /// The axes with Sobol's indices, and of each figure the indices of each.
+    /// The axes with Sobol indices and, for each figure, the indices for each axis.
     index_names: Vec<String>,
     indices: Vec<IndexRow>,
     /// Whether there is any rank correlation.
@@ -677,17 +678,17 @@ struct FigurePart<'a> {
     anchor: String,
     title: String,
     count: u64,
-    /// Least, percentiles, greatest, mean, deviation.
+    /// Minimum, percentiles, maximum, mean, standard deviation.
     numbers: Vec<String>,
     correlations: Vec<String>,
     absent: Vec<String>,
     histogram: Option<&'a str>,
-    /// What the worst runs have: the number, the figure, the settings.
+    /// The worst runs: number, figure, settings.
     worst: Vec<(u64, String, Vec<String>)>,
     is_lower_better: bool,
 }
 
-/// `summary.html`.
+/// Renders `summary.html`.
 fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
     let (study, summary, results) = (&report.job.study, report.summary, report.results);
     let mut about = runs_text(summary.runs);
@@ -778,10 +779,10 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
     Ok(page.render()?)
 }
 
-/// In place of an interval.
+/// Shown in place of an interval.
 const TOO_FEW: &str = "too few runs";
 
-/// Of each figure the intervals of the percentiles 5, 50 and 95.
+/// For each figure, the intervals of the percentiles 5, 50 and 95.
 fn intervals(report: &Report) -> Vec<(String, [String; 3])> {
     let row = |of: &Distribution| {
         let cells = interval_cells(of).map(|cell| cell.unwrap_or_else(|| TOO_FEW.into()));
@@ -791,22 +792,22 @@ fn intervals(report: &Report) -> Vec<(String, [String; 3])> {
     if report.job.study.is_independent() { figures.map(row).collect() } else { Vec::new() }
 }
 
-/// The intervals of the percentiles 5, 50 and 95; none for which there are too few runs.
+/// The intervals of the percentiles 5, 50 and 95; `None` for those with too few runs.
 fn interval_cells(of: &Distribution) -> [Option<String>; 3] {
     [5.0, 50.0, 95.0].map(|wanted| {
         let place = PERCENTS.iter().position(|percent| *percent == wanted)?;
         let (low, high) = (*of.intervals.get(place)?)?;
-        // The spread of the figure would make one number of both ends.
+        // Rounded by the figure's spread, both ends might become the same number.
         let ends = [low, high].map(|end| shorter(within(end, high - low), short(end)));
         let ends = if ends[0] == ends[1] { [low, high].map(|end| within(end, high - low)) } else { ends };
         Some(ends.join(" to "))
     })
 }
 
-/// A figure, and for each axis the first-order index and the total one.
+/// A figure and, for each axis, its first-order and total index.
 type IndexRow = (String, Vec<(String, String)>);
 
-/// Of each figure that varies in a study for Sobol's indices the indices of each axis: the first-order one and the total one.
+/// The first-order and total Sobol indices for each axis, for each figure that varies.
 fn indices(report: &Report) -> Result<Vec<IndexRow>> {
     let cell = |value: f64, error: f64| format!("{value:.2} ± {error:.2}");
     let cells = |of: Index| (cell(of.first, of.first_error), cell(of.total, of.total_error));

@@ -11,27 +11,27 @@ use std::path::Path;
 /// A column of the results.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
 pub struct Quantity {
-    /// Its name: `FMU.VARIABLE` or that of a figure.
+    /// Its name: `FMU.VARIABLE`, or that of a figure.
     pub name: String,
-    /// Its unit, if there is one.
+    /// Its unit, if it has one.
     pub unit: Option<String>,
 }
 
 /// The result of one run.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 pub struct Row {
-    /// A value for each figure of the experiment; NaN if it has no value.
+    /// A value for each figure of the experiment; NaN if missing.
     pub figures: Vec<f64>,
-    /// Why the run failed; then all figures are NaN.
+    /// The reason why the run failed, in which case all figures are NaN.
     pub error: Option<String>,
 }
 
-/// The names of the loops of a study with a table of loops.
+/// The named loops of a study's table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Loops {
-    /// The names, in the order of the table.
+    /// The names, in table order.
     pub names: Vec<String>,
-    /// This many successive runs are of the same loop; 1 or more.
+    /// The number of consecutive runs of the same loop; at least 1.
     pub runs: u64,
 }
 
@@ -42,54 +42,55 @@ impl Loops {
     }
 }
 
-/// At most this many values are kept in memory: 2 MB, and up to as much again for the room in which their lists grow.
+/// The maximum number of values kept in memory: 2 MB, and up to as much again for spare capacity.
 const MOST_VALUES: usize = 1 << 18;
 
-/// The rows of all runs, in their order. Those of a large study are in a file without a name, from which a column is read when it is
-/// needed: ask for it once, not for each run.
+/// The rows of all runs, in order. Those of a large study are in an unnamed file, from which a whole column is read on
+/// demand: request it once, not for each run.
 #[derive(Debug)]
 pub struct Results {
-    /// What the runs were given.
+    /// The coordinates.
     pub coordinates: Vec<Quantity>,
-    /// What they came to.
+    /// The figures.
     pub figures: Vec<Quantity>,
-    /// The points of the runs, then their figures.
+    /// The values: first the points of the runs, then the figures.
     columns: Columns,
-    /// The loops that the runs are of, if the study has a table of loops with names.
+    /// The loops of the runs, if the study has a table of named loops.
     pub loops: Option<Loops>,
-    /// Why runs failed, by their numbers.
+    /// The reasons for failed runs, by run.
     pub errors: BTreeMap<u64, String>,
 }
 
 impl Results {
-    /// Empty, with these columns.
+    /// Creates empty results with these columns.
     pub fn new(coordinates: Vec<Quantity>, figures: Vec<Quantity>) -> Results {
         let columns = Columns::new(coordinates.len() + figures.len(), MOST_VALUES, &std::env::temp_dir());
         Results { coordinates, figures, columns, loops: None, errors: BTreeMap::new() }
     }
 
-    /// The same, still empty, with the file in this folder instead of that of temporary files, which may be small or in memory.
+    /// Keeps the file in this folder instead of that for temporary files, which may be small or in memory. The results
+    /// must be empty.
     pub fn kept_in(self, folder: &Path) -> Results {
         self.within(MOST_VALUES, folder)
     }
 
-    /// The same with about this many values in memory at most.
+    /// Keeps at most about this many values in memory. The results must be empty.
     pub(crate) fn within(self, most: usize, folder: &Path) -> Results {
         Results { columns: Columns::new(self.width(), most, folder), ..self }
     }
 
-    /// Where the file is.
+    /// The folder of the file.
     pub(crate) fn folder(&self) -> &Path {
         self.columns.folder()
     }
 
-    /// Adds the next run.
+    /// Appends the next run.
     ///
     /// # Errors
-    /// No room for it in the folder of temporary files.
+    /// The folder for temporary files is full.
     ///
     /// # Panics
-    /// The point or the row has another number of values than there are columns.
+    /// The number of values in the point or the row differs from the number of columns.
     pub fn push(&mut self, point: &[f64], row: &Row) -> Result<()> {
         assert_eq!(point.len(), self.coordinates.len(), "a value for each coordinate");
         assert_eq!(row.figures.len(), self.figures.len(), "a value for each figure");
@@ -97,7 +98,7 @@ impl Results {
         self.columns.push(point.iter().chain(&row.figures).copied())
     }
 
-    /// How many runs there are.
+    /// The number of runs.
     pub fn count(&self) -> u64 {
         self.columns.count()
     }
@@ -110,7 +111,7 @@ impl Results {
         self.columns.row(run, 0..self.coordinates.len())
     }
 
-    /// The figures of a run; NaN where one has no value.
+    /// The figures of a run; NaN where one is missing.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -118,7 +119,7 @@ impl Results {
         self.columns.row(run, self.coordinates.len()..self.width())
     }
 
-    /// The values of a coordinate, by the number of its column, for all runs.
+    /// The values of a coordinate for all runs, by column index.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -126,7 +127,7 @@ impl Results {
         self.column(column, 0..self.count())
     }
 
-    /// The values of a figure, by the number of its column, for all runs.
+    /// The values of a figure for all runs, by column index.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -134,12 +135,12 @@ impl Results {
         self.column(self.coordinates.len() + column, 0..self.count())
     }
 
-    /// How many coordinates and figures there are.
+    /// The number of coordinates and figures.
     pub(crate) fn width(&self) -> usize {
         self.coordinates.len() + self.figures.len()
     }
 
-    /// The values of some runs, by the number of a column of the coordinates, which the figures follow.
+    /// The values of a range of runs, by column index, with the figures after the coordinates.
     ///
     /// # Errors
     /// The file cannot be read.

@@ -1,31 +1,32 @@
-//! The samples of the distributions: a function of the seed, the axis and the number of the sample alone.
+//! The samples of the distributions: a function only of the seed, the axis and the sample index.
 //!
-//! - Random: the samples of an axis are words of a ChaCha8 key stream, whose key is the seed and the axis; the number of the
-//!   sample is the position in the stream. An axis that is added after the others does not change their samples.
-//! - Latin hypercube (M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21, 1979): sample `s` of an axis lies in the
-//!   stratum `p(s)` of as many strata as there are samples, at a random place there. The permutation `p` is a Feistel network
-//!   with cycle walking (J. Black, P. Rogaway, "Ciphers with Arbitrary Finite Domains", CT-RSA 2002): nothing is stored, and
-//!   any sample is computed by itself.
-//! - Sobol: the sequence of the crate `sobol_burley` with Owen scrambling (B. Burley, "Practical Hash-based Owen Scrambling",
-//!   Journal of Computer Graphics Techniques 9, 2020); its first 2^16 samples in up to 256 dimensions.
-//! - Saltelli: this sequence with two dimensions for each axis, A and B; each of its samples has the runs of [`crate::sobol`].
+//! - Random: the samples of an axis are words of a ChaCha8 key stream, with a key made of seed and axis; the sample
+//!   index is the position in the stream. An axis appended after the others does not change their samples.
+//! - Latin hypercube (M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21, 1979): sample `s` of an axis lies at
+//!   a random position in stratum `p(s)`, with as many strata as samples. The permutation `p` is a Feistel network with
+//!   cycle walking (J. Black, P. Rogaway, "Ciphers with Arbitrary Finite Domains", CT-RSA 2002): nothing is stored, and
+//!   any sample is computed independently.
+//! - Sobol: the sequence of the crate `sobol_burley` with Owen scrambling (B. Burley, "Practical Hash-based Owen
+//!   Scrambling", Journal of Computer Graphics Techniques 9, 2020); its first 2^16 samples in up to 256 dimensions.
+//! - Saltelli: this sequence with two dimensions, A and B, for each axis; each sample has the runs listed in
+//!   [`crate::sobol`].
 
 use crate::Sampling;
 use crate::sobol::runs_of_sample;
 use chacha20::ChaCha8Rng;
 use chacha20::rand_core::{Rng, SeedableRng};
 
-/// How many samples a Sobol sequence has at most.
+/// The maximum number of samples in a Sobol sequence.
 pub const SOBOL_SAMPLES: u64 = 1 << 16;
-/// How many axes a Sobol sequence has at most.
+/// The maximum number of axes in a Sobol sequence.
 pub const SOBOL_AXES: usize = sobol_burley::NUM_DIMENSIONS as usize;
-/// No probability is less, and none is nearer to 1.
+/// The lowest probability, and the smallest distance from 1.
 pub const LEAST_PROBABILITY: f64 = f64::EPSILON / 2.0;
 
-/// What a key stream is for.
+/// The purpose of a key stream.
 #[derive(Clone, Copy)]
 enum Use {
-    /// The random part of samples.
+    /// The random part of a sample.
     Samples = 0,
     /// The order of the strata of a Latin hypercube.
     Permutation = 1,
@@ -33,7 +34,7 @@ enum Use {
     Scrambling = 2,
 }
 
-/// Gives the probabilities whose quantiles are the samples.
+/// Computes the probabilities whose quantiles are the samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sampler {
     seed: u64,
@@ -44,16 +45,16 @@ pub struct Sampler {
 #[derive(Clone, Debug, PartialEq)]
 enum Method {
     Random,
-    /// With the order of the strata for each axis.
+    /// The order of the strata for each axis.
     LatinHypercube(Vec<Permutation>),
-    /// With the seed of the scrambling.
+    /// The seed of the scrambling.
     Sobol(u32),
-    /// With the seed of the scrambling and the number of axes.
+    /// The seed of the scrambling, and the number of axes.
     Saltelli(u32, usize),
 }
 
 impl Sampler {
-    /// For this many samples, 1 to 10^9, of this many distributions.
+    /// Creates a sampler for `samples` samples, 1 to 10^9, of `axes` distributions.
     pub fn new(sampling: Sampling, seed: u64, samples: u64, axes: usize) -> Sampler {
         let permutation = |axis| Permutation::new(seed, axis, samples);
         let method = match sampling {
@@ -65,17 +66,18 @@ impl Sampler {
         Sampler { seed, samples, method }
     }
 
-    /// The probability of a sample on an axis, from [`LEAST_PROBABILITY`] to 1 - `LEAST_PROBABILITY`. Only axes with a distribution count.
+    /// The probability of a sample on an axis, from [`LEAST_PROBABILITY`] to 1 - `LEAST_PROBABILITY`. Only axes with a
+    /// distribution are counted.
     ///
     /// # Panics
-    /// No such sample or axis.
+    /// The sample or axis does not exist.
     pub fn probability(&self, axis: usize, sample: u64) -> f64 {
         assert!(sample < self.samples, "there are {} samples, not {sample}", self.samples);
         match &self.method {
             Method::Random => centered(self.bits(axis, sample), 52),
             Method::LatinHypercube(permutations) => {
                 let stratum = permutations[axis].of(sample) as f64;
-                // Stratum and place together have 53 bits at most, so that their sum is exact.
+                // Stratum and position together have at most 53 bits, so that their sum is exact.
                 (stratum + centered(self.bits(axis, sample), 22)) / self.samples as f64
             }
             Method::Sobol(seed) => sobol(*seed, sample, axis),
@@ -96,7 +98,7 @@ impl Sampler {
     }
 }
 
-/// A number of the Sobol sequence. The crate's are multiples of 2^-23: the middle of the interval that each stands for.
+/// A number of the Sobol sequence: the middle of the interval of width 2^-23 that the crate's number stands for.
 fn sobol(seed: u32, sample: u64, dimension: usize) -> f64 {
     f64::from(sobol_burley::sample(sample as u32, dimension as u32, seed)) + 0.5 / f64::from(1 << 23)
 }
@@ -110,34 +112,35 @@ fn stream(seed: u64, axis: usize, purpose: Use) -> ChaCha8Rng {
     ChaCha8Rng::from_seed(key)
 }
 
-/// A number above 0 and below 1 from the highest of 64 bits: the middle of one of 2^count intervals.
+/// A number between 0 and 1, exclusive, from the highest `count` of 64 bits: the middle of one of 2^count intervals.
 fn centered(bits: u64, count: u32) -> f64 {
     ((bits >> (64 - count)) as f64 + 0.5) / (1_u64 << count) as f64
 }
 
-/// How many rounds the network has.
+/// The number of rounds in the Feistel network.
 const ROUNDS: usize = 8;
 
 /// A permutation of the numbers below `count`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Permutation {
     count: u64,
-    /// How many bits each half of a number has.
+    /// The number of bits in each half of a number.
     half: u32,
     keys: [u64; ROUNDS],
 }
 
 impl Permutation {
-    /// One of many, by the seed and the number of an axis.
+    /// Creates the permutation for a seed and an axis.
     pub fn new(seed: u64, axis: usize, count: u64) -> Permutation {
         let bits = u64::BITS - count.saturating_sub(1).leading_zeros();
         let mut stream = stream(seed, axis, Use::Permutation);
         Permutation { count, half: bits.div_ceil(2).max(1), keys: std::array::from_fn(|_| stream.next_u64()) }
     }
 
-    /// Where a number below `count` goes.
+    /// The image of a number below `count`.
     pub fn of(&self, number: u64) -> u64 {
-        // The network permutes the numbers below a power of 4. Walking its cycle on until it is below `count` again permutes those.
+        // The network permutes the numbers below a power of 4. Following its cycle until a number is below `count`
+        // again permutes those below `count`.
         let mut number = self.network(number);
         while number >= self.count {
             number = self.network(number);

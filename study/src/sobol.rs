@@ -1,40 +1,40 @@
-//! The axes that cause a figure's variance: Sobol's indices, from a study with `sampling = "saltelli"`.
+//! The axes that cause a figure's variance: Sobol indices, from a study with `sampling = "saltelli"`.
 //!
-//! The *first-order index* of an axis is the share of the variance that its value alone explains. The *total index* adds all that it does
-//! together with other axes: where it is above the first-order index, the axes interact, and a rank correlation does not show it.
+//! The *first-order index* of an axis is the share of the variance that its value alone explains. The *total index*
+//! adds the effects of its interactions with other axes: where it exceeds the first-order index, the axes interact,
+//! which a rank correlation does not show.
 //!
-//! The runs are those of A. Saltelli and others, "Variance based sensitivity analysis of model output. Design and estimator for the
-//! total sensitivity index", Computer Physics Communications 181 (2010), pages 259 to 270. For each base sample there are d + 2
-//! runs with d axes: A, then for each axis A with the axis' value of B, then B. The estimators are (b) and (f) of its table 2; (f) is
-//! that of M. J. W. Jansen (1999).
+//! The runs follow A. Saltelli and others, "Variance based sensitivity analysis of model output. Design and estimator
+//! for the total sensitivity index", Computer Physics Communications 181 (2010), pages 259 to 270. With d axes, each
+//! base sample has d + 2 runs: A, then for each axis A with the axis' value of B, then B. The estimators are (b) and
+//! (f) in its table 2; (f) is due to M. J. W. Jansen (1999).
 
 use crate::results::Results;
 use anyhow::Result;
 use serde::Serialize;
 
-/// How far the end of a 95 % interval is from its middle, in standard deviations.
+/// The half-width of a 95 % confidence interval, in standard deviations.
 const NORMAL: f64 = 1.96;
 
 /// The indices of an axis.
 #[derive(Clone, Copy, Debug, Default, Serialize, PartialEq)]
 pub struct Index {
-    /// The share of the variance that its value alone explains, from 0 to 1; the estimate may be a little outside.
+    /// The share of the variance that its value alone explains, from 0 to 1; the estimate may lie slightly outside.
     pub first: f64,
-    /// Half the width of the interval that holds the true value with 95 % confidence.
+    /// The half-width of its 95 % confidence interval.
     pub first_error: f64,
-    /// The same with all that it does together with other axes.
+    /// The share of the variance that it explains including its interactions with other axes.
     pub total: f64,
-    /// As `first_error`.
+    /// The half-width of its 95 % confidence interval.
     pub total_error: f64,
 }
 
-/// How many runs a base sample has.
+/// The number of runs per base sample.
 pub fn runs_of_sample(axes: usize) -> u64 {
     axes as u64 + 2
 }
 
-/// The indices of each axis for a figure, by the number of its column; `None` if it does not vary, or if a run has no
-/// value.
+/// The indices of each axis for a figure, by column index; `None` if the figure does not vary, or if a run lacks it.
 ///
 /// # Errors
 /// The results of a large study cannot be read.
@@ -50,13 +50,14 @@ fn of_values(values: &[f64], axes: usize) -> Option<Vec<Index>> {
     }
     let count = samples.len() as f64;
     let mean = samples.iter().map(|of| of[0] + of[width - 1]).sum::<f64>() / (2.0 * count);
-    // What a sample adds to the variance.
+    // The contribution of a sample to the variance.
     let spread = |of: &[f64]| ((of[0] - mean).powi(2) + (of[width - 1] - mean).powi(2)) / 2.0;
     let variance = samples.iter().map(|of| spread(of)).sum::<f64>() / count;
     if variance <= 0.0 || !variance.is_finite() {
         return None;
     }
-    // A ratio of two means, with its standard deviation (W. G. Cochran, "Sampling Techniques", 3rd edition, 1977, section 6.4).
+    // A ratio of two means, with its standard error (W. G. Cochran, "Sampling Techniques", 3rd edition, 1977, section
+    // 6.4).
     let ratio = |part: &dyn Fn(&[f64]) -> f64| {
         let ratio = samples.iter().map(|of| part(of)).sum::<f64>() / count / variance;
         let square = samples.iter().map(|of| (part(of) - ratio * spread(of)).powi(2)).sum::<f64>() / (count - 1.0);

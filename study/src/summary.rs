@@ -1,11 +1,11 @@
-//! What the runs of a study have in common: percentiles, and the worst runs with their settings.
+//! Summarizes the runs of a study: percentiles, and the worst runs with their settings.
 //!
-//! A *percentile* is interpolated linearly between the two nearest values, as NumPy, pandas and spreadsheets do by default:
-//! of n values in ascending order, counted from 0, percentile p is at the place p / 100 (n - 1).
+//! A *percentile* is interpolated linearly between the two nearest values, as NumPy, pandas and spreadsheets do by
+//! default: of n values in ascending order, counted from 0, percentile p is at position p / 100 (n - 1).
 //!
-//! Which value of a figure is the best, says [`figures::FIGURES`]. Of the other figures the lowest is, but for the least value of a
-//! variable, `FMU.VARIABLE.min`: the highest is the best. For `FMU.VARIABLE.mean` and `FMU.VARIABLE.last`, neither end of which is better, the
-//! highest value counts as the worst.
+//! [`figures::FIGURES`] defines whether low or high values of a figure are better. For other figures low values are
+//! better, except for `FMU.VARIABLE.min`, where high values are. For `FMU.VARIABLE.mean` and `FMU.VARIABLE.last`, where
+//! neither is better, the highest value counts as the worst.
 
 use crate::columns::Spill;
 use crate::interval;
@@ -15,22 +15,22 @@ use control::figures;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Which percentiles a summary has.
+/// The percentiles in a summary.
 pub const PERCENTS: [f64; 7] = [1.0, 5.0, 25.0, 50.0, 75.0, 95.0, 99.0];
 
-/// At most this many bytes of the orders of coordinates are kept in memory.
+/// The maximum size of the orders of coordinates kept in memory, in bytes.
 const MOST_BYTES: usize = 1 << 22;
 
-/// A summary. The same results give the same summary, bit for bit.
+/// The summary of a study. The same results yield the same summary, bit for bit.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 pub struct Summary {
-    /// How many runs there are.
+    /// The number of runs.
     pub runs: u64,
-    /// How many of them failed.
+    /// The number of failed runs.
     pub failed: u64,
-    /// Why runs failed, the most frequent reason first.
+    /// The reasons for failures, most frequent first.
     pub failures: Vec<Failure>,
-    /// What varies.
+    /// The coordinates that vary.
     pub coordinates: Vec<Quantity>,
     /// A distribution for each figure.
     pub figures: Vec<Distribution>,
@@ -39,49 +39,49 @@ pub struct Summary {
 /// Runs that failed for the same reason.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
 pub struct Failure {
-    /// What the FMU or the program said.
+    /// The message of the FMU or the program.
     pub reason: String,
-    /// How many runs failed for it.
+    /// The number of runs that failed for this reason.
     pub count: u64,
-    /// The first of them.
+    /// The first of these runs.
     pub runs: Vec<u64>,
 }
 
-/// How a figure is distributed over the runs. A run counts if its figure is a finite number.
+/// The distribution of a figure over the runs in which it is finite.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 pub struct Distribution {
     /// The figure.
     pub figure: Quantity,
-    /// In how many runs it is a finite number.
+    /// The number of runs in which it is finite.
     pub count: u64,
     /// The least value.
     pub min: Option<f64>,
-    /// The percentiles [`PERCENTS`], with their numbers.
+    /// The values of the percentiles [`PERCENTS`], each after its percentage.
     pub percentiles: Vec<(f64, f64)>,
-    /// For each of them the interval that holds that of all machines with 95 % confidence, as far as there are enough runs for it.
+    /// The 95 % confidence intervals of the percentiles among all machines; `None` where there are too few runs.
     pub intervals: Vec<Option<(f64, f64)>>,
     /// The greatest value.
     pub max: Option<f64>,
     /// The mean.
     pub mean: Option<f64>,
-    /// The standard deviation of a sample (divided by the count less 1), or `None` for a single run.
+    /// The sample standard deviation (divided by the count less 1), or `None` for a single run.
     pub deviation: Option<f64>,
-    /// The best run. Of runs with the same value the one with the lower number comes first, here and in all that follows.
+    /// The best run. Here and in the following fields, equal values are ordered by run.
     pub best: Option<u64>,
-    /// The run with the median, or the next above it.
+    /// The run with the median, or the next higher one.
     pub middle: Option<u64>,
-    /// The worst runs, the worst first.
+    /// The worst runs, worst first.
     pub worst: Vec<u64>,
-    /// The first runs that have not failed and yet have no such figure, for instance because they have not settled.
+    /// The first runs that lack the figure without having failed, for instance because they have not settled.
     pub absent: Vec<u64>,
-    /// The rank correlation (Spearman) with each coordinate, from -1 to 1: above 0 if the figure rises with it. None if one of
-    /// the two has the same value in all runs.
+    /// Spearman's rank correlation with each coordinate, from -1 to 1: positive if the figure rises with it. `None` if
+    /// either has the same value in all runs.
     pub correlations: Vec<Option<f64>>,
 }
 
 impl Summary {
-    /// The summary of results. Of each figure it names the `worst` worst runs, and as many of those that failed for a reason or
-    /// have no figure.
+    /// Summarizes results. For each figure it lists the `worst` worst runs, and as many of those that failed for a
+    /// reason or lack the figure.
     ///
     /// # Errors
     /// The results of a large study cannot be read.
@@ -108,7 +108,7 @@ impl Summary {
         })
     }
 
-    /// The two coordinates with the strongest correlation with a figure, the stronger one first; fewer if there are fewer
+    /// The two coordinates most strongly correlated with a figure, strongest first; fewer if there are fewer
     /// coordinates. Without correlations the first two.
     pub fn strongest(&self, figure: usize) -> Vec<usize> {
         let strength = |coordinate: &usize| self.figures[figure].correlations[*coordinate].map_or(0.0, f64::abs);
@@ -119,27 +119,28 @@ impl Summary {
     }
 }
 
-/// Whether the lowest value of a figure is the best.
+/// Whether low values of a figure are better.
 pub fn is_lower_better(figure: &str) -> bool {
     figures::find(figure).map_or(!figure.ends_with(".min"), |known| known.is_lower_better)
 }
 
-/// The runs whose value is a finite number, by this value. A study has fewer runs than 2^32.
+/// The runs with a finite value, ordered by that value. A study has fewer runs than 2^32.
 fn ascending(values: &[f64]) -> Vec<u32> {
     let mut rated: Vec<(f64, u32)> = values.iter().copied().zip(0..).collect();
     rated.retain(|(value, _)| value.is_finite());
-    // Adding 0 makes -0 a 0, which is the same number.
+    // Adding 0 turns -0 into 0, which is the same number.
     rated.sort_unstable_by(|a, b| (a.0 + 0.0).total_cmp(&(b.0 + 0.0)).then(a.1.cmp(&b.1)));
-    // A list of its own: collected, it would keep the room of the other one.
+    // Collecting in place would keep the larger allocation.
     let mut order = Vec::with_capacity(rated.len());
     order.extend(rated.into_iter().map(|(_, run)| run));
     order
 }
 
-/// The runs in ascending order of each coordinate, which each figure needs. Those of many runs and coordinates are in a file.
+/// The runs in ascending order of each coordinate, needed for each figure. With many runs and coordinates they are in a
+/// file.
 struct Orders {
     runs: Spill,
-    /// Where those of a coordinate begin, and how many they are.
+    /// For each coordinate, where its order starts, and its length.
     places: Vec<(u64, usize)>,
 }
 
@@ -171,14 +172,14 @@ impl Distribution {
         Ok(distribution)
     }
 
-    /// Without correlations, but with the ranks for them.
+    /// The distribution without correlations, but with the ranks for them.
     fn alone(results: &Results, column: usize, worst: usize) -> Result<(Distribution, Ranks)> {
         let values = results.figure(column)?;
         let value = |run: &u32| values[*run as usize];
         let order = ascending(&values);
         let sorted: Vec<f64> = order.iter().map(value).collect();
         let figure = results.figures[column].clone();
-        // Equal values are in the order of their runs, from both ends.
+        // Equal values are ordered by run, from both ends.
         let lowest = || order.iter().map(|run| u64::from(*run));
         let highest = || order.chunk_by(|a, b| value(a) == value(b)).rev().flatten().map(|run| u64::from(*run));
         let is_lower_better = is_lower_better(&figure.name);
@@ -206,14 +207,14 @@ impl Distribution {
     }
 }
 
-/// A percentile of values in ascending order, from 0 to 100; none if there are no values. Values may be infinite.
+/// A percentile (0 to 100) of values in ascending order; `None` if there are no values. Values may be infinite.
 pub fn percentile(sorted: &[f64], percent: f64) -> Option<f64> {
     let place = percent / 100.0 * sorted.len().checked_sub(1)? as f64;
     let (below, part) = (place.floor() as usize, place.fract());
     let low = sorted[below];
     let high = sorted.get(below + 1).copied().filter(|high| part > 0.0 && *high != low);
     Some(high.map_or(low, |high| match (low.is_finite(), high.is_finite()) {
-        // From the nearer of the two, as NumPy does, so that the digits are the same.
+        // Interpolate from the nearer value, as NumPy does, to get the same digits.
         (true, true) if part < 0.5 => low + (high - low) * part,
         (true, true) => high - (high - low) * (1.0 - part),
         (false, _) => low,
@@ -221,13 +222,13 @@ pub fn percentile(sorted: &[f64], percent: f64) -> Option<f64> {
     }))
 }
 
-/// The mean; none if there are no values, or if their sum is too large.
+/// The mean; `None` if there are no values, or if their sum overflows.
 pub fn mean(values: &[f64]) -> Option<f64> {
     let mean = sum(values.iter().copied()) / values.len() as f64;
     mean.is_finite().then_some(mean)
 }
 
-/// The standard deviation of a sample; none if there are fewer than two values, or if it is too large.
+/// The sample standard deviation; `None` if there are fewer than two values, or if it overflows.
 fn deviation(values: &[f64]) -> Option<f64> {
     let mean = mean(values).filter(|_| values.len() > 1)?;
     let squares = sum(values.iter().map(|value| (value - mean) * (value - mean)));
@@ -235,7 +236,7 @@ fn deviation(values: &[f64]) -> Option<f64> {
     deviation.is_finite().then_some(deviation)
 }
 
-/// The sum with the rounding errors added in the end (Neumaier).
+/// The sum with compensation of rounding errors (Neumaier).
 fn sum(values: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut lost) = (0.0_f64, 0.0_f64);
     for value in values {
@@ -246,21 +247,21 @@ fn sum(values: impl Iterator<Item = f64>) -> f64 {
     sum + lost
 }
 
-/// The rank of each run's figure among all figures, from 0 on; runs with the same value share the mean of their ranks.
+/// The rank of each run's figure, from 0; equal values share the mean of their ranks.
 struct Ranks {
     ranks: Vec<f64>,
     count: usize,
 }
 
 impl Ranks {
-    /// `order` has the runs with a figure in the order of its value.
+    /// Ranks the values; `order` lists the runs that have the figure, by value.
     fn of(order: &[u32], values: &[f64]) -> Ranks {
         let mut ranks = vec![f64::NAN; values.len()];
         shared_ranks(order, values, |run, rank| ranks[run as usize] = rank);
         Ranks { ranks, count: order.len() }
     }
 
-    /// The correlation with the ranks of a coordinate; `order` has all runs in the order of its value.
+    /// The correlation with the ranks of a coordinate; `order` lists all runs by its value.
     fn correlation(&self, mut order: Vec<u32>, values: &[f64]) -> Option<f64> {
         order.retain(|run| !self.ranks[*run as usize].is_nan());
         if order.len() < self.count || self.count < 2 {
@@ -276,7 +277,7 @@ impl Ranks {
     }
 }
 
-/// Tells the rank of each run.
+/// Calls `tell` with the rank of each run.
 fn shared_ranks(order: &[u32], values: &[f64], mut tell: impl FnMut(u32, f64)) {
     let mut first = 0;
     for equal in order.chunk_by(|a, b| values[*a as usize] == values[*b as usize]) {

@@ -1,7 +1,8 @@
-//! A table with a row for each loop: a CSV or Parquet file whose columns are variables, or a PLC parameter file with several loops.
+//! Reads a table with one row per loop: a CSV or Parquet file with variables as columns, or a PLC parameter file with
+//! several loops.
 //!
-//! Each value of a column that is named as a variable has to be a number: one that cannot be read is refused with its place, and never
-//! left out.
+//! Every value in a column named after a variable must be a number: one that cannot be read is reported with its
+//! location, never skipped.
 
 mod parquet;
 
@@ -17,17 +18,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The columns that may name the loops.
+/// The columns that may contain the names of loops.
 const NAMES: [&str; 3] = ["loop", "name", "tag"];
 
-/// The rows of a file as the values of an axis.
+/// The rows of a file as values of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {
-    /// The variables, a value of each for every row, and the names of the loops, if the file has them.
+    /// The variables, their values in each row, and the names of the loops, if the file has them.
     pub axis: Axis,
-    /// The parameter file that they are from, for the FMU of this name in the loop.
+    /// The parameter file that the rows come from, if any.
     pub source: Option<Source>,
-    /// What is to be said of the file.
+    /// Remarks about the file for the user.
     pub remarks: Vec<String>,
 }
 
@@ -36,30 +37,31 @@ pub struct Rows {
 pub struct Source {
     /// Its path.
     pub path: PathBuf,
-    /// The FMU's name.
+    /// The name of the FMU that gets the values.
     pub fmu: String,
-    /// The loops, in the order of the rows.
+    /// The loops, one for each row.
     pub loops: Vec<Loop>,
 }
 
-/// What a CSV or Parquet file has.
+/// The contents of a CSV or Parquet file.
 #[derive(Debug, Default)]
 struct Given {
-    /// The variables with the numbers of their columns, from 1.
+    /// The variables, each with its column number, from 1.
     variables: Vec<(String, usize)>,
-    /// Of each row a value for each of them.
+    /// For each row, a value for each variable.
     rows: Vec<Vec<Value>>,
-    /// The name of each row's loop; empty without names.
+    /// The name of each row's loop; empty if there are no names.
     names: Vec<String>,
-    /// Where each row is.
+    /// The location of each row.
     places: Vec<String>,
     remarks: Vec<String>,
 }
 
-/// Reads the rows of a file. `fmu` is the FMU that gets the values of a parameter file; variables of `fixed` are left out of these.
+/// Reads the rows of a file. `fmu` is the FMU that receives the values of a parameter file, except for the variables in
+/// `fixed`.
 ///
 /// # Errors
-/// The file cannot be read, or it is no table; what to do.
+/// The file cannot be read or is not a table; the message names the remedy.
 pub fn read(
     path: &Path,
     fmu: Option<&str>,
@@ -86,7 +88,7 @@ pub fn read(
 }
 
 impl Given {
-    /// The rows as an axis of the file `shown`.
+    /// Converts the rows to an axis; errors name the file `shown`.
     fn rows(self, shown: &str) -> Result<Rows> {
         let Given { variables, rows, names, places, remarks } = self;
         ensure!(
@@ -112,7 +114,7 @@ impl Given {
     }
 }
 
-/// A CSV file that is called `shown` in errors.
+/// Reads CSV text; errors name the file `shown`.
 fn of_csv(shown: &str, text: &str) -> Result<Given> {
     let placed = |error: Error| match error.downcast_ref::<csv::Fault>() {
         Some(fault) => anyhow!("{}", fault.in_file(shown)),
@@ -133,7 +135,7 @@ fn of_csv(shown: &str, text: &str) -> Result<Given> {
     };
     let rows = 0..table.rows();
     let rows = rows.map(|row| columns.iter().map(|column| value(column, row)).collect::<Result<Vec<_>>>());
-    // The names are texts, and are not left out here.
+    // Names are texts and are not left out here.
     let is_of_names =
         |remark: &str| NAMES.iter().any(|name| remark.to_lowercase().starts_with(&format!("the column {name} ")));
     Ok(Given {
@@ -200,11 +202,11 @@ fn of_parameters(
     Ok(Rows { axis, remarks, source: Some(Source { path: path.into(), fmu: fmu.into(), loops }) })
 }
 
-/// The block of the loops that an FMU can have: the one that it is named as, by its description or its file; else one whose settings
-/// are all variables of the FMU. `None` without such a block.
+/// The block for the loops that an FMU can have: the one named by its description or its file, else one whose settings
+/// are all variables of the FMU. `None` if there is none.
 fn of_fmu(system: &System, fmu: &str, loops: &[Loop]) -> Option<String> {
     let path = &system.members.iter().find(|member| member.name == fmu)?.path;
-    // What is wrong with an FMU is said when it is loaded. A program has no description yet.
+    // Problems with an FMU are reported when it is loaded. A program has no description yet.
     let description = Package::open(path).ok().map(|package| package.description);
     let stem = path.file_stem().and_then(|stem| stem.to_str());
     let named = [description.as_ref().and_then(Description::model_identifier), stem];

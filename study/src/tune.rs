@@ -1,13 +1,14 @@
-//! Settings of a controller that are the best for a set of plants: what `plcfmu tune-study` searches for.
+//! Tuning of a controller for a set of plants: the problem that `plcfmu tune-study` solves.
 //!
-//! The axes of a study span the plants. A *candidate* has a value for each [`Search`] variable; it is run with every plant. Its
-//! *objective* is the figure [`Tune::minimize`], taken [`Over`] the plants. A constraint has to hold for every plant.
+//! The axes of a study span the plants. A *candidate* has a value for each [`Search`] variable; it is run with every
+//! plant. Its *objective* is the figure [`Tune::minimize`], taken [`Over`] the plants. A constraint has to hold for
+//! every plant.
 //!
-//! Candidates are compared by Deb's rule: one that keeps all constraints is better than one that does not; of two that keep
-//! them, the one with the lower objective is better; of two that do not, the one with the lower violation. The violation is a
-//! sum over the constraints, and for each of them the mean over the plants of `v / (1 + v)`, where `v` is by how much the bound
-//! is passed, divided by the bound's amount. A figure without a value, as that of a run that failed, counts as `v` without
-//! end, and the objective has to be known for every plant as well.
+//! Candidates are compared by Deb's rule: a feasible candidate beats an infeasible one; of two feasible ones, the lower
+//! objective wins; of two infeasible ones, the lower violation. The violation is the sum over the constraints of the
+//! mean over the plants of `v / (1 + v)`, where `v` is the amount by which the bound is exceeded, divided by the
+//! bound's magnitude. A figure without a value, for example because its run failed, counts as infinite `v`; the
+//! objective must be known for every plant, too.
 
 pub mod robustness;
 mod search;
@@ -22,46 +23,46 @@ use serde::{Deserialize, Serialize};
 
 pub use search::{Outcome, search};
 
-/// The significant digits of a searched value.
+/// The number of significant digits in a searched value.
 const DIGITS: i32 = 5;
 
-/// This many variables can be searched at once: a simplex needs many more evaluations with each.
+/// The maximum number of search variables: each one makes a simplex need many more evaluations.
 const MOST_VARIABLES: usize = 12;
 
-/// The name of the largest sensitivity among the figures.
+/// The name of the figure for the maximum sensitivity.
 pub const SENSITIVITY: &str = "ms";
 
-/// What to search for: the table `[tune]` of a study.
+/// The search problem: the table `[tune]` of a study.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Tune {
-    /// The figure whose lowest value is the best.
+    /// The figure to minimize.
     pub minimize: String,
-    /// What of its values for all plants counts, and of those of `front`.
+    /// How the values for all plants are combined, for `minimize` and for `front`.
     #[serde(default)]
     pub over: Over,
-    /// What has to hold for every plant, such as `overshoot < 10 %`.
+    /// The constraints for every plant, such as `overshoot < 10 %`.
     #[serde(default)]
     pub constraints: Vec<String>,
-    /// A second figure: the result is also the front of both, where one of them is only better if the other one is worse.
+    /// A second figure: the result then includes the Pareto front of both.
     #[serde(default)]
     pub front: Option<String>,
-    /// How many candidates are tried at most; 10 to 100 000.
+    /// The maximum number of candidates, 10 to 100 000.
     #[serde(default = "evaluations")]
     pub evaluations: usize,
-    /// What the first candidates depend on.
+    /// The seed of the first candidates.
     #[serde(default)]
     pub seed: u64,
-    /// Whether each loop of the table of loops gets settings of its own.
+    /// Whether each loop in the table of loops is tuned separately.
     #[serde(default)]
     pub each: bool,
-    /// What varies from candidate to candidate.
+    /// The variables to search.
     #[serde(default)]
     pub search: Vec<Search>,
-    /// The plant's model for `ms`, the same for all plants; without it, what each plant does after a step.
+    /// The plant model for `ms`, the same for all plants; by default each plant is identified from a step response.
     #[serde(default)]
     pub model: Option<Model>,
-    /// The step that shows the plants for `ms`.
+    /// The step that identifies the plants for `ms`.
     #[serde(default)]
     pub step: robustness::Step,
 }
@@ -70,7 +71,7 @@ fn evaluations() -> usize {
     500
 }
 
-/// What of the values of a figure for all plants counts.
+/// How the values of a figure for all plants are combined.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Over {
@@ -84,7 +85,7 @@ pub enum Over {
 }
 
 impl Over {
-    /// As the user writes it.
+    /// The name as written by the user.
     pub fn name(self) -> &'static str {
         match self {
             Over::Worst => "worst",
@@ -93,7 +94,7 @@ impl Over {
         }
     }
 
-    /// The value that counts; none if one of them has no value.
+    /// The combined value; `None` if any value is missing.
     pub fn of(self, values: &[f64]) -> Option<f64> {
         if values.is_empty() || values.iter().any(|value| !value.is_finite()) {
             return None;
@@ -110,38 +111,38 @@ impl Over {
     }
 }
 
-/// A variable that varies from candidate to candidate.
+/// A search variable.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Search {
     /// `FMU.VARIABLE`
     pub variable: String,
-    /// The least value that is tried.
+    /// The lowest value to try.
     pub min: f64,
-    /// The greatest value that is tried.
+    /// The highest value to try.
     pub max: f64,
-    /// Whether equal differences count as equally far; without it, equal ratios do if `min` is above 0.
+    /// Whether the scale is linear; by default it is logarithmic if `min` is above 0.
     #[serde(default)]
     pub linear: bool,
-    /// What values there are; not in the file, it follows from the variable's type.
+    /// The grid of values; not in the file but derived from the variable's type.
     #[serde(skip)]
     pub grid: Grid,
 }
 
-/// What values of a variable are tried.
+/// The grid of values tried for a variable.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Grid {
     /// Numbers with five significant digits.
     #[default]
     Digits,
-    /// Whole milliseconds, of a TIME in seconds.
+    /// Whole milliseconds, for a TIME in seconds.
     Milliseconds,
-    /// Whole numbers.
+    /// Integers.
     Whole,
 }
 
 impl Search {
-    /// The value at a place from 0 to 1; a place outside counts as the nearest.
+    /// The value at a position from 0 to 1; positions outside are clamped.
     fn value(&self, place: f64) -> f64 {
         let place = place.clamp(0.0, 1.0);
         let value = if self.is_logarithmic() {
@@ -157,7 +158,7 @@ impl Search {
         value.clamp(self.min, self.max)
     }
 
-    /// Where a value is, from 0 to 1.
+    /// The position of a value, from 0 to 1.
     fn place(&self, value: f64) -> f64 {
         let value = value.clamp(self.min, self.max);
         if self.is_logarithmic() {
@@ -171,7 +172,7 @@ impl Search {
         !self.linear && self.min > 0.0
     }
 
-    /// At which end of the range a value is: `min`, `max`, or neither.
+    /// The end of the range at which a value lies: `min`, `max`, or `None`.
     pub fn end(&self, value: f64) -> Option<&'static str> {
         let place = self.place(value);
         (place < 0.005).then_some("min").or((place > 0.995).then_some("max"))
@@ -179,10 +180,10 @@ impl Search {
 }
 
 impl Tune {
-    /// Whether the numbers can be worked with.
+    /// Checks the numbers.
     ///
     /// # Errors
-    /// Which of them cannot, and what is allowed.
+    /// A number is invalid; the message names the permitted range.
     pub fn check(&self) -> Result<()> {
         if !(10..=100_000).contains(&self.evaluations) {
             bail!("evaluations = {}: 10 to 100000 are possible", self.evaluations);
@@ -214,12 +215,12 @@ impl Tune {
     }
 }
 
-/// An expectation that has to be met by every plant, or by all plants together if it is one of a percentile or a mean.
+/// An expectation to be met by every plant, or by all plants together if it is about a percentile or a mean.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constraint(pub Expectation);
 
 impl Constraint {
-    /// The value that is the closest to breaking it, or that breaks it the most; NaN if one has no value.
+    /// The value that comes closest to violating it, or violates it most; NaN if any value is missing.
     pub fn value(&self, rows: &[Row]) -> f64 {
         let mut values: Vec<f64> = rows.iter().map(|row| row.figures[self.0.figure]).collect();
         if values.iter().any(|value| value.is_nan()) {
@@ -237,7 +238,7 @@ impl Constraint {
         }
     }
 
-    /// Whether its value is within 2 % of the bound, so that it is what keeps the objective from being lower.
+    /// Whether its value is within 2 % of the bound, so that it prevents a lower objective.
     pub fn is_active(&self, rows: &[Row]) -> bool {
         (self.value(rows) - self.0.bound).abs() <= 0.02 * self.scale()
     }
@@ -247,7 +248,7 @@ impl Constraint {
         self.violation(rows) == 0.0
     }
 
-    /// 0 if it holds, up to 1.
+    /// The violation: 0 if it holds, up to 1.
     fn violation(&self, rows: &[Row]) -> f64 {
         if self.0.of != Of::Each {
             return bounded(self.excess(self.value(rows)));
@@ -256,18 +257,18 @@ impl Constraint {
         sum / rows.len().max(1) as f64
     }
 
-    /// How far a value is beyond the bound; below 0 if it is not.
+    /// The signed distance by which a value exceeds the bound; negative while it does not.
     fn beyond(&self, value: f64) -> f64 {
         self.0.comparison.excess(value, self.0.bound)
     }
 
-    /// By how much of the bound a value passes it.
+    /// The excess beyond the bound, relative to the bound's magnitude; 0 if the value respects it.
     fn excess(&self, value: f64) -> f64 {
         if self.0.comparison.holds(value, self.0.bound) {
             return 0.0;
         }
         let excess = self.beyond(value) / self.scale();
-        // The bound itself may break it, and is as little beyond as can be.
+        // Even the bound itself may violate it, by the smallest possible amount.
         if excess.is_nan() { f64::INFINITY } else { excess.max(1e-9) }
     }
 
@@ -276,51 +277,51 @@ impl Constraint {
     }
 }
 
-/// `v / (1 + v)`, which does not pass 1.
+/// `v / (1 + v)`, which is at most 1.
 fn bounded(excess: f64) -> f64 {
     if excess == f64::INFINITY { 1.0 } else { excess / (1.0 + excess) }
 }
 
-/// The aim of the search, with figures by their numbers in a row.
+/// The search problem with figures resolved to indices in a row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
-    /// The figure whose lowest value is the best.
+    /// The figure to minimize.
     pub minimize: usize,
-    /// What of the values for all plants counts.
+    /// How the values for all plants are combined.
     pub over: Over,
     /// What has to hold.
     pub constraints: Vec<Constraint>,
-    /// The second figure of the front.
+    /// The second figure, for the front.
     pub front: Option<usize>,
-    /// How many candidates are tried at most.
+    /// The maximum number of candidates.
     pub evaluations: usize,
-    /// What the first candidates depend on.
+    /// The seed of the first candidates.
     pub seed: u64,
-    /// What varies.
+    /// The search variables.
     pub search: Vec<Search>,
 }
 
-/// Settings with their result.
+/// Settings and their result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
     /// The value of each search variable.
     pub values: Vec<f64>,
-    /// A row for each plant.
+    /// The rows, one for each plant.
     pub rows: Vec<Row>,
-    /// The figure that is minimized; none if it has no value for some plant.
+    /// The minimized figure; `None` if it is missing for any plant.
     pub objective: Option<f64>,
-    /// The second figure of the front.
+    /// The second figure, for the front.
     pub second: Option<f64>,
-    /// 0 if all constraints hold.
+    /// The violation; 0 if all constraints hold.
     pub violation: f64,
 }
 
 impl Candidate {
-    /// Judges settings by their rows.
+    /// Evaluates settings from their rows.
     pub fn of(problem: &Problem, values: Vec<f64>, rows: Vec<Row>) -> Candidate {
         let figure = |number: usize| -> Vec<f64> { rows.iter().map(|row| row.figures[number]).collect() };
         let counted = |number: usize| problem.over.of(&figure(number));
-        // A figure that is not known for some of the plants gets worse with their number.
+        // An unknown figure counts as worse, the more plants lack it.
         let unknown = |number: usize| {
             let values = figure(number);
             values.iter().filter(|value| !value.is_finite()).count() as f64 / values.len().max(1) as f64

@@ -1,4 +1,4 @@
-//! What a search has found: as text, and in files.
+//! The result of a search, as text and in files.
 
 use crate::expect::with_unit;
 use crate::results::Quantity;
@@ -19,12 +19,12 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// A search with its result.
+/// A search and its result.
 #[derive(Clone, Copy, Debug)]
 pub struct Found<'a> {
-    /// What was searched for.
+    /// The search.
     pub tuning: &'a Tuning,
-    /// What was found.
+    /// Its outcome.
     pub outcome: &'a Outcome,
     /// The result of the present settings.
     pub present: &'a Candidate,
@@ -35,8 +35,8 @@ impl Found<'_> {
         &self.outcome.candidates[self.outcome.best]
     }
 
-    /// Which constraints keep the figure from being better, and which the present settings break, so that theirs may be better; none if
-    /// there are no such constraints.
+    /// The constraints that prevent a better figure, and those that the present settings violate, which may explain a
+    /// better figure of theirs; `None` if there are none.
     pub(crate) fn of_constraints(&self) -> Option<String> {
         let one = |constraint: &Constraint| {
             let text = &constraint.0.text;
@@ -57,7 +57,7 @@ impl Found<'_> {
         (!all.is_empty()).then(|| all.join("; "))
     }
 
-    /// Why there is no result, or `None`.
+    /// The reason why there is no result, or `None`.
     pub fn problem(&self) -> Option<String> {
         let best = self.best();
         if best.is_feasible() {
@@ -85,7 +85,7 @@ impl Found<'_> {
         Some(format!("no candidate meets all constraints; {what}. Allow more, or search wider ranges"))
     }
 
-    /// What the user should know of the result.
+    /// Remarks on the result for the user.
     pub fn remarks(&self) -> Vec<String> {
         let search = self.tuning.problem.search.iter().zip(&self.best().values);
         let ends = search.filter_map(|(search, value)| {
@@ -169,7 +169,7 @@ impl Found<'_> {
         Some(format!("front: {} settings, from {} to {}", self.outcome.front.len(), of(from), of(to)))
     }
 
-    /// The front as CSV: the settings, and of each figure the highest value and the mean over the plants.
+    /// The front as CSV: the settings and, for each figure, the maximum and the mean over the plants.
     fn front_csv(&self) -> String {
         let search = self.tuning.problem.search.iter().map(|search| search.variable.clone());
         let figures =
@@ -199,7 +199,7 @@ impl Found<'_> {
         csv
     }
 
-    /// The second figure and the settings over the first one.
+    /// A chart of the second figure and the settings over the first figure.
     fn chart(&self) -> Option<Chart> {
         let problem = &self.tuning.problem;
         let second = &self.tuning.figures[problem.front?];
@@ -241,13 +241,13 @@ impl Found<'_> {
     }
 }
 
-/// The names of the files that [`write()`] may write.
+/// The names of the files that [`write()`] may create.
 pub const FILES: [&str; 6] = ["tuned.toml", "tuned.json", "settings.csv", "front.csv", "front.png", "front.svg"];
 
-/// Writes the files of a result to a folder, each beside its place and renamed.
+/// Writes the files of a result to a folder, each via a temporary file that is renamed.
 ///
 /// # Errors
-/// A file cannot be written, or a setting does not fit into the block's type.
+/// A file cannot be written, or a setting does not fit the block's type.
 pub fn write(folder: &Path, found: &Found) -> Result<Vec<PathBuf>> {
     let system = found.tuning.system(&found.best().values);
     std::fs::create_dir_all(folder).map_err(|error| anyhow!("{} cannot be made: {error}", folder.display()))?;
@@ -271,14 +271,14 @@ pub fn write(folder: &Path, found: &Found) -> Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// The controller's settings as a parameter file, if its block is one of those that have such files.
+/// The controller's settings as a parameter file, if its block supports such files.
 fn parameter_file(tuning: &Tuning, system: &System) -> Result<Option<Vec<u8>>> {
     let known = |table: &modeldescription::Table| Block::all().into_iter().find(|block| block.is_called(&table.name));
     let Some(block) = tuning.table().and_then(known) else { return Ok(None) };
     let Some(controller) = system.members.first() else { return Ok(None) };
     let mut one = Loop::new(controller.name.as_str(), block.clone());
     let mut settings: Vec<_> = system.settings.iter().filter(|of| of.time.is_none()).collect();
-    // Other settings take precedence over those of a parameter file.
+    // Other settings override those of a parameter file.
     settings.sort_by_key(|of| !of.is_preliminary);
     for setting in settings {
         let own = own_name(&setting.variable, &controller.name);
@@ -292,7 +292,7 @@ fn parameter_file(tuning: &Tuning, system: &System) -> Result<Option<Vec<u8>>> {
     Ok(Some(content))
 }
 
-/// What the ends of a front say: what less of the first figure takes of the second.
+/// A sentence on the ends of a front: how much of the second figure a lower first figure costs.
 fn traded(first: &Quantity, second: &Quantity, ends: [(Option<f64>, Option<f64>); 2]) -> String {
     let of = |quantity: &Quantity, values: [Option<f64>; 2]| {
         let [from, to] = values.map(|value| value.unwrap_or(f64::NAN));
@@ -303,12 +303,12 @@ fn traded(first: &Quantity, second: &Quantity, ends: [(Option<f64>, Option<f64>)
     format!("From {} {least} with {} {at_least} to {most} with {at_most}", first.name, second.name)
 }
 
-/// A figure for people; - if it has no value.
+/// A figure for display; `-` if it has no value.
 fn known(value: Option<f64>) -> String {
     value.filter(|value| !value.is_nan()).map_or_else(|| "-".into(), short)
 }
 
-/// Rows in columns: the first one and the last one begin at the left, the others end at the right.
+/// A text table: the first and last column are left-aligned, the others right-aligned.
 fn table(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();

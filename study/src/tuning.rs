@@ -1,4 +1,4 @@
-//! Searches for the settings that are the best for all plants of a study, with the runs made by a pool of workers.
+//! Searches for the best settings for all plants of a study, with the runs made by a pool of workers.
 
 use crate::expect::Expectation;
 use crate::experiment::Detail;
@@ -21,20 +21,20 @@ use serde::Deserialize;
 use std::sync::Arc;
 use std::thread;
 
-/// A study has at most this many plants for a search.
+/// The maximum number of plants in a search.
 const MOST_PLANTS: u64 = 10_000;
-/// A search that can be made.
+/// A search that is ready to run.
 #[derive(Debug)]
 pub struct Tuning {
-    /// What is searched for.
+    /// The search problem.
     pub problem: Problem,
-    /// The settings that the loop has now, for each search variable.
+    /// The loop's present settings, for each search variable.
     pub present: Vec<f64>,
-    /// The figures of a row, with [`SENSITIVITY`] last if it is needed.
+    /// The figures in a row, with [`SENSITIVITY`] last if needed.
     pub figures: Vec<Quantity>,
     /// The units of the search variables.
     pub units: Vec<Option<String>>,
-    /// What the user should know.
+    /// Remarks for the user.
     pub remarks: Vec<String>,
     system: System,
     plants: Vec<Vec<f64>>,
@@ -43,12 +43,12 @@ pub struct Tuning {
     jobs: usize,
 }
 
-/// What Ms is computed from.
+/// The data from which Ms is computed.
 struct Robustness {
     linear: Linear,
-    /// For each plant.
+    /// The plants.
     plants: Vec<Arc<Plant>>,
-    /// The places of the controller's own variables in a point, with their names.
+    /// The positions of the controller's variables in a point, with their names.
     own: Vec<(usize, String)>,
 }
 
@@ -56,7 +56,7 @@ impl Tuning {
     /// Checks a study with its table `[tune]` and starts the workers. If Ms is needed, the plants are identified.
     ///
     /// # Errors
-    /// What is wrong with the study or an FMU, and what to do; a plant cannot be identified.
+    /// The study or an FMU is faulty, with the remedy, or a plant cannot be identified.
     pub fn start(reading: &Reading, options: &Options) -> Result<Tuning> {
         let table = reading.tune.clone().context(
             "the study has no table [tune]: write one with minimize = \"iae\" and a table [[tune.search]] for each setting",
@@ -108,7 +108,7 @@ impl Tuning {
         Ok(Tuning { problem, present, figures, units, remarks, system, plants, robustness, pool, jobs: options.jobs })
     }
 
-    /// How many plants there are.
+    /// The number of plants.
     pub fn plants(&self) -> usize {
         self.plants.len()
     }
@@ -118,13 +118,13 @@ impl Tuning {
         self.pool.tables().first()?.as_ref()
     }
 
-    /// Whether the user has ended the search.
+    /// Whether the user has interrupted the search.
     pub fn is_interrupted(&self) -> bool {
         self.pool.is_interrupted()
     }
 
-    /// Searches. `progress` gets the number of candidates that are evaluated, and the best one. Gives what was found and what
-    /// the present settings come to.
+    /// Runs the search. `progress` receives the number of evaluated candidates and the best one. Returns the outcome
+    /// and the result of the present settings.
     ///
     /// # Errors
     /// A worker cannot be started, or the search is interrupted before the first candidates are known.
@@ -141,7 +141,7 @@ impl Tuning {
         Ok((outcome, Candidate::of(&problem, present, rows)))
     }
 
-    /// The loop with other settings.
+    /// The loop with settings overridden.
     pub fn system(&self, values: &[f64]) -> System {
         let mut system = self.system.clone();
         for (search, value) in self.problem.search.iter().zip(values) {
@@ -157,7 +157,7 @@ impl Tuning {
         system
     }
 
-    /// A row for each plant for each candidate; none after an interruption.
+    /// For each candidate, a row for each plant; `None` after an interruption.
     fn evaluate(&mut self, batch: &[Vec<f64>]) -> Result<Option<Vec<Vec<Row>>>> {
         let plants = &self.plants;
         let point = |run: u64| {
@@ -219,7 +219,7 @@ impl Robustness {
         Ok(Robustness { linear, plants, own })
     }
 
-    /// Adds Ms to the rows of candidates, with several threads.
+    /// Adds Ms to the rows of candidates, using several threads.
     fn add(
         &self,
         search: &[Search],
@@ -257,12 +257,13 @@ impl std::fmt::Debug for Robustness {
     }
 }
 
-/// The controller's own settings in a point.
+/// The controller's settings in a point.
 fn of_point<'a>(own: &'a [(usize, String)], point: &'a [f64]) -> impl Iterator<Item = (String, Value)> + 'a {
     own.iter().map(|(place, name)| (name.clone(), Value::Number(point[*place])))
 }
 
-/// All plants, from a step of the manual value: which coordinates are in its points, and which are the controller's own.
+/// Identifies all plants from a step of the manual value. `in_point` marks the coordinates that the points of the
+/// identification have; `own` are those of the controller.
 fn identify(
     linear: &Linear,
     tune: &Tune,
@@ -309,7 +310,7 @@ fn descriptions(system: &System) -> Result<Vec<Description>> {
     system.members.iter().map(|member| Ok(Package::open(&member.path)?.description)).collect()
 }
 
-/// The aim of the search, by the numbers of the figures.
+/// The search problem, with figures resolved to indices.
 fn problem(tune: &Tune, figures: &[Quantity]) -> Result<Problem> {
     let figure = |key: &str, name: &String| {
         figures.iter().position(|figure| figure.name == *name).with_context(|| {
@@ -333,7 +334,7 @@ fn problem(tune: &Tune, figures: &[Quantity]) -> Result<Problem> {
     problem().context("[tune]")
 }
 
-/// The job whose points end with the values of a candidate.
+/// The job with the search variables as additional axes, at the end of each point.
 fn with_axes(job: &Job, search: &[Search], present: &[f64]) -> Job {
     let mut job = job.clone();
     job.study.axes.extend(search.iter().zip(present).map(|(search, value)| Axis {
@@ -344,7 +345,7 @@ fn with_axes(job: &Job, search: &[Search], present: &[f64]) -> Job {
     job
 }
 
-/// What values of a variable there are, and which one the loop has now.
+/// The grid of a variable, and the loop's present value.
 fn variable(system: &System, name: &str) -> Result<(Grid, f64)> {
     let found = system.members.iter().find_map(|member| Some((member, own_name(name, &member.name)?)));
     let (member, own) = found.with_context(|| {
@@ -358,7 +359,7 @@ fn variable(system: &System, name: &str) -> Result<(Grid, f64)> {
         format!("[tune]: {} has no variable {own}{hint}", member.name)
     })?;
     let grid = match variable.kind {
-        // A TIME of a PLC, which has milliseconds, is shown in them.
+        // A PLC's TIME, which has a resolution of milliseconds, is displayed in ms.
         Some(Type::Real) if variable.display_unit.as_deref() == Some("ms") => Grid::Milliseconds,
         Some(kind) if kind.is_floating() => Grid::Digits,
         Some(kind) if kind.whole().is_some() && !variable.is_enumeration() => Grid::Whole,

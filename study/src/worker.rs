@@ -32,13 +32,13 @@ use std::time::{Duration, Instant};
 /// The role of the process.
 pub const ROLE: &str = "worker";
 
-/// How long rows wait for others before they are sent.
+/// The maximum time that rows are held back before they are sent.
 pub const FLUSH: Duration = Duration::from_millis(2);
 
-/// This many runs of linked blocks are made side by side: as many as there are lanes.
+/// The number of runs of linked blocks made side by side: the number of lanes.
 pub const ABREAST: usize = blocks::table::abreast::LANES;
 
-/// Runs side by side record this many values at most.
+/// The maximum number of values recorded by runs side by side.
 const MOST_RECORDED: usize = 1 << 23;
 
 /// A request to a worker. The first one is [`Request::Begin`].
@@ -48,63 +48,64 @@ pub enum Request {
     Begin {
         /// The [`Job`] as JSON.
         job: String,
-        /// Send each row at once, so that the other side knows which run is under way.
+        /// Whether each row is sent immediately, so that the main process knows which run is in progress.
         is_prompt: bool,
-        /// Make each run with new instances.
+        /// Whether each run uses new instances.
         renews: bool,
-        /// Call FMUs through their C interface, also those that this program has [`Linked`].
+        /// Whether FMUs are called through their C interface even if this program has them [`Linked`].
         exact_door: bool,
     },
     /// Make the runs of these points.
     Rows(Vec<Vec<f64>>, Gives),
-    /// Find out whether an instance that was reset computes what a new one does.
+    /// Check whether a reset instance computes the same as a new one.
     CheckReset,
     /// Make the run of this point and record it.
     Curve(Vec<f64>, Detail),
 }
 
-/// The block of an FMU that is linked into this program. If the FMU's library is compiled from the same code, an instance computes the
-/// same bits as one behind its C interface, and refuses the same in the same words.
+/// The block of an FMU, linked into this program. If the FMU's library was compiled from the same code, an instance
+/// computes the same bits as one behind the C interface, and fails with the same messages.
 #[derive(Clone, Debug)]
 pub struct Linked {
-    /// What the FMU's library says of itself.
+    /// The description in the FMU's library.
     pub interface: String,
-    /// Which code it is compiled from. A library with the same text in its file computes the same; the GUID says nothing about the law.
+    /// The hash of the code it is compiled from. A library that contains the same hash computes the same; the GUID says
+    /// nothing about the law.
     pub code: Option<&'static str>,
-    /// Makes an instance with this name.
+    /// Creates an instance with a name.
     pub instantiate: fn(&str) -> Result<Box<dyn Reset>>,
 }
 
-/// Finds the block with the variables of an FMU, if it is one of this program.
+/// Finds the linked block that has the variables of an FMU, if there is one.
 pub type Find = fn(&Description) -> Option<Linked>;
 
-/// What a worker answers.
+/// A reply of a worker.
 #[derive(Debug, Deserialize, Serialize)]
 pub enum Reply {
     /// The FMUs are loaded.
     Ready(Ready),
-    /// A fault of the job, or a curve that cannot be made.
+    /// The job is faulty, or a curve cannot be made.
     Refused(String),
-    /// The next rows, in the order of the points. All have come when there are as many as points.
+    /// The next rows, in the order of the points. They are complete when there are as many as points.
     Rows(Vec<Row>),
     /// The next piece of the recording.
     Piece(Recording),
-    /// The recording is complete. The figures of the run, unless an FMU has ended it.
+    /// The recording is complete. Contains the figures of the run, unless an FMU ended it.
     Curve(Option<Vec<f64>>),
-    /// What the user should know of instances that are reset.
+    /// A warning for the user about reset instances.
     Reset(Option<String>),
 }
 
-/// What there is to know of FMUs that are loaded.
+/// Information about the loaded FMUs.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Ready {
-    /// For each member what its library says of its block, if it has a table, as JSON.
+    /// For each member, the block description in its library as JSON, if it has a table.
     pub interfaces: Vec<Option<String>>,
-    /// What the user should know.
+    /// A warning for the user.
     pub warning: Option<String>,
 }
 
-/// The table of a library, as it says it in [`Ready`].
+/// Parses the table of a library from [`Ready`].
 ///
 /// # Errors
 /// It is damaged.
@@ -112,20 +113,20 @@ pub fn table(interface: &str) -> Result<Table> {
     Ok(Interface::parse(interface)?.table)
 }
 
-/// The experiment of a job: the same in the worker and in the process that hands out the points.
+/// Creates the experiment of a job: identical in the worker and in the process that distributes the points.
 ///
 /// # Errors
-/// What is wrong with the job.
+/// The job is faulty.
 pub fn experiment(job: &Job, descriptions: &[&Description], table: Option<&Table>) -> Result<Experiment> {
     let roles = table.map(dialog::of).transpose()?.map(|(roles, _)| roles);
     Experiment::of(job, descriptions, roles.as_ref())
 }
 
-/// Makes the runs requested on standard input, with the FMUs unpacked in `folder`. If `find` knows all FMUs of a loop, they run in
-/// this process without their libraries.
+/// Makes the runs requested on standard input, with the FMUs unpacked in `folder`. If `find` knows all FMUs of a loop,
+/// they run in this process without their libraries.
 ///
 /// # Errors
-/// No standard output, or the other side has ended.
+/// There is no standard output, or the main process has ended.
 pub fn run(folder: &Path, find: Find) -> Result<()> {
     serve(folder, |channel| {
         let Some(Request::Begin { job, is_prompt, renews, exact_door }) = channel.next()? else {
@@ -156,25 +157,25 @@ pub fn run(folder: &Path, find: Find) -> Result<()> {
     })
 }
 
-/// What is ready to make runs.
+/// The state of a worker ready to make runs.
 struct Begun {
     members: Members,
     experiment: Experiment,
     ready: Ready,
 }
 
-/// A block of this program with the name of its member.
+/// A linked block with the name of its member.
 type Named = (String, Linked);
 
-/// What the members of the loop are made of.
+/// The implementation of the loop's members.
 enum Members {
-    /// Blocks of this program.
+    /// Blocks linked into this program.
     Linked(Vec<Named>),
     /// FMUs with their libraries.
     Loaded(Fmus),
 }
 
-/// Resolves the job, with its FMUs loaded where they are not linked.
+/// Resolves the job, after loading its FMUs unless they are linked.
 fn begin(job: &str, channel: &Channel, find: Find, exact_door: bool) -> Result<Begun> {
     let job: Job = serde_json::from_str(job)?;
     let linked = if exact_door { None } else { linked(&job, find) };
@@ -192,7 +193,7 @@ fn begin(job: &str, channel: &Channel, find: Find, exact_door: bool) -> Result<B
     Ok(Begun { members: Members::Linked(members), experiment, ready: Ready { interfaces, warning } })
 }
 
-/// What the user should know of files whose blocks this program has with other code.
+/// A warning about files whose blocks are linked into this program from different code.
 fn of_other_code(files: &[&str]) -> String {
     let (files, are, their, them) = match files {
         [file] => ((*file).to_string(), "is", "its law", "it"),
@@ -204,21 +205,22 @@ fn of_other_code(files: &[&str]) -> String {
     )
 }
 
-/// A member whose block, or one with the same variables, is in this program.
+/// A member whose block, or one with the same variables, is linked into this program.
 struct Candidate {
     /// The name of the FMU's file.
     file: String,
     block: Linked,
     description: Description,
-    /// The FMU's library is compiled from the same code.
+    /// Whether the FMU's library is compiled from the same code.
     is_same: bool,
 }
 
-/// The members, if all of them are blocks of this program by their variables. What is wrong with a file is said when it is loaded.
+/// The members, if all of them have the variables of linked blocks. Problems with a file are reported when it is
+/// loaded.
 fn linked(job: &Job, find: Find) -> Option<Vec<Candidate>> {
     let member = |member: &Member| {
         let mut package = Package::open(&member.path).ok()?;
-        // What is linked has no Event Mode.
+        // Linked blocks have no Event Mode.
         let has_events = !job.system.no_events && has_events(&package.description);
         let block = find(&package.description).filter(|_| !has_events)?;
         let is_same = block.code.is_some_and(|code| has_text(&mut package, code).unwrap_or(false));
@@ -236,7 +238,7 @@ fn load(job: &Job, channel: &Channel) -> Result<(Fmus, Experiment, Vec<Option<St
             let mut package = Package::open(path)?;
             let tells = has_table(&mut package)?;
             let unpacked = Unpacked::new(&mut package, &channel.folder)?;
-            // The initialisers of the library run, and may crash.
+            // The library's initializers run here, and may crash.
             let member = job.system.members.iter().position(|member| member.path == path);
             channel.witness.call(member.unwrap_or_default());
             let fmu = unpacked.load()?;
@@ -255,18 +257,18 @@ fn load(job: &Job, channel: &Channel) -> Result<(Fmus, Experiment, Vec<Option<St
     Ok((fmus, experiment, interfaces))
 }
 
-/// How requests are answered.
+/// The state needed to answer requests.
 struct Serving {
     experiment: Experiment,
     renews: bool,
-    /// How long rows wait for others.
+    /// The maximum time that rows are held back.
     flush: Duration,
-    /// How many runs are made side by side.
+    /// The number of runs made side by side.
     abreast: usize,
 }
 
 impl Serving {
-    /// Answers the requests, until there are no more.
+    /// Answers requests until there are no more.
     fn serve<C: Reset>(self, output: &Channel, mut instantiate: impl FnMut(usize) -> Result<C>) -> Result<()> {
         let mut executor = Executor::new(self.experiment);
         if self.renews {

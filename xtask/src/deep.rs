@@ -1,6 +1,6 @@
-//! What `cargo xtask test --deep` adds: the tests in Python that are marked as deep; the tests that call the libraries' C functions,
-//! in Rust and in Python, under valgrind, which watches every read and write and counts every leak; and those in Rust with far more
-//! cases.
+//! The additional tests of `cargo xtask test --deep`: the Python tests marked as deep; the tests that call the
+//! libraries' C functions, in Rust and in Python, under valgrind, which checks every memory access and counts every
+//! leak; and the Rust tests with far more cases.
 
 use crate::python::Environment;
 use anyhow::{Context, Result, bail};
@@ -11,10 +11,11 @@ use std::ffi::OsString;
 use std::fs;
 use std::process::Command;
 
-/// The tests in Python that call every function, in every state.
+/// The Python tests that call every function in every state.
 const CONFORMANCE: [&str; 2] = ["tests/test_conformance.py", "tests/test_fmu_state.py"];
 
-/// How much each test tries under valgrind, which takes fifty times as long, and without: 25 to 100 times the usual.
+/// The number of cases of each test under valgrind, which takes fifty times as long, and without it: 25 to 100 times
+/// the usual.
 const CASES: [(&str, &str, &str); 6] = [
     ("PLCFMU_HOSTILE_SEED", "1", "2"),
     ("PLCFMU_HOSTILE_CALLS", "60000", "30000000"),
@@ -30,7 +31,7 @@ pub fn ready() -> Result<()> {
     version.context("--deep needs valgrind: on Debian and Ubuntu 'apt install valgrind'").map(|_| ())
 }
 
-/// Runs the tests. Those in Python that are left out otherwise need these variables.
+/// Runs the tests. Python tests that are otherwise skipped need these variables.
 pub fn test(workspace: &Workspace, environment: &Environment, variables: &[(&str, OsString)]) -> Result<()> {
     heading("Python tests that take long");
     let mut pytest = environment.python();
@@ -57,19 +58,19 @@ pub fn test(workspace: &Workspace, environment: &Environment, variables: &[(&str
 
 fn valgrind() -> Command {
     let mut valgrind = Command::new("valgrind");
-    // What Rust's standard library keeps for each thread counts as "possibly lost".
+    // Thread-local data of Rust's standard library is reported as "possibly lost".
     valgrind.args(["--quiet", "--leak-check=full", "--show-leak-kinds=definite", "--errors-for-leak-kinds=definite"]);
     valgrind
 }
 
-/// Python and its packages leak, differently in every version: only the reports count in which an FMU's library occurs.
+/// Python and its packages leak, differently in every version: only reports that mention an FMU's library count.
 fn conformance(workspace: &Workspace, environment: &Environment) -> Result<()> {
     let log = workspace.target.join("valgrind.log");
     let mut valgrind = valgrind();
-    // A library's name is wanted even where it has been unloaded before the leak is reported.
+    // Keep the library's name even if it is unloaded before the leak is reported.
     valgrind.arg("--keep-debuginfo=yes").arg(format!("--log-file={}", log.display()));
     valgrind.arg(environment.programs().join("python")).args(["-m", "pytest", "-q"]).args(CONFORMANCE);
-    // Python's own allocator would hide a block's bounds.
+    // Python's own allocator would hide out-of-bounds accesses.
     valgrind.env("PYTHONMALLOC", "malloc").env("PLCFMU_FMUS", workspace.fmus());
     run(valgrind.current_dir(&workspace.root))?;
     let text = fs::read(&log).with_context(|| log.display().to_string())?;
@@ -80,7 +81,7 @@ fn conformance(workspace: &Workspace, environment: &Environment) -> Result<()> {
     Ok(())
 }
 
-/// The reports in valgrind's log in which the library of an FMU occurs.
+/// The reports in valgrind's log that mention the library of an FMU.
 fn reports(log: &str) -> Vec<String> {
     let lines: Vec<&str> =
         log.lines().map(|line| line.trim_start_matches(|c: char| c == '=' || c.is_ascii_digit())).collect();

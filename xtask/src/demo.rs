@@ -1,4 +1,4 @@
-//! `cargo xtask demo`: the closed loops of `examples/`, each a Python program of its own.
+//! `cargo xtask demo`: runs the closed loops in `examples/`, each a separate Python program.
 
 use crate::python::Environment;
 use crate::steps::Steps;
@@ -32,7 +32,7 @@ pub fn demo(workspace: &Workspace, options: &Options) -> Result<()> {
         steps.begin(&name(&program));
         let mut python = environment.python();
         python.arg(&program).arg("--fmus").arg(workspace.fmus()).arg("--out").arg(&results);
-        // The examples import the Python package, which asks the command for figures.
+        // The examples import the Python package, which calls the command for figures.
         python.env("PYTHONPATH", workspace.root.join("plcfmu/python")).env("PLCFMU_COMMAND", &command);
         run(python.current_dir(&workspace.root))?;
     }
@@ -40,7 +40,7 @@ pub fn demo(workspace: &Workspace, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Builds the command `plcfmu`, of which this program has all but the last line, and gives its path.
+/// Builds the command `plcfmu`, of which this program already contains almost everything, and returns its path.
 fn build_command(workspace: &Workspace) -> Result<PathBuf> {
     let mut build = workspace::cargo();
     // Both packages, so that cargo compiles with the features of both.
@@ -50,7 +50,7 @@ fn build_command(workspace: &Workspace) -> Result<PathBuf> {
     Ok(executable.context("cargo has not built plcfmu")?.into())
 }
 
-/// The loops of a folder: its Python files that are programs; the others are what these share.
+/// The loops in a folder: its Python files that are programs; the others are shared modules.
 fn find(folder: &Path) -> Result<Vec<PathBuf>> {
     let failed = || folder.display().to_string();
     let mut loops = Vec::new();

@@ -19,8 +19,8 @@ pub struct Options {
     pub repository: Option<String>,
 }
 
-/// Packs the FMUs, makes the parameter tool, and writes the site with both. Where the engine of the tool cannot be compiled,
-/// the site is without it.
+/// Packs the FMUs, builds the parameter tool, and writes the site with both. If the tool's engine cannot be compiled,
+/// the site is built without it.
 pub fn docs(workspace: &Workspace, options: &Options) -> Result<()> {
     let mut steps = Steps::new(3);
     let mut python = Environment::ready(workspace)?.python();

@@ -68,7 +68,7 @@ fn dispatch(command: Command) -> Result<()> {
     let workspace = Workspace::find()?;
     match command {
         Command::Fmu(options) => {
-            // First what may be wrong at once.
+            // Check first for anything that can fail immediately.
             pack::select(&workspace, &options)?;
             if !options.native && Platform::host(&workspace.root)?.is_linux() {
                 Environment::ready(&workspace)?;

@@ -1,5 +1,5 @@
-//! The Python environment `target/venv` with the packages pinned in `tests/requirements.txt`. It is made again when that
-//! file or the Python has changed, or when making it was interrupted. It may be a link to the one of another clone.
+//! The Python environment `target/venv` with the packages pinned in `tests/requirements.txt`. It is recreated when that
+//! file or the Python has changed, or when its creation was interrupted. It may be a link to that of another clone.
 
 use anyhow::{Context, Result, bail};
 use plcfmu::build::workspace::Workspace;
@@ -9,21 +9,22 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The oldest Python that all of the packages run in.
+/// The oldest Python version that all packages support.
 const OLDEST: (u32, u32) = (3, 9);
 
-/// Which Pythons are looked for, in this order.
+/// The names of Python interpreters to try, in order.
 const CANDIDATES: &[&str] =
     &["python3", "python", "python3.13", "python3.12", "python3.11", "python3.10", "python3.9", "python3.14"];
 
-/// Prints a Python's version and path, if it can make environments; in an environment, those of the Python that made it.
+/// A script that prints a Python's version and path if it can create environments; in an environment, those of its base
+/// Python.
 const DESCRIBE: &str = "import os, sys, venv, ensurepip
 print(sys.version_info[0], sys.version_info[1])
 print(sys.version.split()[0])
 print(os.path.realpath(getattr(sys, '_base_executable', None) or sys.executable))
 ";
 
-/// What every error ends with that a user without these packages can avoid.
+/// The hint at the end of errors that a user without these packages can avoid.
 const WITHOUT: &str = "'cargo xtask fmu --native' needs no Python";
 
 /// The environment, ready for use.
@@ -32,7 +33,7 @@ pub struct Environment {
     folder: PathBuf,
 }
 
-/// A Python that an environment can be made with.
+/// A Python that can create an environment.
 #[derive(Debug, PartialEq)]
 struct Python {
     program: PathBuf,
@@ -42,7 +43,7 @@ struct Python {
 }
 
 impl Environment {
-    /// The environment of a workspace; made if it is missing or out of date.
+    /// Returns the environment of a workspace, creating it if it is missing or out of date.
     pub fn ready(workspace: &Workspace) -> Result<Environment> {
         Environment::made_with(&find()?, workspace)
     }
@@ -53,7 +54,7 @@ impl Environment {
         let place = workspace.target.join("venv");
         let linked = fs::read_link(&place).ok();
         let environment = Environment { folder: linked.clone().unwrap_or_else(|| place.clone()) };
-        // The scripts in an environment contain its path, so one that was moved is out of date too.
+        // The scripts in an environment contain its path, so that a moved one is out of date as well.
         let wanted = format!("{}\n{}\n\n{pinned}", environment.folder.display(), python.description);
         let stamp = environment.folder.join("plcfmu-stamp.txt");
         let is_ready = || fs::read_to_string(&stamp).is_ok_and(|made_of| made_of == wanted);
@@ -68,13 +69,13 @@ impl Environment {
                 other.display()
             );
         }
-        // Of two commands at once the second waits, and then finds what the first has made.
+        // Of two concurrent commands, the second waits and then uses what the first has created.
         fs::create_dir_all(&workspace.target)?;
         let lock = File::create(workspace.target.join("venv.lock")).context("target/venv.lock cannot be made")?;
         lock.lock()?;
         if !is_ready() {
             environment.make(python, &requirements)?;
-            // Written last: an environment without it is unfinished and made again.
+            // Written last: an environment without it is incomplete and is recreated.
             fs::write(&stamp, &wanted).with_context(|| stamp.display().to_string())?;
         }
         Ok(environment)
@@ -107,7 +108,7 @@ impl Environment {
         self.folder.join(if cfg!(windows) { "Scripts" } else { "bin" })
     }
 
-    /// A command that runs its Python, with its programs first on PATH.
+    /// A command that runs the environment's Python, with its programs first on PATH.
     pub fn python(&self) -> Command {
         let mut command = Command::new(self.programs().join("python").with_extension(std::env::consts::EXE_EXTENSION));
         let path = std::env::var_os("PATH").unwrap_or_default();
@@ -127,20 +128,20 @@ impl Environment {
     }
 }
 
-/// The last of pip's errors, which sums them up.
+/// The last of pip's errors, which summarizes them.
 fn reason(output: &str) -> &str {
     let mut errors = output.lines().filter_map(|line| line.trim().strip_prefix("ERROR: "));
     errors.next_back().or(output.lines().last()).unwrap_or_default()
 }
 
-/// The first Python that is new enough: that of the variable PYTHON if it is set, else one on PATH.
+/// The first Python that is new enough: the one named by the variable PYTHON, if set, else one on PATH.
 fn find() -> Result<Python> {
     let chosen = std::env::var("PYTHON").ok().filter(|python| !python.is_empty());
     let candidates = chosen.as_deref().map_or(CANDIDATES.to_vec(), |python| vec![python]);
     choose(candidates.into_iter().filter_map(describe).collect(), chosen.as_deref())
 }
 
-/// The first that is new enough.
+/// The first Python that is new enough.
 fn choose(found: Vec<Python>, chosen: Option<&str>) -> Result<Python> {
     let old: String = found.iter().map(|python| format!(" (but {})", python.description)).collect();
     found.into_iter().find(|python| python.version >= OLDEST).with_context(|| {
@@ -153,7 +154,7 @@ fn choose(found: Vec<Python>, chosen: Option<&str>) -> Result<Python> {
     })
 }
 
-/// What a program says of itself, if it is a Python.
+/// The version and path of a program, if it is a Python.
 fn describe(program: &str) -> Option<Python> {
     parse(&output(Command::new(program).args(["-c", DESCRIBE])).ok()?)
 }

@@ -24,19 +24,19 @@ const CHANGELOG: &str = "CHANGELOG.md";
 const WHEEL: &str = "plcfmu/python/pyproject.toml";
 const WORKFLOW: &str = ".github/workflows/release.yml";
 
-/// What a reader of the repository expects at its top.
+/// The files expected in the repository's root.
 const EXPECTED: &[&str] =
     &["README.md", "LICENSE-APACHE", "LICENSE-MIT", "CONTRIBUTING.md", "CODE_OF_CONDUCT.md", "SECURITY.md"];
 
-/// What a package contains besides its sources: cargo takes nothing from outside of its folder.
+/// The licence files that a package must contain: cargo does not include files outside its folder.
 const LICENCES: &[&str] = &["LICENSE-APACHE", "LICENSE-MIT"];
 
-/// The crate that a program of somebody else may use. All others are parts of the command, which is made of the whole workspace.
+/// The crate that other programs may use. All others are parts of the command, which is built from the whole workspace.
 const LIBRARY: &str = "blocks";
 
 const UNRELEASED: &str = "## [Unreleased]";
 
-/// One thing that a release needs: its name, and what is missing with a remedy.
+/// A requirement for a release: its name, and what is missing, with the remedy.
 struct Check {
     name: String,
     fault: Option<String>,
@@ -52,7 +52,8 @@ struct Sources {
     workflow: String,
 }
 
-/// Checks the release, makes its commit and its tag unless only checks are wanted, and lists what is left to do by hand.
+/// Checks the release, creates its commit and tag unless only checks are requested, and lists the remaining manual
+/// steps.
 pub fn release(workspace: &Workspace, options: &Options) -> Result<()> {
     let root = &workspace.root;
     let sources = Sources::read(root)?;
@@ -91,7 +92,7 @@ impl Check {
     }
 }
 
-/// What git says of the repository.
+/// Checks the state of the git repository.
 fn repository(root: &Path, version: &str) -> Result<Vec<Check>> {
     let changed = git(root, &["status", "--porcelain"])?;
     let tag = format!("v{version}");
@@ -106,8 +107,8 @@ fn repository(root: &Path, version: &str) -> Result<Vec<Check>> {
     ])
 }
 
-/// Whether the lock file fits the manifests: the archives of a release are built with `--locked`. Other commands of cargo ask for the
-/// crates of all platforms, most of which no build has fetched.
+/// Checks that the lock file matches the manifests: the archives of a release are built with `--locked`. Other cargo
+/// commands would need the crates for all platforms, most of which no build has fetched.
 fn lock(root: &Path) -> Check {
     let mut cargo = workspace::cargo();
     cargo.args(["update", "--workspace", "--locked", "--offline", "--quiet"]).current_dir(root);
@@ -116,7 +117,7 @@ fn lock(root: &Path) -> Check {
     })
 }
 
-/// Whether the library has the licences in its own folder.
+/// Checks that the library has the licences in its own folder.
 fn licences(root: &Path) -> Check {
     let own = |name: &str| fs::read(root.join(LIBRARY).join(name)).ok();
     let absent: Vec<_> = LICENCES.iter().copied().filter(|name| fs::read(root.join(name)).ok() != own(name)).collect();
@@ -125,7 +126,7 @@ fn licences(root: &Path) -> Check {
     })
 }
 
-/// Whether the library compiles from its package alone, which is what `cargo publish --dry-run` asks of a crate.
+/// Checks that the library compiles from its package alone, as `cargo publish --dry-run` requires.
 fn packs(root: &Path) -> Check {
     let mut cargo = workspace::cargo();
     cargo.args(["package", "--quiet", "--offline", "--allow-dirty", "--package", LIBRARY]).current_dir(root);
@@ -152,7 +153,7 @@ impl Sources {
         })
     }
 
-    /// An entry of `[workspace.package]`, which all packages inherit.
+    /// An entry of `[workspace.package]`, inherited by all packages.
     fn shared(&self, key: &str) -> Option<&str> {
         self.manifest["workspace"]["package"].get(key)?.as_str()
     }
@@ -161,7 +162,7 @@ impl Sources {
         self.shared("version").context("Cargo.toml: no version under [workspace.package]")
     }
 
-    /// What the files say about themselves and each other.
+    /// Checks the files individually and against each other.
     fn checks(&self, version: &str) -> Vec<Check> {
         let numbers: Vec<_> = version.split('.').collect();
         let is_version = numbers.len() == 3 && numbers.iter().all(|number| number.parse::<u32>().is_ok());
@@ -199,30 +200,30 @@ impl Sources {
     }
 }
 
-/// The keys that a table of a manifest lacks.
+/// The keys missing in a table of a manifest.
 fn absent<'a>(manifest: &Table, table: &str, keys: &[&'a str]) -> Vec<&'a str> {
     let entries = manifest.get(table).and_then(toml::Value::as_table);
     keys.iter().copied().filter(|key| entries.is_none_or(|entries| !entries.contains_key(*key))).collect()
 }
 
-/// The version in CITATION.cff.
+/// The version given in CITATION.cff.
 fn cited(citation: &str) -> Option<&str> {
     citation.lines().find_map(|line| line.strip_prefix("version:")).map(str::trim)
 }
 
-/// The section of the changelog on what has not been released yet, without its heading.
+/// The changelog section on unreleased changes, without its heading.
 fn unreleased(changelog: &str) -> &str {
     let (_, rest) = changelog.split_once(UNRELEASED).unwrap_or_default();
     rest.split("\n## ").next().unwrap_or_default().trim()
 }
 
-/// Writes version and date into the files, commits them and sets the tag. The date is that of the last commit, so that the same
-/// state gives the same release.
+/// Writes version and date into the files, commits them and creates the tag. The date is that of the last commit, so
+/// that the same state yields the same release.
 fn commit(root: &Path, sources: &Sources, version: &str) -> Result<()> {
     let date = git(root, &["log", "-1", "--format=%cs"])?;
     let current = sources.version()?;
     let manifest = fs::read_to_string(root.join(MANIFEST)).context(MANIFEST)?;
-    // The first version in the file is that of [workspace.package]; the packages' own come after it.
+    // The first version in the file is that of [workspace.package]; those of packages come after it.
     let line = |version: &str| format!("\nversion = \"{version}\"\n");
     let files = [
         (MANIFEST, manifest.replacen(&line(current), &line(version), 1)),
@@ -244,7 +245,7 @@ fn commit(root: &Path, sources: &Sources, version: &str) -> Result<()> {
         .current_dir(root))
 }
 
-/// CITATION.cff with another version and date.
+/// The contents of CITATION.cff with another version and date.
 fn cite(citation: &str, version: &str, date: &str) -> String {
     let lines = citation.lines().filter(|line| !line.starts_with("date-released:"));
     let cited = lines.map(|line| match line.starts_with("version:") {
@@ -254,7 +255,7 @@ fn cite(citation: &str, version: &str, date: &str) -> String {
     cited.collect()
 }
 
-/// What only a person can do.
+/// The steps that only a person can take.
 fn by_hand(sources: &Sources, version: &str, is_check: bool) -> String {
     let mut steps = Vec::new();
     if is_check {

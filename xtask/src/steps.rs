@@ -1,4 +1,4 @@
-//! The steps of a long command, so that whoever waits sees which of how many it is at.
+//! Progress of a long command: prints which of how many steps is running.
 
 use plcfmu::command::heading;
 
@@ -10,12 +10,12 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// So many steps are to come.
+    /// Announces this many steps.
     pub fn new(count: usize) -> Steps {
         Steps { begun: 0, count }
     }
 
-    /// The next step begins.
+    /// Starts the next step.
     pub fn begin(&mut self, step: &str) {
         self.begun += 1;
         heading(&self.title(step));

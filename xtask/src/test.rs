@@ -32,7 +32,7 @@ pub struct Options {
 
 /// Runs the tests.
 pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
-    // First what may be missing, so that nobody waits for it.
+    // Check first for anything that may be missing, so that nobody waits for it.
     if options.deep {
         deep::ready()?;
     }
@@ -41,7 +41,7 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     steps.begin("FMUs");
     pack::run(workspace, &pack::Options::default())?;
     steps.begin("Rust tests");
-    // Every package, also one that somebody has added.
+    // All packages, including new ones.
     let mut tests = workspace::cargo();
     tests.args(["test", "--workspace"]).env("PLCFMU_LIBRARIES", libraries(workspace)?);
     run(tests.current_dir(&workspace.root))?;
@@ -53,13 +53,13 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     steps.begin("other importers in Rust");
     let mut importers = workspace::cargo();
     importers.args(["test", "--locked", "--manifest-path", "tests/importers/Cargo.toml"]);
-    // What both workspaces depend on is compiled once.
+    // Compile the dependencies of both workspaces only once.
     importers.arg("--target-dir").arg(&workspace.target);
     run(importers.current_dir(&workspace.root).envs(variables.clone()))?;
     steps.begin("Python tests");
     let mut pytest = environment.python();
     pytest.args(["-m", "pytest", "tests", "-nauto", "--dist=loadfile"]).args(&options.pytest);
-    // The site's page "What was tested" is made of these. A part of the tests says nothing of the rest.
+    // The site's page "What was tested" is generated from these. A subset of the tests says nothing about the rest.
     if options.pytest.is_empty() {
         pytest.env("PLCFMU_RESULTS", workspace.target.join("results"));
     }
@@ -75,12 +75,12 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// The folder with the libraries of all FMUs, those that were packed, that of programs and those of `tests/fmus`.
+/// The folder with the libraries of all FMUs: packed ones, that of programs, and those of `tests/fmus`.
 fn libraries(workspace: &Workspace) -> Result<PathBuf> {
     let host = Platform::host(&workspace.root)?;
     let linkage = Linkage::choose(workspace, &host, false);
     let folder = workspace.target.join("libraries");
-    // A crate may have gone since the last time, and its library with it.
+    // A crate may have been removed since the last run, and its library with it.
     remove(&folder, |folder| fs::remove_dir_all(folder))?;
     fs::create_dir_all(&folder)?;
     let crates: Vec<_> = workspace.crates.iter().chain(&workspace.programs).cloned().collect();
@@ -90,7 +90,7 @@ fn libraries(workspace: &Workspace) -> Result<PathBuf> {
     Ok(folder)
 }
 
-/// Makes the page of the parameter tool. Where its engine cannot be compiled none is left, and its tests are skipped.
+/// Builds the page of the parameter tool. If its engine cannot be compiled, no page is left and its tests are skipped.
 fn page(workspace: &Workspace) -> Result<()> {
     match make::run(workspace, &make::Options { fmus: Some(workspace.fmus()), out: None }) {
         Err(error) if error.is::<make::Missing>() => {
@@ -101,7 +101,7 @@ fn page(workspace: &Workspace) -> Result<()> {
     }
 }
 
-/// Removes what an earlier run has left, if it has.
+/// Removes the leftovers of an earlier run, if there are any.
 fn remove(path: &Path, how: impl FnOnce(&Path) -> io::Result<()>) -> Result<()> {
     if path.exists() {
         how(path).with_context(|| format!("{} cannot be removed", path.display()))?;
@@ -109,18 +109,18 @@ fn remove(path: &Path, how: impl FnOnce(&Path) -> io::Result<()>) -> Result<()> 
     Ok(())
 }
 
-/// What lets bindgen, which tests/importers needs, find libclang, unless the user has said where it is.
+/// Variables by which bindgen, which tests/importers needs, finds libclang, unless the user has set one.
 fn libclang(environment: &Environment) -> Result<Vec<(&'static str, OsString)>> {
     if std::env::var_os("LIBCLANG_PATH").is_some() {
         return Ok(Vec::new());
     }
     let mut variables = vec![("LIBCLANG_PATH", environment.package("clang")?.join("native").into_os_string())];
-    // The libclang from PyPI comes without a compiler's own headers.
+    // The libclang from PyPI lacks a compiler's own headers.
     variables.extend(compiler_headers().map(|include| ("BINDGEN_EXTRA_CLANG_ARGS", format!("-I{include}").into())));
     Ok(variables)
 }
 
-/// Where the C compiler has stddef.h, if it is like gcc.
+/// The folder in which a gcc-like C compiler has stddef.h.
 fn compiler_headers() -> Option<String> {
     let compiler = std::env::var_os("CC").unwrap_or_else(|| "cc".into());
     let include = output(Command::new(compiler).arg("-print-file-name=include")).ok()?.trim().to_string();

@@ -1,11 +1,11 @@
-//! What the controllers and the pulse generator do with settings that a user may not mean that way. `path` leads to a block
-//! inside another one, such as `DI_CONT_C.`, and is empty otherwise.
+//! Advice about settings with which the controllers and the pulse generator may behave unexpectedly. `path` leads to an
+//! inner block, such as `DI_CONT_C.`, and is empty otherwise.
 
 use crate::table::number::shown;
 use crate::table::{Real, Time, rnd};
 use crate::{ContC, ContS, Pulsegen};
 
-/// Of CONT_C.
+/// Returns the advice for CONT_C.
 pub(crate) fn cont_c(block: &ContC, path: &str) -> Vec<String> {
     let mut advice = Vec::new();
     if block.man_on {
@@ -42,7 +42,7 @@ pub(crate) fn cont_c(block: &ContC, path: &str) -> Vec<String> {
     advice
 }
 
-/// Of CONT_S.
+/// Returns the advice for CONT_S.
 pub(crate) fn cont_s(block: &ContS) -> Vec<String> {
     let mut advice = Vec::new();
     if block.lmns_on {
@@ -63,7 +63,7 @@ pub(crate) fn cont_s(block: &ContS) -> Vec<String> {
     advice
 }
 
-/// Of PULSEGEN.
+/// Returns the advice for PULSEGEN.
 pub(crate) fn pulsegen(block: &Pulsegen, path: &str) -> Vec<String> {
     let mut advice = Vec::new();
     let (period, shortest, cycle) = (seconds(block.per_tm), seconds(block.p_b_tm), seconds(block.cycle));
@@ -94,7 +94,7 @@ pub(crate) fn pulsegen(block: &Pulsegen, path: &str) -> Vec<String> {
     advice
 }
 
-/// What CONT_C and CONT_S have in common.
+/// Returns the advice that CONT_C and CONT_S share.
 fn common(path: &str, gain: Real, deadb_w: Real) -> Vec<String> {
     let mut advice = Vec::new();
     if gain == 0.0 {
@@ -107,7 +107,7 @@ fn common(path: &str, gain: Real, deadb_w: Real) -> Vec<String> {
     advice
 }
 
-/// A time that the block raises to `lowest`, which is in milliseconds.
+/// Returns the advice for a time that the block raises to `lowest`, in milliseconds.
 fn raised(path: &str, name: &str, time: Time, bound: &str, lowest: f64) -> Option<String> {
     let is_raised = f64::from(time.milliseconds()) < lowest;
     is_raised.then(|| {

@@ -1,36 +1,36 @@
-//! Instances of one block side by side, which are called together: one of each of several runs that differ in their values.
+//! Instances of one block that are called together, one for each of several runs with different values.
 //!
-//! [`Apart`] keeps them as they are. [`Lanes`] keeps them variable by variable, so that the compiler makes a loop over [`LANES`] calls into
-//! vector instructions (SIMD): as many calls at once as a register has numbers. The law is not written again for that. It is taken as it
-//! stands, for one block after the other; a processor adds, multiplies and divides the numbers of a vector register as it does
-//! single ones (IEEE 754), so the bits are the same.
+//! [`Apart`] stores them unchanged. [`Lanes`] stores them variable by variable (structure of arrays), so that the
+//! compiler turns a loop over [`LANES`] calls into vector instructions (SIMD). The law itself is not rewritten: the
+//! compiler vectorizes it across the blocks. Vector instructions add, multiply and divide each number as scalar ones do
+//! (IEEE 754), so the results are identical to the last bit.
 //!
-//! The compiler can do so if the law is a computation with conditions, without loops over memory and with all functions inlined. A call
-//! that does more now and then, such as computing an exponential again after a setting has changed, says so beforehand
-//! ([`Law::is_steady`](crate::Law::is_steady)), and is made by itself.
+//! This works if the law is a computation with conditions, without loops over memory and with all functions inlined. A
+//! call that occasionally does more, such as recomputing an exponential after a setting has changed, must report this
+//! beforehand ([`Law::is_steady`](crate::Law::is_steady)), and is then made separately.
 
 use crate::table::{Time, Word};
 use std::array::from_fn;
 
-/// This many blocks stand side by side at most: two vector registers of 256 bits hold as many REALs.
+/// The maximum number of blocks in a group: two vector registers of 256 bits hold this many REALs.
 pub const LANES: usize = 16;
 
 /// Instances of a block that are called together.
 pub trait Abreast<B>: Sized {
-    /// Puts blocks side by side.
+    /// Groups blocks.
     ///
     /// # Panics
-    /// There are more than [`LANES`].
+    /// There are more than [`LANES`] blocks.
     fn of(blocks: Vec<B>) -> Self;
 
-    /// The blocks, in their order.
+    /// Returns the blocks in their original order.
     fn into_blocks(self) -> Vec<B>;
 
-    /// Calls each of them.
+    /// Calls each block.
     fn each(&mut self, call: impl Fn(&mut B));
 }
 
-/// Blocks, one after the other.
+/// Blocks stored one after the other.
 #[derive(Debug)]
 pub struct Apart<B>(Vec<B>);
 
@@ -58,7 +58,7 @@ impl<B> Apart<B> {
         }
     }
 
-    /// Writes a field of each block; false if one of the numbers has no value.
+    /// Writes a field of each block; returns false if a number cannot be converted.
     #[inline(always)]
     pub fn write<T>(
         &mut self,
@@ -73,30 +73,30 @@ impl<B> Apart<B> {
     }
 }
 
-/// What can be kept side by side.
+/// A value that can be stored in lanes.
 pub trait Lane: Sized {
-    /// One for each lane.
+    /// The storage for all lanes.
     type Lanes;
 
-    /// Lanes that nothing is in.
+    /// Creates empty lanes.
     fn lanes() -> Self::Lanes;
 
-    /// Puts it into a lane.
+    /// Stores the value in a lane.
     fn put(self, lanes: &mut Self::Lanes, lane: usize);
 
-    /// Takes it out of a lane.
+    /// Takes the value out of a lane.
     #[inline(always)]
     fn take(lanes: &mut Self::Lanes, lane: usize) -> Self {
         Self::load(lanes, lane)
     }
 
-    /// What a steady call needs of it.
+    /// Loads the parts of the value that a steady call needs.
     fn load(lanes: &Self::Lanes, lane: usize) -> Self;
 
-    /// Puts back what a call has made of that, if it was a steady one.
+    /// Stores the parts that a call may have changed, if the call was steady.
     fn store(self, lanes: &mut Self::Lanes, lane: usize, is_steady: bool);
 
-    /// Does what a steady call leaves to be done, lane by lane.
+    /// Completes the work that a steady call defers, lane by lane.
     #[inline(always)]
     fn settle(_lanes: &mut Self::Lanes, _lane: usize) {}
 }
@@ -124,7 +124,7 @@ macro_rules! lane_of_numbers {
 
             #[inline(always)]
             fn store(self, lanes: &mut Self::Lanes, lane: usize, is_steady: bool) {
-                // Written in any case, which a vector can do.
+                // Written unconditionally, so that the compiler can vectorize it.
                 let before = Self::load(lanes, lane);
                 (if is_steady { self } else { before }).put(lanes, lane);
             }
@@ -132,7 +132,7 @@ macro_rules! lane_of_numbers {
     )* };
 }
 
-// A condition takes as many bits as what it decides about: no vector has to be widened for it.
+// A condition is as wide as the values it selects, so that no vector has to be widened.
 lane_of_numbers! {
     f32 as f32: value => value, number => number;
     f64 as f64: value => value, number => number;
@@ -194,7 +194,7 @@ impl<T: Lane> Lane for Option<T> {
 
     #[inline(always)]
     fn load(lanes: &Self::Lanes, lane: usize) -> Self {
-        // Read in any case, which a vector can do.
+        // Read unconditionally, so that the compiler can vectorize it.
         bool::load(&lanes.0, lane).then_some(T::load(&lanes.1, lane))
     }
 
@@ -207,17 +207,18 @@ impl<T: Lane> Lane for Option<T> {
     }
 }
 
-/// Makes a struct a [`Lane`], field by field. Of the rows of a block, `[section] field: Type`, a call writes outputs and locals.
+/// Implements [`Lane`] for a struct, field by field. Of the rows of a block, `[section] field: Type`, a call writes
+/// only outputs and locals.
 #[macro_export]
 macro_rules! lane {
     ($Struct:ident { $( $([$section:ident])? $field:ident: $Type:ty ),* $(,)? }) => {
         const _: () = {
             use $crate::table::abreast::Lane;
 
-            /// A field's lanes for each field.
+            /// The lanes of each field.
             #[derive(Debug)]
             pub struct Lanes { $(
-                /// Those of the field of this name.
+                /// The lanes of the field with this name.
                 pub $field: <$Type as Lane>::Lanes,
             )* }
 
@@ -264,7 +265,7 @@ macro_rules! lane {
     (@store $Type:ty, $($arguments:expr),*) => { <$Type as Lane>::store($($arguments),*) };
 }
 
-/// Blocks, variable by variable.
+/// Blocks stored variable by variable.
 #[derive(Debug)]
 pub struct Lanes<B: Lane> {
     lanes: B::Lanes,
@@ -286,7 +287,7 @@ impl<B: Lane + crate::Law> Abreast<B> for Lanes<B> {
     #[inline(always)]
     fn each(&mut self, call: impl Fn(&mut B)) {
         let mut steady = bool::lanes();
-        // All lanes, so that the compiler knows how many there are: what is in those behind the last block does not count.
+        // Runs over all lanes, because the compiler needs a fixed count; the contents after the last block are ignored.
         for lane in 0..LANES {
             let mut block = B::load(&self.lanes, lane);
             let is_steady = block.is_steady();
@@ -307,7 +308,7 @@ impl<B: Lane + crate::Law> Abreast<B> for Lanes<B> {
 }
 
 impl<B: Lane> Lanes<B> {
-    /// As [`Apart::read`].
+    /// Like [`Apart::read`].
     #[inline(always)]
     pub fn read<T: Lane>(
         &self,
@@ -321,7 +322,7 @@ impl<B: Lane> Lanes<B> {
         }
     }
 
-    /// As [`Apart::write`].
+    /// Like [`Apart::write`].
     #[inline(always)]
     pub fn write<T: Lane + Default>(
         &mut self,
@@ -330,7 +331,7 @@ impl<B: Lane> Lanes<B> {
         value: impl Fn(f64) -> Option<T>,
     ) -> bool {
         let (lanes, mut all) = (field(&mut self.lanes), true);
-        // Without an end ahead of time, which a vector does not have.
+        // Without an early exit, which would prevent vectorization.
         for (lane, number) in numbers.iter().enumerate().take(LANES) {
             let value = value(*number);
             all &= value.is_some();

@@ -1,13 +1,13 @@
-//! Arrays among the rows of a table, which has a row for each element: `a[1]`, `a[2]`.
+//! Arrays in a table, which has one row per element: `a[1]`, `a[2]`.
 
 /// The rows of one variable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Group {
-    /// The name, of an array without indices.
+    /// The name; for an array without indices.
     pub name: String,
-    /// The rows of the elements, the last index counting neighbours; a single one if it is no array.
+    /// The rows of the elements, with the last index varying fastest; a single row if the variable is not an array.
     pub rows: Vec<usize>,
-    /// The lowest and the highest index of each dimension; empty if it is no array.
+    /// The lower and upper bound of each dimension; empty if the variable is not an array.
     pub bounds: Vec<(i64, i64)>,
 }
 
@@ -15,22 +15,22 @@ pub struct Group {
 type Element = (usize, Vec<i64>);
 
 impl Group {
-    /// How many elements each dimension has.
+    /// Returns the number of elements in each dimension.
     pub fn sizes(&self) -> impl Iterator<Item = usize> {
         self.bounds.iter().map(|(low, high)| (high - low + 1) as usize)
     }
 }
 
-/// The variables of rows that have a name and what the elements of an array have in common. An array is the rows whose names differ in
-/// the indices at their ends alone, if no element is missing and they come in the order of the indices, and if arrays are `wanted`.
-/// A variable has the place of its first row.
+/// Groups rows into variables. Each row has a name and a key that all elements of an array must share. Rows form an
+/// array if their names differ only in the indices at the end, no element is missing, they are ordered by index, and
+/// arrays are `wanted`. A variable has the position of its first row.
 pub fn grouped<'a, K: PartialEq>(rows: impl Iterator<Item = (&'a str, K)>, wanted: bool) -> Vec<Group> {
     let rows: Vec<(&str, K)> = rows.collect();
     let single = |row: usize| Group { name: rows[row].0.into(), rows: vec![row], bounds: Vec::new() };
     if !wanted {
         return (0..rows.len()).map(single).collect();
     }
-    // By name, in the order of their first rows.
+    // The rows by base name, in the order of their first rows.
     let mut found: Vec<(&str, Vec<Element>)> = Vec::new();
     let mut known = std::collections::HashMap::new();
     for (row, (name, _)) in rows.iter().enumerate() {
@@ -44,7 +44,7 @@ pub fn grouped<'a, K: PartialEq>(rows: impl Iterator<Item = (&'a str, K)>, wante
     let mut groups = Vec::new();
     for (base, elements) in found {
         let is_alike = elements.iter().all(|(row, _)| rows[*row].1 == rows[elements[0].0].1);
-        // Another variable may have the name.
+        // A variable that is not an array may have the same name.
         let is_taken = known.contains_key(&(base, true)) && known.contains_key(&(base, false));
         match bounds(&elements).filter(|_| is_alike && !is_taken) {
             Some(bounds) => {
@@ -57,14 +57,14 @@ pub fn grouped<'a, K: PartialEq>(rows: impl Iterator<Item = (&'a str, K)>, wante
     groups
 }
 
-/// A name with indices at its end, and those.
+/// Splits a name into its base and the indices at its end.
 fn indexed(name: &str) -> Option<(&str, Vec<i64>)> {
     let (base, indices) = name.strip_suffix(']')?.rsplit_once('[')?;
     let indices: Option<Vec<i64>> = indices.split(',').map(|index| index.trim().parse().ok()).collect();
     Some((base, indices?))
 }
 
-/// The bounds of elements, if they are all of an array, in their order.
+/// Returns the bounds of the elements, if they form a complete array in order.
 fn bounds(elements: &[Element]) -> Option<Vec<(i64, i64)>> {
     let (first, last) = (&elements.first()?.1, &elements.last()?.1);
     if first.is_empty() || first.len() != last.len() {
@@ -84,7 +84,7 @@ fn bounds(elements: &[Element]) -> Option<Vec<(i64, i64)>> {
             }
             *index = *low;
         }
-        // Only after the last one does the counter begin anew.
+        // An index restarts only after its upper bound.
         if !is_last && expected == *first {
             return None;
         }

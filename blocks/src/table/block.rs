@@ -22,15 +22,14 @@
 /// }
 /// ```
 ///
-/// A long documentation stands in a file of its own: `#[doc = include_str!("page.md")]` below the first sentence.
+/// Long documentation is kept in a separate file: `#[doc = include_str!("page.md")]` below the first sentence.
 ///
-/// Behind `NAME` and `|` stand the other names by which a PLC project may call the block, if there are any. The sections of
-/// variables may be repeated and stand in any order, so that the rows can keep the order of an instance
-/// data block; start, `from`, `min`, `max` and `unit` may be left out. `from` names the block's own settings on which the
-/// value of an output after a restart depends; without it, the restart always gives the same value. A table has one
-/// `cycle` row. `mean`, `instances` and
-/// `memory` may be left out. In an instance, `wired` names the terminals that the law connects: they become locals;
-/// settings and unconnected inputs become tunable parameters, outputs become locals.
+/// `NAME` and `|` are followed by alternative names of the block in a PLC project, if there are any. Sections of
+/// variables may be repeated, in any order, so that the rows can keep the order of an instance data block; start,
+/// `from`, `min`, `max` and `unit` are optional. `from` names the block's own settings on which the value of an output
+/// after a restart depends; without it, the value after a restart is constant. A table has exactly one `cycle` row.
+/// `mean`, `instances` and `memory` are optional. In an instance, `wired` names the terminals that the law connects,
+/// which become locals; settings and unconnected inputs become tunable parameters, and outputs become locals.
 #[macro_export]
 macro_rules! block {
     (
@@ -75,7 +74,7 @@ macro_rules! block {
                 pub $mean: $crate::LReal,
             )?
             $(
-                /// What the block keeps from call to call.
+                /// The block's memory between calls.
                 pub memory: $Memory,
             )?
         }
@@ -177,7 +176,7 @@ macro_rules! block {
 
             const CYCLE: usize = $crate::table::cycle_row(&ROWS);
 
-            /// The number of each own row, by the name of its field.
+            /// The field names as an enum, whose values are the row numbers.
             #[allow(non_camel_case_types)]
             enum Number { $($( $name, )*)* }
             struct At;
@@ -195,7 +194,7 @@ macro_rules! block {
             };
 
             impl Block for $Block {
-                // That of the crate which is compiled.
+                // The code hash of the crate being compiled.
                 const CODE: Option<&'static str> = option_env!("PLCFMU_CODE");
 
                 type Abreast = $crate::block!(@abreast $($($lanes)?)?);
@@ -325,7 +324,8 @@ macro_rules! block {
                 }
 
                 fn read(bytes: &mut &[u8]) -> Option<Self> {
-                    // The order of the fields is that of `write`: struct fields are evaluated as they are written.
+                    // The fields are in the order of `write`: struct fields are evaluated in the order in which they
+                    // are written.
                     Some($Block {
                         $($( $name: $crate::Stored::read(bytes)?, )*)*
                         $($( $instance: $crate::Stored::read(bytes)?, )*)?
@@ -363,7 +363,8 @@ macro_rules! block {
             "unknown section `", stringify!($other), "`: use input, parameter, fixed, cycle, output or local"
         ))
     };
-    // The number of a row, or of a row of an inner block, for one of the four functions that look for numbers of one type.
+    // Finds the number of a row, or of a row of an inner block, for one of the four functions that access numbers of
+    // one type.
     (
         @number $this:ident.$function:ident($($receiver:tt)+) -> $Number:ty;
         [$($name:ident $kind:ident)*] [$($instance:ident $Instance:ty)*] [$($mean:ident)?]

@@ -1,10 +1,10 @@
-//! How much of its documentation a block has with it. A library has all of it: the packer writes a page from that. In a browser the
-//! page has the help beside the engine, which needs the first paragraph and the dialog alone.
+//! The part of a block's documentation that is compiled in. A library contains all of it, from which the packer writes
+//! a page. In a browser the page has the help separately, and the engine needs only the first paragraph and the dialog.
 
-/// Whether the documentation is cut down to what is needed to run the block.
+/// Whether the documentation is reduced to what is needed to run the block.
 pub const IS_SHORT: bool = cfg!(target_family = "wasm");
 
-/// The first paragraph, then the dialog if there is one: their beginnings and ends in bytes.
+/// Returns the byte ranges of the first paragraph and of the dialog, which may be empty.
 const fn parts(docs: &[u8]) -> [(usize, usize); 2] {
     let paragraph = past(docs, find(docs, b"\n\n", 0), 2);
     let dialog = find(docs, b"```dialog", paragraph);
@@ -12,7 +12,7 @@ const fn parts(docs: &[u8]) -> [(usize, usize); 2] {
     [(0, paragraph), (dialog, past(docs, end, 4))]
 }
 
-/// Where `text` is found at `from` or behind it; the end if nowhere.
+/// Returns the byte offset of the first occurrence of `text` at or after `from`; the length of `docs` if there is none.
 const fn find(docs: &[u8], text: &[u8], from: usize) -> usize {
     let mut at = from;
     while at + text.len() <= docs.len() {
@@ -32,13 +32,13 @@ const fn past(docs: &[u8], at: usize, count: usize) -> usize {
     if at == docs.len() { at } else { at + count }
 }
 
-/// How many bytes of a documentation are kept.
+/// Returns the number of bytes of the documentation that are kept.
 pub const fn length(docs: &str, is_short: bool) -> usize {
     let [paragraph, dialog] = parts(docs.as_bytes());
     if is_short { paragraph.1 + dialog.1 - dialog.0 } else { docs.len() }
 }
 
-/// These bytes.
+/// Returns the bytes that are kept.
 pub const fn kept<const LENGTH: usize>(docs: &str) -> [u8; LENGTH] {
     let docs = docs.as_bytes();
     let [(_, paragraph), (dialog, _)] = parts(docs);

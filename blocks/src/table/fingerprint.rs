@@ -1,12 +1,12 @@
-//! Fingerprints: hashes of 128 bits, and how they are written.
+//! Fingerprints: 128-bit hashes and their text form.
 
-/// The hash of nothing.
+/// The hash of empty input.
 pub const BASIS: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
 
 const PRIME: u128 = (1 << 88) + 0x13b;
 
-/// Continues the hash `hash` with `bytes`: FNV-1a with 128 bits (Fowler, Noll, Vo). Each step is a bijection, so that a
-/// change of any one byte changes the hash.
+/// Extends `hash` by `bytes`: 128-bit FNV-1a (Fowler, Noll, Vo). Each step is a bijection, so changing any one byte
+/// changes the hash.
 pub const fn hash(mut hash: u128, bytes: &[u8]) -> u128 {
     let mut i = 0;
     while i < bytes.len() {
@@ -16,12 +16,12 @@ pub const fn hash(mut hash: u128, bytes: &[u8]) -> u128 {
     hash
 }
 
-/// The hash of `bytes`.
+/// Returns the hash of `bytes`.
 pub const fn checksum(bytes: &[u8]) -> u128 {
     hash(BASIS, bytes)
 }
 
-/// The hash as text: hexadecimal digits in the form `{00000000-0000-0000-0000-000000000000}`.
+/// Formats the hash as hexadecimal digits: `{00000000-0000-0000-0000-000000000000}`.
 pub const fn text(hash: u128) -> [u8; 38] {
     const DIGITS: [u8; 16] = *b"0123456789abcdef";
     let bytes = hash.to_be_bytes();
@@ -40,7 +40,7 @@ pub const fn text(hash: u128) -> [u8; 38] {
     text
 }
 
-/// The hash in a text that [`text`] makes; `None` if it is none.
+/// Parses the text produced by [`text`]; `None` for any other text.
 pub fn parse(of: &str) -> Option<u128> {
     let digits = of.strip_prefix('{')?.strip_suffix('}')?.replace('-', "");
     u128::from_str_radix(&digits, 16).ok().filter(|hash| text(*hash) == of.as_bytes())
@@ -52,7 +52,7 @@ mod tests {
 
     #[test]
     fn the_hash_is_fnv_1a_with_128_bits() {
-        // The authors' own test vectors.
+        // The authors' test vectors.
         assert_eq!(checksum(b""), 0x6c62272e07bb014262b821756295c58d);
         assert_eq!(checksum(b"a"), 0xd228cb696f1a8caf78912b704e4a8964);
         assert_eq!(checksum(b"foobar"), 0x343e1662793c64bf6f0d3597ba446f18);

@@ -1,4 +1,4 @@
-//! The types in which a host is given PLC values, where it has as many as the PLC.
+//! The host types of PLC values.
 
 use super::fingerprint::{BASIS, hash};
 use super::kind::Kind;
@@ -15,7 +15,7 @@ named! {
 }
 
 impl Types {
-    /// The type that holds the values of a PLC type; those of a WORD may be analog values, which have a sign.
+    /// Returns the host type for the values of a PLC type; a WORD may be an analog value, which is signed.
     pub const fn of(self, kind: Kind, is_analog: bool) -> &'static str {
         match (self, kind) {
             (Types::Native, Kind::Word) if is_analog => "Int16",
@@ -35,12 +35,12 @@ impl Types {
         }
     }
 
-    /// Whether an array is one variable.
+    /// Whether an array is a single variable.
     pub const fn has_arrays(self) -> bool {
         matches!(self, Types::Native)
     }
 
-    /// The unit of a PLC type's values in this choice of types, for an integer that counts it.
+    /// Returns the unit implied by a PLC type with these host types, if an integer counts it.
     pub const fn unit(self, kind: Kind) -> Option<&'static str> {
         match (self, kind) {
             (Types::Native, Kind::Time) => Some("ms"),
@@ -49,7 +49,8 @@ impl Types {
         }
     }
 
-    /// What an interface with this hash has in place of it where hosts choose types: another hash for each choice.
+    /// Returns the hash that replaces the hash `of` an interface where the host types can be chosen; it differs for
+    /// each choice.
     pub const fn token(self, of: u128) -> u128 {
         hash(hash(hash(BASIS, &of.to_be_bytes()), b"3"), self.name().as_bytes())
     }

@@ -1,20 +1,20 @@
-//! The PLC types of variables, with what each layer needs of them.
+//! The PLC types of variables, with the properties that each layer needs.
 
-/// What a host takes the values of a PLC type for.
+/// The host's class of a PLC type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
     /// A floating-point number.
     Real,
-    /// An integer of 32 bits.
+    /// A 32-bit integer.
     Integer,
     /// TRUE or FALSE.
     Boolean,
 }
 
-/// How the values of a PLC type are written.
+/// The literal format of a PLC type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
-    /// A number with decimals: `2.5`, `1.0e-3`.
+    /// A number with decimal places: `2.5`, `1.0e-3`.
     Decimal,
     /// A duration: `T#20S`.
     Duration,
@@ -34,34 +34,34 @@ macro_rules! kinds {
         }
 
         impl Kind {
-            /// The name as TIA Portal writes it.
+            /// Returns the name in TIA Portal.
             pub const fn tia_name(self) -> &'static str {
                 match self { $( Kind::$Kind => $tia, )* }
             }
 
-            /// The bytes that a value takes in a data block; 0 for a BOOL, which takes a bit.
+            /// Returns the size of a value in a data block in bytes; 0 for a BOOL, which takes one bit.
             pub const fn width(self) -> usize {
                 match self { $( Kind::$Kind => $width, )* }
             }
 
-            /// What a host takes its values for. An integer that has no place in 32 bits with sign is a number with a fraction
-            /// there; a DWORD is the integer with its bits.
+            /// Returns the host's class. An integer that does not fit into a signed 32-bit integer is a floating-point
+            /// number there; a DWORD is the integer with the same bits.
             pub const fn class(self) -> Class {
                 match self { $( Kind::$Kind => Class::$Class, )* }
             }
 
-            /// How its values are written.
+            /// Returns the literal format.
             pub const fn form(self) -> Form {
                 match self { $( Kind::$Kind => Form::$Form, )* }
             }
 
-            /// The lowest and the highest value of a type that only programs have, not blocks: one that
+            /// Returns the inclusive bounds of an integer type that only programs have, not blocks: one that
             /// [`Value::Whole`](super::Value::Whole) holds.
             pub const fn whole(self) -> Option<(i128, i128)> {
                 match self { $( Kind::$Kind => kinds!(@whole $($low, $high)?), )* }
             }
 
-            /// The unit in which people and hosts read its values: seconds of a duration, and the variable's own else.
+            /// Returns the unit in which values are shown: seconds for a duration, otherwise the variable's `own` unit.
             pub const fn shown_unit(self, own: Option<&str>) -> Option<&str> {
                 match self.form() {
                     Form::Duration => Some("s"),
@@ -69,7 +69,7 @@ macro_rules! kinds {
                 }
             }
 
-            /// Which numbers it takes, as a sentence.
+            /// Describes the accepted numbers in a sentence.
             pub const fn takes(self) -> &'static str {
                 match self { $( Kind::$Kind => $takes, )* }
             }
@@ -79,8 +79,8 @@ macro_rules! kinds {
     (@whole $low:expr, $high:expr) => { Some(($low as i128, $high as i128)) };
 }
 
-// Name, name in TIA Portal, bytes in a data block, class for a host, form of a literal, range of an integer of programs,
-// what it takes as a number, what it is.
+// Name, name in TIA Portal, size in a data block in bytes, host class, literal format, range of an integer type of
+// programs, accepted numbers, description.
 kinds! {
     Real  "REAL"  "Real"  4 Real Decimal, "a REAL takes finite numbers of at most 3.4028235e38", "32-bit floating point.";
     LReal "LREAL" "LReal" 8 Real Decimal, "an LREAL takes finite numbers", "64-bit floating point.";

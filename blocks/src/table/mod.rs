@@ -42,7 +42,7 @@
 //! assert_eq!(counter.get(count), Some(Value::Int(1)));
 //! ```
 
-/// Makes an enum whose values have one name each, by which they are written everywhere.
+/// Makes an enum whose variants each have one name, used everywhere.
 macro_rules! named {
     ($(#[$attribute:meta])* $Enum:ident { $( $(#[doc = $doc:literal])* $Value:ident $name:literal; )* }) => {
         $(#[$attribute])*
@@ -50,15 +50,15 @@ macro_rules! named {
         pub enum $Enum { $( $(#[doc = $doc])* $Value, )* }
 
         impl $Enum {
-            /// All of them.
+            /// All variants.
             pub const ALL: &'static [$Enum] = &[$($Enum::$Value),*];
 
-            /// The name by which it is written, in tables, documentation and messages.
+            /// Returns the name used in tables, documentation and messages.
             pub const fn name(self) -> &'static str {
                 match self { $( $Enum::$Value => $name, )* }
             }
 
-            /// The one of this name.
+            /// Returns the variant with this name.
             pub fn named(name: &str) -> Option<$Enum> {
                 $Enum::ALL.iter().copied().find(|value| value.name() == name)
             }
@@ -89,36 +89,38 @@ pub use parts::{check_restart_values, copy, cycle_row, help, inner_rows, nest, s
 pub use stored::Stored;
 pub use types::{Bool, Int, LReal, Real, Time, Word, low_word, rnd};
 
-/// The part of a block that is written by hand: what it does when it is called.
+/// The hand-written part of a block: its behavior when it is called.
 pub trait Law {
-    /// The runs that the documentation shows. The reference results of the FMU record the first one.
+    /// The runs shown in the documentation. The reference results of the FMU record the first one.
     const RESPONSES: &'static [Response] = &[Response::AT_REST];
 
-    /// The characteristics that the documentation shows.
+    /// The characteristics shown in the documentation.
     const CHARACTERISTICS: &'static [Characteristic] = &[];
 
-    /// The unit that signals without one of their own have in the documentation's drawings. A controller works in any unit; with
-    /// its start values it is percent.
+    /// The default unit of signals in the documentation's drawings. A controller works in any unit; with its start
+    /// values, it is percent.
     const DRAWN_UNIT: Option<&'static str> = None;
 
-    /// Whether a call computes what the inputs lead to that are held until the next call, as that of a plant does: its outputs
-    /// are those at the next call then, and nothing happens at the instant of the call itself. A controller answers at once.
+    /// Whether a call computes the effect of inputs that are held until the next call, as that of a plant does: its
+    /// outputs are then those at the next call, and nothing happens at the instant of the call itself. A controller
+    /// responds at once.
     const HOLDS_INPUTS: bool = false;
 
-    /// The complete restart, which a PLC runs once at power-up (OB 100), with the present inputs and parameters.
+    /// Performs the complete restart, which a PLC runs once at power-up (OB 100), with the present inputs and
+    /// parameters.
     fn restart(&mut self);
 
-    /// One call, as a cyclic interrupt makes it: reads inputs and parameters, writes outputs and memory.
+    /// Performs one call, as in a cyclic interrupt: reads inputs and parameters, writes outputs and memory.
     fn call(&mut self);
 
-    /// Whether the next call is one that the compiler can make for several blocks at once, see [`abreast`]: it computes nothing
-    /// again that it keeps. Asked in a lane only. There [`call`](Law::call) runs whatever this says, and what it has made of a block
-    /// that is not steady is thrown away: it must not panic.
+    /// Whether the compiler can vectorize the next call for several blocks, see [`abreast`]: the call recomputes
+    /// nothing that it caches. Only used in lanes. There, [`call`](Law::call) runs in any case, and its result is
+    /// discarded for a block that is not steady: it must not panic.
     fn is_steady(&self) -> bool {
         true
     }
 
-    /// Refuses parameters with which the block cannot run; called once, before the restart.
+    /// Rejects parameters with which the block cannot run; called once, before the restart.
     ///
     /// # Errors
     /// A sentence that names the variable, its value and the remedy.
@@ -126,64 +128,66 @@ pub trait Law {
         Ok(())
     }
 
-    /// What the block will do with its present settings where a user may not expect it: sentences with names and numbers.
+    /// Returns sentences, with names and numbers, about behavior with the present settings that a user may not expect.
     fn advice(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// The state of the actuating pulse: +1 positive or up, -1 negative or down, 0 none. Only for blocks with a `mean`
-    /// row, which shows its mean over a communication step in percent.
+    /// Returns the state of the actuating pulse: +1 positive or up, -1 negative or down, 0 none. Only for blocks with a
+    /// `mean` row, which shows its mean over a communication step in percent.
     fn pulse(&self) -> i32 {
         0
     }
 }
 
-/// What gives a number of each of some blocks side by side, as [`Block::reader`] finds it.
+/// A function that reads a number from each block of a group, returned by [`Block::reader`].
 pub type Reader<B> = fn(&<B as Block>::Abreast, &mut [f64]);
 
-/// What writes a number to each of some blocks side by side, as [`Block::writer`] finds it; false if one of the numbers is out of range:
-/// that block, and those behind it, may have any value then.
+/// A function that writes a number to each block of a group, returned by [`Block::writer`]. It returns false if a
+/// number is out of range: that block and the ones after it may then have any value.
 pub type Writer<B> = fn(&mut <B as Block>::Abreast, &[f64]) -> bool;
 
-/// What [`block!`](crate::block!) makes of a table: its rows as data, and access to the values by row number.
+/// The implementation generated from a table by [`block!`](crate::block!): its rows as data, and access to the values
+/// by row number.
 pub trait Block: Law + Stored + Clone + Default + Send + 'static {
     /// The table as data.
     const TABLE: &'static Table;
 
-    /// A hash of the sources of the crate that has the block, see [`CODE`](crate::CODE).
+    /// A hash of the sources of the crate that defines the block, see [`CODE`](crate::CODE).
     const CODE: Option<&'static str>;
 
-    /// Several blocks, which are called together.
+    /// A group of blocks that are called together.
     type Abreast: Abreast<Self>;
 
-    /// The time between two calls.
+    /// Returns the time between two calls.
     fn cycle(&self) -> Time;
 
-    /// The value in row `index`; `None` if there is no such row.
+    /// Returns the value in row `index`; `None` if there is no such row.
     fn get(&self, index: usize) -> Option<Value>;
 
-    /// Writes row `index`, whatever its role; false, and nothing is changed, if there is no such row or `value` is of
-    /// another type.
+    /// Writes row `index`, whatever its role. Returns false, with nothing changed, if there is no such row or `value`
+    /// has another type.
     fn set(&mut self, index: usize, value: Value) -> bool;
 
-    /// The REAL in row `index`, as [`Block::get`] gives it but in fewer instructions; `None` if the row is no REAL.
+    /// Returns the REAL in row `index`, like [`Block::get`] but in fewer instructions; `None` if the row is not a REAL.
     fn real(&self, index: usize) -> Option<Real>;
 
-    /// The place of the REAL in row `index`, whatever its role, to be written in fewer instructions than by
-    /// [`Block::set`]; `None` if the row is no REAL.
+    /// Returns a reference to the REAL in row `index`, whatever its role, for writing in fewer instructions than
+    /// [`Block::set`]; `None` if the row is not a REAL.
     fn real_mut(&mut self, index: usize) -> Option<&mut Real>;
 
-    /// The LREAL in row `index`, as [`Block::real`].
+    /// Returns the LREAL in row `index`, like [`Block::real`].
     fn lreal(&self, index: usize) -> Option<LReal>;
 
-    /// The place of the LREAL in row `index`, as [`Block::real_mut`].
+    /// Returns a reference to the LREAL in row `index`, like [`Block::real_mut`].
     fn lreal_mut(&mut self, index: usize) -> Option<&mut LReal>;
 
-    /// What gives the numbers in row `index`, as [`number`](number::number) makes it of the value; `None` for a row of an inner block.
+    /// Returns the function that reads the numbers in row `index`, converted by [`number`](number::number); `None` for
+    /// a row of an inner block.
     fn reader(index: usize) -> Option<Reader<Self>>;
 
-    /// What writes numbers to row `index`, whatever its role, as [`to_value`](number::to_value) makes a value of it; `None` for a row of
-    /// an inner block.
+    /// Returns the function that writes numbers to row `index`, whatever its role, converted by
+    /// [`to_value`](number::to_value); `None` for a row of an inner block.
     fn writer(index: usize) -> Option<Writer<Self>>;
 
     /// Writes the `mean` row, if there is one.
@@ -195,51 +199,52 @@ pub trait Block: Law + Stored + Clone + Default + Send + 'static {
 pub struct Table {
     /// The block's name, such as `CONT_C`.
     pub name: &'static str,
-    /// The other names by which a PLC project may call the block, such as `FB 41`.
+    /// Other names for the block in a PLC project, such as `FB 41`.
     pub aliases: &'static [&'static str],
-    /// The block's documentation (Markdown); its first paragraph says what the block does.
+    /// The block's documentation (Markdown); its first paragraph summarizes the block.
     pub docs: &'static str,
-    /// All variables: the block's own, then those of the blocks inside it, then the mean.
+    /// All variables: the block's own, then those of its inner blocks, then the mean.
     pub rows: &'static [Row],
-    /// The texts of a program; a block has none. Their value references follow those of the rows.
+    /// The texts of a program; empty for a block. Their value references follow those of the rows.
     pub texts: &'static [Text],
-    /// Of each row, whether it is a REAL that may be set at any time: what a host does most. One byte a row.
+    /// For each row, whether it is a REAL that may be set at any time: the most frequent check by a host. One byte per
+    /// row.
     pub tunable_reals: &'static [bool],
-    /// The same for LREALs.
+    /// For each row, whether it is an LREAL that may be set at any time.
     pub tunable_lreals: &'static [bool],
-    /// The row that holds the time between two calls.
+    /// The index of the row with the time between two calls.
     pub cycle: usize,
-    /// The row that holds the mean of the pulse, if there is one.
+    /// The index of the row with the mean of the pulse, if there is one.
     pub mean: Option<usize>,
-    /// Name and Rust type of each variable of the block's own memory, in the order in which it is stored.
+    /// The name and Rust type of each variable in the block's memory, in storage order.
     pub memory: &'static [(&'static str, &'static str)],
-    /// The tables of the blocks inside it.
+    /// The tables of the inner blocks.
     pub instances: &'static [&'static Table],
-    /// The runs that the documentation shows; there is at least one.
+    /// The runs shown in the documentation, at least one.
     pub responses: &'static [Response],
-    /// The characteristics that the documentation shows.
+    /// The characteristics shown in the documentation.
     pub characteristics: &'static [Characteristic],
-    /// The unit that signals without one of their own have in these drawings.
+    /// The default unit of signals in these drawings.
     pub drawn_unit: Option<&'static str>,
 }
 
 impl Table {
-    /// The row of the variable with this full name, such as `GAIN` or `DI_CONT_C.GAIN`.
+    /// Returns the index of the row with this full name, such as `GAIN` or `DI_CONT_C.GAIN`.
     pub fn find(&self, full_name: &str) -> Option<usize> {
         self.rows.iter().position(|row| row.full_name() == full_name)
     }
 }
 
-/// A text that a host sees: a STRING or WSTRING of a program.
+/// A text visible to a host: a STRING or WSTRING of a program.
 #[derive(Clone, Copy, Debug)]
 pub struct Text {
-    /// Its name with what leads to it.
+    /// The full name, with the instances that lead to it.
     pub name: &'static str,
-    /// A short text, on one line.
+    /// A one-line description.
     pub description: &'static str,
-    /// Who sets it, and when.
+    /// The role: who sets it, and when.
     pub role: Role,
-    /// Its value in a new program.
+    /// The value in a new program.
     pub start: &'static str,
     /// Its type.
     pub ty: TextType,
@@ -248,22 +253,22 @@ pub struct Text {
 /// The type of a text.
 #[derive(Clone, Copy, Debug)]
 pub struct TextType {
-    /// The most characters that it holds.
+    /// The maximum number of characters.
     pub most: u16,
-    /// A WSTRING, whose characters are those of UTF-16; else a STRING, whose characters are those of ISO 8859-1, a byte each.
+    /// Whether it is a WSTRING, with UTF-16 code units, and not a STRING, with one byte per character (ISO 8859-1).
     pub is_wide: bool,
 }
 
 impl TextType {
-    /// Its name with the length, such as `STRING[20]`.
+    /// Returns the type name with the length, such as `STRING[20]`.
     pub fn name(self) -> String {
         format!("{}[{}]", if self.is_wide { "WSTRING" } else { "STRING" }, self.most)
     }
 
-    /// The characters of a text as the PLC holds them.
+    /// Encodes a text as in the PLC.
     ///
     /// # Errors
-    /// It is longer than the variable, or has a character that a STRING does not have.
+    /// It is longer than the variable, or contains a character that a STRING cannot represent.
     pub fn units(self, text: &str) -> Result<Vec<u16>, String> {
         let units: Vec<u16> = text.encode_utf16().collect();
         if units.len() > self.most.into() {
@@ -276,40 +281,41 @@ impl TextType {
     }
 }
 
-/// How deep blocks may be nested.
+/// The maximum nesting depth of blocks.
 pub const DEPTH: usize = 3;
 
-/// One variable.
+/// A variable.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
-    /// The instances that lead to it, outermost first; unused places are empty.
+    /// The path of instances, outermost first; unused elements are empty.
     pub path: [&'static str; DEPTH],
-    /// Its name, in capitals.
+    /// The name in upper case.
     pub name: &'static str,
-    /// A short text, on one line.
+    /// A one-line description.
     pub description: &'static str,
-    /// What one has to know to use it (Markdown): what it acts on, what happens at the edges, how to choose it. May be empty.
+    /// The help for users (Markdown): what the variable acts on, what happens at the edges, how to choose it. May be
+    /// empty.
     pub help: &'static str,
     /// Its PLC type.
     pub kind: Kind,
-    /// Whether a WORD is an analog value, a number with sign, as in a block; in a program it is bits.
+    /// Whether a WORD is an analog value, a signed number, as in a block; in a program it is a bit string.
     pub is_analog: bool,
-    /// Who sets it, and when.
+    /// The role: who sets the variable, and when.
     pub role: Role,
-    /// Its value in a new block.
+    /// The value in a new block.
     pub start: Value,
-    /// The lowest sensible value; not enforced: the blocks check no parameter.
+    /// The lowest sensible value, which is not enforced: the blocks check no parameter.
     pub min: Option<Value>,
-    /// The highest sensible value; not enforced either.
+    /// The highest sensible value, which is not enforced either.
     pub max: Option<Value>,
-    /// Its unit, such as `%` or `degC`; `None` for a TIME, which is in seconds.
+    /// The unit, such as `%` or `degC`; `None` for a TIME, which is in seconds.
     pub unit: Option<&'static str>,
-    /// Of an output: the rows of the settings on which its value after a restart depends.
+    /// For an output, the indices of the settings on which its value after a restart depends.
     pub from: &'static [usize],
 }
 
 impl Row {
-    /// A place in a table that is not yet filled.
+    /// An unfilled element of a table.
     #[doc(hidden)]
     pub const EMPTY: Row = Row {
         path: [""; DEPTH],
@@ -326,18 +332,18 @@ impl Row {
         from: &[],
     };
 
-    /// The lowest value that makes sense, as a number. It is not above the REAL nor above its decimals, so that neither a host
-    /// that computes in doubles nor the REAL itself falls below it.
+    /// Returns the lowest sensible value as a number. It exceeds neither the REAL nor its decimal form, so that neither
+    /// a host that computes in doubles nor the REAL itself falls below it.
     pub fn least(&self) -> Option<f64> {
         self.min.map(|min| number::number(min).min(number::decimal(min)))
     }
 
-    /// The highest value that makes sense, as a number, likewise.
+    /// Returns the highest sensible value as a number, which falls below neither the REAL nor its decimal form.
     pub fn greatest(&self) -> Option<f64> {
         self.max.map(|max| number::number(max).max(number::decimal(max)))
     }
 
-    /// The name with the instances that lead to it: `GAIN`, `DI_CONT_C.GAIN`.
+    /// Returns the name with the path of instances: `GAIN`, `DI_CONT_C.GAIN`.
     pub fn full_name(&self) -> String {
         let mut name: String =
             self.path.iter().filter(|instance| !instance.is_empty()).flat_map(|i| [*i, "."]).collect();
@@ -365,7 +371,7 @@ named! {
 }
 
 impl Role {
-    /// Whether a host may set it, at least before the block runs.
+    /// Whether a host may set the variable, at least before the block runs.
     pub const fn is_settable(self) -> bool {
         !matches!(self, Role::Output | Role::Local)
     }
@@ -374,19 +380,20 @@ impl Role {
 /// A value with its PLC type.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
-    /// 32-bit floating point.
+    /// A 32-bit floating-point number.
     Real(Real),
-    /// 64-bit floating point.
+    /// A 64-bit floating-point number.
     LReal(LReal),
-    /// Milliseconds.
+    /// A duration in milliseconds.
     Time(Time),
     /// An analog value.
     Word(Word),
     /// A 16-bit integer.
     Int(Int),
-    /// One bit.
+    /// A bit.
     Bool(Bool),
-    /// An integer of a type that only programs have, see [`Kind::whole`]; the bits of an unsigned one of 64 bits.
+    /// An integer of a type that only programs have, see [`Kind::whole`]; an unsigned 64-bit integer is stored as its
+    /// bits.
     Whole(Kind, i64),
 }
 
@@ -404,7 +411,7 @@ impl Value {
         }
     }
 
-    /// 0 or FALSE of a type.
+    /// Returns 0 or FALSE of a type.
     pub const fn zero(kind: Kind) -> Value {
         match kind {
             Kind::Real => Value::Real(0.0),
@@ -418,41 +425,41 @@ impl Value {
     }
 }
 
-/// A short run of a block that shows what it does: signals are set before given calls, and some are drawn.
+/// A short run that demonstrates a block: signals are set before given calls, and some are drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct Response {
-    /// What the run shows, in one sentence.
+    /// The title: one sentence about what the run shows.
     pub title: &'static str,
-    /// How many calls it lasts.
+    /// The number of calls.
     pub calls: u32,
-    /// What is set: the number of the call before which, from 0 on (0 is before the restart), the variable, its value (a TIME
-    /// in seconds, a BOOL as 0 or 1).
+    /// The settings during the run: the number of the call before which a variable is set (0 is before the restart),
+    /// the variable, and its value (a TIME in seconds, a BOOL as 0 or 1).
     pub set: &'static [(u32, &'static str, f64)],
     /// The variables that are drawn and recorded.
     pub show: &'static [&'static str],
 }
 
 impl Response {
-    /// The block with its defaults, for 60 calls, with all inputs and outputs recorded.
+    /// A run of the block with its defaults for 60 calls, with all inputs and outputs recorded.
     pub const AT_REST: Response = Response { title: "At rest, with all defaults", calls: 60, set: &[], show: &[] };
 }
 
-/// What a block does at each value of a variable: for each of `points` values, evenly spaced, a new block makes `calls` calls,
-/// and the mean of each shown variable over these calls is drawn.
+/// A characteristic of a block over a variable: for each of `points` evenly spaced values, a new block makes `calls`
+/// calls, and the mean of each shown variable over these calls is drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct Characteristic {
-    /// What it shows, in one sentence.
+    /// The title: one sentence about what the characteristic shows.
     pub title: &'static str,
-    /// The variable of the horizontal axis, a number.
+    /// The variable on the horizontal axis, a number.
     pub variable: &'static str,
-    /// Its lowest and its highest value.
+    /// The lowest and highest value of the variable.
     pub range: (f64, f64),
-    /// How many values it takes, both ends included.
+    /// The number of values, including both ends.
     pub points: u32,
-    /// The calls for each value.
+    /// The number of calls for each value.
     pub calls: u32,
-    /// What is set before the restart, as in a [`Response`].
+    /// The settings before the restart, as in a [`Response`].
     pub set: &'static [(&'static str, f64)],
-    /// The variables that are drawn; a BOOL as the share of the calls in which it was TRUE, 0 ... 1.
+    /// The variables drawn; a BOOL is drawn as the fraction of the calls in which it was TRUE, 0 ... 1.
     pub show: &'static [&'static str],
 }

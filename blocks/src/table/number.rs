@@ -1,15 +1,15 @@
-//! PLC values as plain numbers, with the range of each type.
+//! Conversion between PLC values and plain numbers, with the range of each type.
 
 use crate::table::{Kind, Time, Value, Word};
 
-/// The longest TIME in seconds.
+/// The maximum TIME in seconds.
 const LONGEST_TIME: f64 = 2_147_483.647;
 
-/// The PLC value of a number: a REAL is rounded to binary32, a TIME, given in seconds, to the nearest millisecond. The upper
-/// half of an unsigned WORD is the negative half of a signed one. A BOOL is 0 or 1.
+/// Converts a number into a PLC value: a REAL is rounded to binary32, a TIME, given in seconds, to the nearest
+/// millisecond. The upper half of an unsigned WORD is mapped to the negative half of a signed one. A BOOL is 0 or 1.
 ///
 /// # Errors
-/// The range of the type, as a text, if the number lies outside it.
+/// The number is out of range; the error describes the range of the type.
 #[inline]
 pub fn to_value(number: f64, kind: Kind) -> Result<Value, &'static str> {
     match kind {
@@ -28,16 +28,16 @@ pub fn to_value(number: f64, kind: Kind) -> Result<Value, &'static str> {
     }
 }
 
-/// Whether a number of at most 31 bits has no fraction. (`f64::fract` is a library call on processors without SSE 4.1.)
+/// Whether a number of at most 31 bits is an integer. (`f64::fract` is a library call on processors without SSE 4.1.)
 fn is_whole(number: f64) -> bool {
     f64::from(number as i32) == number
 }
 
-/// The largest integer up to which all are numbers of binary64.
+/// The largest integer up to which binary64 represents all integers.
 const EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// An integer of a type that only programs have. An LTIME, given in seconds, is rounded to the nearest nanosecond; a DWORD may
-/// be given as a signed number, too.
+/// Converts a number into an integer of a type that only programs have. An LTIME, given in seconds, is rounded to the
+/// nearest nanosecond; a DWORD may also be given as a signed number.
 fn whole(number: f64, kind: Kind) -> Result<Value, &'static str> {
     let scaled = if kind == Kind::LTime { (number * 1e9).round_ties_even() } else { number };
     if scaled.fract() != 0.0 || scaled.abs() > EXACT {
@@ -46,14 +46,14 @@ fn whole(number: f64, kind: Kind) -> Result<Value, &'static str> {
     of_exact(scaled as i128, kind)
 }
 
-/// Whether the number has a finite REAL next to it. The bound lies halfway between the largest REAL and the power of 2
-/// beyond it; from there on a number is rounded to infinity.
+/// Whether the number rounds to a finite REAL. The bound lies halfway between the largest REAL and the power of 2 above
+/// it; from there on, a number is rounded to infinity.
 #[inline(always)]
 pub fn is_real(number: f64) -> bool {
     number.abs() < 340282356779733661637539395458142568448.0
 }
 
-/// The value as a number: a TIME in seconds, TRUE as 1.
+/// Returns the value as a number: a TIME in seconds, TRUE as 1.
 #[inline]
 pub fn number(value: Value) -> f64 {
     match value {
@@ -69,7 +69,7 @@ pub fn number(value: Value) -> f64 {
     }
 }
 
-/// The value as an integer, if its type has no others: a TIME in milliseconds, an LTIME in nanoseconds.
+/// Returns the value of an integer type exactly: a TIME in milliseconds, an LTIME in nanoseconds.
 pub fn exact(value: Value) -> Option<i128> {
     match value {
         Value::Real(_) | Value::LReal(_) | Value::Bool(_) => None,
@@ -81,7 +81,7 @@ pub fn exact(value: Value) -> Option<i128> {
     }
 }
 
-/// [`exact`], if the number of [`number`] is another one: an integer of more digits than a double has.
+/// Returns [`exact`] if [`number`] differs from it: an integer with more digits than a double can hold.
 pub fn beyond_number(value: Value) -> Option<i128> {
     let scale = match value.kind() {
         Kind::Time => 1e3,
@@ -91,11 +91,11 @@ pub fn beyond_number(value: Value) -> Option<i128> {
     exact(value).filter(|exact| (number(value) * scale).round() as i128 != *exact)
 }
 
-/// The PLC value of an integer as [`exact`] gives it. The upper half of an unsigned WORD is the negative half of a signed one; a
-/// DWORD may be given as a signed number, too.
+/// Converts an integer, as returned by [`exact`], into a PLC value. The upper half of an unsigned WORD is mapped to the
+/// negative half of a signed one; a DWORD may also be given as a signed number.
 ///
 /// # Errors
-/// The range of the type, as a text, if the integer lies outside.
+/// The integer is out of range; the error describes the range of the type.
 pub fn of_exact(integer: i128, kind: Kind) -> Result<Value, &'static str> {
     let refused = || kind.takes();
     match kind {
@@ -114,13 +114,15 @@ pub fn of_exact(integer: i128, kind: Kind) -> Result<Value, &'static str> {
     }
 }
 
-/// A REAL for people: the shortest decimals that tell it from its neighbours, with an exponent below 1e-5 and from 1e9 on.
+/// Formats a REAL for people: the shortest decimal form that distinguishes it from its neighbours, with an exponent
+/// below 1e-5 and from 1e9 on.
 pub fn shown(real: f32) -> String {
     let is_short = real == 0.0 || (1e-5..1e9).contains(&real.abs());
     if is_short { real.to_string() } else { format!("{real:e}") }
 }
 
-/// The value as it is written in decimals: 0.1 for the REAL next to it, which is a little more.
+/// Returns the number that the decimal form of the value denotes: 0.1 for the REAL nearest to it, which is slightly
+/// larger.
 pub fn decimal(value: Value) -> f64 {
     match value {
         Value::Real(real) => real.to_string().parse().unwrap_or(f64::from(real)),

@@ -3,7 +3,7 @@
 use crate::table::{DEPTH, Kind, Role, Row, Table, Value};
 
 impl Table {
-    /// How many rows an inner block has: all but the mean, which belongs to a communication step.
+    /// Returns the number of rows of an inner block: all except the mean, which belongs to a communication step.
     #[doc(hidden)]
     pub const fn inner(&self) -> usize {
         self.rows.len() - self.mean.is_some() as usize
@@ -29,7 +29,7 @@ pub const fn text(bytes: &[u8]) -> &str {
     }
 }
 
-/// The first line of a variable's documentation.
+/// Returns the first line of a variable's documentation.
 #[doc(hidden)]
 pub const fn short_text(doc: &str) -> &str {
     let (first, rest) = first_line(doc.as_bytes().trim_ascii());
@@ -40,7 +40,7 @@ pub const fn short_text(doc: &str) -> &str {
     text(first.trim_ascii())
 }
 
-/// What follows the first line of a variable's documentation.
+/// Returns the documentation of a variable after its first line.
 #[doc(hidden)]
 pub const fn help(doc: &str) -> &str {
     text(first_line(doc.as_bytes().trim_ascii()).1.trim_ascii())
@@ -91,7 +91,7 @@ pub const fn tunable<const N: usize>(rows: &[Row; N], kind: Kind) -> [bool; N] {
     tunable
 }
 
-/// Copies the rows of an inner block, with their place, role and start in the outer one.
+/// Copies the rows of an inner block, with their path, role and start value in the outer one.
 #[doc(hidden)]
 pub const fn nest(
     instance: &'static str,
@@ -113,7 +113,7 @@ pub const fn nest(
             depth -= 1;
         }
         row.path[0] = instance;
-        // Its outputs become locals, and the settings have other numbers here.
+        // In the outer block its outputs become locals, and the row numbers of its settings differ.
         row.from = &[];
         row.role = match row.role {
             Role::Input => Role::Parameter,
@@ -145,7 +145,7 @@ pub const fn nest(
     next
 }
 
-/// A restart value depends on settings, never on a signal, and outputs alone have one.
+/// Asserts that a restart value depends on settings, never on a signal, and that only outputs have one.
 #[doc(hidden)]
 pub const fn check_restart_values(rows: &[Row]) {
     let mut i = 0;

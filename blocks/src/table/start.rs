@@ -1,4 +1,4 @@
-//! Start values as text: what an instance starts from instead of the start values in its block's table.
+//! Start values as text, which replace those in the block's table for an instance.
 //!
 //! ```text
 //! preset = TIC101
@@ -9,44 +9,44 @@
 //! CYCLE = 0.1
 //! ```
 //!
-//! There is a line for each setting, in any order, and each value has one form only: a REAL with all digits that tell it
-//! from the 64-bit numbers beside it, a TIME in seconds. A hash over the text tells whether it was changed.
+//! Each setting has a line, in any order, and each value has only one valid form: a REAL with all digits that
+//! distinguish it from the neighbouring 64-bit numbers, a TIME in seconds. A hash of the text reveals changes.
 
 use super::number::{number, to_value};
 use super::{Kind, Row, Table, Value, fingerprint};
 use std::fmt;
 
-/// The name of the file with the text.
+/// The name of the file that contains the text.
 pub const FILE: &str = "start.txt";
 
-/// The largest such file that is read, in bytes.
+/// The maximum size of this file in bytes.
 pub const LARGEST: u64 = 1 << 20;
 
 const PRESET: &str = "preset";
 const BLOCK: &str = "block";
 const LIBRARY: &str = "library";
 
-/// How much of a text is shown in a message, in characters.
+/// The maximum number of characters of a text shown in a message.
 const SHOWN: usize = 60;
 
 /// The start values of a preset.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Start {
-    /// What the preset is called.
+    /// The name of the preset.
     pub preset: String,
     /// The name of the block.
     pub block: String,
-    /// The fingerprint of the block's table, as the library has it.
+    /// The fingerprint of the block's table in the library.
     pub library: String,
-    /// Name and value of each setting.
+    /// The name and value of each setting.
     pub values: Vec<(String, String)>,
 }
 
 impl Start {
-    /// Reads a text, without asking whether the block has these settings; [`Start::settings`] does.
+    /// Parses a text without checking whether the block has these settings, see [`Start::settings`].
     ///
     /// # Errors
-    /// The line that is wrong, and what is expected.
+    /// A line is malformed; the message names it and what is expected.
     pub fn parse(text: &str) -> Result<Start, String> {
         let mut lines = text.lines().zip(1..);
         let mut header = |key: &str| match lines.next() {
@@ -65,11 +65,11 @@ impl Start {
         Ok(Start { preset, block, library, values })
     }
 
-    /// The rows of the table's settings with their values.
+    /// Returns the rows of the table's settings with their values.
     ///
     /// # Errors
-    /// A setting that the block does not have, one that is missing or there twice; a value of another type, outside the
-    /// range of its type, or in another form than [`text`] gives it; a time between two calls below 1 ms.
+    /// A setting is unknown, missing or duplicate; a value has another type, is out of range, or is not in the form
+    /// that [`text`] produces; the time between two calls is below 1 ms.
     pub fn settings(&self, table: &Table) -> Result<Vec<(usize, Value)>, String> {
         let names: Vec<String> = table.rows.iter().map(Row::full_name).collect();
         let mut settings: Vec<(usize, Value)> = Vec::with_capacity(self.values.len());
@@ -94,7 +94,7 @@ impl Start {
 }
 
 impl fmt::Display for Start {
-    /// The text that [`Start::parse`] reads.
+    /// Writes the text that [`Start::parse`] reads.
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         for (key, value) in [(PRESET, &self.preset), (BLOCK, &self.block), (LIBRARY, &self.library)] {
             writeln!(formatter, "{key} = {value}")?;
@@ -103,12 +103,12 @@ impl fmt::Display for Start {
     }
 }
 
-/// The fingerprint of start values: a hash over their text, which has that of the library in it.
+/// Returns the fingerprint of start values: a hash of their text, which includes the fingerprint of the library.
 pub fn fingerprint(text: &[u8]) -> u128 {
     fingerprint::checksum(text)
 }
 
-/// A value in the only form that [`Start::settings`] accepts.
+/// Formats a value in the only form that [`Start::settings`] accepts.
 pub fn text(value: Value) -> String {
     match value {
         Value::Real(_) | Value::LReal(_) | Value::Time(_) | Value::Whole(Kind::LTime, _) => {
@@ -122,7 +122,7 @@ pub fn text(value: Value) -> String {
     }
 }
 
-/// The value of a type with this text.
+/// Parses the text of a value of this type.
 fn value(written: &str, kind: Kind) -> Result<Value, String> {
     let number = match (kind, written) {
         (Kind::Bool, "true") => 1.0,
@@ -137,7 +137,7 @@ fn value(written: &str, kind: Kind) -> Result<Value, String> {
     }
 }
 
-/// The beginning of a text, for a message.
+/// Truncates a text for a message.
 fn shown(text: &str) -> String {
     match text.char_indices().nth(SHOWN) {
         Some((end, _)) => format!("{}…", &text[..end]),

@@ -1,13 +1,13 @@
-//! Values as bytes, little endian on every machine: what a saved FMU state is made of.
+//! Serialization of values as bytes, little-endian on every machine, for saved FMU states.
 
 use crate::table::{Time, Word};
 
-/// A value that can be written as bytes and read back bit for bit.
+/// A value that can be serialized and restored bit for bit.
 pub trait Stored: Sized {
     /// Appends the value's bytes.
     fn write(&self, bytes: &mut Vec<u8>);
 
-    /// Takes a value off the front; `None` if the bytes are too few, or no valid value.
+    /// Reads a value from the front; `None` if there are too few bytes, or they are not a valid value.
     fn read(bytes: &mut &[u8]) -> Option<Self>;
 }
 
@@ -86,7 +86,8 @@ impl<T: Stored> Stored for Vec<T> {
 
     fn read(bytes: &mut &[u8]) -> Option<Self> {
         let length = u64::read(bytes)?;
-        // Every value takes at least a byte: a length beyond the bytes is damage, not a reason to reserve memory.
+        // Every value takes at least one byte: a length beyond the remaining bytes means corruption, so no memory is
+        // reserved for it.
         if length > bytes.len() as u64 {
             return None;
         }

@@ -2,7 +2,7 @@
 
 use super::{Cells, Column, Times};
 
-/// What a column of the time may be called, in small letters and without a unit.
+/// The recognized names of a time column, in lower case and without a unit.
 pub(super) const NAMES: [&str; 18] = [
     "time",
     "t",
@@ -27,16 +27,17 @@ pub(super) const NAMES: [&str; 18] = [
 const NANOSECONDS: i64 = 1_000_000_000;
 const DAY: i64 = 86_400 * NANOSECONDS;
 
-/// Date and time of day.
+/// A date and time of day.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Stamp {
-    /// Days since 1970.
+    /// The number of days since 1970-01-01.
     pub(super) day: Option<i64>,
-    /// Nanoseconds since midnight.
+    /// The number of nanoseconds since midnight.
     pub(super) clock: Option<i64>,
 }
 
-/// A date, a time of day, or both: `2026-11-22 10:15:30.100`, `22.11.2026 10:15:30,1`, `11/22/2026 10:15 PM`, `10:15:30:100`.
+/// Parses a date, a time of day, or both: `2026-11-22 10:15:30.100`, `22.11.2026 10:15:30,1`, `11/22/2026 10:15 PM`,
+/// `10:15:30:100`.
 pub(super) fn parse(cell: &str, is_month_first: bool) -> Option<Stamp> {
     let cell = cell.trim();
     if cell.len() < 4 || cell.len() > 40 || !cell.is_ascii() || !cell.starts_with(|first: char| first.is_ascii_digit())
@@ -57,7 +58,7 @@ pub(super) fn parse(cell: &str, is_month_first: bool) -> Option<Stamp> {
     Some(Stamp { day, clock: Some(clock(rest)?) })
 }
 
-/// Days since 1970.
+/// Parses a date into the number of days since 1970-01-01.
 fn date(text: &str, is_month_first: bool) -> Option<i64> {
     let sign = text.chars().find(|letter| !letter.is_ascii_digit())?;
     let parts: Vec<&str> = text.split(sign).collect();
@@ -83,13 +84,13 @@ fn date(text: &str, is_month_first: bool) -> Option<i64> {
     if !(1..=length).contains(&day) || !(1900..=2200).contains(&year) {
         return None;
     }
-    // Years that begin in March: their leap day is the last.
+    // With years that begin in March, the leap day is the last day of the year.
     let (from_march, year) = if month > 2 { (month - 3, year) } else { (month + 9, year - 1) };
     let before = (153 * from_march + 2) / 5 + day - 1;
     Some(365 * year + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + before - 719_468)
 }
 
-/// Nanoseconds since midnight; more than a day for a duration.
+/// Parses a time of day into nanoseconds since midnight; a duration may exceed a day.
 fn clock(text: &str) -> Option<i64> {
     let upper = text.to_ascii_uppercase();
     let (text, afternoon) = match upper.trim_end().strip_suffix(['M']).and_then(|text| text.strip_suffix(['A', 'P'])) {
@@ -129,7 +130,7 @@ fn clock(text: &str) -> Option<i64> {
     Some(((hours * 60 + minutes) * 60 + seconds) * NANOSECONDS + fraction - offset)
 }
 
-/// The offset from universal time: `+01:00`, `+0100`, `+01`.
+/// Parses an offset from UTC: `+01:00`, `+0100`, `+01`.
 fn offset(text: &str) -> Option<i64> {
     let sign = if text.starts_with('-') { -1 } else { 1 };
     let digits: String = text[1..].chars().filter(|letter| *letter != ':').collect();
@@ -142,7 +143,7 @@ fn offset(text: &str) -> Option<i64> {
     Some(sign * (hours * 60 + minutes) * 60 * NANOSECONDS)
 }
 
-/// A column of dates goes into the column with the times of day.
+/// Merges a column of dates into the column with the times of day.
 pub(super) fn join(columns: &mut [Cells]) {
     let is = |cells: &Cells, has: fn(&Stamp) -> bool| cells.dates > 0 && cells.stamps.iter().any(has);
     let is_date = |cells: &Cells| is(cells, |stamp| stamp.day.is_some()) && !is(cells, |stamp| stamp.clock.is_some());
@@ -157,7 +158,7 @@ pub(super) fn join(columns: &mut [Cells]) {
     columns[date].is_merged = true;
 }
 
-/// Seconds after the first row. Times of day without a date go on after midnight.
+/// Converts timestamps into seconds after the first row. Times of day without a date continue past midnight.
 pub(super) fn seconds(stamps: &[Stamp]) -> Vec<f64> {
     let is_dated = stamps.iter().any(|stamp| stamp.day.is_some());
     let (mut first, mut last, mut midnights) = (None, i64::MIN, 0);
@@ -177,7 +178,7 @@ pub(super) fn seconds(stamps: &[Stamp]) -> Vec<f64> {
     seconds.collect()
 }
 
-/// The seconds of a unit of time.
+/// Returns a unit of time in seconds.
 pub fn seconds_of_unit(unit: &str) -> Option<f64> {
     Some(match unit.trim().to_lowercase().as_str() {
         "s" | "sec" | "second" | "seconds" | "sek" | "sekunden" => 1.0,
@@ -191,7 +192,7 @@ pub fn seconds_of_unit(unit: &str) -> Option<f64> {
     })
 }
 
-/// A name in small letters without the unit that it ends with, and that: `time_ms`.
+/// Splits a name such as `time_ms` into the name in lower case and the unit at its end.
 pub(super) fn unit_of_name(name: &str) -> (String, Option<f64>) {
     let name = name.trim().to_lowercase();
     match name.rsplit_once(['_', ' ']) {
@@ -200,7 +201,7 @@ pub(super) fn unit_of_name(name: &str) -> (String, Option<f64>) {
     }
 }
 
-/// The times of a column that never decreases, in seconds.
+/// Converts a column that never decreases into times in seconds.
 pub(super) fn times(column: &Column) -> Times {
     if column.is_clock {
         return Times { seconds: column.values.clone(), is_unit_known: true, remark: None };
@@ -215,7 +216,7 @@ pub(super) fn times(column: &Column) -> Times {
     let is_whole = column.decimals <= 0;
     let (factor, is_absolute, guess) = match known {
         Some(factor) => (factor, first * factor > 1e8, None),
-        // Milliseconds and seconds since 1970, and days since 1900 as spreadsheets count.
+        // Milliseconds or seconds since 1970, or days since 1900 as in spreadsheets.
         None if first > 1e11 && first < 1e13 => (1e-3, true, Some("milliseconds since 1970")),
         None if first > 1e8 && first < 1e10 => (1.0, true, None),
         None if first > 20_000.0 && last < 80_000.0 && step < 0.5 && !is_whole => (86_400.0, true, Some("days")),
@@ -223,7 +224,7 @@ pub(super) fn times(column: &Column) -> Times {
         None => (1.0, false, None),
     };
     let origin = if is_absolute { first } else { 0.0 };
-    // Division by 1000 gives the nearest number to 0.1, multiplication by 0.001 does not.
+    // Division by 1000 gives the number nearest to 0.1, whereas multiplication by 0.001 does not.
     let scaled = |value: f64| if factor < 1.0 { value / (1.0 / factor).round() } else { value * factor };
     let remark = guess.map(|unit| {
         format!(

@@ -1,6 +1,6 @@
-//! What columns are called.
+//! Recognized column names.
 
-/// Names of the setpoint, in capital letters, as all the following.
+/// Names of the setpoint, in upper case like all names below.
 pub const SETPOINTS: [&str; 4] = ["SP", "SETPOINT", "SET POINT", "SOLLWERT"];
 /// Names of the process value.
 pub const PROCESS_VALUES: [&str; 5] = ["PV", "PV_IN", "PROCESS VALUE", "PROCESS VARIABLE", "ISTWERT"];
@@ -9,7 +9,8 @@ pub const MANIPULATED_VALUES: [&str; 8] = ["LMN", "MV", "OUT", "OUTPUT", "CO", "
 /// Names of the switch to manual mode.
 pub const MANUAL: [&str; 5] = ["MAN_ON", "MANUAL", "HAND", "MANUAL MODE", "MAN_MODE"];
 
-/// The ways in which a column's name may name a variable, the longest first: `PLC.TIC101.in_GAIN`, `TIC101.in_GAIN`, ..., `GAIN`.
+/// Returns the suffixes of a column's name that may name a variable, longest first: `PLC.TIC101.in_GAIN`,
+/// `TIC101.in_GAIN`, ..., `GAIN`.
 pub fn ends(name: &str) -> impl Iterator<Item = &str> {
     let is_separator = |letter: char| matches!(letter, '.' | '/' | '\\' | ':' | '|');
     let after = move |(at, letter): (usize, char)| is_separator(letter).then(|| &name[at + letter.len_utf8()..]);
@@ -17,7 +18,7 @@ pub fn ends(name: &str) -> impl Iterator<Item = &str> {
     all.map(|name| name.trim().trim_matches('"').trim())
 }
 
-/// The shortest of these names, in capital letters.
+/// Returns the shortest of these names, in upper case.
 pub fn short_name(name: &str) -> String {
     ends(name).last().unwrap_or_default().to_uppercase()
 }

@@ -1,8 +1,8 @@
-//! Numbers and words of a CSV file.
+//! Numbers and words in a CSV file.
 
 use anyhow::{Result, bail};
 
-/// How a file writes numbers and dates.
+/// The format of numbers and dates in a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Style {
     /// Whether the decimal sign is a comma.
@@ -11,30 +11,30 @@ pub(super) struct Style {
     pub(super) is_month_first: bool,
 }
 
-/// A number as it is written.
+/// A parsed number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Number {
     pub(super) value: f64,
-    /// Digits behind the decimal sign.
+    /// The number of decimal places.
     pub(super) decimals: i32,
-    /// Digits from the first that is not 0.
+    /// The number of significant digits.
     pub(super) digits: i32,
 }
 
-/// What a point or comma in a number can be.
+/// The possible meanings of a point or comma in a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sign {
-    /// `12.5`, `0.125`, `1,234.5`
+    /// A decimal point: `12.5`, `0.125`, `1,234.5`.
     Point,
-    /// `12,5`, `0,125`, `1.234,5`
+    /// A decimal comma: `12,5`, `0,125`, `1.234,5`.
     Comma,
-    /// `1.234`: one decimal point, or groups of thousands.
+    /// Ambiguous, `1.234`: a decimal point, or a thousands separator.
     MaybePoint,
-    /// `1,234`
+    /// Ambiguous, `1,234`: a decimal comma, or a thousands separator.
     MaybeComma,
 }
 
-/// Line and column of the first number of each kind.
+/// The line, column and text of the first number of each kind.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Found {
     signs: [Option<(usize, usize, String)>; 4],
@@ -44,7 +44,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// Looks at a cell.
+    /// Records what a cell reveals about the format.
     pub(super) fn look_at(&mut self, cell: &str, (line, column): (usize, usize)) {
         if cell.bytes().any(|byte| matches!(byte, b'.' | b',')) {
             if let Some(sign) = sign(cell) {
@@ -63,7 +63,7 @@ impl Found {
         }
     }
 
-    /// What the file has, if it is clear.
+    /// Returns the format of the file, if it is unambiguous.
     pub(super) fn style<'a>(&self, is_separated_by_comma: bool, name: impl Fn(usize) -> &'a str) -> Result<Style> {
         let [point, comma, maybe_point, maybe_comma] = &self.signs;
         let both = |a: &(usize, usize, String), b: &(usize, usize, String)| {
@@ -86,7 +86,8 @@ impl Found {
             (Some(_), None) => false,
             (None, None) => match (maybe_point, maybe_comma) {
                 (Some(point), Some(comma)) => bail!(both(point, comma)),
-                // Between commas, a comma in quotes is one of thousands as long as nothing else is known.
+                // In a file separated by commas, a comma within quotes is a thousands separator unless other cells say
+                // otherwise.
                 (None, Some(_)) => !is_separated_by_comma,
                 _ => false,
             },
@@ -96,7 +97,7 @@ impl Found {
     }
 }
 
-/// What the point or comma of a number is; nothing if it is not a number with one.
+/// Classifies the point or comma of a number; `None` if the cell is not a number with a point or comma.
 fn sign(cell: &str) -> Option<Sign> {
     let cell = cell.trim().trim_start_matches(['+', '-']);
     let (mantissa, exponent) = match cell.split_once(['e', 'E']) {
@@ -124,7 +125,7 @@ fn sign(cell: &str) -> Option<Sign> {
         (0, 1) if is_grouped(',') => Some(Sign::MaybeComma),
         (1, 0) => Some(Sign::Point),
         (0, 1) => Some(Sign::Comma),
-        // More than one: thousands, so that the other is the decimal sign.
+        // Several points are thousands separators, so the comma is the decimal sign.
         (_, 0) if is_grouped('.') => Some(Sign::Comma),
         (0, _) if is_grouped(',') => Some(Sign::Point),
         (1, _) if mantissa.find('.') > mantissa.rfind(',') => Some(Sign::Point),
@@ -133,13 +134,13 @@ fn sign(cell: &str) -> Option<Sign> {
     }
 }
 
-/// A space or an apostrophe between thousands.
+/// Whether a character is a space or an apostrophe that separates thousands.
 fn is_grouping(letter: char) -> bool {
     matches!(letter, ' ' | '\'' | '\u{a0}' | '\u{202f}' | '\u{2019}')
 }
 
 impl Style {
-    /// A number in this style.
+    /// Parses a number in this format.
     pub(super) fn number(&self, cell: &str) -> Option<Number> {
         let first = cell.trim_start_matches(['+', '-']).bytes().next()?;
         if !first.is_ascii_digit() && !matches!(first, b'.' | b',') {
@@ -178,7 +179,7 @@ impl Style {
 }
 
 impl Number {
-    /// `text` has a point.
+    /// Counts the digits of `text`, which has a decimal point.
     fn of(value: f64, text: &str) -> Number {
         let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
         let exponent: i32 = exponent.parse().unwrap_or(0);
@@ -198,7 +199,7 @@ fn infinity(cell: &str) -> Option<Number> {
     Some(Number { value, decimals: 0, digits: 0 })
 }
 
-/// What is written for a value that is missing.
+/// Whether a cell denotes a missing value.
 pub(super) fn is_missing(cell: &str) -> bool {
     cell.is_empty()
         || cell.len() <= 7
@@ -207,7 +208,7 @@ pub(super) fn is_missing(cell: &str) -> bool {
                 .any(|word| cell.eq_ignore_ascii_case(word))
 }
 
-/// The words for true and false.
+/// Parses the words for true and false.
 pub(super) fn boolean(cell: &str) -> Option<bool> {
     const WORDS: [(&str, &str); 4] = [("TRUE", "FALSE"), ("ON", "OFF"), ("YES", "NO"), ("EIN", "AUS")];
     const MORE: [(&str, &str); 2] = [("WAHR", "FALSCH"), ("JA", "NEIN")];
@@ -218,7 +219,7 @@ pub(super) fn boolean(cell: &str) -> Option<bool> {
     WORDS.iter().chain(&MORE).find_map(|(yes, no)| if is(yes) { Some(true) } else { is(no).then_some(false) })
 }
 
-/// The seconds of a TIME as a PLC program writes it: `T#20S`.
+/// Parses a TIME literal of a PLC program, such as `T#20S`, into seconds.
 pub(super) fn literal(cell: &str) -> Option<f64> {
     if !cell.starts_with(['T', 't']) {
         return None;
@@ -226,7 +227,7 @@ pub(super) fn literal(cell: &str) -> Option<f64> {
     parameters::literal::parse(cell, blocks::Kind::Time).ok().map(blocks::table::number::number)
 }
 
-/// Whether a cell is a number, true or false in any style.
+/// Whether a cell is a number in any format, or a word for true or false.
 pub(super) fn is_value(cell: &str) -> bool {
     let cell = cell.trim();
     let in_style = |is_comma| Style { is_comma, ..Style::default() }.number(cell).is_some();

@@ -65,7 +65,7 @@ fn a_column_of_a_variable_has_a_number_for_each_loop() {
     assert_eq!(table.columns.iter().map(|column| column.number).collect::<Vec<_>>(), [2, 3]);
     let table = Table::of_loops("tag;P.RISE;P.TI\n;K;s\nTIC1;300;20\n").unwrap();
     assert_eq!((table.lines.as_slice(), table.columns[0].unit.as_deref()), (&[3][..], Some("K")));
-    // All of them are texts, the second alone is one, there is nothing.
+    // All cells are texts, only the second is a text, the file is empty.
     for (text, expected) in [
         (
             "tag,P.RISE\nTIC1,300 K\nTIC2,310 K\n",
@@ -155,7 +155,7 @@ fn dates_and_times_of_day_are_seconds_after_the_first_row() {
     // 2024 is a leap year, 2100 is not.
     assert_eq!(seconds(&read("time,x\n2024-02-28,1\n2024-03-01,2\n")), [0.0, 172_800.0]);
     assert_eq!(seconds(&read("time,x\n2100-02-28,1\n2100-03-01,2\n")), [0.0, 86_400.0]);
-    // There is no such day: the column is one of texts.
+    // This day does not exist, so the column is a text column.
     assert_eq!(read("time,x\n2026-02-30 10:00:00,1\n").time(), None);
 }
 

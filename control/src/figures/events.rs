@@ -1,4 +1,5 @@
-//! What happens in a run of a loop: steps of the setpoint and disturbances. Each has the part of the run up to the next one.
+//! The events in a run of a loop: steps of the setpoint and disturbances. Each covers the part of the run up to the
+//! next one.
 
 use super::{BAND, Signals, duration};
 use run::dialog::Roles;
@@ -27,7 +28,7 @@ pub enum Cause {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Event {
     pub cause: Cause,
-    /// From its first call to the next change of the setpoint, disturbance or change of the mode.
+    /// The calls from its first one to the next change of the setpoint, disturbance or change of the mode.
     pub calls: Range<usize>,
 }
 
@@ -37,16 +38,16 @@ impl Event {
     }
 }
 
-/// What is set while a loop runs, and what it disturbs: all variables are named `MEMBER.VARIABLE`.
+/// The connections of a loop, which determine what is a disturbance. All variables are named `MEMBER.VARIABLE`.
 #[derive(Clone, Debug)]
 pub struct Wiring<'a> {
     /// The setpoint.
     pub setpoint: String,
     /// The names of the members, the controller first.
     pub members: Vec<&'a str>,
-    /// What the variables of the members are, as far as they are known.
+    /// The roles of the members' variables, as far as they are known.
     pub roles: Vec<Option<Roles>>,
-    /// From an output to an input.
+    /// The connections from an output to an input.
     pub connections: Vec<(&'a str, &'a str)>,
 }
 
@@ -65,7 +66,7 @@ pub struct Set {
 }
 
 impl Set {
-    /// What a system sets while it runs, in the order of time.
+    /// Returns what a system sets during a run, in chronological order.
     pub fn of_settings(settings: &[Setting]) -> Vec<Set> {
         let mut timed: Vec<(f64, &Setting)> = settings.iter().filter_map(|of| Some((of.time?, of))).collect();
         timed.sort_by(|one, other| one.0.total_cmp(&other.0));
@@ -81,21 +82,21 @@ impl Set {
 }
 
 impl<'a> Wiring<'a> {
-    /// The wiring of a system whose controller is its first member; without a setpoint there is none.
+    /// Returns the wiring of a system whose controller is its first member; `None` without a setpoint.
     pub fn new(members: Vec<&'a str>, roles: Vec<Option<Roles>>, connections: &'a [Connection]) -> Option<Wiring<'a>> {
         let setpoint = roles.first()?.as_ref()?.setpoint.as_ref()?;
         let connections = connections.iter().map(|of| (of.from.as_str(), of.to.as_str())).collect();
         Some(Wiring { setpoint: format!("{}.{setpoint}", members.first()?), members, roles, connections })
     }
 
-    /// The member that has a variable, as its place, and the variable's own name.
+    /// Returns the index of the member that has a variable, and the variable's own name.
     fn owner<'b>(&self, variable: &'b str) -> Option<(usize, &'b str)> {
         let own = |(at, member): (usize, &&str)| Some((at, variable.strip_prefix(member)?.strip_prefix('.')?));
         self.members.iter().enumerate().filter_map(own).min_by_key(|(_, name)| name.len())
     }
 
-    /// Whether a variable disturbs the loop when it is set: it belongs to another member than the one that has the setpoint and than
-    /// those that give it, or the first member names it as a disturbance.
+    /// Whether setting a variable disturbs the loop: it belongs neither to the member with the setpoint nor to those
+    /// that provide it, or the first member declares it as a disturbance.
     pub fn is_disturbance(&self, variable: &str) -> bool {
         let Some((member, name)) = self.owner(variable) else { return false };
         let is_of = |of: &str| self.owner(of).is_some_and(|(owner, _)| owner == member);
@@ -111,14 +112,15 @@ impl<'a> Wiring<'a> {
         }
     }
 
-    /// The disturbances among what is set: a value that a variable has already is none.
+    /// Returns the disturbances among the settings; setting a variable to its present value is not a disturbance.
     pub fn disturbances(&self, set: impl IntoIterator<Item = Set>) -> Vec<Set> {
         let is_change =
             |set: &Set| (set.value.is_none() || set.before != set.value) && self.is_disturbance(&set.variable);
         set.into_iter().filter(is_change).collect()
     }
 
-    /// The unit of the manipulated value: its own, or that of the input that it goes to. `unit` is that of a variable.
+    /// Returns the unit of the manipulated value: its own, or that of the input connected to it. `unit` looks up the
+    /// unit of a variable.
     pub fn unit_of_manipulated_value(&self, unit: impl Fn(&str) -> Option<String>) -> Option<String> {
         let name = self.roles.first()?.as_ref()?.manipulated_value.as_ref()?;
         let own = format!("{}.{name}", self.members[0]);
@@ -126,8 +128,8 @@ impl<'a> Wiring<'a> {
         [own.as_str()].into_iter().chain(inputs).find_map(&unit)
     }
 
-    /// The unit of the process value: its own, that of the setpoint, of the output that it comes from, or of the process value that a
-    /// plant gives. `unit` is that of a variable.
+    /// Returns the unit of the process value: its own, that of the setpoint, of the output connected to it, or of a
+    /// plant's process value. `unit` looks up the unit of a variable.
     pub fn unit_of_process_value(&self, unit: impl Fn(&str) -> Option<String>) -> Option<String> {
         let roles = self.roles.first()?.as_ref()?;
         let full = |member: &str, name: &String| format!("{member}.{name}");
@@ -141,14 +143,14 @@ impl<'a> Wiring<'a> {
     }
 }
 
-/// The call before which something is set.
+/// Returns the call before which a value is set.
 fn call_of(times: &[f64], set: &Set) -> usize {
-    // Times of calls have roundings.
+    // Times of calls have rounding errors.
     let slack = 1e-6 * duration(times, 0);
     times.partition_point(|of| *of < set.time - slack)
 }
 
-/// The calls before which something is set, in order.
+/// Returns the calls before which values are set, in order.
 fn calls_of(times: &[f64], set: &[Set]) -> Vec<usize> {
     let mut calls: Vec<usize> = set.iter().map(|set| call_of(times, set)).collect();
     calls.sort_unstable();
@@ -156,7 +158,7 @@ fn calls_of(times: &[f64], set: &[Set]) -> Vec<usize> {
 }
 
 impl Signals<'_> {
-    /// The steps and disturbances before the call `end`.
+    /// Returns the steps and disturbances before the call `end`.
     pub(super) fn events(&self, end: usize) -> Vec<Event> {
         let (setpoint, value) = (&self.setpoint[..end], &self.process_value[..end]);
         let is_manual = |call: usize| self.manual.get(call).copied().unwrap_or(false);
@@ -184,7 +186,7 @@ impl Signals<'_> {
                 (true, false) if std::mem::take(&mut is_pending) => Some(Cause::Setpoint),
                 (true, false) => Some(Cause::Automatic),
                 _ if has_changed && !is_ramp => Some(Cause::Setpoint),
-                // A disturbance that moves call by call begins in the first of them.
+                // A disturbance that changes from call to call begins in the first of these calls.
                 _ if is_disturbed(call) && !is_disturbed(call - 1) => Some(Cause::Disturbance),
                 _ => continue,
             };
@@ -195,7 +197,7 @@ impl Signals<'_> {
         events
     }
 
-    /// What disturbs the loop in some calls, each variable with its last value.
+    /// Returns the disturbances set in these calls, each variable with its last value.
     pub(super) fn disturbances_in(&self, calls: &Range<usize>) -> Vec<Set> {
         let mut by: Vec<Set> = Vec::new();
         for set in self.disturbances {
@@ -207,8 +209,8 @@ impl Signals<'_> {
         by
     }
 
-    /// The first call with a process value that the plant has given. Before the first call of a block, its output is 0: from there it
-    /// jumps farther than it moves next.
+    /// Returns the first call with a process value computed by the plant. The output of a block is 0 before its first
+    /// call, and the jump away from 0 exceeds the movement that follows.
     pub(super) fn first_call(&self, end: usize) -> usize {
         let values = &self.process_value[..end];
         let given = values.iter().position(|value| *value != 0.0).filter(|_| !self.is_cut);
@@ -221,11 +223,11 @@ impl Signals<'_> {
     }
 }
 
-/// By this factor the jump from the output of a block that was not called yet is larger than what follows.
+/// The minimum ratio of the jump from the initial output of a block to the movement that follows.
 const JUMP: f64 = 3.0;
 
-/// Whether the process value begins far from the setpoint: by half of what it moves, and by the band of settling of all that it moves
-/// in the run. Else the loop was at rest.
+/// Whether the process value begins far from the setpoint: by at least half of its span in these calls, and by at least
+/// the settling band of its span in the whole run. Otherwise, the loop was at rest.
 fn is_far(setpoint: &[f64], value: &[f64], first: usize, calls: &Range<usize>) -> bool {
     let width = |values: &[f64]| {
         let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), of| (low.min(*of), high.max(*of)));

@@ -1,7 +1,7 @@
 use super::*;
 use run::dialog::Roles;
 
-/// The answer of a second-order system with damping 0.5 and natural frequency 1 rad/s to a setpoint step at `at`.
+/// The response of a second-order system with damping 0.5 and natural frequency 1 rad/s to a setpoint step at `at`.
 fn second_order(count: usize, step: f64, at: usize) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     let times: Vec<f64> = (0..count).map(|call| call as f64 * step).collect();
     let setpoint = (0..count).map(|call| if call < at { 20.0 } else { 60.0 }).collect();
@@ -66,7 +66,7 @@ fn a_second_order_answer_has_the_figures_of_the_textbook() {
     let (times, setpoint, value) = second_order(30_000, 0.001, 1000);
     let figures = all(&times, &setpoint, &value);
     assert_eq!(figures.times().unwrap(), (1.0, times[29_999]));
-    // exp(-pi zeta / sqrt(1 - zeta^2)), and roots of the answer, computed independently.
+    // exp(-pi zeta / sqrt(1 - zeta^2)), and roots of the response, computed independently.
     assert!((figures.get("overshoot").unwrap() - 16.30335).abs() < 1e-4, "{figures:?}");
     assert!((figures.get("rise").unwrap() - 1.6376).abs() < 2e-4, "{figures:?}");
     assert!((figures.get("settling").unwrap() - 8.0764).abs() < 1.1e-3, "{figures:?}");
@@ -138,7 +138,7 @@ fn a_setpoint_that_never_changes_is_a_step_from_the_first_call_on() {
     assert!((figures.get("rise").unwrap() - (1.0 + 16.0 / 24.0 - 0.2)).abs() < 1e-12);
     let happened = Happened { cause: Cause::Start, from: 20.0, to: 60.0, start: 0.0, duration: 4.0, by: vec![] };
     assert_eq!(figures.step_happened(), Some(happened));
-    // The same where members act in parallel: the first row has the outputs before the first call.
+    // The same where members run in parallel: the first row holds the outputs before the first call.
     let late = [0.0, 20.0, 40.0, 64.0, 60.0];
     let figures = Window::of(Signals { first: 1, ..signals(&late) }, &Span::default());
     assert_eq!((figures.get("overshoot"), figures.get("peak")), (Some(10.0), Some(40.0)));
@@ -150,13 +150,13 @@ fn a_setpoint_that_never_changes_is_a_step_from_the_first_call_on() {
 
 #[test]
 fn an_output_before_the_first_call_of_its_block_is_no_process_value() {
-    // The block is called at 2 s for the first time, and then every 2 s: from 20 to 50, not from 0.
+    // The block is first called at 2 s, and then every 2 s: the step goes from 20 to 50, not from 0.
     let value = [0.0, 0.0, 30.0, 30.0, 31.0, 31.0, 42.0, 42.0, 48.0, 48.0, 50.0, 50.0, 50.0, 50.0];
     let times: Vec<f64> = (0..14).map(f64::from).collect();
     let figures = all(&times, &[50.0; 14], &value);
     assert_eq!((figures.times(), figures.get("peak")), (Some((2.0, 13.0)), Some(20.0)));
     assert_eq!(figures.get("settling"), Some(8.0));
-    // A plant that begins at 0 and waits for its dead time does not jump.
+    // A plant that begins at 0 and has a dead time does not jump.
     let value = [0.0, 0.0, 0.0, 5.0, 10.0, 14.0, 17.0, 18.0, 19.0, 20.0, 20.0, 20.0, 20.0, 20.0];
     assert_eq!(all(&times, &[20.0; 14], &value).times(), Some((0.0, 13.0)));
 }
@@ -191,7 +191,7 @@ fn the_window_of_a_step_ends_at_the_disturbance_which_has_figures_of_its_own() {
     let disturbance =
         Happened { cause: Cause::Disturbance, from: 10.0, to: 10.0, start: 6.0, duration: 5.0, by: vec![set(6.0)] };
     assert_eq!((figures.step_happened(), figures.disturbance_happened()), (Some(step), Some(disturbance)));
-    // One after the other: each with its own figures alone.
+    // One after the other, each with only its own figures.
     let each = Window::of_events(disturbed(&times, &setpoint, &by));
     let keys = |window: &Window| window.figures().map(|figure| figure.key).collect::<Vec<_>>();
     assert_eq!(
@@ -202,11 +202,11 @@ fn the_window_of_a_step_ends_at_the_disturbance_which_has_figures_of_its_own() {
         ]
     );
     assert_eq!((each[0].get("settling"), each[1].get("recovery")), (Some(3.0), Some(3.0)));
-    // Rows that begin with the step say where it goes, and the disturbance ends it all the same.
+    // Rows that begin with the step have its values given, and the disturbance ends it all the same.
     let span = Span { step: Some((0.0, 10.0)), ..Span::default() };
     let figures = Window::of(disturbed(&times, &[10.0; 12], &by), &span);
     assert_eq!((figures.get("settling"), figures.get("recovery")), (Some(4.0), Some(3.0)));
-    // A window that ends in the first call of a disturbance says nothing of it.
+    // A window that ends in the first call of a disturbance has no figures of it.
     let figures = Window::of(disturbed(&times, &setpoint, &by), &Span { to: Some(6.0), ..Span::default() });
     assert_eq!(
         (figures.get("settling"), figures.get("recovery"), figures.get("disturbed_peak")),
@@ -222,7 +222,7 @@ fn the_next_step_and_the_change_of_the_mode_end_a_window_too() {
     let mut manual = [false; 12];
     manual[9] = true;
     let window = Window::of(Signals { manual: &manual, ..disturbed(&times, &setpoint, &by) }, &Span::default());
-    // In manual mode at 9 s, it has not come back.
+    // When manual mode begins at 9 s, the loop has not recovered yet.
     assert_eq!(window.disturbance_happened().unwrap().duration, 2.0);
     let remarks = window.all_remarks();
     assert_eq!(remarks, ["no recovery time: the process value is 3 away from the setpoint at 8 s"]);
@@ -244,7 +244,7 @@ fn what_belongs_to_another_member_disturbs_and_what_gives_the_setpoint_does_not(
     };
     let is = |variable: &str| wiring.is_disturbance(variable);
     assert_eq!(["TANK.DRAIN", "C.DISV", "C.GAIN", "C.SP", "RAMP.TARGET"].map(is), [true, true, false, false, false]);
-    // A value that is there already disturbs nothing.
+    // Setting a value that is already present is not a disturbance.
     let set = |value: f64, before| Set { value: Some(value), before, ..set(5.0) };
     let found = wiring.disturbances([set(1.0, Some(1.0)), set(2.0, Some(1.0)), set(2.0, None)]);
     assert_eq!(found, [set(2.0, Some(1.0)), set(2.0, None)]);
@@ -291,7 +291,7 @@ fn a_process_value_that_is_still_on_its_way_has_neither_settled_nor_overshot() {
 
 #[test]
 fn a_process_value_that_crosses_the_setpoint_at_the_end_has_not_settled() {
-    // The answer passes the setpoint at 2.418 s.
+    // The response crosses the setpoint at 2.418 s.
     let (times, setpoint, value) = second_order(343, 0.01, 100);
     let figures = all(&times, &setpoint, &value);
     assert_eq!(figures.get("settling"), None);

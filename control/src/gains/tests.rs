@@ -6,13 +6,13 @@ fn controller(form: Form, numbers: &[(&str, f64)]) -> Result<Controller, String>
     Controller::new(form, &values)
 }
 
-/// The settings of the block, as numbers.
+/// Returns the settings of the block as numbers.
 fn settings(form: Form, numbers: &[(&str, f64)]) -> Vec<(&'static str, f64)> {
     let (settings, _) = controller(form, numbers).and_then(|controller| controller.settings()).unwrap();
     settings.values().into_iter().map(|(name, value)| (name, number(value))).collect()
 }
 
-/// The numbers in another form, without the round-off of the computation.
+/// Returns the numbers in another form, without the round-off of the computation.
 fn converted(from: Form, numbers: &[(&str, f64)], to: Form) -> Result<Vec<(&'static str, f64)>, String> {
     let numbers = controller(from, numbers)?.numbers(to)?;
     Ok(numbers.into_iter().map(|(name, value)| (name, shown(value))).collect())
@@ -228,7 +228,7 @@ impl Complex {
     }
 }
 
-/// The frequency response, written down from the formula of the form.
+/// Computes the frequency response directly from the formula of the form.
 fn response(form: Form, numbers: &[(&str, f64)], frequency: f64) -> Complex {
     let find = |name: &str| numbers.iter().find(|(own, _)| *own == name).map(|(_, value)| Complex(*value, 0.0));
     let (zero, one, s) = (Complex(0.0, 0.0), Complex(1.0, 0.0), Complex(0.0, frequency));
@@ -281,7 +281,7 @@ fn numbers() -> impl Strategy<Value = (Form, Vec<(&'static str, f64)>)> {
 proptest! {
     #[test]
     fn a_converted_controller_has_the_same_frequency_response((from, numbers) in numbers(), to in prop::sample::select(Form::ALL.to_vec())) {
-        // A series form with a slow filter, for which there is no controller.
+        // A series form with a slow filter, for which no controller exists.
         let Ok(controller) = controller(from, &numbers) else { return Ok(()) };
         let mut numbers = numbers;
         if from == Form::Plc {

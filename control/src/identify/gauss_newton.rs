@@ -1,28 +1,28 @@
-//! A model improved by the method of Gauss and Newton, with damping.
+//! Refinement of a model by the damped Gauss-Newton method.
 
 use super::step::Step;
 use super::{Model, error, response};
 
-/// How often a model is improved at most.
+/// The maximum number of iterations.
 const IMPROVEMENTS: usize = 40;
-/// Derivatives are differences over this part of a parameter.
+/// The relative step of the finite differences.
 const DIFFERENCE: f64 = 1e-5;
 
-/// Which parameters of a model are free.
+/// The free parameters of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Shape {
     /// Gain, time constant, dead time.
     Lag,
-    /// Gain, the time constant of both lags, dead time.
+    /// Gain, common time constant of both lags, dead time.
     EqualLags,
-    /// Gain, sum and product of two time constants, dead time. Unlike the time constants themselves, they do not change places.
+    /// Gain, sum and product of two time constants, dead time. Unlike the time constants themselves, these cannot swap.
     TwoLags,
-    /// Gain of an integrator, the time constant of the lag behind it, dead time.
+    /// Gain of an integrator, time constant of the lag after it, dead time.
     IntegratorAndLag,
 }
 
 impl Shape {
-    /// The free parameters. The dead time is the last one.
+    /// Returns the free parameters, with the dead time last.
     fn parameters(self, model: &Model) -> Vec<f64> {
         let Model { gain, time_constant: one, second_time_constant: two, dead_time, .. } = *model;
         match self {
@@ -33,7 +33,7 @@ impl Shape {
         }
     }
 
-    /// The model of these parameters; none if there is none. Lags that would be complex are equal.
+    /// Returns the model with these parameters; `None` if they are impossible. Complex lags are replaced by equal ones.
     fn model(self, parameters: &[f64]) -> Option<Model> {
         let (gain, dead_time) = (parameters[0], parameters[parameters.len() - 1]);
         let (one, two) = match self {
@@ -42,7 +42,7 @@ impl Shape {
             Shape::TwoLags => {
                 let (half, product) = (parameters[1] / 2.0, parameters[2]);
                 let slow = half + (half * half - product).max(0.0).sqrt();
-                // The difference of close numbers would lose digits.
+                // The difference of two nearly equal numbers would lose digits.
                 (slow, (product / slow).min(slow))
             }
             Shape::IntegratorAndLag => (0.0, parameters[1]),
@@ -55,7 +55,7 @@ impl Shape {
         is_model.then_some(model)
     }
 
-    /// By how much a parameter changes for a derivative. Towards a smaller product the lags stay real.
+    /// Returns the parameter differences for the numerical derivatives. Decreasing the product keeps the lags real.
     fn differences(self, model: &Model) -> Vec<f64> {
         let scale = model.time_constant + model.second_time_constant;
         let mut differences: Vec<f64> = self.parameters(model).iter().map(|value| DIFFERENCE * value).collect();
@@ -69,7 +69,7 @@ impl Shape {
     }
 }
 
-/// The model as far as it gets better.
+/// Returns the model after the iterations that improve it.
 pub(super) fn improved(step: &Step, shape: Shape, model: Model) -> Model {
     let mut best = (error(step, &response(step, &model)), model);
     let mut damping = 1e-6;
@@ -93,7 +93,7 @@ pub(super) fn improved(step: &Step, shape: Shape, model: Model) -> Model {
     best.1
 }
 
-/// One step with damping; none if it leads nowhere.
+/// Performs one damped step; `None` if it fails.
 fn newton(step: &Step, shape: Shape, model: &Model, damping: f64) -> Option<Model> {
     let base = response(step, model);
     let (parameters, differences) = (shape.parameters(model), shape.differences(model));
@@ -121,7 +121,7 @@ fn newton(step: &Step, shape: Shape, model: &Model, damping: f64) -> Option<Mode
     };
     let mut next = moved(&solved(matrix.clone())?);
     if next[last] < 0.0 {
-        // The best of those without dead time.
+        // The best step among models without dead time.
         matrix[last].fill(0.0);
         (matrix[last][last], matrix[last][last + 1]) = (1.0, -parameters[last] / differences[last]);
         next = moved(&solved(matrix)?);
@@ -130,7 +130,7 @@ fn newton(step: &Step, shape: Shape, model: &Model, damping: f64) -> Option<Mode
     shape.model(&next)
 }
 
-/// Linear equations, each with its right side as the last number.
+/// Solves linear equations, each with its right-hand side as the last number.
 fn solved(mut matrix: Vec<Vec<f64>>) -> Option<Vec<f64>> {
     let count = matrix.len();
     for column in 0..count {

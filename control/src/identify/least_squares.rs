@@ -6,35 +6,35 @@ use super::{Model, error, golden_section, response};
 use crate::process::Process;
 use anyhow::{Context, Result, bail};
 
-/// How many dead times are tried before the best one is improved.
+/// The number of dead times tried before the best one is refined.
 const COARSE: usize = 60;
-/// How often the interval around the best dead time is divided.
+/// The number of divisions of the interval around the best dead time.
 const FINE: usize = 25;
-/// How many samples are compared at most; of more, each n-th.
+/// The maximum number of samples compared; a longer record is decimated.
 const MOST_SAMPLES: usize = 10_000;
-/// The record has to show this part of the answer at least.
+/// The minimum fraction of the response that the record has to contain.
 const SHOWN: f64 = 0.3;
-/// The ratios of the two lags from which a second lag is looked for.
+/// The ratios of the two lags at which the search for a second lag starts.
 const RATIOS: [f64; 4] = [0.05, 0.2, 0.5, 1.0];
-/// The parts of the dead time of an integrator from which a lag is looked for.
+/// The fractions of an integrator's dead time at which the search for a lag starts.
 const PARTS: [f64; 4] = [0.1, 0.4, 0.7, 0.95];
-/// A second lag has to take more off the sum of squares than noise does: so many times the variance of an independent sample. Of one
-/// parameter too many, noise takes off one variance on average, and 20 in one of 100,000 records.
+/// The minimum reduction of the sum of squares by a second lag, as a multiple of the variance of an independent sample.
+/// A superfluous parameter reduces it by one variance on average because of noise, and by 20 in one of 100,000 records.
 const BEYOND_NOISE: f64 = 20.0;
-/// What a model misses of less than this part of the answer is no reason for another lag.
+/// The fraction of the response below which residuals do not justify another lag.
 const MISSED: f64 = 1e-5;
 
-/// One or two lags with dead time: one, unless the second explains more than noise and resolution do.
+/// Fits one or two lags with dead time: one, unless the second explains more than noise and resolution do.
 pub(super) fn lags(step: &Step) -> Result<Model> {
     let samples = Samples::of(step);
     let one = lag(&samples, step)?;
     Ok(with_second_lag(&samples, step, &one).unwrap_or(one))
 }
 
-/// A lag with dead time.
+/// Fits a lag with dead time.
 ///
-/// From `T y'(t) + y(t) = K u(t - L)`, integrated from the step on: `y = -Y/T + (K/T) U(t - L)`, where Y and U are the integrals.
-/// Noise is in y alone, which stands on the left: the solution is hardly biased by it.
+/// From `T y'(t) + y(t) = K u(t - L)`, integrated from the step on: `y = -Y/T + (K/T) U(t - L)`, where Y and U are the
+/// integrals. Noise mainly affects y on the left-hand side, so that it hardly biases the solution.
 fn lag(samples: &Samples, step: &Step) -> Result<Model> {
     let longest = longest_dead_time(step);
     let missed =
@@ -46,34 +46,35 @@ fn lag(samples: &Samples, step: &Step) -> Result<Model> {
     Ok(improved(samples.compared(step), Shape::Lag, model))
 }
 
-/// The model with two lags that fits best, if the second one is in the data.
+/// Returns the best model with two lags, if the data support the second one.
 fn with_second_lag(samples: &Samples, step: &Step, one: &Model) -> Option<Model> {
     let compared = samples.compared(step);
-    // By the half rule backwards: the lag is the slower one with half of the faster one, and the dead time has the other half.
+    // The half rule reversed: the lag is the slower one plus half of the faster one, and the dead time contains the
+    // other half.
     let start = |ratio: f64| {
         let slow = one.time_constant / (1.0 + ratio / 2.0);
         let dead_time = (one.dead_time - ratio * slow / 2.0).max(0.0);
         Model { time_constant: slow, second_time_constant: ratio * slow, dead_time, ..*one }
     };
     let begin = best(compared, RATIOS.map(start))?;
-    // Where the best pair of lags is complex, the best real pair is equal.
+    // Where the best pair of lags is complex, the best real pair consists of equal lags.
     let apart = improved(compared, Shape::TwoLags, begin);
     let equal = improved(compared, Shape::EqualLags, start(1.0));
     best(compared, [apart, equal]).filter(|two| is_shown(compared, one, two))
 }
 
-/// The model that misses least.
+/// Returns the model with the smallest residual.
 fn best(step: &Step, models: impl IntoIterator<Item = Model>) -> Option<Model> {
     let missed = |model: &Model| error(step, &response(step, model));
     models.into_iter().min_by(|a, b| missed(a).total_cmp(&missed(b)))
 }
 
-/// Whether the second lag of a model is in the data.
+/// Whether the data support the second lag of a model.
 fn is_shown(step: &Step, one: &Model, two: &Model) -> bool {
     two.second_time_constant >= step.interval() && explains_more(step, one, two)
 }
 
-/// Whether the model of more parameters misses so much less that neither noise nor resolution can be why.
+/// Whether the model with more parameters reduces the residual by more than noise and resolution can explain.
 fn explains_more(step: &Step, few: &Model, many: &Model) -> bool {
     let missed = |model: &Model| -> Vec<f64> {
         response(step, model).iter().zip(&step.values).map(|(model, is)| is - model).collect()
@@ -87,7 +88,8 @@ fn explains_more(step: &Step, few: &Model, many: &Model) -> bool {
     squares(&of_few) - squares(&of_many) > BEYOND_NOISE * variance * memory(&of_many)
 }
 
-/// Over how many samples what is missed has a memory: 1 of white noise, more of drift and of a value that stays within a count.
+/// Returns the correlation length of the residuals in samples: 1 for white noise, more for drift and for a value that
+/// stays within one count.
 fn memory(missed: &[f64]) -> f64 {
     let square: f64 = missed.iter().map(|value| value * value).sum();
     if square == 0.0 {
@@ -97,7 +99,8 @@ fn memory(missed: &[f64]) -> f64 {
     1.0 + 2.0 * (1..missed.len() / 4).map(correlation).take_while(|part| *part > 0.05).sum::<f64>()
 }
 
-/// An integrator with dead time, `y = k' U(t - L)`; with a lag behind it, if that explains more than noise and resolution do.
+/// Fits an integrator with dead time, `y = k' U(t - L)`; with a lag after it, if that explains more than noise and
+/// resolution do.
 pub(super) fn integrating(step: &Step) -> Result<Model> {
     let samples = Samples::of(step);
     let solve = |dead_time: f64| {
@@ -111,7 +114,7 @@ pub(super) fn integrating(step: &Step) -> Result<Model> {
     let missed = |dead_time: f64| samples.error(step, &solve(dead_time));
     let one = solve(search(0.9 * step.duration(), missed));
     let compared = samples.compared(step);
-    // A ramp behind a lag is late by it.
+    // A ramp after a lag is late by the lag's time constant.
     let start = |part: f64| Model {
         second_time_constant: part * one.dead_time,
         dead_time: (1.0 - part) * one.dead_time,
@@ -121,10 +124,10 @@ pub(super) fn integrating(step: &Step) -> Result<Model> {
     Ok(two.filter(|two| is_shown(compared, &one, two)).unwrap_or(one))
 }
 
-/// What to say of a record that ends before the answer does.
+/// Returns the remark for a record that ends before the response does.
 ///
 /// # Errors
-/// It ends so early that the model is a guess.
+/// The record ends so early that the model would be a guess.
 pub(super) fn completeness(step: &Step, model: &Model) -> Result<Option<String>> {
     let mut process = Process::at_rest(Model { gain: 1.0, ..*model }, 0.0);
     process.put(0.0, 1.0);
@@ -144,26 +147,26 @@ pub(super) fn completeness(step: &Step, model: &Model) -> Result<Option<String>>
     }))
 }
 
-/// The longest dead time that can be: when the answer is well under way.
+/// Returns the maximum plausible dead time: the time at which the response is well under way.
 fn longest_dead_time(step: &Step) -> f64 {
     step.reaches(0.5).unwrap_or(step.duration()).max(step.interval())
 }
 
-/// The dead time for which a model misses least.
+/// Returns the dead time with the smallest residual.
 fn search(longest: f64, mut missed: impl FnMut(f64) -> f64) -> f64 {
     let width = longest / COARSE as f64;
     let best = (0..=COARSE).map(|at| (at, missed(at as f64 * width))).min_by(|(_, a), (_, b)| a.total_cmp(b));
     let best = best.map_or(0, |(at, _)| at) as f64 * width;
     let found = golden_section((best - width).max(0.0), (best + width).min(longest), FINE, &mut missed);
-    // A plant without dead time lies at the edge.
+    // The optimum of a plant without dead time lies at the edge of the interval.
     if missed(0.0) <= missed(found) { 0.0 } else { found }
 }
 
-/// Which samples are compared, with the integral of the answer up to each of them.
+/// The samples that are compared, with the integral of the response up to each of them.
 struct Samples {
     places: Vec<usize>,
     integrals: Vec<f64>,
-    /// A step of these samples alone.
+    /// A step that consists of these samples only.
     thinned: Option<Step>,
 }
 
@@ -186,7 +189,7 @@ impl Samples {
         Samples { places, integrals, thinned }
     }
 
-    /// The step of the samples that are compared.
+    /// Returns the step with the compared samples.
     fn compared<'a>(&'a self, step: &'a Step) -> &'a Step {
         self.thinned.as_ref().unwrap_or(step)
     }
@@ -196,7 +199,7 @@ impl Samples {
         error(step, &response(step, model))
     }
 
-    /// Gain and time constant for a dead time.
+    /// Returns the gain and time constant for a dead time.
     fn solve(&self, step: &Step, dead_time: f64) -> Option<Model> {
         // The normal equations of y = a (-Y) + b U.
         let (mut yy, mut yu, mut uu, mut ry, mut ru) = (0.0, 0.0, 0.0, 0.0, 0.0);
@@ -215,7 +218,7 @@ impl Samples {
     }
 }
 
-/// The integral of the input, from the step to a time.
+/// Returns the integral of the input from the step to a time.
 fn input_integral(step: &Step, to: f64) -> f64 {
     let mut sum = 0.0;
     for (at, (from, input)) in step.moves.iter().enumerate() {

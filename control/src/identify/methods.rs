@@ -1,26 +1,27 @@
-//! The methods that read a model off the curve.
+//! Methods that read a model off the response curve.
 
 use super::Model;
 use super::step::Step;
 use anyhow::{Context, Result};
 use std::f64::consts::E;
 
-/// The slope is looked for in at most this many samples; of more, means of neighbours.
+/// Longer recordings are averaged down to this many samples before the slope search.
 const MOST_SAMPLES: usize = 20_000;
 
-/// A point of the answer with its slope.
+/// A point of the response with its slope.
 struct Tangent {
     time: f64,
     value: f64,
     slope: f64,
 }
 
-/// The two parts of the answer at which a lag is after a third of its time constant, and after all of it.
+/// Returns the fractions of the response that a lag reaches after a third of its time constant, and after one time
+/// constant.
 fn parts() -> [f64; 2] {
     [1.0 / 3.0, 1.0].map(|constants: f64| -libm::expm1(-constants))
 }
 
-/// The times of 28 % and 63 %.
+/// Identifies a lag from the times of 28 % and 63 %.
 pub(super) fn two_points(step: &Step) -> Result<Model> {
     let missing = "the answer does not pass 28 % and 63 % of its way";
     let [first, second] = parts().map(|part| step.reaches(part).context(missing));
@@ -29,7 +30,7 @@ pub(super) fn two_points(step: &Step) -> Result<Model> {
     Ok(model(step, step.end(), time_constant, second - time_constant - delay_of_input(step)))
 }
 
-/// The areas above and below the answer.
+/// Identifies a lag from the areas above and below the response.
 pub(super) fn area(step: &Step) -> Result<Model> {
     let end = step.end();
     let above = integral(step, step.duration(), |value| end - value) / end;
@@ -38,7 +39,7 @@ pub(super) fn area(step: &Step) -> Result<Model> {
     Ok(model(step, end, time_constant, above - time_constant - delay_of_input(step)))
 }
 
-/// The steepest slope.
+/// Identifies a lag from the steepest slope.
 pub(super) fn tangent(step: &Step) -> Result<Model> {
     let steepest = steepest(step)?;
     let end = step.end();
@@ -46,7 +47,7 @@ pub(super) fn tangent(step: &Step) -> Result<Model> {
     Ok(model(step, end, end / steepest.slope, start - delay_of_input(step)))
 }
 
-/// The steepest slope of a plant that integrates.
+/// Identifies an integrating plant from the steepest slope.
 pub(super) fn integrating_tangent(step: &Step) -> Result<Model> {
     let steepest = steepest(step)?;
     let start = steepest.time - steepest.value / steepest.slope - delay_of_input(step);
@@ -58,7 +59,7 @@ pub(super) fn integrating_tangent(step: &Step) -> Result<Model> {
     })
 }
 
-/// How much later the step is than its first change, as its area says.
+/// Returns the delay of an ideal step, with the same area, after the first change of the input.
 fn delay_of_input(step: &Step) -> f64 {
     let late: f64 = step.moves.windows(2).map(|pair| (step.height - pair[0].1) * (pair[1].0 - pair[0].0)).sum();
     late / step.height
@@ -68,7 +69,7 @@ fn model(step: &Step, end: f64, time_constant: f64, dead_time: f64) -> Model {
     Model { gain: end / step.height, time_constant, dead_time: dead_time.max(0.0), ..Model::default() }
 }
 
-/// The integral from the step to a time, by trapezoids.
+/// Integrates from the step to a time by the trapezoidal rule.
 fn integral(step: &Step, to: f64, function: impl Fn(f64) -> f64) -> f64 {
     let mut sum = 0.0;
     for (times, values) in step.times.windows(2).zip(step.values.windows(2)) {
@@ -82,8 +83,8 @@ fn integral(step: &Step, to: f64, function: impl Fn(f64) -> f64) -> f64 {
     sum
 }
 
-/// Where the answer is steepest: the slope of a straight line through as many samples as its noise requires, so that the slope is
-/// known to five percent, but not more than a tenth of the record.
+/// Finds the steepest point of the response: the slope of a straight line through as many samples as the noise requires
+/// to know it to five percent, but through at most a tenth of the record.
 fn steepest(step: &Step) -> Result<Tangent> {
     let neighbours = step.times.len().div_ceil(MOST_SAMPLES).max(1);
     let means = |values: &[f64]| {

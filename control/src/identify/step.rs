@@ -1,38 +1,39 @@
-//! Finds the step in a record, and refuses a record that says nothing about the plant.
+//! Finds the step in a record, and rejects a record that does not reveal the plant.
 
 use super::{Recorded, SETTLED};
 use anyhow::{Result, bail};
 use modeldescription::digits::short;
 
-/// This many neighbours on each side are enough for smoothing.
+/// The maximum number of neighbours on each side used for smoothing.
 const MOST_NEIGHBOURS: usize = 200;
-/// What smoothing takes off may be this many times the noise and the rounding.
+/// The maximum change by smoothing, as a multiple of noise and rounding.
 const SMOOTHED: f64 = 1.2;
-/// The fewest samples after the step.
+/// The minimum number of samples after the step.
 const FEWEST: usize = 10;
-/// A change of the manipulated value above this part of its span is a step.
+/// The minimum change of the manipulated value that counts as a step, relative to its span.
 const STEP: f64 = 0.02;
-/// The manipulated value may differ from its level by this part of the step.
+/// The maximum deviation of the manipulated value from its level, relative to the step.
 const FLAT: f64 = 0.05;
-/// The process value has to move by so much more than its noise.
+/// The minimum response of the process value as a multiple of its noise.
 const ABOVE_NOISE: f64 = 10.0;
-/// The process value has to move by this many of its smallest changes.
+/// The minimum response of the process value as a multiple of its smallest change.
 const COUNTS: f64 = 20.0;
-/// What is left of earlier movements may be so much of the answer.
+/// The maximum remainder of earlier movements, relative to the response.
 const AT_REST: f64 = 0.05;
-/// If the process value moves this many times slower in the last part before the step, the part before that is an earlier movement.
+/// If the process value moves slower by this factor in the last part before the step, the part before that is an
+/// earlier movement.
 const CALMER: f64 = 4.0;
 
-/// A step and its answer: times from the step on, values as deviations from where both were before it.
+/// A step and its response: times after the step, values as deviations from the levels before it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Step {
-    /// When the step is, in the record's seconds.
+    /// The time of the step in the record's seconds.
     pub start: f64,
     /// The times of the samples from the step on, in seconds after it.
     pub times: Vec<f64>,
-    /// The process value, less its level and its drift before the step.
+    /// The process value minus its level and drift before the step.
     pub values: Vec<f64>,
-    /// The manipulated value from each time on, less its level before the step.
+    /// The manipulated value from each time on, minus its level before the step.
     pub moves: Vec<(f64, f64)>,
     /// The height of the step.
     pub height: f64,
@@ -40,23 +41,23 @@ pub(super) struct Step {
     pub before: (f64, f64),
     /// The standard deviation of the noise.
     pub noise: f64,
-    /// What the user should know, a sentence each.
+    /// Remarks for the user, one sentence each.
     pub remarks: Vec<String>,
 }
 
-/// Where the manipulated value moves: from the first changed sample to the last.
+/// A movement of the manipulated value, from the first changed sample to the last.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Move {
     first: usize,
     last: usize,
-    /// Where the constant value before it begins.
+    /// The sample at which the constant value before the movement begins.
     rest: usize,
     from: f64,
     to: f64,
 }
 
 impl Step {
-    /// The last step of a record.
+    /// Returns the last step of a record.
     pub fn of(recorded: &Recorded, is_integrating: bool) -> Result<Step> {
         check(recorded)?;
         let Recorded { times, output, .. } = *recorded;
@@ -73,7 +74,7 @@ impl Step {
                 short(start)
             );
         }
-        // What was long before the step says nothing about the rest at the step.
+        // Samples long before the step are irrelevant to the rest at the step.
         let begin = (found.rest..found.first).find(|at| start - times[*at] <= duration / 2.0).unwrap_or(found.first);
         let begin = if is_integrating { begin } else { calmest(times, output, begin, found.first) };
         let resting = Line::through(&times[begin..=found.first], &output[begin..=found.first], start);
@@ -110,28 +111,28 @@ impl Step {
         self.duration() / (self.times.len() - 1) as f64
     }
 
-    /// From the step to the end.
+    /// Returns the time from the step to the end of the record.
     pub fn duration(&self) -> f64 {
         self.times[self.times.len() - 1]
     }
 
-    /// What was taken off a sample of the process value.
+    /// Returns the level and drift that were subtracted from a sample of the process value.
     pub fn level(&self, at: usize) -> f64 {
         self.before.0 + self.before.1 * self.times[at]
     }
 
-    /// The mean of the last tenth of the record: the new level, if the answer has ended.
+    /// Returns the mean of the last tenth of the record: the new level, if the response has settled.
     pub fn end(&self) -> f64 {
         let tail = &self.values[self.values.len() - (self.values.len() / 10).max(1)..];
         tail.iter().sum::<f64>() / tail.len() as f64
     }
 
-    /// When the answer has done this part of its way for the first time, in seconds after the step.
+    /// Returns the time, in seconds after the step, at which this fraction of the response is first reached.
     pub fn reaches(&self, part: f64) -> Option<f64> {
         self.crossing(&self.smoothed(), part * self.end())
     }
 
-    /// Where values cross a level for the first time.
+    /// Returns the time at which values first cross a level.
     pub fn crossing(&self, values: &[f64], level: f64) -> Option<f64> {
         let sign = level.signum();
         let at = values.iter().position(|value| value * sign >= level * sign)?;
@@ -140,8 +141,8 @@ impl Step {
         Some(self.times[before] + part * (self.times[at] - self.times[before]))
     }
 
-    /// The values without most of their noise: means over so many neighbours that a percent of the answer is left of it, but not
-    /// over more than a hundredth of the record.
+    /// Returns the values with most of their noise removed: means over enough neighbours to reduce it to a percent of
+    /// the response, but over at most a hundredth of the record.
     pub fn smoothed(&self) -> Vec<f64> {
         let wanted = (self.noise / (0.01 * self.end().abs())).powi(2);
         let most = self.values.len() as f64 / 100.0;
@@ -161,8 +162,9 @@ impl Step {
         (0..self.values.len()).map(mean).collect()
     }
 
-    /// Puts a parabola through the neighbours of each value in its place, as long as no more than noise and rounding is lost. What a
-    /// plant does gets slower with the time since the step, and so the longer this is, the more neighbours there are.
+    /// Replaces each value by a parabola fitted through its neighbours, as long as no more than noise and rounding is
+    /// lost. The response of a plant slows down with time, so the number of neighbours grows with the time since the
+    /// response began.
     pub fn smooth(&mut self) {
         let lost = self.noise.max(resolution(&self.values) / 12.0_f64.sqrt());
         let Some(begin) = self.values.iter().position(|value| value.abs() > 4.0 * lost) else { return };
@@ -177,16 +179,16 @@ impl Step {
         }
     }
 
-    /// The change in the last fifth of the record, as a part of the answer.
+    /// Returns the change in the last fifth of the record, relative to the response.
     fn unrest(&self) -> f64 {
         let tail = self.times.partition_point(|time| *time < 0.8 * self.duration());
         let line = Line::through(&self.times[tail..], &self.values[tail..], self.duration());
         let change = line.slope * 0.2 * self.duration();
-        // What noise alone may make of it does not count.
+        // The part of the change that noise alone may explain is subtracted.
         ((change.abs() - 3.0 * line.uncertainty * 0.2 * self.duration()) / self.end().abs()).max(0.0)
     }
 
-    /// Refuses a record in which the answer has not ended.
+    /// Rejects a record in which the response has not settled.
     pub fn require_end(&self, method: &str) -> Result<()> {
         let unrest = self.unrest();
         if unrest > SETTLED {
@@ -199,7 +201,7 @@ impl Step {
         Ok(())
     }
 
-    /// Refuses a process value that has not answered.
+    /// Rejects a record without a response of the process value.
     fn require_answer(&self, output: &[f64]) -> Result<()> {
         let largest = self
             .values
@@ -235,7 +237,7 @@ impl Step {
         Ok(())
     }
 
-    /// Takes a drift off, and refuses a process value that was not at rest before the step.
+    /// Subtracts a drift, and rejects a process value that was not at rest before the step.
     fn consider_rest(&mut self, resting: &Line, is_integrating: bool) -> Result<()> {
         if !resting.is_significant() {
             return Ok(());
@@ -243,7 +245,7 @@ impl Step {
         let (drift, whole) = (resting.slope, self.duration());
         let answer = self.end();
         if is_integrating {
-            // Two slopes: the one before the step, and its change by the step.
+            // Both slopes: the one before the step, and its change by the step.
             self.take_off(resting);
             if drift.abs() * whole > SETTLED * answer.abs() {
                 self.remarks.push(format!(
@@ -281,7 +283,7 @@ impl Step {
         Ok(())
     }
 
-    /// Takes the level and the slope before the step off the values.
+    /// Subtracts the level and the slope before the step from the values.
     fn take_off(&mut self, resting: &Line) {
         let (level, drift) = (resting.at_end, resting.slope);
         for (value, time) in self.values.iter_mut().zip(&self.times) {
@@ -290,7 +292,7 @@ impl Step {
         self.before = (level, drift);
     }
 
-    /// Refuses a process value that ends at a stop: it stands still at once while it was moving fast.
+    /// Rejects a process value that runs into a limit: it stops abruptly while it was moving fast.
     fn require_room(&self) -> Result<()> {
         let last = self.values[self.values.len() - 1] + self.level(self.values.len() - 1);
         let raw = |at: usize| self.values[at] + self.level(at);
@@ -304,7 +306,7 @@ impl Step {
         let fastest = (3..=stop).map(rate).fold(0.0, f64::max);
         let before: Vec<f64> = (0..=stop).map(raw).collect();
         let few_counts = 3.5 * resolution(&before);
-        // The sample at the stop may have come a part of the way only.
+        // The last moving sample may have been taken just before the stop.
         if rate(moving) > 0.05 * fastest
             && (raw(moving) - raw(moving - 3)).abs() >= few_counts
             && !self.is_reversed(moving)
@@ -319,7 +321,7 @@ impl Step {
         Ok(())
     }
 
-    /// Whether the value before a stop lies beyond it, as noise may.
+    /// Whether the value before a stop lies beyond it, as noise may cause.
     fn is_reversed(&self, moving: usize) -> bool {
         let end = self.values[self.values.len() - 1];
         (self.values[moving] - end) * end.signum() > 0.0
@@ -332,7 +334,7 @@ struct Line {
     count: usize,
     mean: f64,
     slope: f64,
-    /// Its value at the time that was asked for.
+    /// The value of the line at the requested time.
     at_end: f64,
     /// The standard deviation of the slope.
     uncertainty: f64,
@@ -355,14 +357,15 @@ impl Line {
         Line { count: times.len(), mean, slope, at_end: mean + slope * (at - middle), uncertainty }
     }
 
-    /// Whether its slope is more than noise.
+    /// Whether the slope exceeds the noise.
     fn is_significant(&self) -> bool {
         self.count > 2 && self.slope.abs() > 4.0 * self.uncertainty
     }
 }
 
-/// From which sample on the process value rests before the step. An earlier movement that has died away by then, such as that
-/// of the first manual value, does not belong to the rest; an even drift does. `begin` is the first sample that may count.
+/// Returns the sample from which the process value is at rest before the step. An earlier movement that has died away,
+/// such as that of the first manual value, is excluded; a constant drift is not. `begin` is the first sample
+/// considered.
 fn calmest(times: &[f64], output: &[f64], begin: usize, step: usize) -> usize {
     let line = |begin: usize| Line::through(&times[begin..=step], &output[begin..=step], times[step]);
     let (mut calmest, mut slope) = (begin, line(begin));
@@ -380,7 +383,7 @@ fn calmest(times: &[f64], output: &[f64], begin: usize, step: usize) -> usize {
     calmest
 }
 
-/// Refuses what is no record.
+/// Rejects malformed records.
 fn check(recorded: &Recorded) -> Result<()> {
     let Recorded { times, input, output } = *recorded;
     if times.len() != input.len() || times.len() != output.len() {
@@ -405,7 +408,7 @@ fn check(recorded: &Recorded) -> Result<()> {
     Ok(())
 }
 
-/// The last step of the manipulated value.
+/// Finds the last step of the manipulated value.
 fn find(times: &[f64], input: &[f64]) -> Result<Move> {
     let (low, high) =
         input.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
@@ -424,7 +427,7 @@ fn find(times: &[f64], input: &[f64]) -> Result<Move> {
             threshold / span * 100.0
         );
     };
-    // Changes with at most two samples between them are one move.
+    // Changes with at most two samples between them belong to one movement.
     let groups = changes.windows(2).rposition(|pair| pair[1] - pair[0] > 3);
     let first = groups.map_or(changes[0], |group| changes[group + 1]);
     let rest = groups.map_or(0, |group| changes[group]);
@@ -455,18 +458,18 @@ fn find(times: &[f64], input: &[f64]) -> Result<Move> {
     Ok(Move { first, last, rest, from, to })
 }
 
-/// The manipulated value after the step as moves: one for each sample of the step, then its level.
+/// Returns the manipulated value after the step as moves: one for each sample of the step, then its level.
 fn moves(input: &[f64], times: &[f64], found: &Move) -> Vec<(f64, f64)> {
     let length = found.last - found.first;
     let within = (0..length).map(|at| (times[at], input[at] - found.from));
     within.chain([(times[length], found.to - found.from)]).collect()
 }
 
-/// How often a signal has to change at least to be pulses.
+/// The minimum number of changes of a signal that consists of pulses.
 const PULSES: usize = 8;
 
-/// If a signal consists of pulses, of at most three levels: its means over the periods, each from the beginning of a pulse to
-/// that of the next one, and the usual period.
+/// Returns the means of a pulse signal with at most three levels, over its periods from the beginning of a pulse to the
+/// next one, and the median period; `None` for any other signal.
 pub fn means_of_pulses(times: &[f64], input: &[f64]) -> Option<(Vec<f64>, f64)> {
     let mut levels: Vec<f64> = Vec::new();
     for value in input {
@@ -487,7 +490,8 @@ pub fn means_of_pulses(times: &[f64], input: &[f64]) -> Option<(Vec<f64>, f64)> 
     let mut means = input.to_vec();
     for (place, begin) in begins.iter().enumerate() {
         let (from, next) = (times[*begin], begins.get(place + 1).copied());
-        // After the last pulse, or the last before a pause, a period ends by itself; half a sample more is rounding.
+        // After the last pulse, or the last one before a pause, the period ends after the median period; half a sample
+        // allows for rounding.
         let interval = times[*begin] - times[begin - 1];
         let end = next
             .filter(|next| times[*next] - from <= 1.5 * period)
@@ -497,7 +501,7 @@ pub fn means_of_pulses(times: &[f64], input: &[f64]) -> Option<(Vec<f64>, f64)> 
         let value = if is_cut_off { means[begin - 1] } else { mean };
         means[*begin..end].fill(value);
     }
-    // A record that begins within a period has the rest of it only, unless it begins with a pause.
+    // A record that begins within a period contains only its remainder, unless it begins with a pause.
     if times[begins[0]] - times[0] <= 1.5 * period {
         let first = means[begins[0]];
         means[..begins[0]].fill(first);
@@ -505,8 +509,8 @@ pub fn means_of_pulses(times: &[f64], input: &[f64]) -> Option<(Vec<f64>, f64)> 
     Some((means, period))
 }
 
-/// Half of the changes are smaller: what a signal does by its noise.
-/// The value at a place of the parabola that fits its neighbours on both sides best (Savitzky and Golay), of this many if there are.
+/// Returns the value at a sample of the parabola that best fits its neighbours (Savitzky and Golay), with up to `reach`
+/// neighbours on each side.
 fn parabola(values: &[f64], at: usize, reach: usize) -> f64 {
     let reach = reach.min(at).min(values.len() - 1 - at);
     if reach < 2 {
@@ -520,12 +524,14 @@ fn parabola(values: &[f64], at: usize, reach: usize) -> f64 {
     neighbours.map(|(place, value)| weight(place as f64 - reach as f64) * value).sum()
 }
 
+/// Returns the median change from sample to sample, which is due to noise.
 fn typical_change(values: &[f64]) -> f64 {
     let mut changes: Vec<f64> = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     median(&mut changes)
 }
 
-/// The standard deviation of the noise, from how much each sample differs from the middle of its neighbours.
+/// Returns the standard deviation of the noise, estimated from how much each sample differs from the mean of its
+/// neighbours.
 fn noise(values: &[f64]) -> f64 {
     let mut bends: Vec<f64> = values.windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs()).collect();
     median(&mut bends) / (0.6745 * 6.0_f64.sqrt())
@@ -539,7 +545,7 @@ fn median(values: &mut [f64]) -> f64 {
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// The smallest change from sample to sample; 0 if none changes.
+/// Returns the smallest change from sample to sample; 0 if there is none.
 pub fn resolution(values: &[f64]) -> f64 {
     let changes = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|change| *change > 0.0);
     let smallest = changes.fold(f64::INFINITY, f64::min);

@@ -1,6 +1,6 @@
 use super::*;
 
-/// A record of a step at 20 s, sampled every `interval` seconds for `duration` seconds after it.
+/// A record of a step at 20 s, sampled every `interval` seconds, for `duration` seconds after the step.
 struct Record {
     times: Vec<f64>,
     input: Vec<f64>,
@@ -10,7 +10,8 @@ struct Record {
 const STEP_AT: f64 = 20.0;
 
 impl Record {
-    /// The manipulated value goes from 40 to 40 + `height`, the process value starts at 25.
+    /// Creates a record in which the manipulated value goes from 40 to 40 + `height`, and the process value starts at
+    /// 25.
     fn new(model: Model, height: f64, interval: f64, duration: f64) -> Record {
         let mut process = Process::at_rest(model, 0.0);
         Record::by(interval, duration, height, |time| {
@@ -21,7 +22,7 @@ impl Record {
         })
     }
 
-    /// The process value is a function of the time.
+    /// Creates a record whose process value is a function of time.
     fn by(interval: f64, duration: f64, height: f64, mut output: impl FnMut(f64) -> f64) -> Record {
         let before = (STEP_AT / interval).round();
         let times: Vec<f64> = (0..=((STEP_AT + duration) / interval).round() as usize)
@@ -32,7 +33,7 @@ impl Record {
         Record { times, input, output }
     }
 
-    /// The answer of `1 / (s + 1)^order` times 2 to a step by 10.
+    /// The response of `2 / (s + 1)^order` to a step by 10.
     fn of_order(order: i32) -> Record {
         Record::by(0.01, 40.0, 10.0, |time| {
             let time = (time - STEP_AT).max(0.0);
@@ -71,7 +72,7 @@ impl Record {
     }
 }
 
-/// Noise that is the same in each run.
+/// A deterministic pseudorandom number generator.
 struct Random(u64);
 
 impl Random {
@@ -80,7 +81,7 @@ impl Random {
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Mean 0, standard deviation 1.
+    /// Returns a number with mean 0 and standard deviation 1.
     fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }
@@ -92,7 +93,8 @@ fn lag(gain: f64, time_constant: f64, dead_time: f64) -> Model {
     Model { gain, time_constant, dead_time, ..Model::default() }
 }
 
-/// Gain, time constant and dead time are right to a part of themselves; the dead time to that part of the time constant.
+/// Asserts gain, time constant and dead time to a relative tolerance; that of the dead time is relative to the time
+/// constant.
 fn assert_found(identified: &Identified, expected: &Model, part: f64, what: &str) {
     let is = &identified.model;
     let errors = [
@@ -124,18 +126,18 @@ fn least_squares_finds_the_model_of_exact_data_to_many_digits() {
     assert_found(&identified, &model, 1e-5, "whole");
     assert!(identified.fit > 99.999, "{}", identified.fit);
     assert_eq!(identified.remarks, [""; 0]);
-    // A record of one and a half time constants is enough, and says so.
+    // A record of one and a half time constants is sufficient, with a remark.
     let identified = Record::new(model, 10.0, 0.1, 17.0).identify(Method::LeastSquares, false).unwrap();
     assert_found(&identified, &model, 1e-4, "half");
     assert!(identified.remarks[0].starts_with("The record shows only 78 %"), "{:?}", identified.remarks);
 }
 
-/// Two lags: gain, both time constants, dead time.
+/// A model with two lags: gain, both time constants, dead time.
 fn two_lags(gain: f64, time_constant: f64, second_time_constant: f64, dead_time: f64) -> Model {
     Model { second_time_constant, ..lag(gain, time_constant, dead_time) }
 }
 
-/// By what part gain, both time constants and the dead time are wrong.
+/// Returns the relative errors of gain, both time constants and the dead time.
 fn parts_off(is: &Model, expected: &Model) -> [f64; 4] {
     let off = |is: f64, expected: f64| (is / expected - 1.0).abs();
     [
@@ -146,7 +148,7 @@ fn parts_off(is: &Model, expected: &Model) -> [f64; 4] {
     ]
 }
 
-/// From a furnace with its sensor to two lags that are almost equal.
+/// Models from a furnace with its sensor to two nearly equal lags.
 const TWO_LAGS: [(f64, f64, f64, f64); 5] = [
     (3.0, 120.0, 20.0, 5.0),
     (2.0, 10.0, 3.0, 3.0),
@@ -173,7 +175,7 @@ fn two_lags_are_found_within_1_percent_exact_noisy_and_as_words_of_an_analog_inp
             // A quarter of the range: 6912 counts. 500 readings in the time of the lag, as of an input that is read every 100 ms.
             let count = 4.0 * answer / 27_648.0;
             let words = found(record(one / 500.0).with(|_, value| (value / count).round() * count));
-            // Two lags that are almost equal are two equal ones, as far as noise lets one see.
+            // Two nearly equal lags are found as two equal ones, as far as noise permits.
             if one / two < 1.3 {
                 let sum = |model: &Model| model.time_constant + model.second_time_constant;
                 let off = sum(&words.model) / sum(&model) - 1.0;
@@ -215,7 +217,7 @@ fn a_plant_with_one_lag_gets_no_second_one() {
                 let mut random = Random(seed);
                 let deviation = answer * [0.0005, 0.005, 0.02][seed as usize % 3];
                 second(record(interval).with(|_, value| value + deviation * random.normal()), "noise");
-                // Noise with a memory of ten samples, as that of a slow sensor.
+                // Noise that is correlated over ten samples, as that of a slow sensor.
                 let mut last = 0.0;
                 let slow = record(interval).with(|_, value| {
                     last = 0.9 * last + 0.2 * deviation * random.normal();
@@ -242,11 +244,11 @@ fn two_lags_without_dead_time_and_two_equal_ones_are_found() {
 
 #[test]
 fn plants_of_higher_order_become_a_lag_with_dead_time_as_the_tables_say() {
-    // Of 1/(s+1)^n the tangent's dead time and time constant are in every textbook.
+    // The tangent's dead time and time constant for 1/(s+1)^n are in every textbook.
     for (order, dead_time, time_constant) in [(2, 0.282, std::f64::consts::E), (3, 0.805, 3.695), (4, 1.425, 4.463)] {
         let identified = Record::of_order(order).identify(Method::Tangent, false).unwrap();
         assert_found(&identified, &lag(2.0, time_constant, dead_time), 0.005, "tangent");
-        // The sum of lags and dead time is the mean residence time, which is the order, and the time of 63 %.
+        // The sum of lags and dead time is the mean residence time, which equals the order, or the time of 63 %.
         let time_of_63 = [2.1462, 3.2583, 4.3520][order as usize - 2];
         let expected = [f64::from(order), time_of_63, f64::from(order)];
         for ((method, sum), part) in
@@ -268,7 +270,7 @@ fn least_squares_fits_better_than_any_other_method() {
         let record = Record::of_order(order);
         let best = record.identify(Method::LeastSquares, false).unwrap().fit;
         for method in METHODS {
-            // The tangent of a plant of high order may be refused.
+            // The tangent method may reject a plant of high order.
             let fit = record.identify(method, false).map_or(0.0, |identified| identified.fit);
             assert!(fit <= best, "{method:?}: {fit} and {best}");
         }
@@ -277,9 +279,9 @@ fn least_squares_fits_better_than_any_other_method() {
 
 #[test]
 fn noise_of_2_percent_costs_least_squares_2_percent_and_the_others_more() {
-    // The standard deviation of a parameter is about noise / sqrt(samples in a time constant) = 0.2 % with least squares, and
-    // noise / slope = 2 % / 0.37 of a time that is read off at a point. A slope that is known to 5 % needs 27 samples here, over
-    // which the slope falls by a quarter: its mean is an eighth too low.
+    // The standard deviation of a parameter is about noise / sqrt(samples in a time constant) = 0.2 % for least
+    // squares, and noise / slope = 2 % / 0.37 for a time read off at a point. A slope known to 5 % needs 27 samples
+    // here, over which it falls by a quarter: its mean is an eighth too low.
     let model = lag(2.0, 10.0, 3.0);
     let record = Record::new(model, 10.0, 0.1, 100.0).with_noise(0.4);
     for (method, part) in
@@ -293,7 +295,7 @@ fn noise_of_2_percent_costs_least_squares_2_percent_and_the_others_more() {
 
 #[test]
 fn quantisation_by_an_analog_input_does_no_harm() {
-    // A range of 0 ... 400, of which the answer is 5 %: 1382 counts.
+    // A range of 0 ... 400, of which the response covers 5 %: 1382 counts.
     let count = 400.0 / 27648.0;
     let model = lag(2.0, 10.0, 3.0);
     let record = Record::new(model, 10.0, 0.1, 100.0).with(|_, value| (value / count).round() * count);
@@ -310,7 +312,7 @@ fn a_drift_that_goes_on_is_taken_off_with_a_remark() {
         let identified = record.identify(method, false).unwrap();
         assert_found(&identified, &model, 0.02, &format!("{method:?}"));
         assert!(identified.remarks[0].contains("drifts by 0.0300 per second"), "{:?}", identified.remarks);
-        // What is drawn is what was measured.
+        // The drawn values are the measured ones.
         assert!((identified.measured[0] - record.output[200]).abs() < 1e-9);
     }
     let record = Record::new(model, 10.0, 0.1, 100.0).with(|time, value| value + 0.4 * time);
@@ -319,7 +321,7 @@ fn a_drift_that_goes_on_is_taken_off_with_a_remark() {
 
 #[test]
 fn a_process_value_that_was_not_at_rest_is_refused() {
-    // 5 of an earlier movement are left at the step.
+    // A remainder of 5 from an earlier movement is left at the step.
     let record = Record::new(lag(2.0, 10.0, 3.0), 10.0, 0.1, 100.0)
         .with(|time, value| value + 5.0 * (-(time - STEP_AT) / 10.0).exp());
     for method in METHODS {
@@ -334,7 +336,7 @@ fn a_step_in_a_record_of_two_is_found() {
     let mut process = Process::at_rest(model, 0.0);
     let mut record = Record::by(0.1, 80.0, 10.0, |_| 0.0);
     for (at, time) in record.times.iter().enumerate() {
-        // An earlier step at 0 s has ended: 13 time constants.
+        // An earlier step at 0 s has settled: 13 time constants.
         let input = if *time < 0.5 {
             0.0
         } else if *time < 60.0 {
@@ -363,7 +365,7 @@ fn a_step_that_the_actuator_spreads_over_some_samples_is_still_a_step() {
         (record.input[at], record.output[at]) = (input, process.output_at(*time));
     }
     for method in METHODS {
-        // The slope is steepest at the end of the step, where a lag of 10 s has done a tenth of its way.
+        // The slope is steepest at the end of the step, when a lag of 10 s has covered a tenth of its distance.
         let part = match method {
             Method::LeastSquares => 0.005,
             Method::Tangent => 0.11,
@@ -398,7 +400,7 @@ fn an_integrating_plant_has_a_slope_and_a_dead_time() {
         let model = Model { gain, dead_time, is_integrating: true, ..Model::default() };
         for height in [10.0, -3.0] {
             let record = Record::new(model, height, 0.1, 60.0);
-            // Before the step the level may rise already: its slope counts.
+            // The level may already rise before the step; its slope is subtracted.
             let rising = Record::new(model, height, 0.1, 60.0).with(|time, value| value + 0.02 * time);
             for method in [Method::LeastSquares, Method::Tangent] {
                 for record in [&record, &rising] {
@@ -470,7 +472,7 @@ fn a_record_without_a_step_says_what_is_there_instead() {
     let count = record.input.len() as f64;
     record.input = (0..record.input.len()).map(|at| 50.0 * at as f64 / count).collect();
     assert!(record.error(Method::Area).contains("never by more than"), "{}", record.error(Method::Area));
-    // A closed loop: a kick, and then it moves on.
+    // A closed loop: a jump, followed by further movement.
     record.input = record
         .times
         .iter()
@@ -637,7 +639,7 @@ fn columns_of_a_csv_file_are_found_by_their_usual_names_or_as_the_header_writes_
 
 #[test]
 fn a_movement_that_has_died_away_before_the_step_does_not_count() {
-    // The first manual value moves the process value, which rests again ten time constants later.
+    // The first manual value moves the process value, which is at rest again ten time constants later.
     for noise in [0.0, 0.02] {
         let model = lag(2.0, 10.0, 3.0);
         let mut process = Process::at_rest(model, 0.0);

@@ -10,8 +10,8 @@ fn integrating(gain: f64, dead_time: f64) -> Model {
     Model { gain, dead_time, is_integrating: true, ..Model::default() }
 }
 
-/// Ms, gain margin and phase margin of a continuous loop to the digits given, by a sampled one whose calls are so fast that half
-/// a call is all that the sampling costs.
+/// Asserts Ms, gain margin and phase margin of a continuous loop to the given digits, using a sampled loop whose calls
+/// are so fast that the sampling costs only half a call.
 fn assert_margins(rule: Rule, structure: Structure, model: Model, expected: (f64, f64, f64)) {
     let settings = settings(rule, structure, &model, None, None).unwrap();
     let cycle = model.dead_time / 200.0;
@@ -41,7 +41,7 @@ fn the_margins_are_those_of_an_independent_frequency_scan() {
 
 #[test]
 fn margins_do_not_depend_on_units() {
-    // Times in other units, a gain in others and its sign.
+    // Other units of time and gain, and a gain with the opposite sign.
     let model = Model { gain: -0.004, time_constant: 36_000.0, dead_time: 3600.0, ..Model::default() };
     assert_margins(Rule::Amigo, Structure::Pid, model, (1.447, 3.283, 59.60));
 }
@@ -54,12 +54,12 @@ fn ultimate_gain_and_period_follow_from_the_phase() {
     let three_lags = |frequency: f64| (hypot(1.0, frequency).powi(-3), -3.0 * frequency.atan());
     let (gain, period) = ultimate_of(10.0, three_lags).unwrap();
     assert!((gain - 8.0).abs() < 1e-9 && (period - 2.0 * PI / 3.0_f64.sqrt()).abs() < 1e-9, "{gain} {period}");
-    // k' e^(-Ls) / s: a quarter of the period is the dead time.
+    // k' e^(-Ls) / s: the dead time is a quarter of the period.
     let (gain, period) = ultimate(&integrating(0.5, 2.0)).unwrap();
     assert!((gain - PI / 2.0).abs() < 1e-9 && (period - 8.0).abs() < 1e-9, "{gain} {period}");
 }
 
-/// A loop whose calls are a second apart.
+/// Returns the margins of a loop with calls one second apart.
 fn sampled(model: &Model, settings: Settings) -> Margins {
     of(&Plant::of_model(model, 1.0), &Law { settings, cycle: 1.0, calls: 1 }, 0.0)
 }
@@ -68,7 +68,7 @@ const P: Settings = Settings { gain: 1.0, ti: None, td: None, tm_lag: 0.0 };
 
 #[test]
 fn a_sampled_lag_has_the_margins_that_one_can_compute_by_hand() {
-    // P(z) = (1 - a) / (z - a) with a = 1/2: at z = -1 it is -1/3, and its amount there is the least.
+    // P(z) = (1 - a) / (z - a) with a = 1/2: at z = -1 it is -1/3, where its magnitude is smallest.
     let lag = lag(1.0 / std::f64::consts::LN_2, 0.0);
     let margins = sampled(&lag, P);
     assert!((margins.gain_margin.unwrap() - 3.0).abs() < 1e-9 && margins.phase_margin.is_none(), "{margins:?}");
@@ -120,7 +120,7 @@ fn a_cycle_other_than_that_of_the_record_counts_by_half_of_the_difference() {
 
 #[test]
 fn calls_between_two_process_values_count_each() {
-    // Three calls of 0.1 s, made one by one, with the plant's answer to every third manipulated value.
+    // Three calls of 0.1 s, made one by one, with the plant's response to every third manipulated value.
     let settings = Settings { gain: 3.0, ti: Some(4.0), td: Some(1.0), tm_lag: 0.2 };
     let law = Law { settings, cycle: 0.1, calls: 3 };
     let frequency = 0.7;
@@ -146,7 +146,7 @@ fn calls_between_two_process_values_count_each() {
     assert!((is - response).amount() < 0.002 * response.amount(), "{is:?} {response:?}");
 }
 
-/// A plant as what its answer to a unit step consists of: a level, a slope, and parts that decay.
+/// A plant given by the terms of its response to a unit step: a level, a slope, and decaying terms.
 struct Exact {
     level: f64,
     slope: f64,
@@ -185,7 +185,7 @@ impl Exact {
     }
 }
 
-/// The controller with s replaced by 2/CYCLE (z - 1)/(z + 1), which is what its law comes to.
+/// The controller with s replaced by 2/CYCLE (z - 1)/(z + 1), to which its law is equivalent.
 fn tustin(settings: &Settings, cycle: f64, back: Complex) -> Complex {
     let s = (Complex::ONE - back) * (2.0 / cycle) / (Complex::ONE + back);
     let mut sum = Complex::ONE;
@@ -194,7 +194,7 @@ fn tustin(settings: &Settings, cycle: f64, back: Complex) -> Complex {
     sum * settings.gain
 }
 
-/// Whether the loop swings more and more, in a simulation call by call.
+/// Whether the oscillation grows in a simulation call by call.
 fn swings_up(exact: &Exact, settings: &Settings, cycle: f64, calls: usize) -> bool {
     let steps: Vec<f64> =
         (0..calls).map(|call| exact.at((call + 1) as f64 * cycle) - exact.at(call as f64 * cycle)).collect();
@@ -211,7 +211,7 @@ fn swings_up(exact: &Exact, settings: &Settings, cycle: f64, calls: usize) -> bo
         outputs.push(output);
     }
     let largest = |part: &[f64]| part.iter().fold(0.0_f64, |most, value| most.max((value - 1.0).abs()));
-    // A loop that swings up beyond all numbers ends at none.
+    // A growing oscillation eventually exceeds all finite numbers.
     !outputs[calls - 1].is_finite() || largest(&outputs[calls * 3 / 4..]) > largest(&outputs[calls / 4..calls / 2])
 }
 
@@ -270,7 +270,8 @@ fn ms_from_a_recorded_step_is_that_of_the_exact_sampled_loop_for_200_random_plan
 
 #[test]
 fn the_resolution_of_an_analog_input_does_not_count_as_the_plant() {
-    // A step so small that the loop would seem to be unstable: two lags with a step of 3 % and 4 K for 276.48 counts, and a D action that multiplies what is fast by thirteen.
+    // A step so small that the loop would appear unstable: two lags with a step of 3 % and 4 K for 276.48 counts, and a
+    // D action that amplifies fast signals by thirteen.
     let model =
         Model { gain: 3.6, time_constant: 120.0, second_time_constant: 20.0, dead_time: 9.0, is_integrating: false };
     let law = Law {

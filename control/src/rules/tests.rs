@@ -8,7 +8,7 @@ fn integrating(gain: f64, dead_time: f64) -> Model {
     Model { gain, dead_time, is_integrating: true, ..Model::default() }
 }
 
-/// GAIN, TI and TD; 0 without the action.
+/// Returns GAIN, TI and TD; 0 for an action that is off.
 fn numbers(rule: Rule, structure: Structure, model: &Model) -> [f64; 3] {
     let settings = settings(rule, structure, model, None, None).unwrap();
     [settings.gain, settings.ti.unwrap_or_default(), settings.td.unwrap_or_default()]
@@ -30,7 +30,7 @@ fn lambda_makes_the_closed_loop_as_fast_as_is_asked() {
         let settings = settings(Rule::Lambda, Structure::Pi, model, closed_loop, None).unwrap();
         (settings.gain, settings.ti)
     };
-    // 8 / (2 (3 + 1)), and without a choice lambda is T, or three dead times.
+    // 8 / (2 (3 + 1)); the default lambda is T, or three dead times.
     assert_eq!(with(&lag(2.0, 8.0, 1.0), Some(3.0)), (1.0, Some(8.0)));
     assert_eq!(with(&lag(2.0, 8.0, 2.0), None), (0.4, Some(8.0)));
     assert_eq!(with(&lag(1.0, 2.0, 2.0), None), (0.25, Some(2.0)));
@@ -82,10 +82,10 @@ fn an_integrating_plant_has_rules_of_its_own() {
     assert_close(numbers(Rule::Simc, Pi, &model), [2.5, 16.0, 0.0], "SIMC");
     assert_close(numbers(Rule::Amigo, Pi, &model), [1.75, 26.7, 0.0], "AMIGO PI");
     assert_close(numbers(Rule::Amigo, Pid, &model), [2.25, 16.0, 1.0], "AMIGO PID");
-    // The slope and the dead time are all that these need.
+    // These rules need only the slope and the dead time.
     assert_close(numbers(Rule::ZieglerNicholsStep, P, &model), [5.0, 0.0, 0.0], "ZN");
     assert_close(numbers(Rule::ChrDisturbance0, Pi, &model), [3.0, 8.0, 0.0], "CHR");
-    // AMIGO and SIMC for a very slow lag are those for an integrator.
+    // AMIGO and SIMC for a very slow lag equal those for an integrator.
     let slow = lag(1e6, 1e7, 2.0);
     for structure in [Pi, Pid] {
         let (lag, integrator) = (numbers(Rule::Amigo, structure, &slow), numbers(Rule::Amigo, structure, &model));

@@ -1,4 +1,4 @@
-//! What must hold of a diagram: it shows the block's terminals, and nothing in it hides something else.
+//! Checks a diagram: it must show the block's terminals, and nothing may hide anything else.
 
 use super::model::{Area, Control, Diagram, Element, GRID, Point, Shape};
 use super::parse::wrong;
@@ -9,17 +9,18 @@ use anyhow::{Result, anyhow, bail};
 use blocks::{Kind, Role};
 use modeldescription::{Row, Table};
 
-/// A diagram that fits its table.
+/// A diagram that matches its table.
 pub struct Checked<'a> {
     pub diagram: Diagram,
     pub table: &'a Table,
 }
 
 impl<'a> Checked<'a> {
-    /// Checks a diagram, whose description is `source`, and names its signals.
+    /// Checks a diagram with the description `source`, and names its signals.
     ///
     /// # Errors
-    /// The diagram lacks a terminal, shows something that is not one, or parts of it overlap. The error names line and remedy.
+    /// The diagram lacks a terminal, shows something that is not one, or parts of it overlap. The error names the line
+    /// and the remedy.
     pub fn of(mut diagram: Diagram, source: &str, table: &'a Table) -> Result<Checked<'a>> {
         name_signals(&mut diagram);
         let checked = Checked { diagram, table };
@@ -35,7 +36,7 @@ impl<'a> Checked<'a> {
         Ok(checked)
     }
 
-    /// The variable of this name.
+    /// The variable of that name.
     pub fn row(&self, name: &str) -> Option<&'a Row> {
         row(self.table, name)
     }
@@ -45,7 +46,7 @@ impl<'a> Checked<'a> {
         self.row(name).is_some_and(|row| row.kind == Kind::Bool)
     }
 
-    /// Every terminal of the diagram is one of the table, and is shown once and in its direction.
+    /// Checks that every terminal of the diagram is in the table, and is shown once and in its direction.
     fn terminals(&self) -> Result<(), (usize, String)> {
         let table = &self.table.name;
         let terminals = self.diagram.terminals();
@@ -76,7 +77,7 @@ impl<'a> Checked<'a> {
         Ok(())
     }
 
-    /// Every terminal of the table is in the diagram.
+    /// Checks that every terminal of the table is in the diagram.
     fn completeness(&self) -> Result<()> {
         let roles = [Role::Input, Role::Parameter, Role::Fixed, Role::Cycle, Role::Output];
         let shown = self.diagram.terminals();
@@ -94,7 +95,7 @@ impl<'a> Checked<'a> {
         Ok(())
     }
 
-    /// Terminals have wires, and the switches of one variable stand in one column.
+    /// Checks that terminals have wires, and that the switches of one variable are in one column.
     fn connections(&self) -> Result<(), (usize, String)> {
         let Diagram { elements, wires, .. } = &self.diagram;
         for (place, element) in elements.iter().enumerate() {
@@ -121,7 +122,7 @@ impl<'a> Checked<'a> {
         Ok(())
     }
 
-    /// No element covers another one.
+    /// Checks that no element covers another.
     fn overlaps(&self) -> Result<(), (usize, String)> {
         let elements = &self.diagram.elements;
         for (place, element) in elements.iter().enumerate() {
@@ -136,7 +137,7 @@ impl<'a> Checked<'a> {
         Ok(())
     }
 
-    /// No wire passes through an element or lies on the wire of another signal.
+    /// Checks that no wire passes through an element or lies on the wire of another signal.
     fn crossings(&self) -> Result<(), (usize, String)> {
         let Diagram { elements, wires, .. } = &self.diagram;
         for wire in wires {
@@ -164,7 +165,7 @@ fn row<'a>(table: &'a Table, name: &str) -> Option<&'a Row> {
     table.find(name).map(|row| &table.variables[row])
 }
 
-/// What the diagram shows of a variable's start value: that of a setting; a signal has none.
+/// The start value shown for a variable: that of a setting; empty for a signal.
 pub fn start(table: &Table, name: &str) -> String {
     match row(table, name) {
         Some(row) if matches!(row.role, Role::Parameter | Role::Fixed | Role::Cycle) => text::value(row, row.start),
@@ -179,7 +180,7 @@ fn called(element: &Element) -> String {
     }
 }
 
-/// What a straight piece of a wire covers.
+/// The area covered by a straight segment of a wire.
 fn line(from: Point, to: Point) -> Area {
     const HALF: f64 = 1.0;
     // Without its ends, which touch the elements that it connects.
@@ -191,7 +192,7 @@ fn line(from: Point, to: Point) -> Area {
     Area { left, top, right, bottom }
 }
 
-/// Signals without a name have that of the terminal where they begin or end, or of the element that makes them.
+/// Names unnamed signals after the terminal at which they start or end, or the element that produces them.
 fn name_signals(diagram: &mut Diagram) {
     let Diagram { elements, wires, signals, .. } = diagram;
     for (signal, name) in signals.iter_mut().enumerate().filter(|(_, name)| name.is_empty()) {

@@ -1,4 +1,4 @@
-//! A checked diagram as SVG.
+//! Draws a checked diagram as SVG.
 
 use super::check::{self, Checked};
 use super::model::{
@@ -11,14 +11,14 @@ use crate::svg::Pixels;
 use askama::Template;
 use std::fmt::Write;
 
-/// Free space around the drawing, in pixels.
+/// The margin around the drawing, in pixels.
 const MARGIN: f64 = 12.0;
-/// Length and half the width of the head of a wire.
+/// The length and half the width of an arrowhead.
 const HEAD: (f64, f64) = (8.0, 3.5);
-/// The slanted part of a terminal.
+/// The width of a terminal's slanted part.
 const TIP: f64 = 7.0;
 
-/// Its colours are those of a light page. A page's stylesheet may replace them by their classes.
+/// The drawing. Its colours are for a light page; a page's stylesheet can override them by class.
 #[derive(Template)]
 #[template(path = "diagram.svg")]
 struct Drawing<'a> {
@@ -60,10 +60,10 @@ struct Signal<'a> {
     title: String,
     stroke_width: f64,
     path: String,
-    /// The path of its dashed wires.
+    /// The SVG path of its dashed wires.
     dashes: String,
     heads: String,
-    /// Where wires branch off.
+    /// The points where wires branch off.
     dots: Vec<(Pixels, Pixels)>,
 }
 
@@ -74,7 +74,7 @@ struct Function<'a> {
     x: Pixels,
     y: Pixels,
     title_y: Pixels,
-    /// The line below the title, and the one above the settings.
+    /// The lines below the title and above the settings.
     lines: String,
     symbol: Option<&'static Symbol>,
     words: Vec<Word<'a>>,
@@ -108,12 +108,12 @@ struct Switch<'a> {
     name: &'a str,
     id: String,
     title: String,
-    /// The blade in each position, and whether that is the one at the start.
+    /// The blade in each position, with whether that is the start position.
     blades: [(&'static str, String, bool); 2],
     contacts: [(Pixels, Pixels); 3],
     labels: [(Pixels, Pixels, &'static str); 2],
     constant: Option<(Pixels, Pixels, &'a str)>,
-    /// The line to what throws it.
+    /// The line to the terminal that controls it.
     control: String,
 }
 
@@ -145,7 +145,7 @@ struct Value<'a> {
     value_y: Pixels,
 }
 
-/// The drawing. All ids begin with `prefix`; if it is linked, each variable leads to the anchor of its name.
+/// Renders the drawing. All ids start with `prefix`; if `is_linked`, each variable links to the anchor of its name.
 ///
 /// # Errors
 /// The template cannot be rendered.
@@ -222,7 +222,7 @@ pub fn svg(checked: &Checked, prefix: &str, is_linked: bool) -> anyhow::Result<S
     Ok(drawing.render()?)
 }
 
-/// Everything that is drawn, with its margin.
+/// The area of everything drawn, including the margin.
 fn extent(checked: &Checked) -> Area {
     let elements = &checked.diagram.elements;
     let mut areas: Vec<Area> = elements.iter().flat_map(Element::areas).collect();
@@ -254,7 +254,7 @@ fn signals<'a>(checked: &'a Checked) -> Vec<Signal<'a>> {
                 name,
                 is_variable,
                 title: if is_variable { title(checked, name) } else { String::new() },
-                // As in function block diagrams: a bit is a thin wire, a number a thick one.
+                // As in function block diagrams, a bit is a thin wire and a number a thick one.
                 stroke_width: if is_boolean[wire.signal] { 1.0 } else { 1.8 },
                 path: String::new(),
                 dashes: String::new(),
@@ -272,12 +272,12 @@ fn signals<'a>(checked: &'a Checked) -> Vec<Signal<'a>> {
     signals
 }
 
-/// Which signals are Booleans: those that are variables, and whatever a switch connects with them.
+/// Whether each signal is Boolean: those of Boolean variables, and whatever a switch connects to them.
 fn booleans(checked: &Checked) -> Vec<bool> {
     let diagram = &checked.diagram;
     let mut found: Vec<bool> = diagram.signals.iter().map(|name| checked.is_boolean(name)).collect();
     let is_switch = |element: usize| matches!(diagram.elements[element].shape, Shape::Switch { .. });
-    // A Boolean passes a switch in each round.
+    // A Boolean propagates through one switch per iteration.
     for _ in 0..diagram.elements.len() {
         for element in (0..diagram.elements.len()).filter(|element| is_switch(*element)) {
             let wires = diagram.wires.iter().filter(|wire| wire.to == element || wire.from == Some(element));
@@ -290,7 +290,7 @@ fn booleans(checked: &Checked) -> Vec<bool> {
     found
 }
 
-/// Whether a wire that begins at another one leaves it at more than its end.
+/// Whether a wire that starts at another one branches off before its end.
 fn branches(wires: &[Wire], wire: &Wire) -> bool {
     wires.iter().any(|other| !std::ptr::eq(other, wire) && passes(&other.points, wire.points[0]))
 }
@@ -298,7 +298,7 @@ fn branches(wires: &[Wire], wire: &Wire) -> bool {
 fn draw_wire(signal: &mut Signal, wire: &Wire, to: &Element) {
     let mut points = wire.points.clone();
     let [from, end] = points[points.len() - 2..] else { return };
-    // A switch's contact has a circle, everything else an arrow.
+    // The contact of a switch has a circle, everything else an arrow.
     let is_switch = matches!(to.shape, Shape::Switch { .. });
     let length = (end.x - from.x).abs().max((end.y - from.y).abs());
     let (dx, dy) = ((end.x - from.x) / length, (end.y - from.y) / length);
@@ -412,7 +412,7 @@ fn switch<'a>(checked: &'a Checked, element: &'a Element) -> Switch<'a> {
     let label = |is_true: bool| {
         let at = contact(is_true);
         let text = if is_true { "TRUE" } else { "FALSE" };
-        // It ends before the wire from the control terminal, and is apart from the contact's number.
+        // It ends before the wire from the control terminal, away from the number at the contact.
         let apart = if constant.as_ref().is_some_and(|(of, _)| *of == is_true) { 3.5 } else { 0.0 };
         let baseline = if at < y { at - 5.0 - apart } else { at + 12.5 + apart };
         (Pixels(x - 4.0 - width(text, LABEL_CHARACTER) / 2.0), Pixels(baseline), text)
@@ -462,7 +462,7 @@ fn terminal<'a>(checked: &Checked, name: &'a str, middle: Point, path: String, h
     }
 }
 
-/// A terminal that points to the right.
+/// The outline of a terminal that points to the right.
 fn flag(x: f64, y: f64, width: f64) -> String {
     let half = TERMINAL / 2.0;
     format!(
@@ -478,7 +478,7 @@ fn flag(x: f64, y: f64, width: f64) -> String {
     )
 }
 
-/// By which the colours of a variable go: signals and settings.
+/// The CSS classes for colours: signals and settings.
 fn class(checked: &Checked, name: &str) -> (&'static str, &'static str) {
     use blocks::Role;
     match checked.row(name).map(|row| row.role) {

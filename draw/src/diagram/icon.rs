@@ -1,4 +1,4 @@
-//! The picture by which one knows a block where there is room for little: a symbol and the name, legible at 64 pixels.
+//! The icon of a block for small spaces: a symbol and the name, legible at 64 pixels.
 
 use super::model::Icon;
 use super::read;
@@ -8,13 +8,13 @@ use anyhow::Result;
 use askama::Template;
 use modeldescription::Table;
 
-/// Width and height of the drawing in pixels.
+/// The width and height of the drawing in pixels.
 const SIZE: f64 = 128.0;
-/// What the border takes from the width.
+/// The part of the width taken by the border.
 const BORDER: f64 = 24.0;
-/// Width of a character of a monospaced font of one pixel.
+/// The width of a character in a monospaced font, relative to the font size.
 const CHARACTER: f64 = 0.602;
-/// Longer names are drawn in two lines, if there is a place to part them.
+/// Longer names are drawn on two lines if they can be split.
 const LONGEST: usize = 8;
 
 #[derive(Template)]
@@ -24,7 +24,7 @@ struct Drawing<'a> {
     lines: Vec<(Pixels, &'a str)>,
     font_size: Pixels,
     symbol: Option<&'static Symbol>,
-    /// Where the middle of the symbol is, and by how much it is enlarged.
+    /// The middle of the symbol, and its magnification.
     symbol_y: Pixels,
     scale: f64,
     text: &'a str,
@@ -32,7 +32,7 @@ struct Drawing<'a> {
     text_size: Pixels,
 }
 
-/// The picture as SVG.
+/// Renders the icon as SVG.
 ///
 /// # Errors
 /// The description of the block's diagram is faulty.
@@ -45,7 +45,7 @@ pub fn svg(table: &Table) -> Result<String> {
     };
     let lines = lines(&table.name);
     let longest = lines.iter().map(|line| line.chars().count()).max().unwrap_or(1);
-    // Two lines leave less room for the symbol.
+    // Two lines leave less space for the symbol.
     let (first, most, symbol_y, scale) =
         if lines.len() == 1 { (109.0, 27.0, 45.0, 2.3) } else { (86.0, 24.0, 36.0, 2.0) };
     let drawing = Drawing {
@@ -62,12 +62,12 @@ pub fn svg(table: &Table) -> Result<String> {
     Ok(drawing.render()?)
 }
 
-/// The largest font in which this many characters fit, up to `most` pixels.
+/// The largest font size at which this many characters fit, up to `most` pixels.
 fn size(characters: usize, most: f64) -> f64 {
     ((SIZE - BORDER) / (characters.max(1) as f64 * CHARACTER)).min(most)
 }
 
-/// A name in one line, or in two where it is long and has a place to part it.
+/// The name on one line, or on two if it is long and can be split.
 fn lines(name: &str) -> Vec<&str> {
     let middle = name.len() / 2;
     let parts = name.match_indices('_').map(|(place, _)| place);

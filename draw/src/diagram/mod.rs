@@ -72,19 +72,19 @@ use check::Checked;
 use modeldescription::{Row, Table};
 use std::ops::Range;
 
-/// How a block's documentation marks the description of its diagram.
+/// The markers of a diagram's description in a block's documentation.
 const FENCE: &str = "```";
 const LANGUAGE: &str = "diagram";
 
-/// The block's diagram as SVG, or its pins if its documentation has none.
+/// The block's diagram as SVG, or its pins if its documentation has no diagram.
 ///
 /// # Errors
-/// The description of the diagram is faulty or does not fit the table; the error names line, text and remedy.
+/// The description of the diagram is faulty or does not match the table; the error names line, text and remedy.
 pub fn svg(table: &Table) -> Result<String> {
     drawn(table, "", false)
 }
 
-/// The same, with ids that begin with `prefix`.
+/// Like [`svg`], with ids that start with `prefix`.
 ///
 /// # Errors
 /// As for [`svg`].
@@ -92,7 +92,7 @@ pub fn svg_with(table: &Table, prefix: &str) -> Result<String> {
     drawn(table, prefix, false)
 }
 
-/// The same for a page on which each variable has an anchor: those in the diagram are links to them.
+/// Like [`svg`], for a page on which each variable has an anchor: variables in the diagram link to theirs.
 ///
 /// # Errors
 /// As for [`svg`].
@@ -114,7 +114,7 @@ fn read(table: &Table) -> Result<Option<Checked<'_>>> {
     Checked::of(diagram, &text, table).with_context(|| table.name.clone()).map(Some)
 }
 
-/// Where the first description of a diagram stands in a documentation, its fences included.
+/// The range of the first description of a diagram in a documentation, including its fences.
 pub fn find(docs: &str) -> Option<Range<usize>> {
     let mut place = 0;
     let mut begin = None;
@@ -130,13 +130,13 @@ pub fn find(docs: &str) -> Option<Range<usize>> {
     begin.map(|begin| begin..docs.len())
 }
 
-/// The description in a documentation, without its fences.
+/// The first description of a diagram in a documentation, without its fences.
 fn text(docs: &str) -> Option<String> {
     let lines = docs[find(docs)?].lines().skip(1);
     Some(lines.take_while(|line| line.trim() != FENCE).map(|line| format!("{}\n", line.trim())).collect())
 }
 
-/// The variables of these roles that are the block's own.
+/// The block's own variables with these roles.
 pub fn terminals_of<'a>(table: &'a Table, roles: &[Role]) -> Vec<&'a Row> {
     let rows = table.variables.iter();
     rows.filter(|row| roles.contains(&row.role) && !row.name.contains('.')).collect()

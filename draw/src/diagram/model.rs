@@ -1,46 +1,46 @@
-//! A block diagram as it is laid out: elements with their places and sizes, and the wires between them.
+//! The layout of a block diagram: elements with positions and sizes, and the wires between them.
 
 use super::symbol::Symbol;
 use super::wire::Wire;
 
-/// Pixels of a unit of the grid.
+/// The grid unit in pixels.
 pub const GRID: f64 = 10.0;
-/// Width of a character of the monospaced font of 12 pixels that terminals and titles have.
+/// The width of a character in the 12-pixel monospaced font of terminals and titles.
 pub const CHARACTER: f64 = 12.0 * 0.602;
-/// The same for the 11 pixels of settings, labels and values.
+/// The width of a character in the 11-pixel font of settings, labels and values.
 pub const SMALL_CHARACTER: f64 = 11.0 * 0.602;
-/// The same for the 10 pixels of a contact.
+/// The width of a character in the 10-pixel font of contacts.
 pub const LABEL_CHARACTER: f64 = 10.0 * 0.602;
-/// Height of a terminal.
+/// The height of a terminal.
 pub const TERMINAL: f64 = 18.0;
-/// Space below a terminal for its value.
+/// The space below a terminal for its value.
 pub const VALUE: f64 = 12.0;
-/// Height of the title of a box.
+/// The height of a box's title.
 pub const TITLE: f64 = 18.0;
-/// Half the height of the part of a box that has the symbol.
+/// Half the height of the part of a box that contains the symbol.
 pub const HALF_SYMBOL: f64 = 17.0;
-/// Height of a setting in a box.
+/// The height of a setting in a box.
 pub const SETTING: f64 = 16.0;
-/// Characters that the value of a setting has room for.
+/// The minimum space for a setting's value, in characters.
 pub const LEAST_VALUE: usize = 5;
-/// Height of a line of text in a box.
+/// The height of a line of text in a box.
 pub const LINE: f64 = 14.0;
-/// From a pin of a block inside to the next.
+/// The distance between pins of an inner block.
 pub const PIN: f64 = 20.0;
-/// Radius of a summing point.
+/// The radius of a summing point.
 pub const RADIUS: f64 = 9.0;
-/// From a switch to its contacts, and from it to its control terminal.
+/// The distances from a switch to its contacts, and to its control terminal.
 pub const CONTACT: (f64, f64) = (20.0, 10.0);
 pub const CONTROL: f64 = 36.0;
 
-/// A place in pixels.
+/// A position in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     pub x: f64,
     pub y: f64,
 }
 
-/// A part of the drawing.
+/// A rectangle of the drawing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Area {
     pub left: f64,
@@ -59,7 +59,7 @@ impl Area {
         }
     }
 
-    /// Whether they have more than a border in common.
+    /// Whether two areas share more than a border.
     pub fn overlaps(&self, other: &Area) -> bool {
         const BORDER: f64 = 0.6;
         self.left + BORDER < other.right
@@ -69,61 +69,61 @@ impl Area {
     }
 }
 
-/// What is drawn.
+/// A block diagram.
 #[derive(Debug, Default, PartialEq)]
 pub struct Diagram {
     pub icon: Option<Icon>,
     pub elements: Vec<Element>,
     pub wires: Vec<Wire>,
-    /// The names of the signals that the wires carry; empty if it is not named.
+    /// The names of the signals that the wires carry; empty for unnamed ones.
     pub signals: Vec<String>,
 }
 
-/// What stands for the block where there is room for little.
+/// The icon of a block for small spaces.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Icon {
     Symbol(&'static Symbol),
     Text(String),
 }
 
-/// An element of the drawing; where `at` lies in it depends on the shape.
+/// An element of the drawing; the shape determines where `at` is in it.
 #[derive(Debug, PartialEq)]
 pub struct Element {
-    /// Its line in the description, from 1 on.
+    /// Its line in the description, from 1.
     pub line: usize,
-    /// By which wires refer to it; empty if they cannot.
+    /// The name by which wires refer to it; empty if they cannot.
     pub name: String,
     pub at: Point,
     pub shape: Shape,
 }
 
-/// What an element is.
+/// The shape of an element.
 #[derive(Debug, PartialEq)]
 pub enum Shape {
-    /// A terminal into the block; `at` is the middle of its left edge.
+    /// An input terminal; `at` is the middle of its left edge.
     Input,
-    /// A terminal out of the block; `at` is the middle of its left edge.
+    /// An output terminal; `at` is the middle of its left edge.
     Output,
     /// A function; `at` is the middle of its symbol.
     Box { content: Content, settings: Vec<Setting> },
-    /// A summing point with the sign at each of its sides; `at` is its middle.
+    /// A summing point with signs at its sides; `at` is its middle.
     Sum { signs: Vec<(Side, Sign)> },
-    /// A switch; `at` is the middle between its contacts.
+    /// A switch; `at` is midway between its contacts.
     Switch { variable: String, true_is_upper: bool, constant: Option<(bool, String)>, control: Control },
-    /// Words; `at` is the middle of the line at its beginning, its middle or its end.
+    /// A text; `at` is the start, middle or end of its line.
     Text { text: String, anchor: Anchor },
-    /// The name and the value of a variable that is not a terminal; `at` is its left end.
+    /// The name and value of a variable that is not a terminal; `at` is its left end.
     Value,
-    /// A border around others; `at` is its upper left corner.
+    /// A border around other elements; `at` is its upper left corner.
     Frame { width: f64, height: f64, title: String },
 }
 
-/// What stands in a box.
+/// The contents of a box.
 #[derive(Debug, PartialEq)]
 pub enum Content {
     Symbol(&'static Symbol),
     Lines(Vec<String>),
-    /// The inputs and the outputs of a block inside the block; wires meet them by their names.
+    /// The inputs and outputs of an inner block; wires connect to them by name.
     Pins {
         inputs: Vec<String>,
         outputs: Vec<String>,
@@ -152,12 +152,12 @@ pub enum Sign {
     Minus,
 }
 
-/// Where the terminal is that throws a switch.
+/// The position of the terminal that controls a switch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Control {
     Above,
     Below,
-    /// Another switch of the variable has the terminal.
+    /// The terminal belongs to another switch of the same variable.
     Elsewhere,
 }
 
@@ -173,7 +173,7 @@ impl Side {
         [("left", Side::Left), ("right", Side::Right), ("top", Side::Top), ("bottom", Side::Bottom)];
 }
 
-/// Width of some monospaced text.
+/// The width of a monospaced text.
 pub fn width(text: &str, character: f64) -> f64 {
     text.chars().count() as f64 * character
 }
@@ -183,12 +183,12 @@ fn even(width: f64) -> f64 {
 }
 
 impl Element {
-    /// The width of the terminal of the variable.
+    /// The width of a variable's terminal.
     pub fn terminal_width(name: &str) -> f64 {
         even(width(name, CHARACTER) + 15.0)
     }
 
-    /// The parts of the drawing that belong to this element alone.
+    /// The areas of the drawing that belong exclusively to this element.
     pub fn areas(&self) -> Vec<Area> {
         let Point { x, y } = self.at;
         match &self.shape {
@@ -224,7 +224,7 @@ impl Element {
                 vec![Area { left, top: y - 6.0, right: left + width, bottom: y + 6.0 }]
             }
             Shape::Value => {
-                // The wire whose value it is may pass between the name and the value.
+                // The wire to which the value belongs may pass between name and value.
                 let right = x + width(&self.name, SMALL_CHARACTER);
                 vec![
                     Area { left: x, top: y - 15.0, right, bottom: y - 3.0 },
@@ -235,7 +235,7 @@ impl Element {
         }
     }
 
-    /// The rectangle of a box, or the part around `at` of anything else.
+    /// The rectangle of a box, or the area around `at` of any other element.
     pub fn body(&self) -> Area {
         let Shape::Box { content, settings } = &self.shape else { return Area::around(self.at, 0.0, 0.0) };
         let row = |setting: &Setting| {
@@ -265,12 +265,12 @@ impl Element {
         }
     }
 
-    /// Whether a wire can begin or end there.
+    /// Whether wires can start or end at the element.
     pub fn has_wires(&self) -> bool {
         !matches!(self.shape, Shape::Text { .. } | Shape::Value | Shape::Frame { .. })
     }
 
-    /// The variable that throws a switch.
+    /// The variable that controls a switch.
     pub fn variable(&self) -> Option<&str> {
         match &self.shape {
             Shape::Switch { variable, .. } => Some(variable),
@@ -278,7 +278,7 @@ impl Element {
         }
     }
 
-    /// The height of a switch's contact: the one that FALSE or that TRUE takes.
+    /// The vertical position of a switch's contact for FALSE or TRUE.
     pub fn contact(&self, is_true: bool) -> Option<f64> {
         match &self.shape {
             Shape::Switch { true_is_upper, .. } => {
@@ -288,7 +288,7 @@ impl Element {
         }
     }
 
-    /// The middle of the terminal that throws a switch.
+    /// The middle of the terminal that controls a switch.
     pub fn control(&self) -> Option<Point> {
         let Shape::Switch { control, .. } = &self.shape else { return None };
         let away = match control {
@@ -299,7 +299,7 @@ impl Element {
         Some(Point { x: self.at.x, y: self.at.y + away })
     }
 
-    /// Where a wire meets a pin of a block inside the block.
+    /// The point at which a wire connects to a pin of an inner block.
     pub fn pin(&self, name: &str) -> Option<Point> {
         let Shape::Box { content: Content::Pins { inputs, outputs }, .. } = &self.shape else { return None };
         let area = self.body();
@@ -310,12 +310,13 @@ impl Element {
         place(inputs, area.left).or_else(|| place(outputs, area.right))
     }
 
-    /// The height of the uppermost pins.
+    /// The vertical position of the uppermost pins.
     pub fn first_pin(&self) -> f64 {
         self.body().top + TITLE + PIN / 2.0
     }
 
-    /// Where a wire meets this side of the element, `offset` pixels to the right of its middle or below it.
+    /// The point at which a wire connects to this side of the element, `offset` pixels to the right of its middle or
+    /// below it.
     pub fn side(&self, side: Side, offset: f64) -> Option<Point> {
         let Point { x, y } = self.at;
         let area = match &self.shape {
@@ -338,7 +339,7 @@ impl Element {
 }
 
 impl Diagram {
-    /// The variables that the diagram shows, with the element of each; a variable that throws several switches is shown
+    /// The variables shown in the diagram, each with its element; a variable that controls several switches is listed
     /// once.
     pub fn terminals(&self) -> Vec<(&str, &Element)> {
         let mut terminals = Vec::new();
@@ -357,7 +358,7 @@ impl Diagram {
         terminals
     }
 
-    /// The place of the element that wires call so.
+    /// The index of the element with this name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.elements.iter().position(|element| element.has_wires() && element.name == name)
     }

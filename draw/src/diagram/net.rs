@@ -1,4 +1,4 @@
-//! What a diagram says, for programs that compute with it: which element gives a signal, and where the signal goes.
+//! The connections of a diagram, for programs that compute with it: the source and the target of each signal.
 
 use super::model::{Diagram, Shape, Side, Sign};
 use super::read;
@@ -6,22 +6,23 @@ use super::wire::Wire;
 use anyhow::Result;
 use modeldescription::Table;
 
-/// A signal's way from one element to another. Elements have the names of the description.
+/// A connection from one element to another, named as in the description.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
-    /// The element that gives the signal.
+    /// The source element.
     pub from: String,
-    /// The side where it leaves that element.
+    /// The side at which the signal leaves the source.
     pub leaves: Option<&'static str>,
-    /// The element that takes it.
+    /// The target element.
     pub to: String,
-    /// The side where it comes in; none at a contact or a pin.
+    /// The side at which the signal enters the target; `None` at a contact or pin.
     pub enters: Option<&'static str>,
-    /// At a summing point, whether it is subtracted.
+    /// Whether the target is a summing point that subtracts the signal.
     pub is_negative: bool,
 }
 
-/// The links of a block's diagram, but for dashed ones, which act in some states only. Empty if the block has no diagram.
+/// The connections of a block's diagram, except dashed ones, which act only in some states. Empty if the block has no
+/// diagram.
 ///
 /// # Errors
 /// The description of the diagram is faulty.
@@ -33,7 +34,7 @@ pub fn links(table: &Table) -> Result<Vec<Link>> {
 }
 
 fn link(diagram: &Diagram, wire: &Wire) -> Option<Link> {
-    // A wire that branches off another one carries its signal.
+    // A wire that branches off another carries the same signal.
     let source = diagram.wires.iter().find(|other| other.signal == wire.signal && other.from.is_some())?;
     let (from, to) = (source.from?, wire.to);
     let leaves = side(diagram, from, source.points.first()?);

@@ -1,18 +1,18 @@
-//! From the text of a description to the diagram. The language is in the documentation of [`super`].
+//! Parses the description of a diagram. The documentation of [`super`] defines the language.
 
 use super::model::{Anchor, Content, Control, Diagram, Element, GRID, Icon, Point, Setting, Shape, Side, Sign};
 use super::symbol::{self, SYMBOLS};
 use super::wire::{number, point};
 use anyhow::{Context, Result, anyhow, bail};
 
-/// What a line may begin with.
+/// The keywords at the start of a line.
 const KEYWORDS: [&str; 9] = ["icon", "input", "output", "box", "sum", "switch", "text", "value", "frame"];
 
-/// The diagram that a text describes. `start` tells the start value of a variable: boxes are as wide as their values.
+/// Parses a description. `start` returns the start value of a variable: boxes are as wide as their values.
 ///
 /// # Errors
-/// A line is not one of the language, names an unknown element, or a wire does not fit. The error names the line, its
-/// text and a remedy.
+/// A line has a syntax error or names an unknown element, or a wire does not fit. The error names the line, its text
+/// and the remedy.
 pub fn parse(text: &str, start: impl Fn(&str) -> String) -> Result<Diagram> {
     let mut diagram = Diagram::default();
     let mut wires = Vec::new();
@@ -45,12 +45,12 @@ pub fn parse(text: &str, start: impl Fn(&str) -> String) -> Result<Diagram> {
     Ok(diagram)
 }
 
-/// An error about a line.
+/// The error for a line.
 pub fn wrong(number: usize, line: &str, error: &anyhow::Error) -> anyhow::Error {
     anyhow!("line {number} of the diagram, `{line}`, {error:#}")
 }
 
-/// The words of a line one after the other; quotes hold words together.
+/// Iterates over the words of a line; quotes keep words together.
 struct Words<'a> {
     words: std::vec::IntoIter<&'a str>,
 }

@@ -1,4 +1,5 @@
-//! A block whose documentation has no diagram: a box with its name, inputs and settings on the left, outputs on the right.
+//! Draws a block without a diagram in its documentation: a box with its name, inputs and settings on the left, outputs
+//! on the right.
 
 use super::terminals_of;
 use crate::svg::Pixels;
@@ -8,16 +9,16 @@ use blocks::{Kind, Role};
 use modeldescription::Row;
 use modeldescription::Table;
 
-// In pixels.
+// Lengths in pixels.
 const FONT: f64 = 12.0;
-/// Width of a character of a monospaced font.
+/// The width of a character in a monospaced font.
 const CHARACTER: f64 = FONT * 0.602;
 const ROW: f64 = 19.0;
 const HEAD: f64 = 40.0;
 const STUB: f64 = 18.0;
 const MARGIN: f64 = 10.0;
 
-/// Its colours are those of a light page. A page's stylesheet may replace them by their classes.
+/// The drawing. Its colours are for a light page; a page's stylesheet can override them by class.
 #[derive(Template)]
 #[template(path = "pins.svg")]
 struct Pins<'a> {
@@ -36,7 +37,7 @@ struct Pins<'a> {
     terminals: Vec<Terminal<'a>>,
 }
 
-/// A wire that ends at the box, the terminal's name inside, a label outside.
+/// A terminal: a wire that ends at the box, the name inside, a label outside.
 struct Terminal<'a> {
     class: &'static str,
     color: &'static str,
@@ -54,7 +55,7 @@ struct Terminal<'a> {
     outside: &'static str,
 }
 
-/// The diagram as SVG. The settings of blocks inside the block have no terminals of their own and are left out.
+/// Renders the diagram as SVG. Settings of inner blocks have no terminals and are left out.
 ///
 /// # Errors
 /// The template cannot be rendered.
@@ -110,13 +111,13 @@ pub fn svg(table: &Table) -> anyhow::Result<String> {
     Ok(pins.render()?)
 }
 
-/// The edge of the box that a terminal is at.
+/// The edge of the box at which a terminal is placed.
 enum Side {
     Left { x: f64 },
     Right { x: f64 },
 }
 
-/// What a wire carries.
+/// The kind of value that a wire carries.
 enum Wire {
     Signal,
     Setting,
@@ -141,7 +142,7 @@ fn terminal(row: &Row, side: Side, y: f64, label: String, wire: Wire) -> Termina
         text_y: Pixels(y + FONT * 0.34),
         wire_from: Pixels(edge + direction * STUB),
         wire_to: Pixels(edge),
-        // As in function block diagrams: a bit is a thin wire, a number a thick one.
+        // As in function block diagrams, a bit is a thin wire and a number a thick one.
         stroke_width: if row.kind == Kind::Bool { 1 } else { 2 },
         name_x: Pixels(edge - direction * 7.0),
         label_x: Pixels(edge + direction * (STUB + 5.0)),
@@ -154,7 +155,7 @@ fn widest(texts: impl Iterator<Item = String>) -> f64 {
     texts.map(|text| text.chars().count() as f64 * CHARACTER).fold(0.0, f64::max)
 }
 
-/// Type and unit of a signal.
+/// The type and unit of a signal.
 fn label(row: &Row) -> String {
     match &row.unit {
         Some(unit) => format!("{} {unit}", row.kind.name()),

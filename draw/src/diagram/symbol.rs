@@ -1,30 +1,30 @@
-//! What stands inside a box: the curve or the sign by which one knows its function.
+//! The symbols inside boxes: a curve or sign that identifies the function.
 
-/// A symbol, drawn around the origin within 20 pixels to each side and 13 up and down.
+/// A symbol, drawn around the origin within 20 pixels to each side and 13 pixels up and down.
 #[derive(Debug, PartialEq)]
 pub struct Symbol {
     /// Its name in the description.
     pub name: &'static str,
-    /// What it stands for.
+    /// Its meaning.
     pub meaning: &'static str,
     /// The axes, as the data of an SVG path; may be empty.
     pub axes: &'static str,
     /// The lines, as the data of an SVG path.
     pub lines: &'static str,
-    /// Short texts with the places of their middles.
+    /// Short texts, each with the position of its middle.
     pub texts: &'static [(f64, f64, &'static str)],
 }
 
-/// Both axes through the origin: the output over the input.
+/// Axes through the origin: output over input.
 const CROSS: &str = "M-20 0H20M0 -14V14";
-/// Axes from the lower left corner: the output over the time.
+/// Axes from the lower left corner: output over time.
 const CORNER: &str = "M-18 -14V11H20";
 
 const fn curve(name: &'static str, meaning: &'static str, axes: &'static str, lines: &'static str) -> Symbol {
     Symbol { name, meaning, axes, lines, texts: &[] }
 }
 
-/// All symbols.
+/// The list of all symbols.
 pub const SYMBOLS: &[Symbol] = &[
     Symbol {
         name: "analog_input",
@@ -79,7 +79,7 @@ pub const SYMBOLS: &[Symbol] = &[
     },
 ];
 
-/// The symbol of this name.
+/// The symbol of that name.
 pub fn named(name: &str) -> Option<&'static Symbol> {
     SYMBOLS.iter().find(|symbol| symbol.name == name)
 }

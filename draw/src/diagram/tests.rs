@@ -1,7 +1,7 @@
 use super::*;
 use std::collections::BTreeSet;
 
-/// A pump with a controller, in every kind of element.
+/// A pump with a controller, with every kind of element.
 const PUMP: &str = r#"icon "P"
 frame 0,0 68,14 "every call"
 input SP 1,5
@@ -25,7 +25,7 @@ RUN > RUNS
 text 15,4 "e"
 "#;
 
-/// The table of the pump with this documentation.
+/// Returns the table of the pump with this documentation.
 fn table(docs: &str) -> Table {
     let row = |name: &str, kind: &str, role: &str, start: f64| {
         format!(
@@ -60,7 +60,7 @@ fn drawing() -> String {
     svg(&documented(PUMP)).unwrap()
 }
 
-/// What is said of the pump's diagram with one line exchanged.
+/// Returns the error in the pump's diagram with one line replaced.
 fn refusal(line: &str, other: &str) -> String {
     assert!(PUMP.contains(&format!("{line}\n")), "{line}");
     let table = documented(&PUMP.replacen(&format!("{line}\n"), &format!("{other}\n"), 1));
@@ -132,7 +132,7 @@ fn booleans_are_thin_wires_on_both_sides_of_a_switch() {
         wire.split_once("stroke-width=\"").unwrap().1.split_once('"').unwrap().0.to_string()
     };
     assert_eq!([width("SP"), width("LMN"), width("RUNS"), width("from-RUN")], ["1.8", "1.8", "1", "1"]);
-    // The second switch of the variable has an id of its own.
+    // The second switch for the variable has its own id.
     assert!(drawing.contains(r#"id="switch-AUX" data-variable="ON""#));
 }
 

@@ -1,29 +1,29 @@
-//! Wires: from the words of a line to places in the drawing.
+//! Parses wires and routes them in the drawing.
 
 use super::model::{CONTACT, Diagram, GRID, Point, Shape, Side};
 use anyhow::{Context, Result, bail};
 
-/// A line from an element, or from a point of another wire, to an element.
+/// A wire from an element, or from a point on another wire, to an element.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wire {
-    /// Its line in the description, from 1 on.
+    /// Its line in the description, from 1.
     pub line: usize,
-    /// The place of its signal in the diagram's.
+    /// The index of its signal in the diagram.
     pub signal: usize,
-    /// Where it begins, its corners, where it ends.
+    /// Its start, corners and end.
     pub points: Vec<Point>,
-    /// The element where it begins; none if it branches off another wire.
+    /// The element at its start; `None` if it branches off another wire.
     pub from: Option<usize>,
-    /// The element where it ends.
+    /// The element at its end.
     pub to: usize,
-    /// It acts in some states only.
+    /// Whether it acts only in some states.
     pub is_dashed: bool,
 }
 
 /// A word of a line that describes wires.
 #[derive(Clone, Debug, PartialEq)]
 enum Word<'a> {
-    /// `PUMP`, `PUMP.top+1`, or `PUMP.PIN` with the whole as its name
+    /// `PUMP`, `PUMP.top+1`, or `PUMP.PIN`, in which case the name is the whole word.
     End { name: &'a str, place: Option<Place<'a>> },
     /// `x12`
     ToX(f64),
@@ -33,7 +33,7 @@ enum Word<'a> {
     Branch(Point),
 }
 
-/// Where a wire meets an element.
+/// The point at which a wire connects to an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Place<'a> {
     Side(Side, f64),
@@ -41,13 +41,13 @@ enum Place<'a> {
     Pin(&'a str),
 }
 
-/// `12,7` in units of the grid.
+/// Parses `12,7` in grid units.
 pub fn point(text: &str) -> Option<Point> {
     let (x, y) = text.split_once(',')?;
     Some(Point { x: number(x)? * GRID, y: number(y)? * GRID })
 }
 
-/// A number that a drawing can have.
+/// Parses a number in the range that a drawing can have.
 pub fn number(text: &str) -> Option<f64> {
     text.parse().ok().filter(|number: &f64| number.is_finite() && number.abs() <= 1000.0)
 }
@@ -84,7 +84,7 @@ fn place_of(text: &str) -> Option<Place<'_>> {
 }
 
 impl<'a> Word<'a> {
-    /// Out of the right of the same element.
+    /// The right side of the same element.
     fn right(&self) -> Word<'a> {
         match self {
             Word::End { name, .. } => Word::End { name, place: None },
@@ -94,8 +94,8 @@ impl<'a> Word<'a> {
 }
 
 impl Diagram {
-    /// Adds the wires that a line describes: `A > B`, `A > x12 > B.top > C`, or `12,7 > C`, which branches off the wire
-    /// there. With `PV:` before them they carry that variable, with `dashed` they are drawn so.
+    /// Adds the wires described by a line: `A > B`, `A > x12 > B.top > C`, or `12,7 > C`, which branches off the wire
+    /// at that point. After `PV:` they carry that variable, after `dashed` they are dashed.
     pub fn add_wires(&mut self, line: usize, text: &str) -> Result<()> {
         let (is_dashed, text) = match text.strip_prefix("dashed ") {
             Some(text) => (true, text),
@@ -114,7 +114,7 @@ impl Diagram {
         for end in 1..words.len() {
             match &words[end] {
                 Word::End { .. } => {
-                    // In the middle of a chain, the place is that where the wire before comes in.
+                    // In the middle of a chain, the next wire starts at the element that the previous one entered.
                     let start = if begin == 0 { self.start(&words[0])? } else { self.start(&words[begin].right())? };
                     let wire = Wire { is_dashed, ..self.wire(line, start, &words[begin + 1..end], &words[end])? };
                     self.name(wire.signal, name)?;
@@ -128,7 +128,7 @@ impl Diagram {
         Ok(())
     }
 
-    /// Where a wire starts, the element there, and its signal.
+    /// The start of a wire, the element there, and its signal.
     fn start(&mut self, word: &Word) -> Result<(Point, Option<usize>, usize)> {
         if let Word::Branch(at) = word {
             let wire = self.wires.iter().find(|wire| passes(&wire.points, *at)).with_context(|| {
@@ -226,7 +226,8 @@ impl Diagram {
     }
 }
 
-/// The places from `start` over the corners to `end`. At a top or a bottom it ends upright, elsewhere level.
+/// The points of a wire from `start` over the corners to `end`. At the top or bottom of an element it ends vertically,
+/// elsewhere horizontally.
 fn route(start: Point, corners: &[Word], end: Point, is_upright: bool) -> Result<Vec<Point>> {
     let mut points = vec![start];
     let mut at = start;
@@ -238,7 +239,7 @@ fn route(start: Point, corners: &[Word], end: Point, is_upright: bool) -> Result
         }
         points.push(at);
     }
-    // After x12 it goes up or down, after y7 to the side.
+    // After x12 it continues vertically, after y7 horizontally.
     if !is_same(at.x, end.x) && !is_same(at.y, end.y) {
         points.push(match corners.last() {
             Some(Word::ToX(_)) => Point { x: at.x, y: end.y },
@@ -270,7 +271,7 @@ fn is_same(a: f64, b: f64) -> bool {
     (a - b).abs() < 0.01
 }
 
-/// Whether a line through these points passes here.
+/// Whether a line through these points passes through `at`.
 pub fn passes(points: &[Point], at: Point) -> bool {
     points.windows(2).any(|ends| {
         let between = |a: f64, b: f64, x: f64| a.min(b) - 0.01 <= x && x <= a.max(b) + 0.01;

@@ -1,12 +1,12 @@
-//! How a process has ended, in words.
+//! Describes how a process has ended.
 
 use std::io::Read;
 use std::process::ExitStatus;
 
-/// This many bytes are kept of what FMUs print.
+/// The maximum number of bytes kept of the output of FMUs.
 const MOST_PRINTED: usize = 4096;
 
-/// The last bytes that can be read.
+/// The last bytes of a stream.
 pub fn last_bytes(mut from: impl Read) -> Vec<u8> {
     let (mut last, mut read) = (Vec::new(), [0; MOST_PRINTED]);
     while let Ok(count @ 1..) = from.read(&mut read) {
@@ -16,7 +16,7 @@ pub fn last_bytes(mut from: impl Read) -> Vec<u8> {
     last
 }
 
-/// How a process has ended, after the name of the FMU.
+/// A description of how a process has ended, to follow the name of the FMU.
 pub fn how(status: Option<ExitStatus>) -> String {
     let Some(status) = status else { return "ended its process".into() };
     #[cfg(unix)]
@@ -24,7 +24,7 @@ pub fn how(status: Option<ExitStatus>) -> String {
         return format!("crashed: signal {signal} ({})", signal_name(signal));
     }
     match status.code() {
-        // Windows: exceptions are statuses of the severity "error".
+        // Windows: exceptions are status codes of severity "error".
         Some(code) if cfg!(windows) && code < 0 => format!("crashed: exception {:#010x}", code as u32),
         Some(code) => format!("ended its process with exit code {code}"),
         None => format!("ended its process with {status}"),

@@ -1,6 +1,6 @@
-//! Messages between this program and processes that it starts, on their standard input and output.
+//! Messages between this program and the processes it starts, over their standard input and output.
 //!
-//! A message is its length, 4 bytes with the lowest first, and then its content.
+//! A message consists of its length, 4 bytes in little-endian order, and its contents.
 
 use std::io::{self, Read, Write};
 use std::process;
@@ -8,10 +8,10 @@ use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
 use std::time::Duration;
 
-/// The longest message, in bytes.
+/// The maximum length of a message, in bytes.
 const LONGEST: u32 = 1 << 28;
 
-/// How long a process may take to free its instances and to end.
+/// The time a process may take to free its instances and end.
 pub const FAREWELL: Duration = Duration::from_secs(2);
 
 /// Sends a message.
@@ -21,17 +21,17 @@ pub const FAREWELL: Duration = Duration::from_secs(2);
 pub fn send(to: &mut impl Write, message: &[u8]) -> io::Result<()> {
     let length = u32::try_from(message.len()).ok().filter(|length| *length <= LONGEST);
     let length = length.ok_or_else(|| io::Error::other(format!("a message of {} bytes", message.len())))?;
-    // In one piece: the other side waits for all of it.
+    // In one piece, because the other side waits for all of it.
     let mut bytes = length.to_le_bytes().to_vec();
     bytes.extend_from_slice(message);
     to.write_all(&bytes)?;
     to.flush()
 }
 
-/// The next message; `None` if there will be none.
+/// Receives the next message; `None` if there are no more.
 ///
 /// # Errors
-/// It is cut off or too long.
+/// It is truncated or too long.
 pub fn receive(from: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
     let mut length = [0; 4];
     match from.read_exact(&mut length) {
@@ -47,8 +47,8 @@ pub fn receive(from: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
     Ok(Some(message))
 }
 
-/// The messages on standard input of this process. When the input has ended, so does the process: by itself, or after
-/// [`FAREWELL`] if an FMU does not return. Keep the sender as long as there is something to free.
+/// The messages on standard input of this process. When the input ends, so does the process: on its own, or after
+/// [`FAREWELL`] if an FMU does not return. Keep the sender as long as there is anything to free.
 pub fn input() -> (Receiver<Vec<u8>>, Sender<()>) {
     let (sender, messages) = mpsc::channel();
     let (at_work, is_over) = mpsc::channel::<()>();
@@ -60,7 +60,7 @@ pub fn input() -> (Receiver<Vec<u8>>, Sender<()>) {
             }
         }
         drop(sender);
-        // Nobody is there any more. If the FMU does not return, its process ends all the same.
+        // The other side is gone. If the FMU does not return, the process ends anyway.
         let _ = is_over.recv_timeout(FAREWELL);
         process::exit(1);
     });

@@ -1,12 +1,12 @@
-//! Foreign code in a process of its own: a crash, an exit or an endless loop of an FMU ends that process and nothing else.
+//! Runs foreign code in a separate process: a crash, an exit or an endless loop of an FMU ends only that process.
 //!
 //! ```text
 //! Process --requests--> standard input  of `plcfmu child ROLE FOLDER` --> Channel
 //!         <--replies--- standard output
-//!         <--Witness--- a file in FOLDER that both have in their memory: which FMU is called
+//!         <--Witness--- a file in FOLDER that both map into memory: which FMU is being called
 //! ```
 //!
-//! Messages are framed by [`framing`] and in the format of postcard. What the process prints goes to standard error.
+//! Messages are framed by [`framing`] and encoded with postcard. Anything the process prints goes to standard error.
 
 mod end;
 pub mod framing;
@@ -35,92 +35,93 @@ use std::thread;
 use std::time::{Duration, Instant};
 use witness::Witness;
 
-/// The hidden command that is the other side.
+/// The hidden command that runs the child process.
 pub const COMMAND: &str = "child";
 
-/// How often a thread that waits looks whether there is an interruption.
+/// The interval at which a waiting thread checks for an interruption.
 pub const TICK: Duration = Duration::from_millis(100);
 
-/// This many replies may wait to be read.
+/// The maximum number of unread replies.
 const MOST_REPLIES: usize = 64;
 
-/// This many of the messages that an FMU has logged last are told when it crashes.
+/// The number of last log messages of an FMU that are reported when it crashes.
 const MOST_LOGGED: usize = 3;
 
-/// This many lines are told of what it has printed last.
+/// The number of last printed lines that are reported.
 const LINES: usize = 3;
 
-/// What is told of a process that is ended, as its output is not that of this program.
+/// The description of a process that is terminated because its output did not come from this program.
 const DISTURBED: &str = "disturbed its process, by what it wrote to its output or by closing it; the process was ended";
 
-/// What has ended if no FMU was called, before the words of [`End::Ended`].
+/// The subject in place of an FMU's name if no FMU was being called, before the text of [`End::Ended`].
 pub const OWN: &str = "a process of plcfmu (the library of no FMU was called)";
 
-/// What becomes of what FMUs print.
+/// The destination of the output of FMUs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Prints {
-    /// It goes to the standard error of this process.
+    /// Forwarded to the standard error of this process.
     Shown,
-    /// The last of it is kept, see [`Process::printed`].
+    /// The last part is kept, see [`Process::printed`].
     Kept,
-    /// Nobody reads it.
+    /// Discarded.
     Dropped,
 }
 
-/// How to start processes.
+/// The parameters for starting processes.
 #[derive(Clone, Debug)]
 pub struct Starter {
-    /// The program `plcfmu`.
+    /// The path of the program `plcfmu`.
     pub program: PathBuf,
-    /// How long a reply may take.
+    /// The time limit for a reply.
     pub limit: Duration,
-    /// Nothing is waited for, and no process is started, when this becomes true.
+    /// Stops all waiting, and the starting of processes, when it becomes true.
     pub interrupted: Arc<AtomicBool>,
 }
 
-/// Why a process gives no more replies.
+/// The reason why a process sends no more replies.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum End {
-    /// There is an interruption.
+    /// The user has interrupted.
     Interrupted,
-    /// It has ended or was ended, as the words after the name of the FMU say: "crashed: signal 11 (segmentation fault)".
+    /// It has ended or was terminated; contains the text that follows the name of the FMU: "crashed: signal 11
+    /// (segmentation fault)".
     Ended(String),
 }
 
-/// What the process sends.
+/// A message sent by the process.
 #[derive(Debug, Deserialize, Serialize)]
 enum Sent<T> {
-    /// What an FMU has logged just now, with its name.
+    /// A message just logged by an FMU: name and text.
     Logged(String, String),
     Reply(T),
 }
 
-/// A process. It ends when this is dropped.
+/// A child process. It ends when this is dropped.
 #[derive(Debug)]
 pub struct Process {
-    /// How long a reply may take.
+    /// The time limit for a reply.
     pub limit: Duration,
     process: Child,
-    /// `None` when no more requests will come.
+    /// The input for requests; `None` when no more will be sent.
     requests: Option<ChildStdin>,
     replies: Receiver<Vec<u8>>,
-    /// What it has printed last, when it has ended; `None` if nobody listens.
+    /// Receives the last output of the process when it ends; `None` if it is not kept.
     printed: Option<Receiver<Vec<u8>>>,
-    /// What was logged last.
+    /// The last messages logged.
     logged: Vec<(String, String)>,
     interrupted: Arc<AtomicBool>,
     has_ended: bool,
-    /// Which FMU it calls.
+    /// Shows which FMU is being called.
     pub witness: Witness,
-    /// FMUs are unpacked here; removed after the process is gone.
+    /// The folder in which FMUs are unpacked; removed after the process is gone.
     _folder: Folder,
 }
 
 impl Starter {
-    /// Starters of the program that runs, with 300 s for a reply.
+    /// The parameters for starting the current program, with 300 s for a reply.
     ///
     /// # Errors
-    /// The program does not find itself.
+    /// The program cannot determine its own path.
     pub fn new() -> Result<Starter> {
         Ok(Starter {
             program: std::env::current_exe().context("plcfmu cannot find its own program file")?,
@@ -132,7 +133,7 @@ impl Starter {
     /// Starts a process for one of the roles of the hidden command.
     ///
     /// # Errors
-    /// There is an interruption, no folder for temporary files, or the program cannot run.
+    /// The user has interrupted, there is no folder for temporary files, or the program cannot be run.
     pub fn start(&self, role: &str, prints: Prints) -> Result<Process> {
         if self.interrupted.load(Ordering::Relaxed) {
             bail!("interrupted");
@@ -148,7 +149,7 @@ impl Starter {
         let mut command = Command::new(&self.program);
         command.args([COMMAND, role]).arg(folder.path());
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(errors);
-        // Ctrl-C is for the main process alone.
+        // Only the main process handles Ctrl-C.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         #[cfg(windows)]
@@ -158,7 +159,7 @@ impl Starter {
         let mut output = process.stdout.take().context("the process has no standard output")?;
         let (sender, replies) = mpsc::sync_channel(MOST_REPLIES);
         thread::spawn(move || {
-            // The end of the process ends this thread too.
+            // This thread ends with the process.
             while let Ok(Some(message)) = framing::receive(&mut output) {
                 if sender.send(message).is_err() {
                     break;
@@ -189,16 +190,16 @@ impl Starter {
 const NEW_PROCESS_GROUP: u32 = 0x200;
 
 impl Process {
-    /// Sends a request. One that cannot be sent has no reply: [`Process::receive`] says why.
+    /// Sends a request. One that cannot be sent gets no reply; [`Process::receive`] returns the reason.
     pub fn send(&mut self, request: &impl Serialize) {
         let message = postcard::to_stdvec(request).unwrap_or_default();
         let _ = self.requests.as_mut().map(|requests| framing::send(requests, &message));
     }
 
-    /// The next reply. `is_alive` is asked now and then whether the time limit begins anew.
+    /// Receives the next reply. `is_alive` is polled and returns whether the time limit starts anew.
     ///
     /// # Errors
-    /// Why there is none.
+    /// The reason why there is no reply.
     pub fn receive<T: DeserializeOwned>(&mut self, mut is_alive: impl FnMut(&Witness) -> bool) -> Result<T, End> {
         let mut began = Instant::now();
         let mut is_left = false;
@@ -215,7 +216,7 @@ impl Process {
                     return Err(End::Interrupted);
                 }
                 Err(RecvTimeoutError::Disconnected) => return Err(self.ended()),
-                // What it has sent before is still on its way, unless another process holds its output.
+                // Earlier replies are still on their way, unless another process holds its output open.
                 Err(RecvTimeoutError::Timeout) if self.has_ended_itself() => {
                     self.end_group();
                     if std::mem::replace(&mut is_left, true) {
@@ -232,8 +233,8 @@ impl Process {
         }
     }
 
-    /// How a process has ended whose replies have. One that does not end by itself has closed its output, or its output makes no
-    /// sense; it is ended.
+    /// How a process ended after the end of its replies. A process that does not end on its own has closed its output
+    /// or sent invalid data, and is terminated.
     fn ended(&mut self) -> End {
         let began = Instant::now();
         while began.elapsed() < FAREWELL {
@@ -245,22 +246,22 @@ impl Process {
         self.disturbed()
     }
 
-    /// Ends a process whose reply makes no sense.
+    /// Terminates a process that sent an invalid reply.
     pub fn disturbed(&mut self) -> End {
         self.kill();
         End::Ended(DISTURBED.into())
     }
 
-    /// The last lines that a process has printed, which has ended and whose prints are kept.
+    /// The last lines printed by a process that has ended and whose output is kept.
     pub fn printed(&self) -> Vec<String> {
-        // A process that the FMU has started may still hold the other end.
+        // A process started by the FMU may still hold the other end open.
         let bytes = self.printed.as_ref().and_then(|printed| printed.recv_timeout(FAREWELL).ok()).unwrap_or_default();
         let text = String::from_utf8_lossy(&bytes);
         let lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
         lines[lines.len().saturating_sub(LINES)..].iter().map(|line| line.to_string()).collect()
     }
 
-    /// What the FMU with this name, or any FMU, has logged and printed last, as the end of a sentence about its crash.
+    /// The last log messages and output of the named FMU, or of any FMU, as the end of a sentence about its crash.
     pub fn last_words(&self, name: Option<&str>) -> String {
         let logged = self.logged.iter().filter(|(of, _)| name.is_none_or(|name| of == name));
         let logged: Vec<&str> = logged.map(|(_, text)| text.as_str()).collect();
@@ -276,16 +277,16 @@ impl Process {
         words
     }
 
-    /// Ends the process, and says how it has ended.
+    /// Terminates the process, and returns how it ended.
     pub fn kill(&mut self) -> Option<ExitStatus> {
         self.end_group();
         self.has_ended = true;
-        // It may have closed its output alone. The status of one that has ended stays as it is.
+        // It may only have closed its output. If it has ended, its status does not change.
         let _ = self.process.kill();
         self.process.wait().ok()
     }
 
-    /// Whether it has ended without being told to. Its number is not given to another process before it is waited for.
+    /// Whether it has ended on its own. Its process id is not reused before it is waited for.
     #[cfg(unix)]
     fn has_ended_itself(&mut self) -> bool {
         use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
@@ -298,7 +299,8 @@ impl Process {
         !matches!(self.process.try_wait(), Ok(None))
     }
 
-    /// Ends it and the processes that the FMU has started, but for those that have left its group. On Windows these stay.
+    /// Terminates the process and those started by the FMU, except any that have left its process group. On Windows
+    /// these keep running.
     fn end_group(&self) {
         #[cfg(unix)]
         if !self.has_ended {
@@ -310,7 +312,7 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // It frees its instances and ends when nothing more can come; then its output ends.
+        // It frees its instances and ends when no more requests can come; then its output ends.
         drop(self.requests.take());
         if !self.has_ended {
             let began = Instant::now();
@@ -323,22 +325,22 @@ impl Drop for Process {
     }
 }
 
-/// The side of the process: where requests come from and replies go.
+/// The child's side of the connection: requests in, replies out.
 #[derive(Debug)]
 pub struct Channel {
     requests: Receiver<Vec<u8>>,
     replies: Arc<Mutex<File>>,
-    /// Where FMUs are unpacked.
+    /// The folder in which FMUs are unpacked.
     pub folder: PathBuf,
-    /// Tells the other side which FMU is called.
+    /// Shows the other side which FMU is being called.
     pub witness: Rc<Witness>,
 }
 
 impl Channel {
-    /// The next request; `None` if there will be none.
+    /// Receives the next request; `None` if there are no more.
     ///
     /// # Errors
-    /// It makes no sense.
+    /// It is invalid.
     pub fn next<T: DeserializeOwned>(&self) -> Result<Option<T>> {
         self.requests.recv().ok().map(|message| Ok(postcard::from_bytes(&message)?)).transpose()
     }
@@ -351,11 +353,11 @@ impl Channel {
         send(&self.replies, &Sent::Reply(reply))
     }
 
-    /// From now on the other side gets to know at once what FMUs log.
+    /// From now on forwards messages logged by FMUs to the other side immediately.
     pub fn tell_messages(&self) {
         let replies = self.replies.clone();
         instance::listen(move |name, text| {
-            // The other side ends this process if it does not listen any more.
+            // If the other side no longer listens, it terminates this process.
             let _ = send(&replies, &Sent::<()>::Logged(name.into(), text.into()));
         });
     }
@@ -367,17 +369,17 @@ fn send<T: Serialize>(to: &Mutex<File>, sent: &Sent<T>) -> Result<()> {
     Ok(framing::send(&mut *to, &message)?)
 }
 
-/// Does what the requests on standard input say, and ends the process.
+/// Processes the requests on standard input, and ends the process.
 ///
 /// # Errors
-/// There is no standard output, no witness in `folder`, or `answer` fails.
+/// There is no standard output, or no witness in `folder`, or `answer` fails.
 pub fn serve(folder: &Path, answer: impl FnOnce(&Channel) -> Result<()>) -> Result<()> {
     let replies = standard_output::take().context("standard output")?;
     let witness = Rc::new(Witness::open(folder)?);
     let (requests, at_work) = framing::input();
     let replies = Arc::new(Mutex::new(replies));
     let channel = Channel { requests, replies, folder: folder.to_path_buf(), witness };
-    // A panic comes from the code of this program: one in an FMU's library ends the process, or stays in there.
+    // A panic comes from this program: one in an FMU's library ends the process, or does not leave the library.
     match panic::catch_unwind(AssertUnwindSafe(|| answer(&channel))) {
         Ok(answered) => answered?,
         Err(panic) => {
@@ -385,7 +387,7 @@ pub fn serve(folder: &Path, answer: impl FnOnce(&Channel) -> Result<()>) -> Resu
             panic::resume_unwind(panic);
         }
     }
-    // Without waiting for the thread that reads, which must not believe that this is over before.
+    // Without joining the reader thread, which must not take this for the end.
     drop(at_work);
     process::exit(0)
 }
@@ -399,7 +401,7 @@ mod tests {
     fn a_process_that_is_ended_since_its_output_makes_no_sense_has_not_crashed() {
         let folder = tempfile::tempdir().unwrap();
         let program = folder.path().join("disturbed");
-        // A length beyond all messages; then it goes on.
+        // A length that no message has; the process then continues.
         std::fs::write(&program, "#!/bin/sh\nprintf 'what an FMU has printed'\nread request\n").unwrap();
         std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
         let starter = Starter { program, limit: Duration::from_secs(60), interrupted: Arc::default() };

@@ -1,4 +1,4 @@
-//! A whole run in one process: there is no message for a step.
+//! A complete run in one process, without a message for each step.
 
 use super::witness::Witnessed;
 use super::{Channel, End, OWN, Prints, Starter, serve};
@@ -18,57 +18,59 @@ use std::path::Path;
 /// The role of the process.
 pub const ROLE: &str = "run";
 
-/// This many bytes of rows are in a message, at least.
+/// The minimum size of a message with rows, in bytes.
 const PIECE: usize = 1 << 16;
 
 #[derive(Deserialize, Serialize)]
 struct Request {
     /// The system as JSON.
     system: String,
-    /// Whether all rows are sent, or the last one alone.
+    /// Whether all rows are sent, or only the last one.
     wants_rows: bool,
 }
 
 #[derive(Deserialize, Serialize)]
 enum Reply {
-    /// The run begins: what the variables of each member are in a loop, if it says so.
+    /// The run has started: the roles of each member's variables in a loop, if known.
     Began(Vec<Option<Roles>>),
-    /// The next rows, each the time and the values of 8 bytes.
+    /// The next rows, each with the time and the values as 8 bytes each.
     Rows(ByteBuf),
-    /// The run is over: what FMUs have logged, with their names, and which FMU ended it before its time, or why it failed.
+    /// The run is over: the messages logged by FMUs, with their names, and the FMU that ended it early or the reason
+    /// for its failure.
     Over { messages: Vec<(String, String)>, ended: Result<Option<String>, Failure> },
 }
 
-/// What becomes of the rows of a run.
+/// A receiver of the rows of a run.
 pub trait Rows {
-    /// Whether all rows are needed, or the last one alone.
+    /// Whether all rows are needed, or only the last one.
     fn are_wanted(&self) -> bool;
 
-    /// The run begins; `roles` are what the variables of each member are in a loop, if it says so.
+    /// Called when the run starts; `roles` are the roles of each member's variables in a loop, if known.
     fn begin(&mut self, roles: Vec<Option<Roles>>);
 
-    /// Takes the next row: the time in seconds, and the values of the plan's columns, as `Type::cell` says.
+    /// Receives the next row: the time in seconds, and the values of the plan's columns as cells (`Type::cell`).
     ///
     /// # Errors
-    /// It cannot be taken: the run ends.
+    /// It cannot be processed: the run ends.
     fn take(&mut self, time: f64, row: &[f64]) -> Result<()>;
 }
 
-/// A run that is over, or that an FMU has ended.
+/// A completed run, or one ended by an FMU.
 #[derive(Debug)]
 pub struct Finished {
-    /// What FMUs have logged, with their names; errors are part of the error already.
+    /// The messages logged by FMUs, with their names; error messages are already part of the error.
     pub messages: Vec<(String, String)>,
-    /// How many steps were made.
+    /// The number of completed steps.
     pub steps: usize,
-    /// Which FMU ended the run before its time, and when; else which FMU refused what or crashed, when, and its messages.
+    /// The FMU that ended the run early, and the time; or an error that names the FMU that refused or crashed, the
+    /// time, and its messages.
     pub ended: Result<Option<String>>,
 }
 
-/// Checks a system against the descriptions of its FMUs. None of their code runs.
+/// Checks a system against the descriptions of its FMUs, without running their code.
 ///
 /// # Errors
-/// What is wrong with which FMU, name, value, connection or time, and what to do.
+/// An FMU, name, value, connection or time is wrong; the message names the remedy.
 pub fn plan(system: &System) -> Result<Plan> {
     let open = |path: &Path| {
         let package = Package::open(path).with_context(|| path.display().to_string())?;
@@ -80,11 +82,11 @@ pub fn plan(system: &System) -> Result<Plan> {
     Plan::of(system, &descriptions.iter().collect::<Vec<_>>())
 }
 
-/// Runs a system in a process of its own. The limit of `starter` is for one call of an FMU. `progress` gets the number of
-/// steps that are made, now and then.
+/// Runs a system in a separate process. The limit of `starter` applies to one call of an FMU. `progress` periodically
+/// receives the number of completed steps.
 ///
 /// # Errors
-/// The process cannot be started, there is an interruption, or a row cannot be taken.
+/// The process cannot be started, the user interrupts, or a row cannot be processed.
 pub fn run(
     starter: &Starter,
     system: &System,
@@ -127,7 +129,7 @@ pub fn run(
     }
 }
 
-/// The other side.
+/// The child process' side.
 ///
 /// # Errors
 /// The other side has ended.
@@ -152,7 +154,7 @@ fn simulate(
     let fmus = Fmus::open(system, |path| {
         let member = system.members.iter().position(|member| member.path == path).unwrap_or_default();
         let unpacked = Package::open(path).and_then(|mut package| Unpacked::new(&mut package, &channel.folder));
-        // The initialisers of the library run, and may crash.
+        // The library's initializers run here, and may crash.
         witness.call(member);
         let fmu = unpacked.and_then(Unpacked::load).with_context(|| path.display().to_string());
         witness.clear();
@@ -161,7 +163,7 @@ fn simulate(
     let plan = Plan::of(system, &fmus.descriptions())?;
     let instances = (0..system.members.len()).map(|member| Witnessed::instantiate(&fmus, member, witness));
     let mut instances = instances.collect::<Result<Vec<_>>>()?;
-    // A foreign FMU has no table and no roles.
+    // A foreign FMU has neither a table nor roles.
     let roles = |member| fmus.of(member).table().and_then(|table| dialog::of(&table)).ok().map(|(roles, _)| roles);
     channel.send(&Reply::Began((0..system.members.len()).map(roles).collect()))?;
     let mut rows: Vec<u8> = Vec::with_capacity(PIECE);

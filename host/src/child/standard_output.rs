@@ -1,4 +1,4 @@
-//! The standard output of a process, kept from the libraries that it loads.
+//! Reserves the standard output of a process against use by the libraries it loads.
 
 #![allow(unsafe_code)]
 
@@ -6,18 +6,18 @@ use std::ffi::c_int;
 use std::fs::File;
 use std::io;
 
-/// C's numbers of standard output and standard error.
+/// The file descriptors of standard output and standard error.
 const OUTPUT: c_int = 1;
 const ERROR: c_int = 2;
 
-/// Takes the standard output for the caller alone. What anyone else in this process prints, in C or in Rust, goes to standard
-/// error from now on.
+/// Takes exclusive ownership of the standard output. From now on, anything else that this process prints, in C or in
+/// Rust, goes to standard error.
 ///
 /// # Errors
-/// The process has no standard output, or none can be made of its standard error.
+/// The process has no standard output, or standard error cannot be duplicated onto it.
 pub fn take() -> io::Result<File> {
     let own = copy()?;
-    // SAFETY: both are numbers; the C library checks that they are open.
+    // SAFETY: both are file descriptors; the C library checks that they are open.
     if unsafe { dup2(ERROR, OUTPUT) } < 0 {
         return Err(io::Error::last_os_error());
     }

@@ -1,5 +1,5 @@
-//! What a process does at this moment, in memory that it shares with the process that has started it. It costs nothing to
-//! write, and stays when the process has crashed.
+//! The current activity of a process, in memory shared with the process that started it. Writing it costs next to
+//! nothing, and it survives a crash.
 
 #![allow(unsafe_code)]
 
@@ -14,36 +14,36 @@ use std::path::Path;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// The size of what is shared, in bytes.
+/// The size of the shared memory, in bytes.
 const SIZE: usize = size_of::<Words>();
 
-/// What is shared.
+/// The shared memory.
 #[derive(Debug)]
 #[repr(C)]
 struct Words {
-    /// The member that was called last, from 1; 0 is none.
+    /// The member called last, from 1; 0 for none.
     member: AtomicU64,
-    /// How many calls there were.
+    /// The number of calls.
     calls: AtomicU64,
-    /// How many steps of the run are made.
+    /// The number of completed steps.
     steps: AtomicU64,
 }
 
-/// Which FMU is called, and how far its run is.
+/// The FMU being called, and the progress of its run.
 #[derive(Debug)]
 pub struct Witness(MmapRaw);
 
 impl Witness {
-    /// That of the folder that both processes know.
+    /// Opens the witness in the folder shared by both processes.
     ///
     /// # Errors
-    /// Its file cannot be made or mapped into the memory.
+    /// Its file cannot be created or mapped into memory.
     pub fn open(folder: &Path) -> Result<Witness> {
         let map = || {
             let path = folder.join("witness");
             let mut file = temporary::options().read(true).write(true).create(true).truncate(false).open(path)?;
             if file.metadata()?.len() < SIZE as u64 {
-                // Written, not only made longer: a page of a file that the disk has no room for kills whoever touches it.
+                // Written, not merely extended: touching a page for which the disk has no room would kill the process.
                 file.write_all(&[0; SIZE])?;
             }
             MmapOptions::new().len(SIZE).map_raw(&file)
@@ -52,48 +52,48 @@ impl Witness {
     }
 
     fn words(&self) -> &Words {
-        // SAFETY: the mapping is as large as this, begins with a page and lives as long as self; any bytes are good, and both
-        // processes use atomics alone.
+        // SAFETY: the mapping is as large as this, page-aligned and lives as long as self; all bit patterns are valid,
+        // and both processes use only atomics.
         unsafe { &*self.0.as_ptr().cast() }
     }
 
-    /// A member is called.
+    /// Records that a member is called.
     #[inline]
     pub fn call(&self, member: usize) {
         let Words { member: at, calls, .. } = self.words();
         at.store(member as u64 + 1, Ordering::Relaxed);
-        // There is one writer.
+        // There is only one writer.
         calls.store(calls.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
     }
 
-    /// No member is called: what fails now is this program's own.
+    /// Records that no member is called: any failure from here on is that of this program.
     pub fn clear(&self) {
         self.words().member.store(0, Ordering::Relaxed);
     }
 
-    /// This many steps are made.
+    /// Records the number of completed steps.
     #[inline]
     pub fn stepped(&self, steps: usize) {
         self.words().steps.store(steps as u64, Ordering::Relaxed);
     }
 
-    /// The member that was called last; none if no call was made, or if this program itself has failed since.
+    /// The member called last; `None` if no call was made, or if this program itself is active since.
     pub fn member(&self) -> Option<usize> {
         (self.words().member.load(Ordering::Relaxed) as usize).checked_sub(1)
     }
 
-    /// How many calls there were.
+    /// The number of calls.
     pub fn calls(&self) -> u64 {
         self.words().calls.load(Ordering::Relaxed)
     }
 
-    /// How many steps are made.
+    /// The number of completed steps.
     pub fn steps(&self) -> usize {
         self.words().steps.load(Ordering::Relaxed) as usize
     }
 }
 
-/// An instance whose calls are seen.
+/// An instance whose calls are recorded.
 #[derive(Debug)]
 pub struct Witnessed {
     /// The instance.
@@ -103,10 +103,10 @@ pub struct Witnessed {
 }
 
 impl Witnessed {
-    /// A new instance for a member.
+    /// Creates an instance for a member.
     ///
     /// # Errors
-    /// Which FMU refuses, with its messages.
+    /// An FMU refuses, with its name and messages.
     pub fn instantiate(fmus: &Fmus, member: usize, witness: &Rc<Witness>) -> Result<Witnessed> {
         witness.call(member);
         Ok(Witnessed { instance: fmus.instantiate(member)?, member, witness: witness.clone() })

@@ -1,14 +1,14 @@
-//! How an instance of FMI 2.0 is called.
+//! Calls an instance of FMI 2.0.
 
 use super::{DISCARD, Failed, Messages, Stopped, Type, Unset, WARNING, cut, done};
 use crate::library::{CallbackFunctions, Library, Logger, Pointer};
 use std::ffi::{CStr, c_char, c_int};
 use std::ptr;
 
-/// fmi2CoSimulation.
+/// The value of fmi2CoSimulation.
 const CO_SIMULATION: c_int = 1;
 
-/// The fmi2StatusKind that tells whether an FMU ends the simulation.
+/// The fmi2StatusKind for whether an FMU ends the simulation.
 const TERMINATED: c_int = 3;
 
 /// An instance of FMI 2.0.
@@ -16,14 +16,14 @@ const TERMINATED: c_int = 3;
 pub(super) struct Instance {
     pub library: Library,
     component: Pointer,
-    /// Integers and Booleans on their way to and from the FMU; kept, so that a step allocates nothing.
+    /// A buffer for Integers and Booleans, kept so that a step does not allocate.
     integers: Vec<c_int>,
-    // The FMU may keep a pointer to them: they stay where they are, and go after the library.
+    // The FMU may keep a pointer to them: they must not move, and must outlive the library.
     _callbacks: Box<CallbackFunctions>,
 }
 
 impl Instance {
-    /// `fmi2Instantiate`; `None` if the FMU refuses. The messages live longer than the instance.
+    /// Calls `fmi2Instantiate`; `None` if the FMU refuses. The messages must outlive the instance.
     pub fn new(
         library: &Library,
         name: &CStr,
@@ -38,8 +38,8 @@ impl Instance {
             step_finished: None,
             environment: ptr::from_ref(messages).cast_mut().cast(),
         });
-        // SAFETY: the strings end with NUL and outlive the call; callbacks and messages live as long as
-        // the instance.
+        // SAFETY: the strings are NUL-terminated and outlive the call; callbacks and messages live as long as the
+        // instance.
         let component = unsafe {
             (library.instantiate)(
                 name.as_ptr(),
@@ -57,26 +57,26 @@ impl Instance {
 
     pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<(), Failed> {
         let (defined, stop) = (c_int::from(stop.is_some()), stop.unwrap_or(0.0));
-        // SAFETY: the component is this instance's and lives.
+        // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.setup_experiment)(self.component, 0, 0.0, start, defined, stop) };
         done("fmi2SetupExperiment", status)
     }
 
     pub fn enter_initialization(&mut self) -> Result<(), Failed> {
-        // SAFETY: the component is this instance's and lives.
+        // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.enter_initialization_mode)(self.component) };
         done("fmi2EnterInitializationMode", status)
     }
 
     pub fn exit_initialization(&mut self) -> Result<(), Failed> {
-        // SAFETY: the component is this instance's and lives.
+        // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.exit_initialization_mode)(self.component) };
         done("fmi2ExitInitializationMode", status)
     }
 
     #[inline]
     pub fn step(&mut self, time: f64, size: f64) -> Result<(), Stopped> {
-        // SAFETY: the component is this instance's and lives.
+        // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.do_step)(self.component, time, size, 1) };
         if status == 0 || status == WARNING {
             return Ok(());
@@ -89,26 +89,26 @@ impl Instance {
     #[cold]
     fn has_terminated(&self) -> bool {
         let mut value = 0;
-        // SAFETY: the component is this instance's and lives; there is room for one value.
+        // SAFETY: the component belongs to this instance and is alive; there is space for one value.
         let status = unsafe { (self.library.get_boolean_status)(self.component, TERMINATED, &mut value) };
         status == 0 && value != 0
     }
 
     pub fn terminate(&mut self) -> Result<(), Failed> {
-        // SAFETY: the component is this instance's and lives.
+        // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.terminate)(self.component) };
         done("fmi2Terminate", status)
     }
 
     pub fn reset(&mut self) -> Result<(), Failed> {
-        // SAFETY: the component is this instance's and lives.
+        // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.reset)(self.component) };
         done("fmi2Reset", status)
     }
 
-    /// Frees it. Nothing is called afterwards.
+    /// Frees the instance, which must not be called afterwards.
     pub fn free(&mut self) {
-        // SAFETY: the component is this instance's, and nobody uses it afterwards.
+        // SAFETY: the component belongs to this instance and is not used afterwards.
         unsafe { (self.library.free_instance)(self.component) }
     }
 
@@ -116,20 +116,22 @@ impl Instance {
     pub fn get_all(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<(), Failed> {
         let (from, count) = (references.as_ptr(), references.len());
         if kind == Type::Real {
-            // SAFETY: the component is this instance's and lives; `count` references, and room for as many values.
+            // SAFETY: the component belongs to this instance and is alive; there are `count` references and space for
+            // as many values.
             let status = unsafe { (self.library.get_real)(self.component, from, count, values.as_mut_ptr()) };
             return done("fmi2GetReal", status);
         }
         self.get_integers(kind, references, values)
     }
 
-    /// The same for Integers and Booleans.
+    /// Reads Integers or Booleans.
     fn get_integers(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<(), Failed> {
         let (from, count) = (references.as_ptr(), references.len());
         self.integers.clear();
         self.integers.resize(count, 0);
         let integers = self.integers.as_mut_ptr();
-        // SAFETY: the component is this instance's and lives; `count` references, and room for as many values.
+        // SAFETY: the component belongs to this instance and is alive; there are `count` references and space for as
+        // many values.
         unsafe {
             match kind {
                 Type::Boolean => {
@@ -148,14 +150,15 @@ impl Instance {
     pub fn set_all(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<(), Unset> {
         let (to, count) = (references.as_ptr(), references.len());
         if kind == Type::Real {
-            // SAFETY: the component is this instance's and lives; `count` references and as many values.
+            // SAFETY: the component belongs to this instance and is alive; there are `count` references and as many
+            // values.
             let status = unsafe { (self.library.set_real)(self.component, to, count, values.as_ptr()) };
             return done("fmi2SetReal", status).map_err(Unset::Failed);
         }
         self.set_integers(kind, references, values)
     }
 
-    /// The same for Integers and Booleans.
+    /// Sets Integers or Booleans.
     fn set_integers(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<(), Unset> {
         let (to, count) = (references.as_ptr(), references.len());
         self.integers.clear();
@@ -166,7 +169,7 @@ impl Instance {
             }
             self.integers.push(if kind == Type::Boolean { c_int::from(integer != 0) } else { integer });
         }
-        // SAFETY: the component is this instance's and lives; `count` references and as many values.
+        // SAFETY: the component belongs to this instance and is alive; there are `count` references and as many values.
         let set = unsafe {
             match kind {
                 Type::Boolean => done(
@@ -183,12 +186,12 @@ impl Instance {
     }
 }
 
-/// A logger is variadic, which Rust cannot write. Most libraries give it `"%s"` and the text, of which this one reads the
-/// text where variadic arguments are passed as others are.
+/// The logger. It should be variadic, which cannot be written in Rust. Most libraries pass `"%s"` and the text; this
+/// function reads that text where variadic arguments are passed like others.
 fn logger() -> Logger {
     type Fixed = unsafe extern "C" fn(Pointer, *const c_char, c_int, *const c_char, *const c_char, *const c_char);
-    // SAFETY: both are pointers to C functions. A variadic call passes its first arguments as any other does; the last
-    // is only read where that is so for the variadic ones too, see `log`.
+    // SAFETY: both are pointers to C functions. A variadic call passes its named arguments like any other; the last
+    // argument is read only where that applies to variadic arguments as well, see `log`.
     unsafe { std::mem::transmute::<Fixed, Logger>(log) }
 }
 
@@ -200,17 +203,17 @@ unsafe extern "C" fn log(
     format: *const c_char,
     text: *const c_char,
 ) {
-    // SAFETY: the environment that `instantiate` gave; it lives as long as the instance.
+    // SAFETY: this is the environment passed by `instantiate`, which lives as long as the instance.
     let Some(messages) = (unsafe { environment.cast::<Messages>().as_ref() }) else { return };
     if format.is_null() {
         return;
     }
-    // SAFETY: a C string by FMI's contract.
+    // SAFETY: a C string according to FMI.
     let format = unsafe { CStr::from_ptr(format) };
-    // Apple's ARM processors pass variadic arguments elsewhere.
+    // Apple's ARM processors pass variadic arguments differently.
     let is_readable = !cfg!(all(target_vendor = "apple", target_arch = "aarch64"));
     let text = if format == c"%s" && is_readable && !text.is_null() {
-        // SAFETY: with "%s" it is a C string.
+        // SAFETY: with the format "%s" it is a C string.
         unsafe { CStr::from_ptr(text) }
     } else {
         format
@@ -219,7 +222,7 @@ unsafe extern "C" fn log(
     messages.add(super::Message { is_error: status > WARNING, text: cut(text) });
 }
 
-// For FMUs that let the host manage their memory.
+// For FMUs that use the host's memory functions.
 unsafe extern "C" {
     fn calloc(count: usize, size: usize) -> Pointer;
     fn free(memory: Pointer);

@@ -1,4 +1,4 @@
-//! How an instance of FMI 3.0 is called.
+//! Calls an instance of FMI 3.0.
 
 use super::{Failed, Message, Messages, Start, Stopped, Type, Unset, WARNING, cut, done, said};
 use crate::library::Pointer;
@@ -8,10 +8,10 @@ use run::component::{MOST_UPDATES, Update};
 use std::ffi::{CStr, c_char, c_int};
 use std::ptr;
 
-/// So often in a row may a step end at once before it has begun.
+/// The maximum number of consecutive times that a step may end before making progress.
 const MOST_ENDS: usize = 1000;
 
-/// A step is over if less than this part of it is left.
+/// The relative remainder of a step that is ignored as a rounding error.
 const ROUNDING: f64 = 1e-9;
 
 /// An instance of FMI 3.0.
@@ -21,26 +21,26 @@ pub(super) struct Instance {
     component: Pointer,
     has_events: bool,
     is_in_event_mode: bool,
-    /// Start and, if it is known, end of the simulation in seconds.
+    /// The start and, if known, the end of the simulation in seconds.
     times: (f64, Option<f64>),
-    /// In the order of their first references.
+    /// The arrays, ordered by their first references.
     arrays: Vec<Elements>,
-    /// Values on their way to and from the FMU, of whatever type; kept, so that a step allocates nothing.
+    /// A buffer for values of any type, kept so that a step does not allocate.
     buffer: Vec<u64>,
-    /// The elements of an array that is read or written.
+    /// A buffer for the elements of an array being read or written.
     elements: Vec<f64>,
 }
 
-/// An array. A host that sets one element sets all.
+/// An array. A host that sets one element must set all.
 #[derive(Debug)]
 struct Elements {
     array: Array,
-    /// The values before anything was set, and those that were set last.
+    /// The values before anything was set, and those set last.
     starts: Vec<f64>,
     set: Vec<f64>,
 }
 
-/// A type of C, whose values are converted from and to what the engine moves.
+/// A C type whose values are converted from and to the engine's cells.
 trait Plain: Copy {
     fn cell(self) -> f64;
     fn of(cell: f64) -> Option<Self>;
@@ -68,7 +68,7 @@ impl Plain for f32 {
         f64::from(self)
     }
 
-    /// Rounded, as a connection from a Float64 needs it.
+    /// Rounds, as a connection from a Float64 requires.
     fn of(cell: f64) -> Option<f32> {
         let value = cell as f32;
         (value.is_finite() || !cell.is_finite()).then_some(value)
@@ -95,7 +95,7 @@ impl Plain for u64 {
     }
 }
 
-/// `bool` of C.
+/// The `bool` of C.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 struct Boolean(u8);
@@ -111,7 +111,7 @@ impl Plain for Boolean {
 }
 
 impl Instance {
-    /// `fmi3InstantiateCoSimulation`; `None` if the FMU refuses. The messages live longer than the instance.
+    /// Calls `fmi3InstantiateCoSimulation`; `None` if the FMU refuses. The messages must outlive the instance.
     pub fn new(
         library: &Library,
         name: &CStr,
@@ -120,7 +120,7 @@ impl Instance {
         messages: &Messages,
         start: &Start,
     ) -> Option<Instance> {
-        // SAFETY: the strings end with NUL and outlive the call; the messages live as long as the instance.
+        // SAFETY: the strings are NUL-terminated and outlive the call; the messages live as long as the instance.
         let component = unsafe {
             (library.instantiate_co_simulation)(
                 name.as_ptr(),
@@ -168,13 +168,13 @@ impl Instance {
         let (start, stop) = self.times;
         let (is_defined, stop) = (stop.is_some(), stop.unwrap_or(0.0));
         let enter = self.library.enter_initialization_mode;
-        // SAFETY: the component is this instance's and lives.
+        // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { enter(self.component, false, 0.0, start, is_defined, stop) };
         done("fmi3EnterInitializationMode", status)
     }
 
     pub fn exit_initialization(&mut self) -> Result<(), Failed> {
-        // SAFETY: the component is this instance's and lives.
+        // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.exit_initialization_mode)(self.component) };
         self.is_in_event_mode = self.has_events;
         done("fmi3ExitInitializationMode", status)
@@ -184,7 +184,7 @@ impl Instance {
         if self.is_in_event_mode {
             return Ok(());
         }
-        // SAFETY: the component is this instance's and lives.
+        // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.enter_event_mode)(self.component) };
         done("fmi3EnterEventMode", status)?;
         self.is_in_event_mode = true;
@@ -193,7 +193,7 @@ impl Instance {
 
     pub fn update(&mut self) -> Result<Update, Stopped> {
         let (mut again, mut ends, mut nominals, mut values, mut is_next, mut next) = (0, 0, 0, 0, 0, 0.0);
-        // SAFETY: the component is this instance's and lives; there is room for each value.
+        // SAFETY: the component belongs to this instance and is alive; there is space for each value.
         let status = unsafe {
             (self.library.update_discrete_states)(
                 self.component,
@@ -219,7 +219,7 @@ impl Instance {
         if !self.is_in_event_mode {
             return Ok(());
         }
-        // SAFETY: the component is this instance's and lives.
+        // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.enter_step_mode)(self.component) };
         done("fmi3EnterStepMode", status)?;
         self.is_in_event_mode = false;
@@ -233,7 +233,7 @@ impl Instance {
         let mut ends = 0;
         loop {
             let (mut event, mut terminates, mut is_early, mut last) = (0, 0, 0, f64::NAN);
-            // SAFETY: the component is this instance's and lives; there is room for each value.
+            // SAFETY: the component belongs to this instance and is alive; there is space for each value.
             let status = unsafe {
                 (self.library.do_step)(
                     self.component,
@@ -270,7 +270,7 @@ impl Instance {
                 return Err(Stopped::Astray(format!("fmi3DoStep returned early at {last:?} s again and again")));
             }
             (at, left) = (last, end - last);
-            // An event at the end is handled with those of the others.
+            // An event at the end is handled together with those of other FMUs.
             if left <= ROUNDING * size {
                 return Ok(());
             }
@@ -278,7 +278,7 @@ impl Instance {
         }
     }
 
-    /// Goes through Event Mode within a step, with the inputs as they are.
+    /// Handles Event Mode within a step, with unchanged inputs.
     fn handle_event(&mut self) -> Result<(), Stopped> {
         self.enter_events().map_err(Stopped::Failed)?;
         for _ in 0..MOST_UPDATES {
@@ -290,13 +290,13 @@ impl Instance {
     }
 
     pub fn terminate(&mut self) -> Result<(), Failed> {
-        // SAFETY: the component is this instance's and lives.
+        // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.terminate)(self.component) };
         done("fmi3Terminate", status)
     }
 
     pub fn reset(&mut self) -> Result<(), Failed> {
-        // SAFETY: the component is this instance's and lives.
+        // SAFETY: the component belongs to this instance and is alive.
         let status = unsafe { (self.library.reset)(self.component) };
         self.is_in_event_mode = false;
         for of in &mut self.arrays {
@@ -305,9 +305,9 @@ impl Instance {
         done("fmi3Reset", status)
     }
 
-    /// Frees it. Nothing is called afterwards.
+    /// Frees the instance, which must not be called afterwards.
     pub fn free(&mut self) {
-        // SAFETY: the component is this instance's, and nobody uses it afterwards.
+        // SAFETY: the component belongs to this instance and is not used afterwards.
         unsafe { (self.library.free_instance)(self.component) }
     }
 
@@ -369,8 +369,8 @@ impl Instance {
         Ok(())
     }
 
-    /// The array whose element the reference at this place is, if it is one, and where the references end that are of the same
-    /// array, or of none.
+    /// The array, if any, to which the reference at this position belongs, and the end of the consecutive references
+    /// that belong to the same array, or to none.
     fn group(&self, references: &[u32], at: usize) -> (Option<usize>, usize) {
         let array = |reference: u32| {
             let after = self.arrays.partition_point(|of| of.array.first_reference <= reference);
@@ -383,7 +383,7 @@ impl Instance {
         (of, end.map_or(references.len(), |end| at + end))
     }
 
-    /// Reads variables that the FMU knows: several single ones, or one array.
+    /// Reads variables known to the FMU: several scalars, or one array.
     #[inline]
     fn get(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<(), Failed> {
         let Instance { library, component, buffer, .. } = self;
@@ -393,10 +393,10 @@ impl Instance {
                 buffer.clear();
                 buffer.resize(values_count, 0);
                 let room = buffer.as_mut_ptr().cast::<$of>();
-                // SAFETY: the component is this instance's and lives; `count` references, and room for `values_count` values,
-                // each of which takes no more than 64 bits.
+                // SAFETY: the component belongs to this instance and is alive; there are `count` references and space
+                // for `values_count` values of at most 64 bits each.
                 done($name, unsafe { (library.$function)(*component, from, count, room.cast::<$as>(), values_count) })?;
-                // SAFETY: there are as many values of the type, whatever their bits.
+                // SAFETY: there are as many values of the type, and all bit patterns are valid.
                 let got = unsafe { std::slice::from_raw_parts(room, values_count) };
                 for (value, got) in values.iter_mut().zip(got) {
                     *value = got.cell();
@@ -406,7 +406,8 @@ impl Instance {
         }
         match kind {
             Type::Real => {
-                // SAFETY: the component is this instance's and lives; `count` references, and room for the values.
+                // SAFETY: the component belongs to this instance and is alive; there are `count` references and space
+                // for the values.
                 let status =
                     unsafe { (library.get_float64)(*component, from, count, values.as_mut_ptr(), values_count) };
                 done("fmi3GetFloat64", status)
@@ -424,7 +425,7 @@ impl Instance {
         }
     }
 
-    /// Sets variables that the FMU knows: several single ones, or one array.
+    /// Sets variables known to the FMU: several scalars, or one array.
     #[inline]
     fn set(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<(), Unset> {
         let Instance { library, component, buffer, .. } = self;
@@ -436,16 +437,18 @@ impl Instance {
                 let room = buffer.as_mut_ptr().cast::<$of>();
                 for (place, value) in values.iter().enumerate() {
                     let Some(converted) = <$of>::of(*value) else { return Err(Unset::Value(*value)) };
-                    // SAFETY: there is room for as many values, each of which takes no more than 64 bits.
+                    // SAFETY: there is space for as many values of at most 64 bits each.
                     unsafe { room.add(place).write(converted) };
                 }
-                // SAFETY: the component is this instance's and lives; `count` references, and `values_count` values.
+                // SAFETY: the component belongs to this instance and is alive; there are `count` references and
+                // `values_count` values.
                 done($name, unsafe { (library.$function)(*component, to, count, room.cast::<$as>(), values_count) })
             }};
         }
         let set = match kind {
             Type::Real => {
-                // SAFETY: the component is this instance's and lives; `count` references and the values.
+                // SAFETY: the component belongs to this instance and is alive; there are `count` references and the
+                // values.
                 let status = unsafe { (library.set_float64)(*component, to, count, values.as_ptr(), values_count) };
                 done("fmi3SetFloat64", status)
             }
@@ -465,9 +468,9 @@ impl Instance {
 }
 
 unsafe extern "C" fn log(environment: Pointer, status: c_int, _category: *const c_char, text: *const c_char) {
-    // SAFETY: the environment that `new` gave; it lives as long as the instance.
+    // SAFETY: this is the environment passed by `new`, which lives as long as the instance.
     let Some(messages) = (unsafe { environment.cast::<Messages>().as_ref() }) else { return };
-    // SAFETY: NULL or a C string by FMI's contract.
+    // SAFETY: NULL or a C string according to FMI.
     let Some(text) = (unsafe { said(text) }) else { return };
     messages.add(Message { is_error: status > WARNING, text: cut(text.trim_end().to_string()) });
 }

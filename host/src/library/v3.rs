@@ -1,6 +1,6 @@
-//! A shared library of FMI 3.0 for co-simulation, loaded: its functions as C declares them.
+//! A loaded shared library of FMI 3.0 for co-simulation: its functions as declared in C.
 //!
-//! `fmi3Boolean` is the `bool` of C. Where a library writes one it is a `u8` here: it may write more than 0 and 1.
+//! `fmi3Boolean` is C's `bool`. Where a library writes one, it is a `u8` here, because it may be other than 0 and 1.
 
 use super::{ERROR, Loaded, Pointer, load, reason, shown};
 use crate::package::temporary::Folder;
@@ -12,12 +12,12 @@ use std::sync::Arc;
 /// `fmi3LogMessageCallback`: environment, status, category, message.
 pub type LogMessage = unsafe extern "C" fn(Pointer, c_int, *const c_char, *const c_char);
 
-/// `fmi3IntermediateUpdateCallback`: never given, so it is not spelled out.
+/// `fmi3IntermediateUpdateCallback`: never passed, so its arguments are not declared.
 pub type IntermediateUpdate = unsafe extern "C" fn();
 
 library! {
-    /// A loaded library of FMI 3.0, as that of FMI 2.0. Of the functions, those that a host of co-simulation without Clocks may
-    /// call.
+    /// A loaded library of FMI 3.0, like that of FMI 2.0, with the functions that a co-simulation host without Clocks
+    /// may call.
     prefix "fmi3";
     required get_version "fmi3GetVersion" () -> *const c_char;
     optional set_debug_logging "fmi3SetDebugLogging" (Pointer, bool, usize, *const *const c_char) -> c_int;

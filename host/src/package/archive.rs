@@ -1,9 +1,9 @@
-//! ZIP files: reads those that anybody may have made, and writes them, the same bytes for the same content.
+//! ZIP files: reads untrusted ones, and writes them reproducibly.
 //!
-//! The crate `zip` reads; this module decides what is accepted: bounded memory, no path outside the target folder, no
-//! links, no overlapping entries, and one table of contents. Where that table is damaged, `zip` looks for another one
-//! and then reads a different archive than other tools do; so the end record and the lengths of the table's entries are
-//! checked here first.
+//! The crate `zip` reads; this module determines what is accepted: bounded memory, no path outside the target folder,
+//! no links, no overlapping entries, and a single table of contents. Where that table is damaged, `zip` searches for
+//! another and then reads a different archive than other tools; so the end record and the lengths of the table's
+//! entries are checked here first.
 
 use crate::package::temporary;
 use anyhow::{Context, Result, anyhow, bail, ensure};
@@ -13,28 +13,28 @@ use std::path::Path;
 use zip::read::{ArchiveOffset, Config, ZipFileEntry};
 use zip::{CompressionMethod, System, ZipArchive, ZipReadOptions};
 
-/// The most files and folders that an archive may have.
+/// The maximum number of files and folders in an archive.
 const MOST_ENTRIES: u16 = 10_000;
 
-/// The longest table of contents, in bytes.
+/// The maximum size of the table of contents, in bytes.
 const LONGEST_DIRECTORY: u32 = 1 << 24;
 
-/// The largest unpacked size of one file, in bytes.
+/// The maximum unpacked size of one file, in bytes.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// The largest unpacked size of all files together, in bytes.
+/// The maximum unpacked size of all files together, in bytes.
 const MOST_BYTES_IN_ALL: u64 = 1 << 32;
 
-/// The highest ratio of unpacked to packed size of files above [`LARGE`] bytes.
+/// The maximum compression ratio of files above [`LARGE`] bytes.
 const HIGHEST_RATIO: u64 = 1000;
 
-/// Files up to this size in bytes may have any ratio: a short run of zeros packs to almost nothing.
+/// Files up to this size in bytes may have any compression ratio: a short run of zeros packs to almost nothing.
 const LARGE: u64 = 1 << 24;
 
-/// The longest name, in bytes.
+/// The maximum length of a name, in bytes.
 const LONGEST_NAME: usize = 1000;
 
-// Signatures of the records, and their lengths without the variable parts.
+// The signatures of the records, and their lengths without the variable parts.
 const END: usize = 22;
 const END_SIGNATURE: [u8; 4] = *b"PK\x05\x06";
 const ENTRY: usize = 46;
@@ -67,7 +67,7 @@ impl<R: Read + Seek> Archive<R> {
     /// Reads and checks the table of contents and the header of each entry.
     ///
     /// # Errors
-    /// A sentence that says what is wrong.
+    /// The archive is not acceptable; the message is a sentence.
     pub fn open(mut reader: R) -> Result<Archive<R>> {
         let end = find_end(&mut reader)?;
         let names = read_names(&mut reader, &end)?;
@@ -115,7 +115,7 @@ impl<R: Read + Seek> Archive<R> {
         self.entries.iter().find(|entry| entry.name == name)
     }
 
-    /// The content of a file of at most `limit` bytes.
+    /// Reads a file of at most `limit` bytes.
     ///
     /// # Errors
     /// The file is missing, too large or damaged.
@@ -127,7 +127,7 @@ impl<R: Read + Seek> Archive<R> {
         Ok(content)
     }
 
-    /// Unpacks everything to nowhere.
+    /// Checks all entries by unpacking them without storing anything.
     ///
     /// # Errors
     /// An entry is damaged.
@@ -145,7 +145,7 @@ impl<R: Read + Seek> Archive<R> {
     /// An entry is damaged, or a file cannot be written.
     pub fn unpack(&mut self, folder: &Path) -> Result<()> {
         for entry in self.entries.clone() {
-            // The name has been checked: it cannot lead out of the folder.
+            // The name has been checked: it cannot lead outside the folder.
             let path = folder.join(&entry.name);
             let unwritable = || format!("{} cannot be unpacked", entry.name);
             if entry.is_folder() {
@@ -155,25 +155,25 @@ impl<R: Read + Seek> Archive<R> {
             if let Some(parent) = path.parent() {
                 temporary::make_folder(parent).with_context(unwritable)?;
             }
-            // Two names may mean the same file where case does not matter.
+            // Two names may denote the same file where names are case-insensitive.
             let mut file = temporary::options().write(true).create_new(true).open(&path).with_context(unwritable)?;
             self.unpack_entry(&entry, &mut file)?;
         }
         Ok(())
     }
 
-    /// A ZIP file with the files of this one that `is_kept` chooses, which are copied as they are packed, and with these, which
-    /// are added or take the place of others.
+    /// Creates a ZIP file from the files of this one selected by `is_kept`, copied without recompression, and `files`,
+    /// which are added or replace others.
     ///
     /// # Errors
-    /// As [`write()`]; a file cannot be copied.
+    /// As [`write()`], or a file cannot be copied.
     pub fn with(&mut self, files: &BTreeMap<String, Vec<u8>>, is_kept: impl Fn(&str) -> bool) -> Result<Vec<u8>> {
         let kept = self
             .entries
             .iter()
             .enumerate()
             .filter(|(_, entry)| !entry.is_folder() && !files.contains_key(&entry.name) && is_kept(&entry.name));
-        // By name, as in every archive of ours.
+        // Sorted by name, like all archives written here.
         let mut sorted: BTreeMap<&str, Option<usize>> =
             kept.map(|(index, entry)| (entry.name.as_str(), Some(index))).collect();
         sorted.extend(files.keys().map(|name| (name.as_str(), None)));
@@ -191,7 +191,7 @@ impl<R: Read + Seek> Archive<R> {
         Ok(writer.finish().context("the archive cannot be finished")?.into_inner())
     }
 
-    /// Unpacks a file; `zip` compares the checksum and stops beyond the size that the table of contents gives.
+    /// Unpacks a file; `zip` verifies the checksum and stops at the size given in the table of contents.
     fn unpack_entry(&mut self, entry: &Entry, to: &mut impl Write) -> Result<()> {
         let Entry { name, size } = entry;
         let mut file = self.archive.by_name(name)?;
@@ -201,14 +201,14 @@ impl<R: Read + Seek> Archive<R> {
     }
 }
 
-/// What the record at the end of a ZIP file says: where the table of contents is.
+/// The record at the end of a ZIP file, which locates the table of contents.
 struct End {
     count: u16,
     start: u64,
     size: u32,
 }
 
-/// Finds the end record, which must end the file and follow the table of contents without a gap.
+/// Finds the end record, which must be at the end of the file and directly after the table of contents.
 fn find_end(reader: &mut (impl Read + Seek)) -> Result<End> {
     let length = reader.seek(SeekFrom::End(0)).context("it cannot be read")?;
     // A comment of up to 65535 bytes may follow the record.
@@ -241,7 +241,7 @@ fn find_end(reader: &mut (impl Read + Seek)) -> Result<End> {
     Ok(End { count, start: u64::from(start), size })
 }
 
-/// The checked names in the table of contents, whose entries must fill it exactly.
+/// The checked names in the table of contents, which its entries must fill exactly.
 fn read_names(reader: &mut (impl Read + Seek), end: &End) -> Result<Vec<String>> {
     let directory = read_at(reader, end.start, u64::from(end.size))?;
     let mut rest = directory.as_slice();
@@ -263,7 +263,7 @@ fn read_names(reader: &mut (impl Read + Seek), end: &End) -> Result<Vec<String>>
     Ok(names)
 }
 
-/// Checks what the table of contents says of an entry.
+/// Checks an entry of the table of contents.
 fn accept(entry: &ZipFileEntry<'_>, name: String) -> Result<Entry> {
     let size = entry.size();
     ensure!(!entry.encrypted(), "{name} is encrypted, which is not accepted");
@@ -276,7 +276,7 @@ fn accept(entry: &ZipFileEntry<'_>, name: String) -> Result<Entry> {
         CompressionMethod::Deflated => {}
         _ => bail!("{name} is compressed by another method than deflate, which FMI does not allow"),
     }
-    // The upper half of the attributes holds the file type of Unix if the entry was made there.
+    // The upper half of the attributes contains the Unix file type if the entry was created on Unix.
     let file_type = (entry.external_attributes() >> 16) & 0o170_000;
     let is_unix = matches!(entry.system(), System::Unix | System::OsDarwin);
     ensure!(
@@ -288,7 +288,7 @@ fn accept(entry: &ZipFileEntry<'_>, name: String) -> Result<Entry> {
     Ok(Entry { name, size })
 }
 
-/// A name must be a path that leads downwards from the folder the archive is unpacked to, on every system.
+/// Checks that a name is a path below the target folder on every system.
 fn check_name(name: &str) -> Result<()> {
     if name.is_empty() || name.len() > LONGEST_NAME {
         bail!("an entry's name has {} bytes; 1 to {LONGEST_NAME} are accepted", name.len());
@@ -317,7 +317,7 @@ fn read_at(reader: &mut (impl Read + Seek), start: u64, length: u64) -> Result<V
     Ok(bytes)
 }
 
-/// The numbers of a record are little-endian.
+/// Reads a number of a record, which is little-endian.
 fn u16_at(record: &[u8], place: usize) -> u16 {
     u16::from_le_bytes([record[place], record[place + 1]])
 }
@@ -326,11 +326,11 @@ fn u32_at(record: &[u8], place: usize) -> u32 {
     u32::from(u16_at(record, place)) | u32::from(u16_at(record, place + 2)) << 16
 }
 
-/// A ZIP file with these files, by name: sorted, dated 1980, so that the same files give the same bytes. All are deflated but
-/// FMUs, which are packed already.
+/// Creates a ZIP file with these files: sorted by name and dated 1980, so that the same files yield the same bytes. All
+/// are deflated except FMUs, which are already compressed.
 ///
 /// # Errors
-/// A name that [`Archive::open`] would refuse; too many bytes.
+/// A name would be rejected by [`Archive::open`], or there are too many bytes.
 pub fn write(files: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>> {
     let mut writer = zip::ZipWriter::new(Cursor::new(Vec::new()));
     for (name, content) in files {

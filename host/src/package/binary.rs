@@ -1,41 +1,40 @@
-//! What a library's file says: which functions it exports, and what it needs from the system it is loaded on. Nothing
-//! is loaded.
+//! Examines a library's file without loading it: the functions it exports, and its requirements on the system.
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use object::read::elf::FileHeader;
 use object::read::macho::{FatArch, LoadCommandVariant, MachHeader, MachOFatFile32, MachOFatFile64, MachOFile};
 use object::{Architecture, BinaryFormat, Endianness, File, FileKind, NameOrOrdinal, Object};
 
-/// The function that a library made with `fmu::export!` exports besides those of FMI: its table.
+/// The function that a library made with `fmu::export!` exports in addition to those of FMI: its table.
 const TABLE: &str = "plcfmu_interface";
 
-/// The most architectures that a universal file of macOS may hold.
+/// The maximum number of architectures in a macOS universal binary.
 const MOST_ARCHITECTURES: usize = 8;
 
-/// What a library exports and needs.
+/// The exports and requirements of a library.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Binary {
-    /// The operating system that it is for: `Linux`, `Windows` or `macOS`.
+    /// The target operating system: `Linux`, `Windows` or `macOS`.
     pub system: &'static str,
-    /// The processors it is made for, such as `x86_64`: one, or several in a universal file of macOS.
+    /// The target processors, such as `x86_64`: one, or several in a macOS universal binary.
     pub architectures: Vec<String>,
     /// The exported functions of FMI, sorted.
     pub functions: Vec<String>,
-    /// Whether it exports a block's table, as every library made by this tool does.
+    /// Whether it exports a block's table, like every library made by this tool.
     pub has_table: bool,
-    /// The newest glibc whose symbols a Linux library needs, such as `2.14`.
+    /// The newest glibc version whose symbols a Linux library needs, such as `2.14`.
     pub glibc: Option<String>,
-    /// The libraries it needs: shared objects of Linux, DLLs of Windows, dylibs of macOS.
+    /// The libraries it depends on: shared objects on Linux, DLLs on Windows, dylibs on macOS.
     pub needed: Vec<String>,
-    /// The name that a dylib of macOS gives itself; the parts of a universal file may differ in it.
+    /// The install names of a macOS dylib, which may differ between the parts of a universal binary.
     pub install_names: Vec<String>,
 }
 
 impl Binary {
-    /// Reads a library of Linux, Windows or macOS.
+    /// Reads a library for Linux, Windows or macOS.
     ///
     /// # Errors
-    /// The bytes are not such a library, or the parts of a universal file of macOS differ.
+    /// The bytes are not a library, or the parts of a macOS universal binary differ.
     pub fn read(bytes: &[u8]) -> Result<Binary> {
         let what = || "it is not a library of Linux, Windows or macOS";
         match FileKind::parse(bytes).with_context(what)? {
@@ -45,7 +44,7 @@ impl Binary {
         }
     }
 
-    /// Those of `functions` that are not exported, with commas between; `None` if all are there.
+    /// The missing ones of `functions`, separated by commas; `None` if all are exported.
     pub fn missing(&self, functions: &[&str]) -> Option<String> {
         let missing: Vec<_> =
             functions.iter().copied().filter(|name| !self.functions.iter().any(|own| own == name)).collect();
@@ -55,7 +54,7 @@ impl Binary {
     /// Checks that exactly these functions of FMI are exported.
     ///
     /// # Errors
-    /// The functions that are missing, or the first that is too many.
+    /// Functions are missing, or there is one too many.
     pub fn check_functions(&self, functions: &[&str]) -> Result<()> {
         if let Some(missing) = self.missing(functions) {
             bail!("it does not export {missing}");
@@ -66,10 +65,10 @@ impl Binary {
         }
     }
 
-    /// Checks that it needs no library that would have to be installed with it.
+    /// Checks that it depends on no library that would have to be installed with it.
     ///
     /// # Errors
-    /// The first that it needs.
+    /// It does; the message names the first.
     pub fn check_needed(&self) -> Result<()> {
         match self.needed.iter().find(|library| !is_everywhere(self.system, library)) {
             Some(library) => Err(anyhow!("it needs {library}, which not every {} has", self.system)),
@@ -77,10 +76,10 @@ impl Binary {
         }
     }
 
-    /// Checks that a Linux library runs where there is a glibc of this version and nothing else.
+    /// Checks that a Linux library needs nothing beyond a glibc of this version.
     ///
     /// # Errors
-    /// The version or library that it needs beyond that.
+    /// It needs a newer version or another library.
     pub fn check_portable(&self, glibc: &str) -> Result<()> {
         if let Some(own) = self.glibc.as_deref().filter(|own| version(own) > version(glibc)) {
             bail!("it needs glibc {own}; a portable library needs {glibc} or older");
@@ -92,8 +91,8 @@ impl Binary {
     }
 }
 
-/// Whether every system of this kind has the library that is needed: glibc and gcc's own on Linux, what belongs to Windows
-/// or macOS itself.
+/// Whether every system of this kind has the library: glibc and gcc's own on Linux, parts of the operating system on
+/// Windows and macOS.
 fn is_everywhere(system: &str, needed: &str) -> bool {
     const LINUX: [&str; 7] =
         ["libc.so.", "libm.so.", "libdl.so.", "libpthread.so.", "librt.so.", "ld-linux", "libgcc_s.so."];
@@ -108,12 +107,12 @@ fn is_everywhere(system: &str, needed: &str) -> bool {
     }
 }
 
-/// A version such as `2.17`, to compare: 2.4 is older than 2.17.
+/// Splits a version such as `2.17` for comparison: 2.4 is older than 2.17.
 pub fn version(text: &str) -> Vec<u32> {
     text.split('.').map(|part| part.parse().unwrap_or(u32::MAX)).collect()
 }
 
-/// Reads a universal file of macOS, which holds a library for each processor. They must agree, so that the FMU is the
+/// Reads a macOS universal binary, which contains a library for each processor. They must agree, so that the FMU is the
 /// same on all of them.
 fn universal(bytes: &[u8], parts: &[impl FatArch]) -> Result<Binary> {
     ensure!(
@@ -141,7 +140,7 @@ fn universal(bytes: &[u8], parts: &[impl FatArch]) -> Result<Binary> {
     all.context("it is empty")
 }
 
-/// Adds those texts that are not yet there.
+/// Adds the texts that are not present yet.
 fn add(texts: &mut Vec<String>, further: Vec<String>) {
     for text in further {
         if !texts.contains(&text) {
@@ -161,7 +160,7 @@ fn single(bytes: &[u8]) -> object::Result<Binary> {
     let mut binary = Binary { system, architectures: vec![name(file.architecture())], ..Binary::default() };
     for export in file.exports()? {
         if let NameOrOrdinal::Name(name) = export?.name() {
-            // macOS puts an underscore in front of C's names.
+            // macOS prefixes C names with an underscore.
             let name = text(name);
             let name = name.strip_prefix('_').unwrap_or(&name);
             binary.has_table |= name == TABLE;
@@ -195,7 +194,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// The newest glibc whose symbols a Linux library needs.
+/// The newest glibc version whose symbols a Linux library needs.
 fn glibc<Elf: FileHeader<Endian = Endianness>>(header: &Elf, bytes: &[u8]) -> object::Result<Option<String>> {
     let endian = header.endian()?;
     let sections = header.sections(endian, bytes)?;
@@ -216,7 +215,7 @@ fn glibc<Elf: FileHeader<Endian = Endianness>>(header: &Elf, bytes: &[u8]) -> ob
     Ok(newest)
 }
 
-/// The name that a dylib gives itself.
+/// The install name of a dylib.
 fn install_name<Mach: MachHeader>(file: &MachOFile<'_, Mach>) -> object::Result<Option<String>> {
     let mut commands = file.macho_load_commands()?;
     while let Some(command) = commands.next()? {

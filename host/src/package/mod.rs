@@ -1,4 +1,4 @@
-//! An FMU's file, opened: an archive with a model description and libraries that fit it.
+//! Opens an FMU's file: an archive with a model description and matching libraries.
 
 pub mod archive;
 pub mod binary;
@@ -11,28 +11,28 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
-/// The largest modelDescription.xml, in bytes.
+/// The maximum size of modelDescription.xml, in bytes.
 const LONGEST_DESCRIPTION: u64 = 1 << 26;
 
-/// The largest library, in bytes.
+/// The maximum size of a library, in bytes.
 const LARGEST_LIBRARY: u64 = 1 << 28;
 
 /// The name of the model description in every FMU.
 pub const DESCRIPTION: &str = "modelDescription.xml";
 
-/// The folder of the sources of a library, which hosts may compile.
+/// The folder with the sources of a library, which hosts may compile.
 const SOURCES: &str = "sources/";
 
 /// An FMU's file.
 #[derive(Debug)]
 pub struct Package<R> {
-    /// What is in it.
+    /// Its contents.
     pub archive: Archive<R>,
     /// Its modelDescription.xml.
     pub xml: ModelDescription,
-    /// What that says of the FMU, with the elements of its arrays as variables.
+    /// The description it contains, with the elements of arrays as variables.
     pub description: Description,
-    /// Its libraries, one for each platform; none if it has sources only.
+    /// Its libraries, one for each platform; empty if it contains only sources.
     pub libraries: Vec<LibraryFile>,
 }
 
@@ -46,10 +46,10 @@ pub struct LibraryFile {
 }
 
 impl Package<BufReader<File>> {
-    /// Opens the FMU at `path` and checks how it is packed.
+    /// Opens the FMU at `path` and checks its packaging.
     ///
     /// # Errors
-    /// One sentence that says what is wrong.
+    /// The FMU is faulty, as explained in one sentence.
     pub fn open(path: &Path) -> Result<Self> {
         let file = File::open(path).context("it cannot be opened")?;
         Package::read(BufReader::new(file))
@@ -57,10 +57,10 @@ impl Package<BufReader<File>> {
 }
 
 impl<R: Read + Seek> Package<R> {
-    /// Reads an FMU and checks how it is packed.
+    /// Reads an FMU and checks its packaging.
     ///
     /// # Errors
-    /// One sentence that says what is wrong.
+    /// The FMU is faulty, as explained in one sentence.
     pub fn read(reader: R) -> Result<Package<R>> {
         let mut archive = Archive::open(reader)?;
         let xml = archive.read(DESCRIPTION, LONGEST_DESCRIPTION)?;
@@ -83,7 +83,7 @@ impl<R: Read + Seek> Package<R> {
         Ok(Package { archive, xml, description, libraries })
     }
 
-    /// The bytes of one of the libraries.
+    /// Reads one of the libraries.
     ///
     /// # Errors
     /// The library is too large or damaged.
@@ -91,7 +91,7 @@ impl<R: Read + Seek> Package<R> {
         self.archive.read(&file.path, LARGEST_LIBRARY)
     }
 
-    /// The libraries' platforms, with commas between.
+    /// The platforms of the libraries, separated by commas.
     pub fn platforms(&self) -> String {
         let platforms: Vec<_> = self.libraries.iter().map(|library| library.platform.as_str()).collect();
         platforms.join(", ")

@@ -1,6 +1,6 @@
-//! Temporary files and folders, made beside what they become. They are their owner's alone, whatever the umask, and are removed
-//! when the command ends, by a signal too. Each is locked while it is in use: what a killed command has left is recognized by its
-//! name and its free lock, and removed by the next one.
+//! Temporary files and folders, created next to their destination. They are accessible only to their owner, whatever
+//! the umask, and are removed when the command ends, even by a signal. Each is locked while in use: leftovers of a
+//! killed command are recognized by their name and free lock, and removed by the next command.
 
 use anyhow::{Context, Result, bail, ensure};
 use std::collections::BTreeSet;
@@ -13,27 +13,27 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tempfile::{TempDir, TempPath};
 
-/// What their names begin and end with.
+/// The prefix and suffix of their names.
 const NAME: (&str, &str) = (".plcfmu-", ".tmp");
 
-/// In a [`Folder`], locked by the process that uses it.
+/// The lock file in a [`Folder`], locked by the process that uses it.
 const LOCK: &str = ".lock";
 
-/// Nothing takes as long.
+/// The age beyond which an unlocked leftover is considered forgotten.
 const A_DAY: Duration = Duration::from_secs(86_400);
 
-/// The temporary files and folders that this process has now.
+/// The temporary files and folders that currently belong to this process.
 static PRESENT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 fn present_ones() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     PRESENT.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes all temporary files and folders of this process, which is about to end. From now on it makes none.
+/// Removes all temporary files and folders of this process, which is about to end. Afterwards it cannot create any.
 pub fn remove_all() {
     let present = present_ones();
     present.iter().for_each(|path| remove(path));
-    // Whoever makes or removes one waits for the end.
+    // Other threads that create or remove one block until the process ends.
     std::mem::forget(present);
 }
 
@@ -47,7 +47,7 @@ impl Drop for Listed {
     }
 }
 
-/// Makes a file or folder and lists it, with no signal between the two.
+/// Creates a file or folder and lists it, without a signal in between.
 fn listed<T>(make: impl FnOnce() -> io::Result<T>, path: impl FnOnce(&T) -> &Path) -> io::Result<(T, Listed)> {
     let mut present = present_ones();
     let made = make()?;
@@ -56,7 +56,7 @@ fn listed<T>(make: impl FnOnce() -> io::Result<T>, path: impl FnOnce(&T) -> &Pat
     Ok((made, Listed(path)))
 }
 
-/// A new temporary file, of this mode less the umask where the system has modes.
+/// Creates a temporary file with this mode less the umask, where the system has modes.
 fn new_file(folder: &Path, suffix: &str, mode: u32) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(NAME.0).suffix(suffix);
@@ -67,7 +67,7 @@ fn new_file(folder: &Path, suffix: &str, mode: u32) -> io::Result<tempfile::Name
     builder.tempfile_in(folder)
 }
 
-/// To open a file in a temporary folder that is its owner's alone.
+/// Options for opening a file in a temporary folder that only its owner can access.
 pub fn options() -> OpenOptions {
     let mut options = OpenOptions::new();
     #[cfg(unix)]
@@ -75,10 +75,10 @@ pub fn options() -> OpenOptions {
     options
 }
 
-/// Makes a folder in a temporary folder, with those above it, as [`options`] does files.
+/// Creates a folder and its parents in a temporary folder, with the same permissions as [`options`].
 ///
 /// # Errors
-/// It cannot be made.
+/// It cannot be created.
 pub fn make_folder(path: &Path) -> io::Result<()> {
     let mut builder = fs::DirBuilder::new();
     #[cfg(unix)]
@@ -86,14 +86,14 @@ pub fn make_folder(path: &Path) -> io::Result<()> {
     builder.recursive(true).create(path)
 }
 
-/// The permissions that a new file has in this folder, by the user's umask.
+/// The permissions that a new file has in this folder according to the user's umask.
 fn usual_permissions(folder: &Path) -> io::Result<Permissions> {
     Ok(new_file(folder, NAME.1, 0o666)?.as_file().metadata()?.permissions())
 }
 
-/// Writes a file beside its place, checks it there, and renames it: at every moment there is the old file or the new one, which
-/// has the old one's mode and owner. Symbolic links are followed. A device, a FIFO or a socket is written into when the file
-/// is checked.
+/// Writes a file next to its destination, checks it there, and renames it: at any moment there is either the old file
+/// or the new one, which takes the old one's mode and owner. Symbolic links are followed. A device, FIFO or socket is
+/// written to after the check.
 ///
 /// # Errors
 /// The file cannot be written, or `write` or `check` fails.
@@ -105,21 +105,21 @@ pub fn place(
     Pending::write(path, write, check)?.finish()
 }
 
-/// A file that is written and checked, and lies beside its place. Dropped, it is removed. Of several files, all can be written
-/// before the first one gets its name, so that a full disk leaves none of them.
+/// A file that is written, checked, and still next to its destination. It is removed when dropped. Several files can
+/// all be written before the first one is renamed, so that a full disk leaves none of them.
 #[derive(Debug)]
 pub struct Pending {
-    // Open: it is locked until it has its name.
+    // Kept open, and so locked, until it is renamed.
     _file: File,
     beside: TempPath,
     _listed: Listed,
     path: PathBuf,
-    /// What is there is no regular file: it is written into.
+    /// Whether the destination is not a regular file and must be written to.
     is_stream: bool,
 }
 
 impl Pending {
-    /// Writes a file as [`place`] does, which gets its name by [`finish`](Pending::finish).
+    /// Writes a file like [`place`], to be renamed by [`finish`](Pending::finish).
     ///
     /// # Errors
     /// The file cannot be written, or `write` or `check` fails.
@@ -147,14 +147,14 @@ impl Pending {
         writer.flush().with_context(failed)?;
         drop(writer);
         if !is_stream {
-            // On the disk before it gets its name.
+            // Flush to disk before it is renamed.
             file.sync_all().with_context(failed)?;
         }
         check(&beside)?;
         if !is_stream {
             let permissions = match present {
                 Some(present) => {
-                    // Only the superuser can give a file to somebody else.
+                    // Only the superuser can change the owner of a file.
                     #[cfg(unix)]
                     let _ = std::os::unix::fs::fchown(&file, Some(present.uid()), Some(present.gid()));
                     present.permissions()
@@ -166,10 +166,10 @@ impl Pending {
         Ok(Pending { _file: file, beside, _listed, path, is_stream })
     }
 
-    /// Gives the file its name, or writes what is in it into the device that has this name.
+    /// Renames the file to its destination, or writes its contents to the device there.
     ///
     /// # Errors
-    /// The file cannot be renamed, or the device cannot be written.
+    /// The file cannot be renamed, or the device cannot be written to.
     pub fn finish(self) -> Result<()> {
         let failed = || format!("{} cannot be written", self.path.display());
         if self.is_stream {
@@ -183,7 +183,7 @@ impl Pending {
     }
 }
 
-/// What is at `path`, or where its symbolic links lead to, if there is anything.
+/// The metadata of whatever exists at `path`, following symbolic links.
 fn present(path: &Path) -> Result<Option<Metadata>> {
     match fs::metadata(path) {
         Ok(of) if of.is_dir() => bail!("it is a folder: name a file in it"),
@@ -193,7 +193,8 @@ fn present(path: &Path) -> Result<Option<Metadata>> {
     }
 }
 
-/// Where the symbolic links of a path lead to, even if there is nothing yet. They form no circle: [`present`] has seen to that.
+/// The target of a path's symbolic links, even if nothing exists there. They form no cycle, as [`present`] has
+/// verified.
 fn linked(path: &Path) -> PathBuf {
     match fs::read_link(path) {
         Ok(target) => linked(&folder(path).join(target)),
@@ -201,11 +202,11 @@ fn linked(path: &Path) -> PathBuf {
     }
 }
 
-/// Checks the files that a command writes, before it begins: no output is a folder, is one of the inputs, or is named twice.
-/// Devices and the like may be named twice.
+/// Checks the files that a command is going to write: no output may be a folder or one of the inputs, or be named
+/// twice. Devices and similar may be named twice.
 ///
 /// # Errors
-/// Which output it is, and what to do.
+/// An output fails the check; the message names the remedy.
 pub fn check_outputs<'a>(
     outputs: impl IntoIterator<Item = &'a Path>,
     inputs: impl IntoIterator<Item = &'a Path>,
@@ -221,7 +222,7 @@ pub fn check_outputs<'a>(
         let folder =
             folder(&file).canonicalize().or_else(|_| std::path::absolute(folder(&file))).with_context(failed)?;
         let file = folder.join(file.file_name().unwrap_or_default());
-        // On a file system that ignores case, the name that the file has.
+        // On a case-insensitive file system, the actual name of the file.
         let file = file.canonicalize().unwrap_or(file);
         ensure!(!inputs.contains(&file), "{} is read by this command: write to another file", output.display());
         ensure!(!seen.contains(&file), "{} is named for two outputs: name a file for each", output.display());
@@ -230,53 +231,53 @@ pub fn check_outputs<'a>(
     Ok(())
 }
 
-/// The folder that a file lies in.
+/// The folder that contains a file.
 pub fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Why a file cannot be made, in terms of what the user has named.
+/// The error for a file that cannot be created, in terms of the path named by the user.
 fn unwritable(path: &Path, error: io::Error) -> anyhow::Error {
     let folder = folder(path).display();
     match error.kind() {
         io::ErrorKind::PermissionDenied => {
             anyhow::anyhow!("{} cannot be written: you may not write to the folder {folder}", path.display())
         }
-        // The error itself names a temporary file that nobody knows.
+        // The original error names a temporary file that the user does not know.
         kind => anyhow::Error::new(error.raw_os_error().map_or_else(|| kind.into(), io::Error::from_raw_os_error))
             .context(format!("{} cannot be written", path.display())),
     }
 }
 
-/// Locks what a process uses. On Windows a lock would keep others from reading the file.
+/// Locks a file in use. On Windows, a lock would prevent others from reading it.
 fn lock(file: &File) -> io::Result<()> {
     if cfg!(unix) { file.lock() } else { Ok(()) }
 }
 
-/// A folder for what is temporary, removed when this is dropped.
+/// A temporary folder, removed when dropped.
 #[derive(Debug)]
 pub struct Folder {
-    // Windows removes no file that is open: this goes first.
+    // Windows cannot remove an open file: this must be dropped first.
     _lock: File,
     folder: TempDir,
     _listed: Listed,
 }
 
 impl Folder {
-    /// In the folder for temporary files of the system.
+    /// Creates a folder in the system's folder for temporary files.
     ///
     /// # Errors
-    /// It cannot be made.
+    /// It cannot be created.
     pub fn new() -> Result<Folder> {
         let place = std::env::temp_dir();
         Folder::new_in(&place)
             .with_context(|| format!("no temporary folder can be made in {} (TMPDIR chooses another)", place.display()))
     }
 
-    /// In this folder, such as the one of what it becomes.
+    /// Creates a folder in this one, for example next to its destination.
     ///
     /// # Errors
-    /// It cannot be made.
+    /// It cannot be created.
     pub fn new_in(place: &Path) -> io::Result<Folder> {
         let make = || {
             let mut builder = tempfile::Builder::new();
@@ -284,7 +285,7 @@ impl Folder {
             #[cfg(unix)]
             builder.permissions(Permissions::from_mode(0o700));
             let folder = builder.tempdir_in(place)?;
-            // Locked before it has its name: an unlocked one is taken for forgotten.
+            // Locked before it gets its final name: an unlocked one would count as forgotten.
             let path = folder.path().join("lock");
             let lock = options().write(true).create_new(true).open(&path)?;
             lock.lock()?;
@@ -295,13 +296,13 @@ impl Folder {
         Ok(Folder { _lock: lock, folder, _listed: listed })
     }
 
-    /// Where it is.
+    /// Its path.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
 }
 
-/// A whole file, removed when this is dropped.
+/// A complete file, removed when dropped.
 #[derive(Debug)]
 pub struct Document {
     file: tempfile::NamedTempFile,
@@ -309,7 +310,8 @@ pub struct Document {
 }
 
 impl Document {
-    /// In the folder for temporary files of the system, with a name that ends like this, if the end matters to who opens it.
+    /// Creates a file in the system's folder for temporary files; its name ends with `suffix`, where that matters to
+    /// the program that opens it.
     ///
     /// # Errors
     /// It cannot be written.
@@ -325,19 +327,19 @@ impl Document {
         Ok(Document { file, _listed })
     }
 
-    /// Where it is.
+    /// Its path.
     pub fn path(&self) -> &Path {
         self.file.path()
     }
 }
 
-/// Removes from the system's folder for temporary files what killed commands of this user have left: what nobody has locked, and
-/// what has no lock and is older than a day.
+/// Removes leftovers of killed commands by this user from the system's folder for temporary files: whatever is not
+/// locked, or has no lock and is older than a day.
 pub fn remove_forgotten() {
     remove_forgotten_in(&std::env::temp_dir());
 }
 
-/// The same in another folder.
+/// Removes leftovers from another folder.
 fn remove_forgotten_in(folder: &Path) {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut left = entries.filter(|entry| is_ours(&entry.file_name().to_string_lossy())).peekable();
@@ -357,7 +359,7 @@ fn remove_forgotten_in(folder: &Path) {
         }
         let is_old = || of.modified().ok().and_then(|time| time.elapsed().ok()).is_some_and(|age| age > A_DAY);
         let is_forgotten = match File::open(if of.is_dir() { path.join(LOCK) } else { path.clone() }) {
-            // On Windows a file is not locked.
+            // On Windows, files are not locked.
             Ok(_) if of.is_file() && !cfg!(unix) => is_old(),
             Ok(lock) => lock.try_lock().is_ok(),
             Err(_) => is_old(),
@@ -368,17 +370,17 @@ fn remove_forgotten_in(folder: &Path) {
     }
 }
 
-/// Removes a file, or a folder with what is in it. What cannot be removed stays.
+/// Removes a file, or a folder with its contents. Failures are ignored.
 fn remove(path: &Path) {
     let _ = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
 }
 
-/// Whether a file or folder of this name is a temporary one of this program.
+/// Whether a file or folder has the name of a temporary one of this program.
 fn is_ours(name: &str) -> bool {
     name.starts_with(NAME.0) && (name.ends_with(NAME.1) || name.ends_with(".html"))
 }
 
-/// Removes temporary files and folders that were left in `folder`.
+/// Removes leftover temporary files and folders in `folder`.
 ///
 /// # Errors
 /// The folder cannot be read, or one of them cannot be removed.

@@ -1,5 +1,5 @@
-//! How long a call of CONT_C takes as C, compared with its law in Rust: `cargo bench -p laws`. Both run in turn, so that what
-//! else the machine does meets both; told is the ratio in the middle. It should be at most 1.1.
+//! The time of a call of CONT_C as C, relative to its law in Rust: `cargo bench -p laws`. Both run alternately, so that
+//! other load on the machine affects both; the median ratio is reported. It should be at most 1.1.
 
 use blocks::{Block, ContC, Law};
 use std::process::Command;
@@ -32,7 +32,7 @@ int main(void) {
 }
 ";
 
-/// Nanoseconds of all calls, and LMN after the last one.
+/// Returns the nanoseconds of all calls, and LMN after the last one.
 fn rust() -> (f64, f32) {
     let mut block = ContC { man_on: false, d_sel: true, ..ContC::default() };
     block.restart();

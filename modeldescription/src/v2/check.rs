@@ -1,4 +1,4 @@
-//! Mistakes in a model description whose XML is valid.
+//! Finds mistakes in a model description that is valid XML.
 
 use super::description::{
     Causality, EnumerationType, Initial, ModelDescription, Real, RealAttributes, SimpleType, TypeAttributes, Typed,
@@ -10,10 +10,10 @@ pub use crate::findings::{Findings, MOST_FINDINGS};
 use crate::xml::lexical::is_xml;
 use std::collections::{HashMap, HashSet};
 
-/// All mistakes in a model description that a schema does not find but that mislead a host, one sentence each.
+/// All mistakes in a model description that a schema does not detect but that mislead a host, one sentence each.
 ///
-/// An FMU of this project has to meet more than [`read`](super::read()) requires of any FMU: the model and the library
-/// have the same name, which is a C identifier; names, causality, variability and start values agree with the standard's
+/// The requirements for an FMU of this project exceed those of [`read`](super::read()) for any FMU: the model and the
+/// library have the same name, a C identifier; names, causality, variability and start values agree with the standard's
 /// tables; the model structure lists exactly the variables that belong there.
 ///
 /// If there are more than [`MOST_FINDINGS`] of a kind, the last sentence counts the rest.
@@ -36,7 +36,7 @@ pub fn check(description: &ModelDescription) -> Findings {
     Findings { forbidden: forbidden.sentences(), departures: departures.sentences(), odd: odd.sentences() }
 }
 
-/// Where a contradiction is: at the variable with this place in the list, or elsewhere.
+/// The location of a contradiction: the index of a variable in the list, or `None` for elsewhere.
 pub(crate) type Place = Option<usize>;
 
 /// Units and types by name.
@@ -63,7 +63,7 @@ fn about(variable: &Variable, sentence: &str) -> String {
     format!("variable {:?}: {sentence}", shortened(&variable.name))
 }
 
-/// Mistakes that make a description useless, whoever wrote it: what is defined twice or not at all, values out of range.
+/// Finds mistakes that make any description useless: duplicate or missing definitions, and values out of range.
 pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl FnMut(Place, String)) {
     if description.model_exchange.is_none() && description.co_simulation.is_none() {
         found(None, "there is neither ModelExchange nor CoSimulation: add one, or both".into());
@@ -128,7 +128,7 @@ pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl Fn
     }
 }
 
-/// The type whose functions get and set a value: an Enumeration is an Integer to them.
+/// The type in the names of the functions that get and set a value: for an Enumeration, Integer.
 fn functions(typed: &Typed) -> &'static str {
     match typed {
         Typed::Enumeration(_) => "Integer",
@@ -200,7 +200,7 @@ fn is_index(index: u32, count: usize) -> bool {
     place(index).is_some_and(|place| place < count)
 }
 
-/// The place in the list of the variable with this index.
+/// The list position of the variable with this index.
 fn place(index: u32) -> Option<usize> {
     usize::try_from(index).ok()?.checked_sub(1)
 }
@@ -221,7 +221,7 @@ fn check_unknown(unknown: &Unknown, count: usize, found: &mut impl FnMut(String)
     }
 }
 
-/// Names, texts and the experiment.
+/// Checks names, texts and the experiment.
 fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mut Counted) {
     let name = &description.model_name;
     if let Some(identifier) = description.model_identifier() {
@@ -268,7 +268,7 @@ fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mu
     }
 }
 
-/// The standard's tables of which causality, variability, initial and start go together.
+/// Checks the combination of causality, variability, initial and start against the standard's tables.
 fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
     use Causality::{CalculatedParameter, Independent, Input, Local, Output, Parameter};
     use Variability::{Constant, Continuous, Fixed, Tunable};
@@ -333,7 +333,8 @@ fn check_display_unit(
     }
 }
 
-/// An output that has the value reference of an input or of a parameter changes with what the host sets.
+/// Checks that no output shares the value reference of an input or parameter, since it would change when the host sets
+/// that.
 fn check_aliases(description: &ModelDescription, forbidden: &mut Counted) {
     let variables = || description.model_variables.iter();
     let key = |variable: &Variable| (functions(&variable.typed), variable.value_reference);
@@ -358,7 +359,7 @@ fn check_structure(
     let variables = &description.model_variables;
     let structure = &description.model_structure;
     let indexed = || (1..).zip(variables);
-    // Continuous states and their derivatives are unknowns of the initialization too.
+    // Continuous states and their derivatives are unknowns of the initialization as well.
     let mut states = HashSet::new();
     for derivative in &structure.derivatives {
         let variable = place(derivative.index).and_then(|place| variables.get(place));

@@ -1,4 +1,4 @@
-//! What a model description of FMI 2.0 says of an FMU, and how another start value is put into it.
+//! Derives a description of the FMU from a model description of FMI 2.0, and changes its start values.
 
 use super::description::{
     FMI_VERSION, IntegerAttributes, ModelDescription, RealAttributes, TypeAttributes, Typed, Variable,
@@ -10,7 +10,7 @@ use std::collections::HashMap;
 type Types<'a> = HashMap<&'a str, &'a TypeAttributes>;
 
 impl ModelDescription {
-    /// What it says of the FMU, whatever the version.
+    /// The description of the FMU, independent of the version.
     pub fn description(&self) -> Description {
         let types: Types = self.type_definitions.iter().map(|of| (of.name.as_str(), &of.attributes)).collect();
         let support =
@@ -37,8 +37,8 @@ impl ModelDescription {
         }
     }
 
-    /// Gives the variable at this place another start value, true being 1, and widens its declared range to it: FMI requires
-    /// that the one lies within the other, but the blocks take any value.
+    /// Sets the start value of the variable at this index, with true as 1, and widens its declared range to include it:
+    /// FMI requires that, whereas the blocks accept any value.
     pub(crate) fn set_start(&mut self, place: usize, start: f64) {
         match &mut self.model_variables[place].typed {
             Typed::Real(real) => {
@@ -46,7 +46,7 @@ impl ModelDescription {
                 widen(&mut real.attributes.min, &mut real.attributes.max, start);
             }
             Typed::Integer(integer) => {
-                // A DWORD is the integer with its bits.
+                // A DWORD is the integer with the same bits.
                 let start = start as i64 as i32;
                 integer.start = Some(start);
                 widen(&mut integer.attributes.min, &mut integer.attributes.max, start);

@@ -1,10 +1,10 @@
-//! What a modelDescription.xml of FMI 2.0 says, as plain data: one line for each attribute and each list.
+//! The contents of a modelDescription.xml of FMI 2.0 as plain data: one line for each attribute and each list.
 //!
-//! Structs and fields have the names that the standard gives to elements and attributes. If an attribute is absent, its
-//! field has the standard's default, or is `None` where the standard has no default. Annotations are not kept: only the
-//! tool that wrote them understands them.
+//! Structs and fields are named like the elements and attributes of the standard. If an attribute is absent, its field
+//! has the standard's default, or is `None` if there is no default. Annotations are dropped: only the tool that wrote
+//! them understands them.
 //!
-//! What the lines mean is said in `attributes.rs`.
+//! `attributes.rs` explains the syntax of the lines.
 
 pub use crate::description::{
     BaseUnit, Capabilities, Causality, DefaultExperiment, DependencyKind, DisplayUnit, Initial, LogCategory, Unit,
@@ -15,7 +15,7 @@ use crate::xml::attributes::*;
 use crate::xml::read::{Attribute, Document, Tag};
 use crate::xml::write::Xml;
 
-/// The version of the standard, as every model description of FMI 2.0 and its maintenance releases states it.
+/// The version stated by every model description of FMI 2.0 and its maintenance releases.
 pub const FMI_VERSION: &str = "2.0";
 
 elements! {
@@ -23,7 +23,7 @@ elements! {
     ModelDescription "fmiModelDescription" with "fmiVersion" = FMI_VERSION {
         /// The model's name.
         model_name "modelName": String;
-        /// Identifies the table; `fmi2Instantiate` compares it with the library's.
+        /// The identifier of the table, which `fmi2Instantiate` compares with the library's.
         guid "guid": String;
         /// A short description of the model.
         description "description": Option<String>;
@@ -37,59 +37,59 @@ elements! {
         license "license": Option<String>;
         /// The tool that made the FMU.
         generation_tool "generationTool": Option<String>;
-        /// When the FMU was made, as `xs:dateTime`.
+        /// The generation date and time, as `xs:dateTime`.
         generation_date_and_time "generationDateAndTime": Option<String>;
-        /// How the variables' names are formed.
+        /// The naming convention of variables.
         variable_naming_convention "variableNamingConvention": VariableNamingConvention = VariableNamingConvention::Flat;
         /// Model exchange only.
         number_of_event_indicators "numberOfEventIndicators": Option<u32>;
     }, children except "VendorAnnotations" {
         /// Its capabilities in model exchange, if it supports that.
         model_exchange: Option<ModelExchange>;
-        /// What the FMU can do in co-simulation, if it supports that.
+        /// Its capabilities in co-simulation, if it supports that.
         co_simulation: Option<CoSimulation>;
-        /// All units that are used.
+        /// The units in use.
         unit_definitions in "UnitDefinitions": Vec<Unit>;
         /// Types that variables refer to by `declaredType`.
         type_definitions in "TypeDefinitions": Vec<SimpleType>;
         /// The categories of the FMU's messages.
         log_categories in "LogCategories": Vec<LogCategory>;
-        /// The simulation that the FMU proposes.
+        /// The proposed simulation.
         default_experiment: Option<DefaultExperiment>;
         /// The variables. The model structure refers to them by their index, which starts at 1.
         model_variables in "ModelVariables", required: Vec<Variable>;
-        /// Which variables are unknowns, and what they depend on.
+        /// The unknowns, and the variables they depend on.
         model_structure: ModelStructure;
     }
 
-    /// `ModelExchange`: what an FMU can do in a host that brings the solver.
+    /// `ModelExchange`: capabilities for hosts with a solver of their own.
     ModelExchange "ModelExchange" {
         /// The name of the library and prefix of its functions.
         model_identifier "modelIdentifier": String;
-        /// The FMU only connects to a tool, which has to be installed.
+        /// Whether the FMU only connects to a tool, which must be installed.
         needs_execution_tool "needsExecutionTool": bool = false;
-        /// `fmi2CompletedIntegratorStep` need not be called.
+        /// Whether `fmi2CompletedIntegratorStep` need not be called.
         completed_integrator_step_not_needed "completedIntegratorStepNotNeeded": bool = false;
-        /// A process can hold only one instance.
+        /// Whether a process can hold only one instance.
         can_be_instantiated_only_once_per_process "canBeInstantiatedOnlyOncePerProcess": bool = false;
-        /// The FMU does not use the host's memory functions.
+        /// Whether the FMU does not use the host's memory functions.
         can_not_use_memory_management_functions "canNotUseMemoryManagementFunctions": bool = false;
-        /// The FMU's state can be saved and restored.
+        /// Whether the FMU's state can be saved and restored.
         can_get_and_set_fmu_state "canGetAndSetFMUstate": bool = false;
-        /// A saved state can be converted to bytes and back.
+        /// Whether a saved state can be serialized.
         can_serialize_fmu_state "canSerializeFMUstate": bool = false;
-        /// `fmi2GetDirectionalDerivative` works.
+        /// Whether `fmi2GetDirectionalDerivative` is supported.
         provides_directional_derivative "providesDirectionalDerivative": bool = false;
     }, children {
         /// The source files, if the FMU includes them.
         source_files in "SourceFiles": Vec<SourceFile>;
     }
 
-    /// `CoSimulation`: what an FMU can do that brings its own solver.
+    /// `CoSimulation`: capabilities of an FMU with its own solver.
     CoSimulation "CoSimulation" {
         /// The name of the library and prefix of its functions.
         model_identifier "modelIdentifier": String;
-        /// What the FMU can do.
+        /// The capabilities.
         capabilities: Capabilities;
     }, children {
         /// The source files, if the FMU includes them.
@@ -106,10 +106,10 @@ elements! {
     SimpleType "SimpleType" {
         /// Its name, by which variables refer to it.
         name "name": String;
-        /// A short text.
+        /// A short description.
         description "description": Option<String>;
     }, children {
-        /// Type and attributes.
+        /// The type and its attributes.
         attributes: TypeAttributes;
     }
 
@@ -121,15 +121,15 @@ elements! {
         unit "unit": Option<String>;
         /// The unit in which the values are displayed by default.
         display_unit "displayUnit": Option<String>;
-        /// A difference, displayed without the offset of the display unit.
+        /// Whether it is a difference, displayed without the offset of the display unit.
         relative_quantity "relativeQuantity": Option<bool>;
-        /// The lowest value that the model is made for.
+        /// The lower end of the range for which the model is valid.
         min "min": Option<f64>;
-        /// The highest value that the model is made for.
+        /// The upper end of the range for which the model is valid.
         max "max": Option<f64>;
         /// The order of magnitude.
         nominal "nominal": Option<f64>;
-        /// Grows without bounds, as the angle of a shaft does.
+        /// Whether it grows without bounds, like the angle of a shaft.
         unbounded "unbounded": Option<bool>;
     }
 
@@ -137,9 +137,9 @@ elements! {
     IntegerAttributes "Integer" {
         /// The physical quantity.
         quantity "quantity": Option<String>;
-        /// The lowest value that the model is made for.
+        /// The lower end of the range for which the model is valid.
         min "min": Option<i32>;
-        /// The highest value that the model is made for.
+        /// The upper end of the range for which the model is valid.
         max "max": Option<i32>;
     }
 
@@ -164,7 +164,7 @@ elements! {
         name "name": String;
         /// Its number.
         value "value": i32;
-        /// A short text.
+        /// A short description.
         description "description": Option<String>;
     }
 
@@ -172,15 +172,15 @@ elements! {
     Variable "ScalarVariable" {
         /// Its name.
         name "name": String;
-        /// Its number in the C functions. Variables of one type that share it are one variable with two names.
+        /// Its value reference. Variables of one type that share it are one variable with two names.
         value_reference "valueReference": u32;
-        /// A short text.
+        /// A short description.
         description "description": Option<String>;
-        /// Who sets it.
+        /// Its causality: who sets it.
         causality "causality": Causality = Causality::Local;
-        /// When it changes.
+        /// Its variability: when it changes.
         variability "variability": Variability = Variability::Continuous;
-        /// How it gets its first value, if the file says so; see [`Variable::initial_or_default`].
+        /// How its initial value is determined, if the file says so; see [`Variable::initial_or_default`].
         initial "initial": Option<Initial>;
         /// Model exchange only.
         can_handle_multiple_set_per_time_instant "canHandleMultipleSetPerTimeInstant": Option<bool>;
@@ -193,13 +193,13 @@ elements! {
     Real "Real" {
         /// The type definition that it refers to.
         declared_type "declaredType": Option<String>;
-        /// The attributes that type definitions have too.
+        /// The attributes shared with type definitions.
         attributes: RealAttributes;
         /// The value before initialization.
         start "start": Option<f64>;
-        /// It is the derivative of the variable with this index.
+        /// The index of the variable of which it is the derivative.
         derivative "derivative": Option<u32>;
-        /// Model exchange only: an event may set this state.
+        /// Model exchange only: whether an event may set this state.
         reinit "reinit": bool = false, omitted;
     }
 
@@ -207,7 +207,7 @@ elements! {
     Integer "Integer" {
         /// The type definition that it refers to.
         declared_type "declaredType": Option<String>;
-        /// The attributes that type definitions have too.
+        /// The attributes shared with type definitions.
         attributes: IntegerAttributes;
         /// The value before initialization.
         start "start": Option<i32>;
@@ -233,13 +233,13 @@ elements! {
     Enumeration "Enumeration" {
         /// The type definition that it refers to.
         declared_type "declaredType": String;
-        /// The attributes that integers have too.
+        /// The attributes shared with integers.
         attributes: IntegerAttributes;
         /// The value before initialization.
         start "start": Option<i32>;
     }
 
-    /// `ModelStructure`: which variables are unknowns, and what they depend on.
+    /// `ModelStructure`: the unknowns, and the variables they depend on.
     ModelStructure "ModelStructure" {}, children {
         /// All outputs.
         outputs in "Outputs": Vec<Unknown>;
@@ -249,7 +249,7 @@ elements! {
         initial_unknowns in "InitialUnknowns": Vec<Unknown>;
     }
 
-    /// `Unknown`: a variable that is computed from others.
+    /// `Unknown`: a variable computed from others.
     Unknown "Unknown" {
         /// The index of the variable, starting at 1.
         index "index": u32;
@@ -263,13 +263,13 @@ elements! {
 choices! {
     /// The type of a variable, and the attributes of that type.
     Typed of "a variable", by default Real {
-        /// 64-bit floating point.
+        /// A 64-bit floating-point number.
         Real(Real);
-        /// 32-bit integer.
+        /// A 32-bit integer.
         Integer(Integer);
         /// True or false.
         Boolean(Boolean);
-        /// Text.
+        /// A text.
         String(Text);
         /// One of several named numbers.
         Enumeration(Enumeration);
@@ -277,13 +277,13 @@ choices! {
 
     /// The type of a [`SimpleType`], and the attributes of that type.
     TypeAttributes of "a SimpleType", by default Real {
-        /// 64-bit floating point.
+        /// A 64-bit floating-point number.
         Real(RealAttributes);
-        /// 32-bit integer.
+        /// A 32-bit integer.
         Integer(IntegerAttributes);
         /// True or false.
         Boolean(BooleanType);
-        /// Text.
+        /// A text.
         String(StringType);
         /// One of several named numbers.
         Enumeration(EnumerationType);
@@ -311,8 +311,8 @@ impl ModelExchange {
 }
 
 impl Variable {
-    /// How it gets its first value: `initial` or, if that is absent, the standard's default for its causality and
-    /// variability. `None` for an input and for the independent variable.
+    /// How its initial value is determined: `initial` or, if that is absent, the standard's default for its causality
+    /// and variability. `None` for an input and for the independent variable.
     pub fn initial_or_default(&self) -> Option<Initial> {
         use Causality::{CalculatedParameter, Independent, Input, Local, Output, Parameter};
         self.initial.or(match (self.causality, self.variability) {
@@ -322,7 +322,7 @@ impl Variable {
         })
     }
 
-    /// Whether a host may set it: it is an input or a parameter, and not constant.
+    /// Whether a host may set it: it is an input or parameter that is not constant.
     pub fn is_settable(&self) -> bool {
         matches!(self.causality, Causality::Input | Causality::Parameter) && self.variability != Variability::Constant
     }

@@ -1,4 +1,4 @@
-//! A block's table as a model description: what PLC types and roles become in FMI 2.0.
+//! Maps a block's table to a model description: PLC types and roles in FMI 2.0.
 
 use super::check::check;
 use super::description;
@@ -16,15 +16,16 @@ use blocks::{Class, Kind, Role};
 use std::collections::HashMap;
 
 impl ModelDescription {
-    /// The model description of the FMU with this library.
+    /// Creates the model description of the FMU with this library.
     ///
-    /// Inputs become discrete inputs, settings tunable or fixed parameters, each with its start value. Outputs and locals
-    /// are discrete and calculated; they depend on no input of the same instant, and initially on the settings that the
-    /// table names. REAL, LREAL and TIME become Real, WORD
-    /// and INT become Integer, BOOL becomes Boolean. Ranges are those of the table.
+    /// Inputs become discrete inputs, settings tunable or fixed parameters, each with its start value. Outputs and
+    /// locals are discrete and calculated; they depend on no input of the same instant, and initially on the settings
+    /// listed in the table. REAL, LREAL and TIME become Real, WORD and INT become Integer, BOOL becomes Boolean. Ranges
+    /// are those of the table.
     ///
     /// # Errors
-    /// What the table says that a model description must not: an unknown unit, a start value out of range, a name twice.
+    /// The table has an entry that a model description forbids: an unknown unit, a start value out of range, a
+    /// duplicate name.
     pub fn of(interface: &Interface) -> Result<ModelDescription, Error> {
         let table = &interface.table;
         let mut description = ModelDescription {
@@ -50,7 +51,7 @@ impl ModelDescription {
         for (value_reference, text) in (table.variables.len() as u32..).zip(&table.texts) {
             description.model_variables.push(text_variable(text, value_reference));
         }
-        // The structured convention has names in ASCII and no index below 0.
+        // The structured convention requires ASCII names and non-negative indices.
         if description.model_variables.iter().all(|variable| is_structured_name(&variable.name)) {
             description.variable_naming_convention = VariableNamingConvention::Structured;
         }
@@ -62,7 +63,7 @@ impl ModelDescription {
     }
 }
 
-/// The variable of a text. A host reads its length in the description: FMI has no place for it.
+/// The variable for a text. Its description includes the length, because FMI has no attribute for it.
 fn text_variable(text: &Text, value_reference: u32) -> Variable {
     let (causality, variability, initial) = causality(text.role);
     Variable {
@@ -137,7 +138,7 @@ fn typed(row: &Row) -> Result<Typed, String> {
 }
 
 fn integer(number: f64, kind: Kind) -> Result<i32, String> {
-    // A DWORD is the integer with its bits.
+    // A DWORD is the integer with the same bits.
     let (low, high) = if kind == Kind::DWord { (0, u32::MAX.into()) } else { kind.whole().unwrap_or((-32768, 32767)) };
     if number.fract() == 0.0 && (low as f64..=high as f64).contains(&number) {
         return Ok(number as i64 as i32);
@@ -153,8 +154,8 @@ fn boolean(number: f64) -> Result<bool, String> {
     }
 }
 
-/// All outputs, in the order of their indices. They depend on nothing of the same instant, because they change only in
-/// `fmi2DoStep`. Before that they have their restart values, which depend on the settings that the table names.
+/// All outputs, in index order. They depend on nothing of the same instant, because they change only in `fmi2DoStep`.
+/// Before that they have their values after a restart, which depend on the settings listed in the table.
 fn structure(table: &Table) -> ModelStructure {
     let unknown = |index, dependencies| Unknown { index, dependencies: Some(dependencies), dependencies_kind: None };
     let outputs = (1..).zip(&table.variables).filter(|(_, row)| row.role == Role::Output);

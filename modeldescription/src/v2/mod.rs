@@ -27,20 +27,20 @@ pub use description::*;
 /// Reads all elements and attributes of the schema of FMI 2.0, in any order. Annotations and attributes of other
 /// namespaces are skipped.
 ///
-/// Memory is bounded: the default [`Limits`] are checked during reading, and document type declarations are refused, so
-/// that no entity is ever expanded. The time taken is proportional to the size of the file.
+/// Memory is bounded: the default [`Limits`] are checked during reading, and document type declarations are rejected,
+/// so that no entity is ever expanded. The time is proportional to the size of the file.
 ///
 /// # Errors
-/// One sentence with the line, the element, the attribute, its value and what would be right, for a file that
-/// - is not XML, not UTF-8, not a model description, or is one of another version of FMI;
+/// One sentence with the line, the element, the attribute, its value and the remedy, for a file that
+/// - is not XML, not UTF-8, not a model description, or belongs to another version of FMI;
 /// - has elements, attributes or words that FMI 2.0 does not have, lacks required ones, or repeats one;
-/// - contradicts itself: a name or a unit is defined twice, two inputs or parameters share a value reference, a unit, a
-///   type or a variable does not exist, a range is empty, or a start value is out of range.
+/// - contradicts itself: a name or unit is defined twice, two inputs or parameters share a value reference, a unit,
+///   type or variable does not exist, a range is empty, or a start value is out of range.
 pub fn read(bytes: &[u8]) -> Result<ModelDescription, Error> {
     read_within(bytes, Limits::default())
 }
 
-/// Reads a modelDescription.xml as [`read()`] does, within other limits.
+/// Reads a modelDescription.xml like [`read()`], with other limits.
 ///
 /// # Errors
 /// As [`read()`].
@@ -55,11 +55,11 @@ pub fn read_within(bytes: &[u8], limits: Limits) -> Result<ModelDescription, Err
     })
 }
 
-/// A modelDescription.xml: elements and attributes in the order of the standard's schema, no empty lists, no namespace,
-/// and a date only if the description has one. The same description always gives the same bytes.
+/// Writes a modelDescription.xml: elements and attributes in the order of the standard's schema, without empty lists or
+/// a namespace, and with a date only if the description has one. The same description always yields the same bytes.
 ///
-/// Attributes that have the standard's default value are left out, except for capability flags, causality and
-/// variability, which a reader of the file wants to see. Characters that XML cannot hold (most control characters) become
+/// Attributes with the standard's default value are omitted, except for capability flags, causality and variability,
+/// which a reader of the file wants to see. Characters that XML cannot represent (most control characters) become
 /// U+FFFD; [`check()`] reports them.
 pub fn write(description: &ModelDescription) -> Vec<u8> {
     crate::xml::write::write(description)

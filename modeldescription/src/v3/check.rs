@@ -1,4 +1,4 @@
-//! Mistakes in a model description of FMI 3.0 whose XML is valid.
+//! Finds mistakes in a model description of FMI 3.0 that is valid XML.
 
 use super::describe::size;
 use super::description::{
@@ -11,7 +11,8 @@ use crate::findings::{Counted, Findings, check_range, is_identifier, is_structur
 use crate::xml::lexical::is_xml;
 use std::collections::{HashMap, HashSet};
 
-/// All mistakes in a model description that a schema does not find but that mislead a host, one sentence each; as for FMI 2.0.
+/// All mistakes in a model description that a schema does not detect but that mislead a host, one sentence each, as for
+/// FMI 2.0.
 pub fn check(description: &ModelDescription) -> Findings {
     let (mut forbidden, mut departures, mut odd) = (Counted::default(), Counted::default(), Counted::default());
     contradictions(description, &mut |_, sentence| forbidden.push(sentence));
@@ -32,14 +33,14 @@ pub fn check(description: &ModelDescription) -> Findings {
     Findings { forbidden: forbidden.sentences(), departures: departures.sentences(), odd: odd.sentences() }
 }
 
-/// Where a contradiction is: at the variable with this place in the list, or elsewhere.
+/// The location of a contradiction: the index of a variable in the list, or `None` for elsewhere.
 pub(crate) type Place = Option<usize>;
 
 fn about(variable: &Variable, sentence: &str) -> String {
     format!("variable {:?}: {sentence}", shortened(&variable.common.name))
 }
 
-/// Mistakes that make a description useless, whoever wrote it: what is defined twice or not at all, values out of range.
+/// Finds mistakes that make any description useless: duplicate or missing definitions, and values out of range.
 pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl FnMut(Place, String)) {
     let ModelDescription { model_exchange, co_simulation, scheduled_execution, .. } = description;
     if model_exchange.is_none() && co_simulation.is_none() && scheduled_execution.is_none() {
@@ -115,7 +116,7 @@ pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl Fn
     }
 }
 
-/// All unknowns with the name of their element.
+/// All unknowns, each with the name of its element.
 fn unknowns(description: &ModelDescription) -> impl Iterator<Item = (&'static str, &Unknown)> {
     let of = &description.model_structure;
     let outputs = of.outputs.iter().map(|one| ("Output", &one.unknown));
@@ -145,7 +146,7 @@ fn check_unit(unit: Option<&str>, units: &HashSet<&str>, found: &mut impl FnMut(
     }
 }
 
-/// The sizes of an array, and that it has a start value for each element or one for all.
+/// Checks the sizes of an array, and that it has a start value for each element or one for all.
 fn check_dimensions(
     variable: &Variable,
     variables: &HashSet<u32>,
@@ -233,7 +234,7 @@ fn check_typed(
     }
 }
 
-/// Names, texts and the experiment.
+/// Checks names, texts and the experiment.
 fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mut Counted) {
     let name = &description.model_name;
     if let Some(identifier) = description.model_identifier() {
@@ -288,7 +289,7 @@ fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mu
     }
 }
 
-/// The standard's tables of which causality, variability, initial and start go together.
+/// Checks the combination of causality, variability, initial and start against the standard's tables.
 fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
     use Causality::{CalculatedParameter, Independent, Input, Local, Output, Parameter, StructuralParameter};
     use Variability::{Constant, Continuous, Discrete, Fixed, Tunable};
@@ -361,7 +362,7 @@ fn check_structure(
 ) {
     let variables = &description.model_variables;
     let structure = &description.model_structure;
-    // Continuous states and their derivatives are unknowns of the initialization too.
+    // Continuous states and their derivatives are unknowns of the initialization as well.
     let mut states = HashSet::new();
     for derivative in &structure.continuous_state_derivatives {
         let reference = derivative.unknown.value_reference;
@@ -403,7 +404,7 @@ fn check_structure(
         }
         let expected: HashSet<u32> = expected.into_iter().collect();
         for surplus in listed.iter().filter(|reference| !expected.contains(reference)) {
-            // The standard lets clocked outputs be listed, or not.
+            // According to the standard, listing clocked outputs is optional.
             if list == "InitialUnknown" && names.contains_key(surplus) {
                 let variable = variables.iter().find(|variable| variable.value_reference() == *surplus);
                 if variable.is_some_and(|variable| variable.common.clocks.is_some()) {

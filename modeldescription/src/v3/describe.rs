@@ -1,4 +1,4 @@
-//! What a model description of FMI 3.0 says of an FMU, and how another start value is put into it.
+//! Derives a description of the FMU from a model description of FMI 3.0, and changes its start values.
 
 use super::description::{
     Causality, Dimension, FMI_VERSION, FloatAttributes, IntegerAttributes, ModelDescription, TypeAttributes, Typed,
@@ -14,7 +14,7 @@ use std::collections::HashMap;
 type Types<'a> = HashMap<&'a str, &'a TypeAttributes>;
 
 impl ModelDescription {
-    /// What it says of the FMU, whatever the version. Another name of a variable is a variable of its own there.
+    /// The description of the FMU, independent of the version. An alias becomes a separate variable.
     pub fn description(&self) -> Description {
         let types: Types = self.type_definitions.iter().map(|of| (of.name.as_str(), &of.attributes)).collect();
         // The model identifier comes first.
@@ -61,7 +61,7 @@ impl ModelDescription {
         }
     }
 
-    /// The start values of the variables that sizes of arrays may refer to, by their value references.
+    /// The start values of the variables to which array sizes may refer, by value reference.
     pub(super) fn sizes(&self) -> HashMap<u32, u64> {
         let is_size = |variable: &&Variable| matches!(variable.typed, Typed::UInt64(_));
         let sizes = self.model_variables.iter().filter(is_size).filter_map(|variable| {
@@ -71,11 +71,11 @@ impl ModelDescription {
         sizes.collect()
     }
 
-    /// Gives variables or elements of arrays, by their places, other start values, and widens their declared ranges to them: FMI
-    /// requires that the one lies within the other, but the blocks take any value.
+    /// Sets the start values of variables or elements of arrays, by index, and widens their declared ranges to include
+    /// them: FMI requires that, whereas the blocks accept any value.
     ///
     /// # Panics
-    /// No such place.
+    /// An index does not exist.
     pub(crate) fn set_starts(&mut self, starts: Vec<(usize, Value)>) {
         let (sizes, mut next) = (self.sizes(), 0);
         let span = |of: &Variable| {
@@ -92,9 +92,9 @@ impl ModelDescription {
     }
 }
 
-/// Gives an element of a variable another start value.
+/// Sets the start value of an element of a variable.
 fn set_start(variable: &mut Variable, element: usize, count: usize, start: Value) {
-    // The shortest text of a 32-bit number is another one than that of a 64-bit number.
+    // The shortest text of a 32-bit number differs from that of the same 64-bit number.
     let is_narrow = matches!(variable.typed, Typed::Float32(_));
     match &mut variable.typed {
         Typed::Float32(own) | Typed::Float64(own) => {
@@ -118,13 +118,13 @@ fn set_start(variable: &mut Variable, element: usize, count: usize, start: Value
     }
 }
 
-/// How many places a variable has among those that are set, connected and recorded.
+/// The number of elements of a variable that can be set, connected and recorded.
 fn elements(of: &Variable, sizes: &HashMap<u32, u64>) -> usize {
     let count = of.dimensions.iter().try_fold(1u64, |product, one| product.checked_mul(size(one, sizes)?));
     count.filter(|count| *count <= MOST_ELEMENTS).map_or(1, |count| count as usize)
 }
 
-/// Writes a start value of an array, which may have one value for all.
+/// Stores a start value of an array, which may so far have one value for all elements.
 fn put<T: Copy + Default>(starts: &mut Option<Vec<T>>, element: usize, count: usize, start: T) {
     let starts = starts.get_or_insert_default();
     if starts.len() != count {
@@ -139,7 +139,7 @@ fn widen<T: PartialOrd + Copy>(min: &mut Option<T>, max: &mut Option<T>, start: 
     *max = max.map(|max| if start > max { start } else { max });
 }
 
-/// A size of an array, where it is known.
+/// A size of an array, if known.
 pub(super) fn size(of: &Dimension, sizes: &HashMap<u32, u64>) -> Option<u64> {
     of.start.or_else(|| sizes.get(&of.value_reference?).copied())
 }
@@ -173,7 +173,7 @@ fn described(of: &Variable, types: &Types, sizes: &HashMap<u32, u64>) -> descrip
         let count = usize::try_from(bare.count()).unwrap_or(usize::MAX);
         let starts = match starts {
             _ if bare.dimensions.is_empty() => Vec::new(),
-            // One value stands for all, as far as such an array has a place in memory.
+            // A single value applies to all elements, unless the array would take too much memory.
             Some(starts) if starts.len() == 1 && count <= MOST_REPEATED => starts.repeat(count),
             Some(starts) => starts,
             None => Vec::new(),
@@ -223,5 +223,5 @@ fn described(of: &Variable, types: &Types, sizes: &HashMap<u32, u64>) -> descrip
     }
 }
 
-/// The most elements that get the one start value of their array.
+/// The maximum number of elements for which a single start value is repeated.
 const MOST_REPEATED: usize = 1 << 20;

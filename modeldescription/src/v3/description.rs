@@ -1,11 +1,13 @@
-//! What a modelDescription.xml of FMI 3.0 says, as plain data: one line for each attribute and each list, as for FMI 2.0.
+//! The contents of a modelDescription.xml of FMI 3.0 as plain data: one line for each attribute and each list, as for
+//! FMI 2.0.
 //!
-//! Structs and fields have the names that the standard gives to elements and attributes. If an attribute is absent, its
-//! field has the standard's default, or is `None` where the standard has no default. Annotations are not kept: only the
-//! tool that wrote them understands them.
+//! Structs and fields are named like the elements and attributes of the standard. If an attribute is absent, its field
+//! has the standard's default, or is `None` if there is no default. Annotations are dropped: only the tool that wrote
+//! them understands them.
 //!
-//! The fifteen elements that are variables have one struct, [`Variable`], and the fourteen that are types another,
-//! [`TypeDefinition`]: what their lines mean is said in `attributes.rs`, what belongs to which element in `variable.rs`.
+//! The fifteen elements for variables share one struct, [`Variable`], and the fourteen for types another,
+//! [`TypeDefinition`]: `attributes.rs` explains the syntax of the lines, `variable.rs` which attributes belong to which
+//! element.
 
 pub use super::variable::{TypeAttributes, TypeDefinition, Typed, Variable};
 pub use crate::description::{
@@ -19,7 +21,7 @@ use crate::xml::write::Xml;
 use std::borrow::Cow;
 use std::fmt;
 
-/// The version of the standard, as every model description of FMI 3.0 and its maintenance releases states it.
+/// The version stated by every model description of FMI 3.0 and its maintenance releases.
 pub const FMI_VERSION: &str = "3.0";
 
 elements! {
@@ -27,7 +29,7 @@ elements! {
     ModelDescription "fmiModelDescription" with "fmiVersion" = FMI_VERSION {
         /// The model's name.
         model_name "modelName": String;
-        /// Identifies the interface; the functions that instantiate compare it with the library's.
+        /// The identifier of the interface, which the instantiation functions compare with the library's.
         instantiation_token "instantiationToken": String;
         /// A short description of the model.
         description "description": Option<String>;
@@ -41,88 +43,88 @@ elements! {
         license "license": Option<String>;
         /// The tool that made the FMU.
         generation_tool "generationTool": Option<String>;
-        /// When the FMU was made, as `xs:dateTime`.
+        /// The generation date and time, as `xs:dateTime`.
         generation_date_and_time "generationDateAndTime": Option<String>;
-        /// How the variables' names are formed.
+        /// The naming convention of variables.
         variable_naming_convention "variableNamingConvention": VariableNamingConvention = VariableNamingConvention::Flat;
     }, children {
-        /// What the FMU can do in model exchange, if it supports that.
+        /// Its capabilities in model exchange, if it supports that.
         model_exchange: Option<ModelExchange>;
         /// Its capabilities in co-simulation, if it supports that.
         co_simulation: Option<CoSimulation>;
-        /// What the FMU can do in scheduled execution, if it supports that.
+        /// Its capabilities in scheduled execution, if it supports that.
         scheduled_execution: Option<ScheduledExecution>;
-        /// All units that are used.
+        /// The units in use.
         unit_definitions in "UnitDefinitions": Vec<Unit>;
         /// Types that variables refer to by `declaredType`.
         type_definitions in "TypeDefinitions": Vec<TypeDefinition>;
         /// The categories of the FMU's messages.
         log_categories in "LogCategories": Vec<LogCategory>;
-        /// The simulation that the FMU proposes.
+        /// The proposed simulation.
         default_experiment: Option<DefaultExperiment>;
         /// The variables. The model structure refers to them by their value references.
         model_variables in "ModelVariables", required: Vec<Variable>;
-        /// Which variables are unknowns, and what they depend on.
+        /// The unknowns, and the variables they depend on.
         model_structure: ModelStructure;
     }
 
-    /// What an FMU can do in any kind of simulation.
+    /// The capabilities common to all kinds of simulation.
     InterfaceType {
         /// The name of the library.
         model_identifier "modelIdentifier": String;
-        /// The FMU only connects to a tool, which has to be installed.
+        /// Whether the FMU only connects to a tool, which must be installed.
         needs_execution_tool "needsExecutionTool": bool = false;
-        /// A process can hold only one instance.
+        /// Whether a process can hold only one instance.
         can_be_instantiated_only_once_per_process "canBeInstantiatedOnlyOncePerProcess": bool = false;
-        /// The FMU's state can be saved and restored.
+        /// Whether the FMU's state can be saved and restored.
         can_get_and_set_fmu_state "canGetAndSetFMUState": bool = false;
-        /// A saved state can be converted to bytes and back.
+        /// Whether a saved state can be serialized.
         can_serialize_fmu_state "canSerializeFMUState": bool = false;
-        /// `fmi3GetDirectionalDerivative` works.
+        /// Whether `fmi3GetDirectionalDerivative` is supported.
         provides_directional_derivatives "providesDirectionalDerivatives": bool = false;
-        /// `fmi3GetAdjointDerivative` works.
+        /// Whether `fmi3GetAdjointDerivative` is supported.
         provides_adjoint_derivatives "providesAdjointDerivatives": bool = false;
-        /// Dependencies are known element by element.
+        /// Whether dependencies are known for each element.
         provides_per_element_dependencies "providesPerElementDependencies": bool = false;
     }
 
-    /// `ModelExchange`: what an FMU can do in a host that brings the solver.
+    /// `ModelExchange`: capabilities for hosts with a solver of their own.
     ModelExchange "ModelExchange" {
-        /// What every kind of simulation has.
+        /// The capabilities common to all kinds of simulation.
         of: InterfaceType;
-        /// `fmi3CompletedIntegratorStep` has to be called.
+        /// Whether `fmi3CompletedIntegratorStep` must be called.
         needs_completed_integrator_step "needsCompletedIntegratorStep": bool = false;
-        /// `fmi3EvaluateDiscreteStates` works.
+        /// Whether `fmi3EvaluateDiscreteStates` is supported.
         provides_evaluate_discrete_states "providesEvaluateDiscreteStates": bool = false;
     }
 
-    /// `CoSimulation`: what an FMU can do that brings its own solver.
+    /// `CoSimulation`: capabilities of an FMU with its own solver.
     CoSimulation "CoSimulation" {
-        /// What every kind of simulation has.
+        /// The capabilities common to all kinds of simulation.
         of: InterfaceType;
-        /// Communication steps may differ in size.
+        /// Whether communication steps may differ in size.
         can_handle_variable_communication_step_size "canHandleVariableCommunicationStepSize": bool = false;
-        /// The step of the FMU's solver in seconds, if it is fixed.
+        /// The step size of the FMU's solver in seconds, if it is fixed.
         fixed_internal_step_size "fixedInternalStepSize": Option<f64>;
-        /// The highest order of derivatives that outputs have.
+        /// The highest order of output derivatives.
         max_output_derivative_order "maxOutputDerivativeOrder": u32 = 0;
-        /// How smooth inputs should be that are set in the intermediate update.
+        /// The recommended smoothness of inputs set in the intermediate update.
         recommended_intermediate_input_smoothness "recommendedIntermediateInputSmoothness": i32 = 0, omitted;
-        /// The FMU calls the host within a step.
+        /// Whether the FMU calls the host within a step.
         provides_intermediate_update "providesIntermediateUpdate": bool = false;
-        /// A step may end before its end.
+        /// Whether a step may return before its end.
         might_return_early_from_do_step "mightReturnEarlyFromDoStep": bool = false;
-        /// The host may end a step in the intermediate update.
+        /// Whether the host may end a step in the intermediate update.
         can_return_early_after_intermediate_update "canReturnEarlyAfterIntermediateUpdate": bool = false;
-        /// The FMU has Event Mode.
+        /// Whether the FMU has Event Mode.
         has_event_mode "hasEventMode": bool = false;
-        /// `fmi3EvaluateDiscreteStates` works.
+        /// Whether `fmi3EvaluateDiscreteStates` is supported.
         provides_evaluate_discrete_states "providesEvaluateDiscreteStates": bool = false;
     }
 
-    /// `ScheduledExecution`: what an FMU can do in a host that activates its clocks.
+    /// `ScheduledExecution`: capabilities for a host that activates the FMU's clocks.
     ScheduledExecution "ScheduledExecution" {
-        /// What every kind of simulation has.
+        /// The capabilities common to all kinds of simulation.
         of: InterfaceType;
     }
 
@@ -149,34 +151,34 @@ elements! {
         inverse "inverse": bool = false, omitted;
     }
 
-    /// The attributes that variables of all types have.
+    /// The attributes common to variables of all types.
     Common {
         /// Its name.
         name "name": String;
-        /// Its number in the C functions, which no other variable has.
+        /// Its unique value reference.
         value_reference "valueReference": u32;
-        /// A short text.
+        /// A short description.
         description "description": Option<String>;
-        /// Who sets it.
+        /// Its causality: who sets it.
         causality "causality": Causality = Causality::Local;
-        /// When it changes, if the file says so; see [`Variable::variability`].
+        /// Its variability: when it changes, if the file says so; see [`Variable::variability`].
         variability "variability": Option<Variability>;
         /// Model exchange only.
         can_handle_multiple_set_per_time_instant "canHandleMultipleSetPerTimeInstant": Option<bool>;
-        /// The value references of the clocks that it changes with.
+        /// The value references of the clocks on whose ticks it changes.
         clocks "clocks": Option<Vec<u32>>;
-        /// It can be accessed in the intermediate update.
+        /// Whether it can be accessed in the intermediate update.
         intermediate_update "intermediateUpdate": Option<bool>;
-        /// It is the value of the variable with this value reference at the last tick of the clock.
+        /// The value reference of the variable whose value at the last clock tick it holds.
         previous "previous": Option<u32>;
         /// The type definition that it refers to.
         declared_type "declaredType": Option<String>;
-        /// How it gets its first value, if the file says so; see [`Variable::initial_or_default`].
+        /// How its initial value is determined, if the file says so; see [`Variable::initial_or_default`].
         initial "initial": Option<Initial>;
     }
 
-    /// The attributes that a floating-point number and its declared type share. Those of a Float32 are decimals: the FMU has the
-    /// nearest 32-bit numbers.
+    /// The attributes shared by a floating-point number and its declared type. Those of a Float32 are decimals, for
+    /// which the FMU has the nearest 32-bit numbers.
     FloatAttributes {
         /// The physical quantity, such as `Torque`.
         quantity "quantity": Option<String>;
@@ -184,13 +186,13 @@ elements! {
         unit "unit": Option<String>;
         /// The unit in which the values are displayed by default.
         display_unit "displayUnit": Option<String>;
-        /// A difference, displayed without the offset of the display unit.
+        /// Whether it is a difference, displayed without the offset of the display unit.
         relative_quantity "relativeQuantity": Option<bool>;
-        /// Grows without bounds, as the angle of a shaft does.
+        /// Whether it grows without bounds, like the angle of a shaft.
         unbounded "unbounded": Option<bool>;
-        /// The lowest value that the model is made for.
+        /// The lower end of the range for which the model is valid.
         min "min": Option<f64>;
-        /// The highest value that the model is made for.
+        /// The upper end of the range for which the model is valid.
         max "max": Option<f64>;
         /// The order of magnitude.
         nominal "nominal": Option<f64>;
@@ -198,29 +200,29 @@ elements! {
 
     /// `Float32`, `Float64`
     Float {
-        /// The attributes that type definitions have too.
+        /// The attributes shared with type definitions.
         attributes: FloatAttributes;
         /// The values before initialization: one for each element, or one for all.
         start "start": Option<Vec<f64>>;
-        /// It is the derivative of the variable with this value reference.
+        /// The value reference of the variable of which it is the derivative.
         derivative "derivative": Option<u32>;
-        /// Model exchange only: an event may set this state.
+        /// Model exchange only: whether an event may set this state.
         reinit "reinit": bool = false, omitted;
     }
 
-    /// The attributes that an integer and its declared type share.
+    /// The attributes shared by an integer and its declared type.
     IntegerAttributes {
         /// The physical quantity.
         quantity "quantity": Option<String>;
-        /// The lowest value that the model is made for.
+        /// The lower end of the range for which the model is valid.
         min "min": Option<i128>;
-        /// The highest value that the model is made for.
+        /// The upper end of the range for which the model is valid.
         max "max": Option<i128>;
     }
 
     /// `Int8` to `UInt64`, and `Enumeration`
     Integer {
-        /// The attributes that type definitions have too.
+        /// The attributes shared with type definitions.
         attributes: IntegerAttributes;
         /// The values before initialization: one for each element, or one for all.
         start "start": Option<Vec<i128>>;
@@ -232,45 +234,45 @@ elements! {
         start "start": Option<Vec<bool>>;
     }
 
-    /// The attributes that a Binary and its declared type share.
+    /// The attributes shared by a Binary and its declared type.
     BinaryAttributes {
-        /// What the bytes are.
+        /// The media type of the bytes.
         mime_type "mimeType": Option<String>;
-        /// The most bytes.
+        /// The maximum number of bytes.
         max_size "maxSize": Option<u64>;
     }
 
-    /// The attributes that a Clock and its declared type share.
+    /// The attributes shared by a Clock and its declared type.
     ClockAttributes {
-        /// The host may switch it off.
+        /// Whether the host may switch it off.
         can_be_deactivated "canBeDeactivated": bool = false, omitted;
-        /// Scheduled execution only: a lower number comes first.
+        /// Scheduled execution only: the priority; lower numbers come first.
         priority "priority": Option<u32>;
-        /// Who decides when it ticks.
+        /// The origin of its interval.
         interval_variability "intervalVariability": IntervalVariability;
-        /// The time between two ticks in seconds.
+        /// The interval in seconds.
         interval_decimal "intervalDecimal": Option<f64>;
         /// The time of the first tick after the start, in seconds.
         shift_decimal "shiftDecimal": f64 = 0.0, omitted;
-        /// The functions with fractions work.
+        /// Whether the functions with fractions are supported.
         supports_fraction "supportsFraction": bool = false, omitted;
-        /// What the counters are divided by.
+        /// The divisor of the counters.
         resolution "resolution": Option<u64>;
-        /// The time between two ticks as a counter.
+        /// The interval as a counter.
         interval_counter "intervalCounter": Option<u64>;
         /// The time of the first tick as a counter.
         shift_counter "shiftCounter": u64 = 0, omitted;
     }
 
-    /// `Dimension`: one size of an array, as a number or as the value of a variable.
+    /// `Dimension`: a size of an array, as a number or as the value of a variable.
     Dimension "Dimension" {
         /// The size.
         start "start": Option<u64>;
-        /// The value reference of the variable that is the size.
+        /// The value reference of the variable that holds the size.
         value_reference "valueReference": Option<u32>;
     }
 
-    /// `Start`: a text, or bytes as hexadecimal digits.
+    /// `Start`: a text, or bytes in hexadecimal.
     Start "Start" {
         /// The value.
         value "value": Option<String>;
@@ -280,7 +282,7 @@ elements! {
     Alias "Alias" {
         /// The name.
         name "name": String;
-        /// A short text.
+        /// A short description.
         description "description": Option<String>;
         /// The unit in which the values are displayed by default.
         display_unit "displayUnit": Option<String>;
@@ -292,17 +294,17 @@ elements! {
         name "name": String;
         /// Its number.
         value "value": i64;
-        /// A short text.
+        /// A short description.
         description "description": Option<String>;
     }
 
-    /// `ModelStructure`: which variables are unknowns, and what they depend on.
+    /// `ModelStructure`: the unknowns, and the variables they depend on.
     ModelStructure "ModelStructure" {}, children {
         /// All outputs.
         outputs: Vec<Output>;
         /// All derivatives of continuous states.
         continuous_state_derivatives: Vec<ContinuousStateDerivative>;
-        /// All states that change at ticks of clocks.
+        /// All states that change at clock ticks.
         clocked_states: Vec<ClockedState>;
         /// The unknowns in Initialization Mode.
         initial_unknowns: Vec<InitialUnknown>;
@@ -310,7 +312,7 @@ elements! {
         event_indicators: Vec<EventIndicator>;
     }
 
-    /// A variable that is computed from others.
+    /// A variable computed from others.
     Unknown {
         /// The value reference of the variable.
         value_reference "valueReference": u32;
@@ -352,7 +354,7 @@ elements! {
 }
 
 words! {
-    /// Who sets a variable.
+    /// The causality of a variable: who sets it.
     Causality {
         /// The host, before the simulation or, if tunable, between steps.
         Parameter "parameter",
@@ -362,15 +364,15 @@ words! {
         Input "input",
         /// The FMU, for others.
         Output "output",
-        /// The FMU, for itself.
+        /// The FMU, for internal use.
         Local "local",
-        /// No one: it is the time.
+        /// Nobody: it is the time.
         Independent "independent",
-        /// The host, in Configuration Mode: sizes of arrays depend on it.
+        /// The host, in Configuration Mode: array sizes depend on it.
         StructuralParameter "structuralParameter",
     }
 
-    /// Who decides when a clock ticks.
+    /// The origin of a clock's interval.
     #[derive(Default)]
     IntervalVariability {
         /// The file.
@@ -390,7 +392,7 @@ words! {
 }
 
 impl ModelDescription {
-    /// The name of the library; that of co-simulation if the FMU supports more.
+    /// The name of the library; that of co-simulation if the FMU supports several kinds of simulation.
     pub fn model_identifier(&self) -> Option<&str> {
         let simulated = self.co_simulation.as_ref().map(|own| &own.of);
         let exchanged = self.model_exchange.as_ref().map(|own| &own.of);
@@ -421,7 +423,7 @@ impl From<crate::description::Unit> for Unit {
 }
 
 impl From<&Unit> for crate::description::Unit {
-    /// Without reciprocal display units, which only FMI 3.0 has.
+    /// Converts a unit, dropping reciprocal display units, which exist only in FMI 3.0.
     fn from(of: &Unit) -> crate::description::Unit {
         let display = |of: &DisplayUnit| crate::description::DisplayUnit {
             name: of.name.clone(),

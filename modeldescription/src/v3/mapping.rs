@@ -1,4 +1,4 @@
-//! A block's table as a model description: what PLC types and roles become in FMI 3.0.
+//! Maps a block's table to a model description: PLC types and roles in FMI 3.0.
 
 use super::check::check;
 use super::description::{
@@ -17,21 +17,22 @@ use blocks::table::fingerprint;
 use blocks::{Class, Kind, Role, Types};
 use std::collections::{HashMap, HashSet};
 
-/// The instantiation token of the FMU with a GUID, in which the version and the choice of types are: a library knows by it what
-/// it is asked for.
+/// Returns the instantiation token of an FMU: its GUID with the version and the choice of types, so that the library
+/// knows which interface is expected.
 pub fn token(guid: &str, types: Types) -> String {
     let hash = fingerprint::parse(guid).unwrap_or(fingerprint::checksum(guid.as_bytes()));
     String::from_utf8_lossy(&fingerprint::text(types.token(hash))).into_owned()
 }
 
 impl ModelDescription {
-    /// The model description of the FMU with this library.
+    /// Creates the model description of the FMU with this library.
     ///
-    /// As for FMI 2.0, but with the types that the PLC has, if they are not asked for as [`Types::Wide`], with arrays as arrays,
-    /// and with the time, which comes last.
+    /// As for FMI 2.0, but with the PLC's types unless [`Types::Wide`] is requested, with arrays as arrays, and with
+    /// the time, which comes last.
     ///
     /// # Errors
-    /// What the table says that a model description must not: an unknown unit, a start value out of range, a name twice.
+    /// The table has an entry that a model description forbids: an unknown unit, a start value out of range, a
+    /// duplicate name.
     pub fn of(interface: &Interface) -> Result<ModelDescription, Error> {
         let table = &interface.table;
         let own = &interface.capabilities;
@@ -85,7 +86,7 @@ impl ModelDescription {
             },
             ..Variable::default()
         });
-        // The structured convention has names in ASCII and no index below 0.
+        // The structured convention requires ASCII names and non-negative indices.
         if description.model_variables.iter().all(|variable| is_structured_name(&variable.common.name)) {
             description.variable_naming_convention = VariableNamingConvention::Structured;
         }
@@ -97,25 +98,25 @@ impl ModelDescription {
     }
 }
 
-/// The rows of each variable.
+/// The rows that form each variable.
 fn groups(table: &Table, types: Types) -> Vec<Group> {
     let rows = table.variables.iter();
     grouped(rows.map(|row| (row.name.as_str(), (row.kind, row.role))), types.has_arrays())
 }
 
-/// The texts of each variable.
+/// The texts that form each variable.
 fn text_groups(table: &Table, types: Types) -> Vec<Group> {
     let texts = table.texts.iter();
     grouped(texts.map(|text| (text.name.as_str(), (&text.type_name, text.role))), types.has_arrays())
 }
 
-/// The unit of a row: of a floating-point number alone, as integers have none.
+/// The unit of a row, if it is a floating-point number; integers have none.
 fn unit(row: &Row, types: Types) -> Option<&str> {
     let is_float = matches!(types.of(row.kind, row.analog), "Float32" | "Float64");
     if is_float { row.shown_unit() } else { None }
 }
 
-/// The attributes that all variables have, of a group that begins with a value reference.
+/// The common attributes of a variable for a group that starts at a value reference.
 fn common(group: &Group, first: usize, description: String, role: Role) -> Common {
     let (of, variability, initial) = causality(role);
     let of = match of {
@@ -148,7 +149,7 @@ fn dimensions(group: &Group) -> Vec<Dimension> {
     sizes.map(|size| Dimension { start: Some(size as u64), value_reference: None }).collect()
 }
 
-/// The variable of a text. A host reads its length in the description: FMI has no place for it.
+/// The variable for a text. Its description includes the length, because FMI has no attribute for it.
 fn text_variable(table: &Table, group: &Group) -> Variable {
     let text: &Text = &table.texts[group.rows[0]];
     let starts = group.rows.iter().map(|place| Start { value: Some(table.texts[*place].start.clone()) });
@@ -177,7 +178,7 @@ fn variable(table: &Table, group: &Group, types: Types) -> Result<Variable, Stri
     })
 }
 
-/// A limit that all elements have.
+/// A limit shared by all elements.
 fn shared<T: PartialEq + Copy>(
     rows: &[&Row],
     of: impl Fn(&Row) -> Result<Option<T>, String>,
@@ -200,7 +201,7 @@ fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
         return Err(format!("unit {unit:?}: a TIME is in seconds; leave out its unit"));
     }
     if matches!(name, "Float32" | "Float64") {
-        // What is written of a 32-bit number is the shortest text that tells it from its neighbours.
+        // A 32-bit number is written as the shortest text that distinguishes it from its neighbours.
         let value = |number: f64| match name {
             "Float32" => (number as f32).to_string().parse().unwrap_or(number),
             _ => number,
@@ -254,14 +255,14 @@ fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
     })
 }
 
-/// A WORD or a DWORD as another integer with its bits, which does not keep a range.
+/// A WORD or DWORD as another integer with the same bits, which loses its range.
 fn bits(mut own: Integer, of: fn(i128) -> i128) -> Integer {
     own.start.iter_mut().flatten().for_each(|start| *start = of(*start));
     own.attributes = IntegerAttributes::default();
     own
 }
 
-/// The number of a table as the integer that FMI has: a duration, in seconds, in milliseconds or nanoseconds.
+/// Converts a number of the table to FMI's integer: a duration from seconds to milliseconds or nanoseconds.
 fn whole(number: f64, kind: Kind) -> Result<i128, String> {
     let scaled = match kind {
         Kind::Time => (number * 1e3).round(),
@@ -286,9 +287,9 @@ fn boolean(number: f64) -> Result<bool, String> {
     }
 }
 
-/// All outputs, in the order of their value references. They depend on nothing of the same instant, because they change only in a
-/// call, which is a step of the time or an instant of its own. Before that they have their restart values, which depend on the
-/// settings that the table names.
+/// All outputs, in the order of their value references. They depend on nothing of the same instant, because they change
+/// only in a call, which is a step or a separate instant. Before that they have their values after a restart, which
+/// depend on the settings listed in the table.
 fn structure(table: &Table, rows: &[Group], texts: &[Group]) -> ModelStructure {
     let mut references: HashMap<&str, u32> = HashMap::new();
     for group in rows {

@@ -23,7 +23,7 @@ pub use mapping::token;
 /// namespaces are skipped.
 ///
 /// # Errors
-/// Not such a file, or a contradiction in it, in one sentence with the line.
+/// The file is malformed or contradicts itself: one sentence with the line.
 pub fn read(bytes: &[u8]) -> Result<ModelDescription, Error> {
     let schema = Schema { version: FMI_VERSION, variables: Variable::NAMES, skipped: Some("Annotations") };
     read_root(bytes, Limits::default(), schema, |description| {
@@ -35,8 +35,8 @@ pub fn read(bytes: &[u8]) -> Result<ModelDescription, Error> {
     })
 }
 
-/// A modelDescription.xml: elements and attributes in the order of the standard's schema, no empty lists, no namespace,
-/// and a date only if the description has one. The same description always gives the same bytes.
+/// Writes a modelDescription.xml: elements and attributes in the order of the standard's schema, without empty lists or
+/// a namespace, and with a date only if the description has one. The same description always yields the same bytes.
 pub fn write(description: &ModelDescription) -> Vec<u8> {
     crate::xml::write::write(description)
 }

@@ -1,5 +1,4 @@
-//! The elements of FMI 3.0 that are variables, and those that are types: one for each type of values, which differ in name and
-//! attributes.
+//! The elements of FMI 3.0 for variables and for types: one for each data type, with different names and attributes.
 
 use super::description::{
     Alias, BinaryAttributes, Boolean, Causality, ClockAttributes, Common, Dimension, Float, FloatAttributes, Initial,
@@ -13,11 +12,11 @@ use crate::xml::write::Xml;
 /// A variable.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Variable {
-    /// The attributes that variables of all types have.
+    /// The attributes common to variables of all types.
     pub common: Common,
     /// Its type and the attributes of that type.
     pub typed: Typed,
-    /// The sizes of an array, the last one counting its neighbours; empty if it holds a single value.
+    /// The sizes of an array in row-major order; empty if it is a scalar.
     pub dimensions: Vec<Dimension>,
     /// The values of a String or a Binary before initialization.
     pub starts: Vec<Start>,
@@ -28,35 +27,35 @@ pub struct Variable {
 /// The type of a variable, and the attributes of that type.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Typed {
-    /// 32-bit floating point.
+    /// A 32-bit floating-point number.
     Float32(Float),
-    /// 64-bit floating point.
+    /// A 64-bit floating-point number.
     Float64(Float),
-    /// 8 bits with sign.
+    /// A signed 8-bit integer.
     Int8(Integer),
-    /// 8 bits.
+    /// An unsigned 8-bit integer.
     UInt8(Integer),
-    /// 16 bits with sign.
+    /// A signed 16-bit integer.
     Int16(Integer),
-    /// 16 bits.
+    /// An unsigned 16-bit integer.
     UInt16(Integer),
-    /// 32 bits with sign.
+    /// A signed 32-bit integer.
     Int32(Integer),
-    /// 32 bits.
+    /// An unsigned 32-bit integer.
     UInt32(Integer),
-    /// 64 bits with sign.
+    /// A signed 64-bit integer.
     Int64(Integer),
-    /// 64 bits.
+    /// An unsigned 64-bit integer.
     UInt64(Integer),
     /// True or false.
     Boolean(Boolean),
-    /// Text.
+    /// A text.
     String,
-    /// Bytes.
+    /// A byte string.
     Binary(BinaryAttributes),
     /// One of several named numbers.
     Enumeration(Integer),
-    /// What tells when something happens.
+    /// A clock, whose ticks trigger events.
     Clock(ClockAttributes),
 }
 
@@ -65,9 +64,9 @@ pub enum Typed {
 pub struct TypeDefinition {
     /// Its name, by which variables refer to it.
     pub name: String,
-    /// A short text.
+    /// A short description.
     pub description: Option<String>,
-    /// Type and attributes.
+    /// The type and its attributes.
     pub attributes: TypeAttributes,
     /// The names and numbers of an enumeration.
     pub items: Vec<Item>,
@@ -76,39 +75,39 @@ pub struct TypeDefinition {
 /// The type of a [`TypeDefinition`], and the attributes of that type.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TypeAttributes {
-    /// 32-bit floating point.
+    /// A 32-bit floating-point number.
     Float32(FloatAttributes),
-    /// 64-bit floating point.
+    /// A 64-bit floating-point number.
     Float64(FloatAttributes),
-    /// 8 bits with sign.
+    /// A signed 8-bit integer.
     Int8(IntegerAttributes),
-    /// 8 bits.
+    /// An unsigned 8-bit integer.
     UInt8(IntegerAttributes),
-    /// 16 bits with sign.
+    /// A signed 16-bit integer.
     Int16(IntegerAttributes),
-    /// 16 bits.
+    /// An unsigned 16-bit integer.
     UInt16(IntegerAttributes),
-    /// 32 bits with sign.
+    /// A signed 32-bit integer.
     Int32(IntegerAttributes),
-    /// 32 bits.
+    /// An unsigned 32-bit integer.
     UInt32(IntegerAttributes),
-    /// 64 bits with sign.
+    /// A signed 64-bit integer.
     Int64(IntegerAttributes),
-    /// 64 bits.
+    /// An unsigned 64-bit integer.
     UInt64(IntegerAttributes),
     /// True or false.
     Boolean,
-    /// Text.
+    /// A text.
     String,
-    /// Bytes.
+    /// A byte string.
     Binary(BinaryAttributes),
     /// One of several named numbers.
     Enumeration(IntegerAttributes),
-    /// What tells when something happens.
+    /// A clock, whose ticks trigger events.
     Clock(ClockAttributes),
 }
 
-/// The elements of one kind: for each variant its name in XML, and its attributes if it has some.
+/// Defines the elements of one kind: for each variant its XML name, and its attributes if it has any.
 macro_rules! typed {
     ($Enum:ident by default $default:expr, ending in $end:literal: $($Variant:ident $(($Content:ty))?),*) => {
         impl $Enum {
@@ -180,7 +179,7 @@ typed! {
     Enumeration(IntegerAttributes), Clock(ClockAttributes)
 }
 
-/// The attributes of a tag: those that all have, and those of its own.
+/// The attributes of a tag: the common ones, and those of its type.
 fn attributes<'e>(
     tag: &'e Tag<'_>,
     common: &[&'static str],
@@ -192,7 +191,7 @@ fn attributes<'e>(
     Ok(found.into_iter())
 }
 
-/// A child that may occur any number of times.
+/// Reads a child element that may occur any number of times.
 fn read_child<T: Element>(items: &mut Vec<T>, document: &mut Document<'_>, child: &Tag<'_>) -> Result<bool, Error> {
     if !T::NAMES.contains(&child.name()) {
         return Ok(false);
@@ -256,7 +255,7 @@ impl Element for TypeDefinition {
 }
 
 impl Variable {
-    /// When it changes: what the file says or, if it says nothing, the standard's default for its causality and type.
+    /// Its variability: as stated in the file, or the standard's default for its causality and type.
     pub fn variability(&self) -> Variability {
         use Causality::{CalculatedParameter, Parameter, StructuralParameter};
         self.common.variability.unwrap_or(match (self.common.causality, &self.typed) {
@@ -266,8 +265,8 @@ impl Variable {
         })
     }
 
-    /// How it gets its first value: `initial` or, if that is absent, the standard's default for its causality and variability.
-    /// `None` for a clock and for the independent variable.
+    /// How its initial value is determined: `initial` or, if that is absent, the standard's default for its causality
+    /// and variability. `None` for a clock and for the independent variable.
     pub fn initial_or_default(&self) -> Option<Initial> {
         use Causality::{CalculatedParameter, Independent, Input, Local, Output, Parameter, StructuralParameter};
         self.common.initial.or(match (self.common.causality, self.variability()) {
@@ -291,14 +290,14 @@ impl Variable {
         }
     }
 
-    /// Its number in the C functions.
+    /// Its value reference.
     pub fn value_reference(&self) -> u32 {
         self.common.value_reference
     }
 }
 
 impl Typed {
-    /// An integer or an enumeration, with the range of its type.
+    /// The contents of an integer or enumeration, with the range of its type.
     pub fn integer(&self) -> Option<(&Integer, (i128, i128))> {
         Some(match self {
             Typed::Int8(own) => (own, (i8::MIN.into(), i8::MAX.into())),
@@ -313,7 +312,7 @@ impl Typed {
         })
     }
 
-    /// The same, to be changed.
+    /// The contents of an integer or enumeration, mutable.
     pub(super) fn integer_mut(&mut self) -> Option<&mut Integer> {
         match self {
             Typed::Int8(own)
@@ -329,7 +328,7 @@ impl Typed {
         }
     }
 
-    /// A floating-point number.
+    /// The contents of a floating-point number.
     pub fn float(&self) -> Option<&Float> {
         match self {
             Typed::Float32(own) | Typed::Float64(own) => Some(own),
@@ -339,7 +338,7 @@ impl Typed {
 }
 
 impl TypeAttributes {
-    /// What integers and enumerations have.
+    /// The attributes of an integer or enumeration.
     pub fn integer(&self) -> Option<&IntegerAttributes> {
         use TypeAttributes::{Enumeration, Int8, Int16, Int32, Int64, UInt8, UInt16, UInt32, UInt64};
         match self {
@@ -349,7 +348,7 @@ impl TypeAttributes {
         }
     }
 
-    /// What floating-point numbers have.
+    /// The attributes of a floating-point number.
     pub fn float(&self) -> Option<&FloatAttributes> {
         match self {
             TypeAttributes::Float32(own) | TypeAttributes::Float64(own) => Some(own),

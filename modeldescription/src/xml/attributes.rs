@@ -30,15 +30,15 @@ use super::read::{Attribute, Document, Tag};
 use super::write::Xml;
 use crate::error::Error;
 
-/// Takes the name and the value of each attribute that is written.
+/// A callback that receives the name and value of each attribute to be written.
 pub(crate) type Sink<'a> = &'a mut dyn FnMut(&'static str, &str);
 
 /// A struct with attributes.
 pub(crate) trait Attributes: Sized {
-    /// Their names in the order of the schema.
+    /// The names of the attributes, in the order of the schema.
     const NAMES: &'static [&'static str];
 
-    /// Takes its attributes from `attributes`, where they are in the order of `NAMES`.
+    /// Reads the attributes, which must be in the order of `NAMES`.
     fn read<'e>(tag: &Tag<'_>, attributes: &mut impl Iterator<Item = Option<Attribute<'e>>>) -> Result<Self, Error>;
 
     fn write(&self, sink: Sink<'_>);
@@ -46,28 +46,28 @@ pub(crate) trait Attributes: Sized {
 
 /// An element of the schema, or a choice of several.
 pub(crate) trait Element: Sized {
-    /// Its name, or the names to choose from.
+    /// The name of the element, or the names to choose from.
     const NAMES: &'static [&'static str];
-    /// The message if it occurs twice.
+    /// The message for a duplicate element.
     const TWICE: &'static str = TWICE;
 
-    /// The message if it is missing.
+    /// The message for a missing element.
     fn missing() -> String {
         missing(Self::NAMES[0])
     }
 
-    /// Reads the element with this start tag to its end.
+    /// Reads the element from its start tag to its end.
     fn read(document: &mut Document<'_>, tag: &Tag<'_>) -> Result<Self, Error>;
 
     fn write(&self, xml: &mut Xml);
 }
 
-/// The field for a child of an element: `T` once, `Option<T>` at most once, `Vec<T>` any number of times.
+/// The field for a child element: `T` once, `Option<T>` at most once, `Vec<T>` any number of times.
 pub(crate) trait Child: Sized {
-    /// Reads a child into the field; false if it belongs to another field.
+    /// Reads a child into the field; returns false if it belongs to another field.
     fn read(field: &mut Option<Self>, document: &mut Document<'_>, child: &Tag<'_>) -> Result<bool, Error>;
 
-    /// The field when all children of `parent` have been read.
+    /// Completes the field after all children of `parent` have been read.
     fn complete(field: Option<Self>, parent: &Tag<'_>) -> Result<Self, Error>;
 
     fn write(&self, xml: &mut Xml);
@@ -145,9 +145,9 @@ pub(crate) fn value<T: Value>(
     }
 }
 
-/// Writes an attribute unless it has the value `omitted`.
+/// Writes an attribute unless its value equals `omitted`.
 pub(crate) fn write<T: Value>(name: &'static str, value: &T, omitted: Option<T>, sink: Sink<'_>) {
-    // Texts are compared because they tell -0.0 from 0.0.
+    // Texts are compared because they distinguish -0.0 from 0.0.
     if let Some(text) = value.text()
         && omitted.is_none_or(|omitted| omitted.text().as_ref() != Some(&text))
     {
@@ -155,7 +155,7 @@ pub(crate) fn write<T: Value>(name: &'static str, value: &T, omitted: Option<T>,
     }
 }
 
-/// Reads a child into a field that holds the items of a list; false if it is not that list.
+/// Reads a child into a field that holds the items of a list; returns false if it is not that list.
 pub(crate) fn read_list<T: Element>(
     list: &str,
     field: &mut Option<Vec<T>>,
@@ -175,7 +175,7 @@ pub(crate) fn read_list<T: Element>(
     Ok(true)
 }
 
-/// How many names all parts have together.
+/// The total number of names in all parts.
 pub(crate) const fn length(parts: &[&[&str]]) -> usize {
     let (mut length, mut part) = (0, 0);
     while part < parts.len() {
@@ -185,7 +185,7 @@ pub(crate) const fn length(parts: &[&[&str]]) -> usize {
     length
 }
 
-/// The names of all parts in a row. `COUNT` is their [`length`].
+/// The names of all parts concatenated. `COUNT` is their [`length`].
 pub(crate) const fn joined<const COUNT: usize>(parts: &[&[&'static str]]) -> [&'static str; COUNT] {
     let mut names = [""; COUNT];
     let (mut place, mut part) = (0, 0);
@@ -305,7 +305,7 @@ macro_rules! elements {
         }
     };
 
-    // The reader has checked it before anything else.
+    // The reader has already checked it.
     (@constant $name:literal $attributes:ident) => { $attributes.next() };
     (@default) => { Default::default() };
     (@default $default:expr) => { $default };

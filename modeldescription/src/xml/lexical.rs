@@ -5,18 +5,18 @@ use std::borrow::Cow;
 /// White space in XML.
 pub(crate) const SPACES: [char; 4] = [' ', '\t', '\n', '\r'];
 
-/// A type of attribute values. White space around numbers and words is ignored when they are read.
+/// A type of attribute values. White space around numbers and words is ignored when reading.
 pub(crate) trait Value: Sized {
-    /// The value in this text, if it holds one.
+    /// Parses a value; `None` if the text is invalid.
     fn parse(text: &str) -> Option<Self>;
 
-    /// What the text of a value is, for messages: "expected ...".
+    /// A description of valid texts for messages: "expected ...".
     fn expected() -> Cow<'static, str>;
 
-    /// The text that reads back as this value; `None` if the attribute is left out.
+    /// The text that reads back as this value; `None` if the attribute is omitted.
     fn text(&self) -> Option<Cow<'_, str>>;
 
-    /// The value of an attribute that is absent and has no default; `None` if the attribute is required.
+    /// The value of an absent attribute without a default; `None` if the attribute is required.
     fn absent() -> Option<Self> {
         None
     }
@@ -120,7 +120,7 @@ impl<T: Value> Value for Option<T> {
     }
 }
 
-/// A list: items with white space between them.
+/// A list of items separated by white space.
 impl<T: Value> Value for Vec<T> {
     fn parse(text: &str) -> Option<Vec<T>> {
         text.split(SPACES).filter(|item| !item.is_empty()).map(T::parse).collect()
@@ -135,7 +135,7 @@ impl<T: Value> Value for Vec<T> {
     }
 }
 
-/// Whether XML 1.0 can hold this character.
+/// Whether XML 1.0 can represent this character.
 pub(crate) fn is_xml(character: char) -> bool {
     matches!(character, '\t' | '\n' | '\r' | ' '..='\u{d7ff}' | '\u{e000}'..='\u{fffd}' | '\u{10000}'..)
 }

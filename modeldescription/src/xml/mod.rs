@@ -1,4 +1,5 @@
-//! The XML of a model description in any version of FMI: elements and attributes from tables, read within limits and written.
+//! The XML of a model description in any version of FMI: table-driven elements and attributes, read within limits and
+//! written.
 
 pub(crate) mod attributes;
 pub(crate) mod lexical;

@@ -1,4 +1,4 @@
-//! A modelDescription.xml as elements.
+//! Reads a modelDescription.xml as elements.
 
 use super::attributes::{Element, TWICE};
 use super::lexical::{SPACES, Value, is_xml};
@@ -7,16 +7,16 @@ use quick_xml::events::{BytesDecl, BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 use std::borrow::Cow;
 
-/// How much is read at most. Reading a file within these limits takes at most about ten times its size as memory.
+/// The limits for reading. A file within them takes at most about ten times its size as memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// The size of the file in bytes.
     pub bytes: usize,
     /// The number of variables.
     pub variables: usize,
-    /// The number of elements of all kinds together.
+    /// The total number of elements.
     pub elements: usize,
-    /// How deep elements may be nested inside an annotation. The schema fixes the depth of everything else.
+    /// The nesting depth of elements inside an annotation. The schema fixes all other depths.
     pub depth: usize,
 }
 
@@ -26,18 +26,18 @@ impl Default for Limits {
     }
 }
 
-/// The version of FMI that a document is read by.
+/// The version of FMI by which a document is read.
 #[derive(Clone, Copy)]
 pub(crate) struct Schema {
-    /// As `fmiVersion` states it.
+    /// The version as stated by `fmiVersion`.
     pub(crate) version: &'static str,
     /// The names of the elements that are variables.
     pub(crate) variables: &'static [&'static str],
-    /// The name of an element that may be inside any other, and is skipped.
+    /// The name of an element that may occur inside any other and is skipped.
     pub(crate) skipped: Option<&'static str>,
 }
 
-/// The place among these versions of FMI of the one that a modelDescription.xml is of.
+/// The index in `versions` of the version of a modelDescription.xml.
 pub(crate) fn version(bytes: &[u8], versions: &[&'static str]) -> Result<usize, Error> {
     let limits = Limits::default();
     let schema = Schema { version: versions[0], variables: &[], skipped: None };
@@ -57,7 +57,7 @@ fn text(bytes: &[u8], limits: Limits) -> Result<&str, Error> {
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }
 
-/// Reads a modelDescription.xml: the root element, and where each variable begins.
+/// Reads a modelDescription.xml: the root element, and the position of each variable.
 pub(crate) fn read_root<T: Element>(
     bytes: &[u8],
     limits: Limits,
@@ -83,7 +83,7 @@ fn not_xml(error: &impl std::fmt::Display) -> String {
     format!("this is not XML: {:.300}", error.to_string())
 }
 
-/// A sentence that starts with the number of the line.
+/// A sentence that starts with the line number.
 fn at_line(bytes: &[u8], place: usize, sentence: &str) -> Error {
     let line = 1 + bytes.iter().take(place).filter(|byte| **byte == b'\n').count();
     Error::new(format!("line {line}: {sentence}"))
@@ -92,11 +92,11 @@ fn at_line(bytes: &[u8], place: usize, sentence: &str) -> Error {
 /// A start tag.
 pub(crate) struct Tag<'a> {
     tag: BytesStart<'a>,
-    /// Whether it is the end tag too: `<a/>`.
+    /// Whether it is also the end tag: `<a/>`.
     is_empty: bool,
     /// The version of FMI.
     version: &'static str,
-    /// The whole document, and where in it the tag begins.
+    /// The whole document, and the position of the tag in it.
     text: &'a str,
     place: usize,
 }
@@ -110,7 +110,8 @@ impl Tag<'_> {
         at_line(self.text.as_bytes(), self.place, &format!("{}: {sentence}", shortened(self.name())))
     }
 
-    /// The attributes of these names, in their order. Attributes of other namespaces are skipped, others are refused.
+    /// The attributes with these names, in their order. Attributes of other namespaces are skipped, others are
+    /// rejected.
     pub(crate) fn attributes<const COUNT: usize>(
         &self,
         names: &[&'static str],
@@ -120,13 +121,13 @@ impl Tag<'_> {
         Ok(attributes)
     }
 
-    /// The same into as many places.
+    /// Stores the attributes with these names in `attributes`, in their order.
     pub(crate) fn read_attributes<'e>(
         &'e self,
         names: &[&'static str],
         attributes: &mut [Option<Attribute<'e>>],
     ) -> Result<(), Error> {
-        // Repeated names are found below; the check of the parser compares each attribute with each other.
+        // Duplicates are detected below; the parser's own check compares each attribute with all others.
         for attribute in self.tag.attributes().with_checks(false) {
             let attribute = attribute.map_err(|error| self.refused(&format!("{error}: repair the tag")))?;
             let name = attribute.key.0;
@@ -163,7 +164,7 @@ impl Tag<'_> {
     }
 }
 
-/// An attribute. In its value, entities are resolved and line breaks are spaces.
+/// An attribute. In its value, entities are resolved and line breaks are replaced by spaces.
 pub(crate) struct Attribute<'e> {
     tag: &'e Tag<'e>,
     name: &'static str,
@@ -175,7 +176,7 @@ impl Attribute<'_> {
         self.tag.refused(&format!("{} = {:?}: {reason}", self.name, shortened(&self.value)))
     }
 
-    /// The value, or an error that says what would be right.
+    /// The value, or an error that says what is expected.
     pub(crate) fn value<T: Value>(self) -> Result<T, Error> {
         T::parse(&self.value).ok_or_else(|| self.refused(&format!("expected {}", T::expected())))
     }
@@ -197,7 +198,7 @@ pub(crate) struct Document<'a> {
     limits: Limits,
     schema: Schema,
     elements: usize,
-    /// Where each variable begins.
+    /// The position of each variable.
     variables: Vec<usize>,
 }
 
@@ -291,13 +292,13 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// Nothing may follow the root.
+    /// Rejects anything after the root.
     fn end(&mut self) -> Result<(), Error> {
         match self.next()? {
             Piece::Tag(Tag { place, .. }) | Piece::Text(place) => {
                 Err(self.refused(place, "something follows </fmiModelDescription>: remove it"))
             }
-            // The parser refuses an end tag without a start tag.
+            // The parser rejects an end tag without a start tag.
             Piece::EndTag | Piece::End => Ok(()),
         }
     }
@@ -356,7 +357,7 @@ impl<'a> Document<'a> {
         Ok(())
     }
 
-    /// Skips an annotation, whatever is in it. `is_repeated` is set for the next one, which is refused.
+    /// Skips an annotation with its contents. Sets `is_repeated`, so that a second one is rejected.
     pub(crate) fn skip(&mut self, element: &Tag<'_>, is_repeated: &mut bool) -> Result<bool, Error> {
         if std::mem::replace(is_repeated, true) {
             return Err(element.refused(TWICE));
@@ -384,7 +385,7 @@ fn cut_off(element: &Tag<'_>) -> Error {
     element.refused("the file ends inside this element: it is cut off")
 }
 
-/// The version is found before anything else, because other versions of FMI have other attributes.
+/// The version is determined first, because other versions of FMI have different attributes.
 fn version_among(versions: &[&'static str], root: &Tag<'_>) -> Result<usize, Error> {
     let mut attributes = root.tag.attributes();
     let attributes = attributes.with_checks(false).filter_map(Result::ok);

@@ -1,4 +1,4 @@
-//! Elements as XML.
+//! Writes elements as XML.
 
 use super::attributes::Element;
 use super::lexical::is_xml;
@@ -6,7 +6,7 @@ use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, Event};
 use std::borrow::Cow;
 
-/// A document with this root.
+/// Writes a document with this root.
 pub(crate) fn write(root: &impl Element) -> Vec<u8> {
     let mut xml = Xml { writer: Writer::new_with_indent(Vec::new(), b' ', 2), start: None };
     xml.event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)));
@@ -16,15 +16,15 @@ pub(crate) fn write(root: &impl Element) -> Vec<u8> {
     bytes
 }
 
-/// The document, as far as it has been written.
+/// The document written so far.
 pub(crate) struct Xml {
     writer: Writer<Vec<u8>>,
-    /// The start tag of the current element until its first child.
+    /// The start tag of the current element, until its first child.
     start: Option<BytesStart<'static>>,
 }
 
 impl Xml {
-    /// An element: `content` writes its attributes, then its children.
+    /// Writes an element: `content` writes its attributes, then its children.
     pub(crate) fn element(&mut self, name: &'static str, content: impl FnOnce(&mut Xml)) {
         self.end_start_tag();
         self.start = Some(BytesStart::new(name));
@@ -35,7 +35,7 @@ impl Xml {
         }
     }
 
-    /// An element with a start tag and an end tag, even if it has no children.
+    /// Writes an element with a start tag and an end tag, even if it has no children.
     pub(crate) fn list(&mut self, name: &'static str, items: impl FnOnce(&mut Xml)) {
         self.element(name, |xml| {
             xml.end_start_tag();
@@ -43,7 +43,7 @@ impl Xml {
         });
     }
 
-    /// An attribute of the current element, which has no children yet.
+    /// Adds an attribute to the current element, which must not have children yet.
     pub(crate) fn attribute(&mut self, name: &str, value: &str) {
         let value = if value.chars().all(is_xml) {
             Cow::Borrowed(value)
@@ -51,7 +51,7 @@ impl Xml {
             Cow::Owned(value.chars().map(|character| if is_xml(character) { character } else { '\u{fffd}' }).collect())
         };
         if let Some(tag) = &mut self.start {
-            // Escapes line breaks and tabs too, which a reader would otherwise turn into spaces.
+            // Line breaks and tabs are escaped, too, because a reader would turn them into spaces.
             tag.push_attribute((name, value.as_ref()));
         }
     }

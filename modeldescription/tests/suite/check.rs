@@ -1,23 +1,23 @@
-//! What is found in a description that no schema objects to.
+//! Findings about a description that the schema accepts.
 
 use crate::sample::{everything, smallest, unknown, variable};
 use modeldescription::v2::*;
 
-/// The findings about the sample after a change.
+/// Returns the findings about the sample after a change.
 fn findings(change: impl FnOnce(&mut ModelDescription)) -> Vec<String> {
     let mut description = everything();
     change(&mut description);
     check(&description).all()
 }
 
-/// The one finding about the sample after a change.
+/// Returns the only finding about the sample after a change.
 fn finding(change: impl FnOnce(&mut ModelDescription)) -> String {
     let findings = findings(change);
     assert_eq!(findings.len(), 1, "{findings:#?}");
     findings.into_iter().next().unwrap()
 }
 
-/// The findings about a Real or a Boolean with these properties.
+/// Whether a Real or a Boolean with these properties is accepted.
 fn combination(causality: Causality, variability: Variability, initial: Option<Initial>, has_start: bool) -> bool {
     let start = has_start.then_some(1.0);
     let real = Typed::Real(Real { start, ..Real::default() });
@@ -168,7 +168,8 @@ fn names_that_are_there_twice() {
 
 #[test]
 fn two_variables_that_can_be_set_with_one_value_reference() {
-    // An Enumeration is set by fmi2SetInteger; a Boolean or a String with the same number is another variable.
+    // An Enumeration is set by fmi2SetInteger; a Boolean or a String with the same value reference is a different
+    // variable.
     let found = finding(|d| d.model_variables[7].value_reference = 0);
     assert!(found.contains("variable \"choice\": valueReference = 0 is that of \"integer\" too"), "{found}");
     assert_eq!(findings(|d| d.model_variables[4].value_reference = 2), Vec::<String>::new());
@@ -423,7 +424,7 @@ fn the_model_structure_lists_exactly_the_unknowns_in_order() {
 #[test]
 fn of_many_findings_the_first_are_told_and_the_others_counted() {
     let found = findings(|d| d.model_structure.outputs.extend((0..1000).map(|k| unknown(100_000 + k))));
-    // Two sentences on each of the 1000: there is no such variable, and it is no output.
+    // Two sentences on each of the 1000: the variable does not exist, and it is not an output.
     assert_eq!(found.len(), MOST_FINDINGS + 1, "{found:#?}");
     assert!(found[0].starts_with("Outputs: Unknown with index = 100000: there is no such variable"), "{}", found[0]);
     assert_eq!(found[MOST_FINDINGS], format!("and {} more", 2000 - MOST_FINDINGS));

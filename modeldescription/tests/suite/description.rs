@@ -1,4 +1,4 @@
-//! What a model description says of an FMU, whatever the version.
+//! The properties of an FMU that a model description states in any version.
 
 use crate::sample::{smallest, variable};
 use modeldescription::v2::*;

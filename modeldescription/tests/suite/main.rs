@@ -1,4 +1,4 @@
-//! What the crate promises, a test for each clause.
+//! The guarantees of the crate, with a test for each clause.
 
 mod check;
 mod description;

@@ -1,4 +1,4 @@
-//! Random descriptions, random damage.
+//! Random descriptions with random damage.
 
 use crate::sample::everything;
 use modeldescription::Interface;
@@ -7,7 +7,7 @@ use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
 
-/// Text that XML can hold, with everything that has a meaning in it.
+/// Text that XML can represent, including all characters with a special meaning.
 fn text() -> impl Strategy<Value = String> {
     let special =
         proptest::sample::select("<>&\"'\n\r\t ;#]-?!=/äß\u{a0}\u{2028}\u{feff}\u{fffd}😀".chars().collect::<Vec<_>>());
@@ -21,7 +21,7 @@ fn number() -> impl Strategy<Value = f64> {
     proptest::num::f64::ANY.prop_filter("it equals nothing", |number| !number.is_nan())
 }
 
-/// Start between min and max, as far as they are there.
+/// Orders start, min and max, as far as they are present.
 fn ordered<T: PartialOrd + Copy + std::fmt::Debug>(
     number: impl Strategy<Value = T>,
 ) -> impl Strategy<Value = [Option<T>; 3]> {
@@ -53,7 +53,7 @@ fn unit() -> impl Strategy<Value = Unit> {
     })
 }
 
-/// Makes names differ.
+/// Makes names unique.
 fn number_all<T>(items: &mut [T], name: impl Fn(&mut T) -> &mut String) {
     for (i, item) in items.iter_mut().enumerate() {
         name(item).push_str(&i.to_string());
@@ -89,7 +89,7 @@ fn types() -> impl Strategy<Value = Vec<SimpleType>> {
     (real_attributes(), integer_attributes(), option::of(text()), items, described).prop_map(
         |((real, _), (integer, _), quantity, items, described)| {
             let attributes = [
-                // Ranges come from the variables alone: those of a type would have to fit to each of them.
+                // Only variables have ranges here: those of a type would have to fit all of its variables.
                 ("R", TypeAttributes::Real(RealAttributes { min: None, max: None, ..real })),
                 ("I", TypeAttributes::Integer(IntegerAttributes { min: None, max: None, ..integer })),
                 ("B", TypeAttributes::Boolean(BooleanType {})),
@@ -154,7 +154,7 @@ fn variable() -> impl Strategy<Value = Variable> {
     )
 }
 
-/// An unknown whose indices are drawn from all numbers, to be folded to those that exist.
+/// An unknown whose indices are arbitrary numbers, to be reduced to existing ones.
 fn unknown() -> impl Strategy<Value = Unknown> {
     let kinds = proptest::sample::select(vec![
         DependencyKind::Dependent,
@@ -172,7 +172,7 @@ fn unknown() -> impl Strategy<Value = Unknown> {
 fn interfaces() -> impl Strategy<Value = (ModelExchange, CoSimulation)> {
     let source_file = text().prop_map(|name| SourceFile { name });
     (text(), any::<[bool; 9]>(), any::<u32>(), vec(source_file, 0..3)).prop_map(|(name, flag, order, mut files)| {
-        // A file is named once.
+        // Each file is named once.
         files.dedup_by(|one, other| one.name == other.name);
         let model_exchange = ModelExchange {
             model_identifier: name.clone(),
@@ -202,7 +202,7 @@ fn interfaces() -> impl Strategy<Value = (ModelExchange, CoSimulation)> {
     })
 }
 
-/// Any description that does not contradict itself.
+/// Any consistent description.
 fn description() -> impl Strategy<Value = ModelDescription> {
     let texts = (text(), text(), vec(option::of(text()), 7));
     let head = (any::<bool>(), any::<Option<u32>>(), interfaces(), 0..3);
@@ -254,7 +254,7 @@ fn description() -> impl Strategy<Value = ModelDescription> {
     })
 }
 
-/// Makes everything that refers to something refer to something that is there.
+/// Replaces all references by references to existing items.
 fn connect(description: &mut ModelDescription) {
     let units: Vec<String> = description.unit_definitions.iter().map(|unit| unit.name.clone()).collect();
     let chosen = |number: &Option<String>| {
@@ -292,7 +292,7 @@ proptest! {
         let bytes = write(&description);
         let again = read(&bytes);
         prop_assert_eq!(again.as_ref(), Ok(&description));
-        // Zeros equal each other whatever their sign; their texts do not.
+        // Zeros are equal whatever their sign, but their texts differ.
         prop_assert_eq!(write(&again.unwrap()), bytes);
     }
 

@@ -1,10 +1,10 @@
-//! From XML to a model description: those of other tools too, and what is refused.
+//! From XML to a model description: files of other tools, and rejected files.
 
 use crate::sample::{everything, smallest};
 use modeldescription::v2::*;
 
-/// A model description as other tools write it: with comments, in other quotes and another order, with attributes and
-/// elements that are nobody else's business.
+/// A model description as other tools write it: with comments, with other quotes and another order, and with foreign
+/// attributes and elements.
 const FOREIGN: &str = r#"<?xml version='1.0' encoding='utf-8' standalone="yes"?>
 <!-- made by <hand> & foot -->
 <?xml-stylesheet href="look.css"?>
@@ -61,7 +61,7 @@ fn parsed(xml: &str) -> ModelDescription {
     read(xml.as_bytes()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The refusal of the foreign description after a change of a text that occurs in it once.
+/// Returns the error for the foreign description after a text that occurs in it once has been replaced.
 fn refused(from: &str, to: &str) -> String {
     assert_eq!(FOREIGN.matches(from).count(), 1, "{from}");
     match read(FOREIGN.replacen(from, to, 1).as_bytes()) {
@@ -70,7 +70,7 @@ fn refused(from: &str, to: &str) -> String {
     }
 }
 
-/// Asserts that a change is refused at this line, with these words.
+/// Asserts that a change is rejected at this line, with these words.
 fn assert_refused(from: &str, to: &str, line: usize, words: &[&str]) {
     let error = refused(from, to);
     assert!(error.starts_with(&format!("line {line}: ")), "{error}");
@@ -121,7 +121,7 @@ fn the_description_of_another_tool_is_read_whole() {
     assert_eq!(names, ["level", "text", "choice", "alias of choice", "limits", "on"]);
     assert_eq!(description.model_variables[0].value_reference, u32::MAX);
     let Typed::String(text) = &description.variable("text").unwrap().typed else { panic!() };
-    // A tab in the file is a blank, one that is written &#9; is a tab.
+    // A literal tab is read as a blank, whereas &#9; is read as a tab.
     assert_eq!(text.start.as_deref(), Some("\ta  b c\r\n"));
     let Typed::Enumeration(choice) = &description.variable("choice").unwrap().typed else { panic!() };
     assert_eq!((choice.declared_type.as_str(), choice.start), ("Colour", Some(-2)));
@@ -495,10 +495,10 @@ fn a_description_that_contradicts_itself_is_refused() {
 
 #[test]
 fn aliases_are_read_and_so_is_a_start_that_is_no_item() {
-    // Variables of one type that share a value reference are one by two names; of two types they are two.
+    // Variables of one type that share a value reference are aliases; variables of different types are distinct.
     let description = parsed(FOREIGN);
     assert_eq!(description.model_variables.iter().filter(|variable| variable.value_reference == 0).count(), 4);
-    // Some tools write 0 for "no start value", although their items begin with 1.
+    // Some tools write 0 for "no start value", although the range of the type begins with 1.
     parsed(&FOREIGN.replace("start=\"-2\"", "start=\"0\""));
 }
 
@@ -510,7 +510,7 @@ fn a_long_value_is_shortened_in_the_message() {
     assert!(error.len() < 400 && error.contains("ää…:"), "{error}");
 }
 
-/// The refusal of the foreign description within these limits.
+/// Returns the error for the foreign description within these limits.
 fn beyond(change: impl FnOnce(&mut Limits)) -> Option<String> {
     let mut limits = Limits::default();
     change(&mut limits);

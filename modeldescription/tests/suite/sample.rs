@@ -1,4 +1,4 @@
-//! A model description in which everything occurs.
+//! A model description that contains every construct.
 
 use modeldescription::v2::*;
 
@@ -10,7 +10,7 @@ fn source_files(names: &[&str]) -> Vec<SourceFile> {
     names.iter().map(|name| SourceFile { name: (*name).into() }).collect()
 }
 
-/// A variable with nothing but what it needs.
+/// A variable with only the required attributes.
 pub fn variable(name: &str, value_reference: u32, typed: Typed) -> Variable {
     Variable {
         name: name.into(),
@@ -47,7 +47,7 @@ pub fn smallest() -> ModelDescription {
     }
 }
 
-/// Every element and every attribute of FMI 2.0, and nothing that [`check`] would find.
+/// A model description with every element and attribute of FMI 2.0, about which [`check`] finds nothing.
 pub fn everything() -> ModelDescription {
     ModelDescription {
         model_name: "ALL".into(),
@@ -268,7 +268,7 @@ fn variables() -> Vec<Variable> {
             variability: Variability::Tunable,
             ..variable("calculated", 2, Typed::Integer(Integer::default()))
         },
-        // The same as der(x), by another name.
+        // An alias of der(x).
         Variable { variability: Variability::Continuous, ..variable("v", 3, real(Real::default())) },
         time,
     ]

@@ -3,7 +3,7 @@
 use modeldescription::v2::*;
 use modeldescription::{Error, Interface};
 
-/// A row in JSON as the `fmu` crate writes it.
+/// Returns a row in JSON as the `fmu` crate writes it.
 fn row(name: &str, kind: &str, role: &str, rest: &str) -> String {
     let mut fields: Vec<String> = ["start", "min", "max", "unit"]
         .map(|field| if field == "start" { "\"start\":0.0".into() } else { format!("\"{field}\":null") })
@@ -17,7 +17,7 @@ fn row(name: &str, kind: &str, role: &str, rest: &str) -> String {
     format!(r#"{{"name":"{name}","description":"About {name}","kind":"{kind}","role":"{role}",{fields}}}"#)
 }
 
-/// A block of these rows, after a CYCLE of 10 ms.
+/// Returns a block with these rows after a CYCLE of 10 ms.
 fn json(rows: &[String]) -> String {
     let cycle = row("CYCLE", "TIME", "cycle", "start 0.01, min 0.001");
     let rows: Vec<String> = [cycle].into_iter().chain(rows.iter().cloned()).collect();

@@ -1,10 +1,10 @@
-//! Model descriptions of FMI 3.0: those of other tools, what becomes of a table, and what is refused.
+//! Model descriptions of FMI 3.0: files of other tools, conversion of a table, and rejected files.
 
 use blocks::Types;
 use modeldescription::v3::*;
 use modeldescription::{Interface, Type};
 
-/// A model description as other tools write it, in which every element and every attribute of FMI 3.0 occurs.
+/// A model description as other tools write it, with every element and attribute of FMI 3.0.
 const FOREIGN: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="ALL" instantiationToken="{7}" description="d" author="a" version="1"
   copyright="c" license="l" generationTool="g" generationDateAndTime="2026-11-25T00:00:00Z" variableNamingConvention="flat">
@@ -74,7 +74,7 @@ fn parsed(xml: &str) -> ModelDescription {
     read(xml.as_bytes()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Why the foreign description is refused after a change of a text that occurs in it once.
+/// Returns the reason why the foreign description is rejected after a text that occurs in it once has been replaced.
 fn refused(from: &str, to: &str) -> String {
     assert_eq!(FOREIGN.matches(from).count(), 1, "{from}");
     match read(FOREIGN.replacen(from, to, 1).as_bytes()) {
@@ -83,7 +83,7 @@ fn refused(from: &str, to: &str) -> String {
     }
 }
 
-/// What is found in it after a change.
+/// Returns the findings about it after a change.
 fn findings(from: &str, to: &str) -> Vec<String> {
     assert_eq!(FOREIGN.matches(from).count(), 1, "{from}");
     check(&parsed(&FOREIGN.replacen(from, to, 1))).all()
@@ -95,7 +95,7 @@ fn what_is_written_reads_back_and_nothing_is_lost() {
     let xml = write(&description);
     assert_eq!(read(&xml).unwrap(), description);
     assert_eq!(write(&read(&xml).unwrap()), xml);
-    // All attributes of the original, but for white space, annotations, defaults and the order.
+    // All attributes of the original, except white space, annotations, defaults and the order.
     let attributes = |xml: &str| {
         let mut all: Vec<String> = xml
             .split(|one: char| "<>\n".contains(one))
@@ -124,7 +124,7 @@ fn what_it_says_is_the_same_as_of_any_version() {
     assert_eq!((vector.min, vector.max, vector.display_unit.as_deref()), (Some(0.0), Some(9.0), Some("cm")));
     let alias = of.variable("other").unwrap();
     assert_eq!((alias.value_reference, alias.display_unit.as_deref()), (3, Some("1/m")));
-    // One value for all, in two dimensions.
+    // One value for all elements, in two dimensions.
     let matrix = of.variable("matrix").unwrap();
     assert_eq!((matrix.dimensions.as_slice(), matrix.starts.as_slice()), ([2, 3].as_slice(), [5.0; 6].as_slice()));
     let size = of.variable("n").unwrap();
@@ -146,7 +146,7 @@ fn what_it_says_is_the_same_as_of_any_version() {
             ("Clock", None)
         ]
     );
-    // The 32-bit number next to 0.1, which the library has.
+    // The 32-bit number nearest to 0.1, as stored in the library.
     assert_eq!(of.start("narrow"), Some(0.100_000_001_490_116_12));
     assert_eq!((of.start("i64"), of.start("b")), (Some(-9_223_372_036_854_775_808.0), Some(1.0)));
     // Start values of 64 bits are exact.
@@ -248,7 +248,7 @@ fn what_misleads_a_host_is_found() {
     }
 }
 
-/// What a library tells of a block with variables of these types.
+/// Returns what a library reports about a block with variables of these types.
 fn interface(types: Types) -> Interface {
     let row = |name: &str, kind: &str, role: &str, start: &str, more: &str| {
         format!(
@@ -276,7 +276,7 @@ fn interface(types: Types) -> Interface {
     Interface { version: FMI_VERSION.into(), types, ..Interface::parse(&json).unwrap() }
 }
 
-/// The line of a variable in the XML.
+/// Returns the XML line of a variable.
 fn line(xml: &str, name: &str) -> String {
     let found = xml.lines().find(|line| line.contains(&format!(" name=\"{name}\"")));
     found.unwrap_or_else(|| panic!("{name} is missing in\n{xml}")).trim().to_string()

@@ -7,7 +7,7 @@ fn text(description: &ModelDescription) -> String {
     String::from_utf8(write(description)).unwrap()
 }
 
-/// The XML of a model whose one variable is a Real with this start.
+/// Returns the XML of a model whose only variable is a Real with this start value.
 fn with_start(start: f64) -> String {
     let real = Typed::Real(Real { start: Some(start), ..Real::default() });
     text(&ModelDescription { model_variables: vec![variable("X", 0, real)], ..smallest() })
@@ -36,7 +36,7 @@ fn a_small_model_is_this_text() {
     assert_eq!(text(&smallest()), expected);
 }
 
-/// Reader and writer take each name from one line, so that a misspelled name would read back as it was written.
+/// The reader and the writer use the same definition of each name, so that a misspelled name would pass a round trip.
 #[test]
 fn every_element_and_attribute_has_the_name_and_the_place_that_the_standard_gives_it() {
     assert_eq!(text(&everything()), include_str!("everything.xml"));

@@ -10,12 +10,12 @@ fn blocks() -> Vec<Arc<Block>> {
     Block::all()
 }
 
-/// The loops of a source.
+/// Returns the loops of a source.
 fn loops(format: Format, source: &Source) -> Vec<Loop> {
     read(format, source, &blocks(), &Options::default()).unwrap_or_else(|wrong| panic!("{wrong}")).loops
 }
 
-/// The source with these values in its first loop.
+/// Returns the source with these values in its first loop.
 fn changed(format: Format, source: &Source, values: &[(&str, Value)]) -> Result<(Vec<u8>, Vec<Replaced>), String> {
     let mut one = loops(format, source).swap_remove(0);
     for (name, value) in values {

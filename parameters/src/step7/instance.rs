@@ -1,4 +1,4 @@
-//! The values of one instance.
+//! Reads the values of one instance.
 
 use super::parser::Name;
 use super::values::Assignment;
@@ -12,19 +12,19 @@ use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The most variables of a block's memory. The blocks of Siemens have nine.
+/// The maximum number of variables in a block's memory. Siemens' blocks have nine.
 const MOST_MEMORY: usize = 100;
 
 /// An instance whose values are being read.
 pub(super) struct Instance {
     pub(super) one: Loop,
-    /// Of each member, where the text gives it its value.
+    /// For each member, the range of its value in the text.
     given: Vec<Option<Range<usize>>>,
-    /// Paths to the instances whose last member was given: what follows there is the block's memory.
+    /// The paths of instances whose last member was given: anything further is the block's memory.
     complete: HashSet<String>,
-    /// The number of variables of the block's memory that were given.
+    /// The number of memory variables given.
     memory: usize,
-    /// Where a REAL with seven digits stands: the first one.
+    /// The first REAL with seven digits.
     pub(super) seven_digits: Option<Range<usize>>,
 }
 
@@ -34,8 +34,8 @@ impl Instance {
         Instance { one: Loop::new(name, block), given, complete: HashSet::new(), memory: 0, seven_digits: None }
     }
 
-    /// Gives a member its value; `path` is its name below the instance. What the block computes itself, its outputs and its
-    /// memory, is left alone.
+    /// Assigns a value; `path` is the member's name relative to the instance. Values that the block computes itself,
+    /// its outputs and its memory, are ignored.
     pub(super) fn assign(&mut self, path: &[String], assignment: &Assignment, report: &mut Report) {
         let name = path.join(".");
         let block = self.one.block.clone();
@@ -44,7 +44,7 @@ impl Instance {
             if self.is_memory(&prefix, &name) {
                 return;
             }
-            // A suggestion takes time, which a problem that is only counted is not worth.
+            // A suggestion takes time, which is wasted on a problem that is only counted.
             let help = if report.has_room() { self.suggestion(&name) } else { None };
             let message = format!("{} has no member {}", block.name, quoted(&name));
             report.wrong(assignment.path_span.clone(), message, help);
@@ -56,7 +56,7 @@ impl Instance {
         self.set(index, assignment, report);
     }
 
-    /// Gives the value to the member of this index.
+    /// Assigns a value to the member with this index.
     pub(super) fn set(&mut self, index: usize, assignment: &Assignment, report: &mut Report) {
         let member = &self.one.block.members[index];
         if let Some(first) = self.given[index].replace(assignment.path_span.clone()) {
@@ -83,7 +83,7 @@ impl Instance {
         }
     }
 
-    /// Gives all members their values by position, for a block that was uploaded without its names: `IN0`, `IN7`, `OUT22`.
+    /// Assigns all values by position, for a block uploaded without names: `IN0`, `IN7`, `OUT22`.
     pub(super) fn assign_by_position(&mut self, db: &Name, assignments: &[Assignment], report: &mut Report) {
         let block = self.one.block.clone();
         let own: Vec<usize> =
@@ -132,14 +132,14 @@ impl Instance {
         report.remark(Some(db.span.clone()), message);
     }
 
-    /// Whether a member that the table does not have belongs to the block's memory, which stands behind all other members. A
-    /// name that is like that of a member without a value is a slip.
+    /// Whether a member that is not in the table belongs to the block's memory, which follows all other members. A name
+    /// similar to that of a member without a value is a typing error.
     fn is_memory(&mut self, prefix: &str, name: &str) -> bool {
         self.memory += usize::from(self.complete.contains(prefix));
         self.complete.contains(prefix) && self.memory <= MOST_MEMORY && self.suggestion(name).is_none()
     }
 
-    /// The member without a value that has nearly this name.
+    /// A suggestion of the member without a value that has a similar name.
     fn suggestion(&self, name: &str) -> Option<String> {
         let members = self.one.block.members.iter().enumerate();
         let free = members.filter(|(index, member)| member.role.is_settable() && self.given[*index].is_none());
@@ -148,8 +148,8 @@ impl Instance {
     }
 }
 
-/// Whether the names can be those of an instance of the block: each is a member, none occurs twice, and behind the last member
-/// stands its memory. Gives the number of those that are inputs and parameters.
+/// Whether these can be the names of an instance of the block: members without duplicates, and the block's memory after
+/// the last member. Returns the number of inputs and parameters among them.
 pub(super) fn fit<'a>(block: &Block, names: impl IntoIterator<Item = &'a [String]>) -> Option<usize> {
     let mut given = vec![false; block.members.len()];
     let mut memory = 0;
@@ -165,7 +165,7 @@ pub(super) fn fit<'a>(block: &Block, names: impl IntoIterator<Item = &'a [String
     Some((0..given.len()).filter(|index| given[*index] && block.members[*index].role.is_settable()).count())
 }
 
-/// The member of this name, if the PLC has it.
+/// The member of this name, if it exists in the PLC.
 pub(super) fn find(block: &Block, name: &str) -> Option<usize> {
     block.find(name).filter(|index| block.members[*index].part != Part::FmuOnly)
 }
@@ -177,7 +177,8 @@ fn is_last(block: &Block, index: usize) -> bool {
     !(index + 1..block.members.len()).any(|other| is_of_instance(&other))
 }
 
-/// Whether the number has an exponent and seven digits, as STEP 7 generates it. It may be one of two REALs then.
+/// Whether a number has an exponent and seven digits, as generated by STEP 7. It may then stand for either of two
+/// REALs.
 fn has_seven_digits(literal: &str) -> bool {
     match literal.split_once(['e', 'E']) {
         Some((mantissa, _)) => mantissa.bytes().filter(u8::is_ascii_digit).count() == 7,
@@ -185,7 +186,7 @@ fn has_seven_digits(literal: &str) -> bool {
     }
 }
 
-/// The section and the number of a name that a PLC gives to a member whose own name is lost.
+/// The section and the index in a name that a PLC generates for a member whose own name is lost.
 pub(super) fn lost_name(name: &str) -> Option<(&'static str, u32)> {
     let section = ["IN", "OUT", "STAT"].into_iter().find(|section| {
         name.get(..section.len()).is_some_and(|start| start.eq_ignore_ascii_case(section))
@@ -194,7 +195,7 @@ pub(super) fn lost_name(name: &str) -> Option<(&'static str, u32)> {
     Some((section, name[section.len()..].parse().ok()?))
 }
 
-/// Whether the PLC would write a value of this type so.
+/// Whether a literal has the notation that the PLC writes for this type.
 fn has_form(literal: &str, kind: Kind) -> bool {
     let has_type = literal.contains('#');
     match kind.form() {

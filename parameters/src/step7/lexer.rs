@@ -1,26 +1,26 @@
-//! Splits a source text into tokens, of which none is lost: together they are the text.
+//! Splits a source text into tokens without loss: together they are the text.
 
 use std::ops::Range;
 
-/// A piece of the text.
+/// A token of the text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Token {
     pub(super) kind: TokenKind,
-    /// Its bytes in the text.
+    /// Its byte range in the text.
     pub(super) span: Range<usize>,
-    /// Whether nothing but space and comments stands before it in its line.
+    /// Whether only white space and comments precede it on its line.
     pub(super) begins_line: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TokenKind {
-    /// Blanks and ends of lines.
+    /// Blanks and line ends.
     Space,
     /// `// ...`, `(* ... *)` or `/* ... */`.
     Comment,
-    /// A comment that has no end.
+    /// An unterminated comment.
     OpenComment,
-    /// `TITLE = ...`, which goes to the end of the line, whatever stands there.
+    /// `TITLE = ...`, which extends to the end of the line, whatever its contents.
     Title,
     /// A keyword, a name or a literal: `BEGIN`, `GAIN`, `2.0e+000`, `T#20S`.
     Word,
@@ -28,7 +28,7 @@ pub(super) enum TokenKind {
     QuotedName,
     /// `'text'`.
     Text,
-    /// A name or text whose closing quote is missing in its line.
+    /// A name or text without a closing quote on its line.
     OpenQuote,
     /// `:=`.
     Assign,
@@ -37,13 +37,13 @@ pub(super) enum TokenKind {
 }
 
 impl TokenKind {
-    /// Whether the parser passes over it.
+    /// Whether the parser skips it.
     pub(super) const fn is_trivia(self) -> bool {
         matches!(self, TokenKind::Space | TokenKind::Comment)
     }
 }
 
-/// The tokens of a part of a text.
+/// Iterates over the tokens of a part of a text.
 pub(super) struct Lexer<'a> {
     text: &'a str,
     at: usize,
@@ -52,7 +52,7 @@ pub(super) struct Lexer<'a> {
 }
 
 impl<'a> Lexer<'a> {
-    /// The tokens from a byte of the text to another one.
+    /// Iterates over the tokens in a byte range.
     pub(super) fn new(text: &'a str, part: Range<usize>) -> Lexer<'a> {
         Lexer { text, at: part.start, end: part.end, begins_line: true }
     }
@@ -81,7 +81,7 @@ impl Iterator for Lexer<'_> {
     }
 }
 
-/// The kind and length of the first token of a text.
+/// The kind and length of the first token in a text.
 fn token(rest: &str) -> Option<(TokenKind, usize)> {
     let first = rest.chars().next()?;
     let end_of_line = || rest.find('\n').unwrap_or(rest.len());
@@ -112,7 +112,7 @@ fn is_of_word(character: char) -> bool {
     character.is_alphanumeric() || character == '_'
 }
 
-/// The length of a text in single quotes, in which `$` takes its meaning from the next character.
+/// The length of a single-quoted text, in which `$` is the escape character.
 fn text_length(rest: &str) -> Option<usize> {
     let mut is_escaped = false;
     for (at, byte) in rest.bytes().enumerate().skip(1) {
@@ -127,8 +127,8 @@ fn text_length(rest: &str) -> Option<usize> {
     None
 }
 
-/// The length of a name or a literal. A point belongs to a number or to a literal with a type, if a digit follows; a sign
-/// belongs to an exponent, or stands behind `#`.
+/// The length of a name or literal. A point is part of a number or a typed literal if a digit follows; a sign is part
+/// of an exponent, or of a number after `#`.
 fn word_length(rest: &str) -> usize {
     let is_number = rest.starts_with(|c: char| c.is_ascii_digit());
     let mut has_type = false;
@@ -152,7 +152,7 @@ fn word_length(rest: &str) -> usize {
     rest.len()
 }
 
-/// The length of the line if its first word is `TITLE` and `=` follows.
+/// The length of the line if it starts with `TITLE =`.
 fn title(rest: &str, word: &str) -> Option<usize> {
     let behind = &rest[word.len()..];
     let line =

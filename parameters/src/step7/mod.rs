@@ -1,7 +1,7 @@
-//! PLC source text: AWL and SCL sources of STEP 7, and external sources of TIA Portal.
+//! Reads PLC source text: AWL and SCL sources of STEP 7, and external sources of TIA Portal.
 //!
-//! A text holds blocks. Its instance data blocks of known block types become loops, and so do the instances that a function
-//! block declares and a data block gives values to. Other blocks are skipped.
+//! A text contains blocks. Instance data blocks of known blocks become loops, and so do the instances declared by a
+//! function block whose values are in a data block. Other blocks are skipped.
 
 mod instance;
 mod lexer;

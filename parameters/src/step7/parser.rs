@@ -1,5 +1,5 @@
-//! Finds the blocks of a source text: of a data block its name, its type and where its values stand; of a function block the
-//! members that it declares. Everything else is passed over.
+//! Finds the blocks in a source text: for a data block its name, type and the range of its values; for a function block
+//! the members it declares. Everything else is skipped.
 
 use super::lexer::{Lexer, Token, TokenKind};
 use crate::problem::quoted;
@@ -7,16 +7,17 @@ use crate::report::Report;
 use std::ops::Range;
 use std::rc::Rc;
 
-/// The most blocks of a file, so that a hostile file cannot fill the memory. A PLC has at most 65535 of each sort.
+/// The maximum number of blocks in a file, so that a hostile file cannot exhaust the memory. A PLC has at most 65535 of
+/// each kind.
 const MOST_BLOCKS: usize = 200_000;
 
-/// The most members that the function blocks of a file declare together.
+/// The maximum number of members that all function blocks of a file declare.
 const MOST_MEMBERS: usize = 1_000_000;
 
 /// A name in the text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Name {
-    /// Without quotes; `DB41` for `DB 41`.
+    /// The name without quotes; `DB41` for `DB 41`.
     pub(super) text: String,
     pub(super) span: Range<usize>,
 }
@@ -26,18 +27,18 @@ pub(super) struct Name {
 pub(super) enum Item {
     DataBlock(DataBlock),
     FunctionBlock(FunctionBlock),
-    /// A block of another sort, which is skipped.
+    /// A block of another kind, which is skipped.
     Other(Name),
 }
 
 #[derive(Debug)]
 pub(super) struct DataBlock {
     pub(super) name: Name,
-    /// Its TITLE, if that says anything.
+    /// Its TITLE, unless empty.
     pub(super) title: Option<String>,
     /// The block of which it is an instance; `None` if it declares its own members.
     pub(super) block: Option<Name>,
-    /// Where its values stand: from BEGIN to END_DATA_BLOCK.
+    /// The range of its values, from BEGIN to END_DATA_BLOCK.
     pub(super) body: Range<usize>,
 }
 
@@ -47,21 +48,21 @@ pub(super) struct FunctionBlock {
     pub(super) members: Vec<Declaration>,
 }
 
-/// A member that a function block declares.
+/// A member declared by a function block.
 #[derive(Debug)]
 pub(super) struct Declaration {
     pub(super) name: Name,
-    /// Its type, if that is a name; of an array the type of its elements.
+    /// Its type, if that is a name; for an array, the element type.
     pub(super) kind: Option<Rc<Name>>,
-    /// What stands in the brackets of an array: `1..3` or `1..2, 0..7`.
+    /// The bounds of an array: `1..3` or `1..2, 0..7`.
     pub(super) array: Option<String>,
     pub(super) has_initial_value: bool,
 }
 
-/// What is wrong with a comment that goes to the end of the file.
+/// The message for an unterminated comment.
 pub(super) const OPEN_COMMENT: &str = "this comment has no end";
 
-/// What begins a block, and what ends it.
+/// The keywords that start and end a block.
 const BLOCKS: [(&str, &str); 5] = [
     ("DATA_BLOCK", "END_DATA_BLOCK"),
     ("FUNCTION_BLOCK", "END_FUNCTION_BLOCK"),
@@ -70,10 +71,10 @@ const BLOCKS: [(&str, &str); 5] = [
     ("TYPE", "END_TYPE"),
 ];
 
-/// Properties of a block that have a value, behind a colon.
+/// The block properties that have a value after a colon.
 const PROPERTIES: [&str; 4] = ["AUTHOR", "FAMILY", "NAME", "VERSION"];
 
-/// Properties of a block that are one word.
+/// The block properties that are a single word.
 const FLAGS: [&str; 8] = [
     "KNOW_HOW_PROTECT",
     "NON_RETAIN",
@@ -85,10 +86,10 @@ const FLAGS: [&str; 8] = [
     "MULTI_INSTANCE",
 ];
 
-/// What may stand for a block with a number: `FB 41`.
+/// The prefixes of numbered blocks: `FB 41`.
 const NUMBERED: [&str; 7] = ["DB", "FB", "SFB", "FC", "SFC", "OB", "UDT"];
 
-/// The tokens of a text without space and comments, with a look at the next one.
+/// The tokens of a text without white space and comments, with one token of lookahead.
 pub(super) struct Tokens<'a> {
     text: &'a str,
     lexer: Lexer<'a>,
@@ -123,17 +124,17 @@ impl<'a> Tokens<'a> {
         Some(token)
     }
 
-    /// Whether the text ended in a comment: what is missing behind it is no error of its own.
+    /// Whether the text ended inside a comment: anything missing after it is not a separate error.
     pub(super) fn is_in_comment(&self) -> bool {
         self.is_in_comment
     }
 
-    /// Where the token before the next one ends.
+    /// The end of the token before the next one.
     pub(super) fn previous_end(&self) -> usize {
         self.previous_end
     }
 
-    /// The text of the next token, empty at the end.
+    /// The text of the next token; empty at the end.
     pub(super) fn next_text(&self) -> &'a str {
         self.next.as_ref().map_or("", |token| &self.text[token.span.clone()])
     }
@@ -142,7 +143,7 @@ impl<'a> Tokens<'a> {
         self.next.as_ref().map(|token| token.kind)
     }
 
-    /// The place of the next token; at the end, the end.
+    /// The range of the next token; at the end, an empty range there.
     pub(super) fn next_span(&self) -> Range<usize> {
         self.next.as_ref().map_or(self.end..self.end, |token| token.span.clone())
     }
@@ -159,12 +160,12 @@ impl<'a> Tokens<'a> {
         self.next_kind() == Some(TokenKind::Symbol) && self.next_text() == symbol
     }
 
-    /// What the next token is, for a message.
+    /// A description of the next token for messages.
     pub(super) fn found(&self) -> String {
         if self.next.is_some() { quoted(self.next_text()) } else { "the end".to_string() }
     }
 
-    /// A name, in quotes or not, or a word with a number, such as `FB 41`.
+    /// Parses a name, quoted or not, or a word with a number, such as `FB 41`.
     pub(super) fn name(&mut self) -> Option<Name> {
         let kind = self.next_kind().filter(|kind| matches!(kind, TokenKind::Word | TokenKind::QuotedName))?;
         let text = self.next_text();
@@ -191,10 +192,10 @@ impl<'a> Tokens<'a> {
         Some(Name { text: letters.to_ascii_uppercase() + number, span })
     }
 
-    /// Passes over attributes in braces, if they are the next.
+    /// Skips attributes in braces, if there are any.
     ///
     /// # Errors
-    /// The place of the opening brace, if none closes it.
+    /// The location of an opening brace that is not closed.
     pub(super) fn skip_attributes(&mut self) -> Result<(), Range<usize>> {
         if !self.next_is_symbol("{") {
             return Ok(());
@@ -208,7 +209,7 @@ impl<'a> Tokens<'a> {
     }
 }
 
-/// The blocks of a text, in their order. What is wrong with their structure goes to the report.
+/// The blocks of a text, in order. Structural errors go to the report.
 pub(super) fn items(text: &str, report: &mut Report) -> Vec<Item> {
     let mut parser = Parser { tokens: Tokens::new(text, 0..text.len()), report, members: 0 };
     let mut items = Vec::new();
@@ -230,7 +231,7 @@ struct Parser<'a, 'r, 's> {
 }
 
 impl Parser<'_, '_, '_> {
-    /// The next block; `None` if it cannot be read.
+    /// Parses the next block; `None` if it cannot be read.
     fn item(&mut self) -> Option<Item> {
         self.attributes();
         if self.tokens.next_is_symbol(";") {
@@ -275,22 +276,22 @@ impl Parser<'_, '_, '_> {
         };
         self.report.wrong(self.tokens.next_span(), message, None);
         if self.tokens.next_kind() == Some(TokenKind::OpenComment) {
-            // It goes to the end of the file, and is told once.
+            // It extends to the end of the file, and is reported once.
             self.tokens.take();
         }
     }
 
-    /// What the next token begins, if it begins a block.
+    /// The start and end keywords, if the next token starts a block.
     fn block_keyword(&self) -> Option<(&'static str, &'static str)> {
         BLOCKS.into_iter().find(|(begin, _)| self.tokens.next_is_word(begin))
     }
 
-    /// Whether the next token begins another block, though this one has no end. `TYPE` may be the name of a member.
+    /// Whether the next token starts another block before the end of this one. `TYPE` may also be the name of a member.
     fn is_other_block(&self) -> bool {
         self.tokens.next_begins_line() && self.block_keyword().is_some_and(|(begin, _)| begin != "TYPE")
     }
 
-    /// Goes to the next token that is this word, or that begins another block.
+    /// Skips to the next token that is this word, or that starts another block.
     fn skip_to(&mut self, end: &str) {
         while self.tokens.peek().is_some() && !self.tokens.next_is_word(end) && !self.is_other_block() {
             if self.tokens.next_kind() == Some(TokenKind::OpenComment) {
@@ -300,7 +301,7 @@ impl Parser<'_, '_, '_> {
         }
     }
 
-    /// Goes behind the next token that is this word, or to one that begins another block.
+    /// Skips past the next token that is this word, or to one that starts another block.
     fn skip_behind(&mut self, end: &str) {
         self.skip_to(end);
         if self.tokens.next_is_word(end) {
@@ -308,7 +309,7 @@ impl Parser<'_, '_, '_> {
         }
     }
 
-    /// Goes behind the end of a block. Gives the place of the end.
+    /// Skips past the end of a block. Returns the offset of the end.
     fn end_of_block(&mut self, name: &Name, end: &str) -> usize {
         self.skip_to(end);
         let place = self.tokens.next_span().start;
@@ -321,7 +322,7 @@ impl Parser<'_, '_, '_> {
         place
     }
 
-    /// A data block behind its name.
+    /// Parses a data block after its name.
     fn data_block(&mut self, name: Name, end: &str) -> Option<DataBlock> {
         let mut blocks = Vec::new();
         let mut declares = false;
@@ -337,7 +338,7 @@ impl Parser<'_, '_, '_> {
                 }
                 Some(TokenKind::Word) if is(&["BEGIN"]) => break,
                 Some(TokenKind::Word) if is(&["STRUCT", "ARRAY"]) || is_section(word) => {
-                    // A data block that declares its members itself is an instance of nothing.
+                    // A data block that declares its own members is not an instance.
                     declares = true;
                     while self.tokens.peek().is_some() && !self.tokens.next_is_word("BEGIN") && !self.ends_header(end) {
                         self.tokens.take();
@@ -384,7 +385,7 @@ impl Parser<'_, '_, '_> {
         self.tokens.next_is_word(end) || self.is_other_block()
     }
 
-    /// `AUTHOR : X`, with a value that has no space in it.
+    /// Skips `AUTHOR : X`, with a value that contains no space.
     fn property(&mut self) {
         self.tokens.take();
         if !self.tokens.next_is_symbol(":") {
@@ -403,7 +404,7 @@ impl Parser<'_, '_, '_> {
         }
     }
 
-    /// A function block behind its name.
+    /// Parses a function block after its name.
     fn function_block(&mut self, name: Name, end: &str) -> FunctionBlock {
         let mut members = Vec::new();
         while self.tokens.peek().is_some() && !self.ends_header(end) {
@@ -418,10 +419,10 @@ impl Parser<'_, '_, '_> {
         FunctionBlock { name, members }
     }
 
-    /// A section of a declaration: `VAR ... END_VAR`.
+    /// Parses a section of a declaration: `VAR ... END_VAR`.
     fn section(&mut self, members: &mut Vec<Declaration>, end: &str) {
         let start = self.tokens.next_span();
-        // What is temporary does not stand in the data block.
+        // Temporary variables are not in the data block.
         let is_temporary = self.tokens.next_is_word("VAR_TEMP");
         self.tokens.take();
         loop {
@@ -443,7 +444,7 @@ impl Parser<'_, '_, '_> {
         }
     }
 
-    /// One or several members with their type, behind the first name.
+    /// Parses one or more members and their type, after the first name.
     fn declaration(&mut self, first: Name, members: &mut Vec<Declaration>) {
         let mut names = vec![first];
         loop {
@@ -483,12 +484,12 @@ impl Parser<'_, '_, '_> {
         members.extend(names.into_iter().map(declaration));
     }
 
-    /// Whether the section goes on.
+    /// Whether the section continues.
     fn is_inside(&self) -> bool {
         self.tokens.peek().is_some() && !self.tokens.next_is_word("END_VAR") && !self.is_other_block()
     }
 
-    /// Goes to the end of a structure, whose members are values.
+    /// Skips to the end of a structure, whose members are values.
     fn skip_struct(&mut self) {
         let mut depth = 0usize;
         while self.is_inside() {
@@ -502,10 +503,10 @@ impl Parser<'_, '_, '_> {
     }
 }
 
-/// What begins a section of a declaration.
+/// The keywords that start a section of a declaration.
 const SECTIONS: [&str; 7] = ["VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP", "VAR_GLOBAL", "VAR_EXTERNAL"];
 
-/// What stands behind `TITLE =`, without quotation marks around it.
+/// The text after `TITLE =`, without quotation marks around it.
 fn title_of(line: &str) -> Option<String> {
     let title = line.split_once('=')?.1.trim();
     let bare = title.strip_prefix('\'').and_then(|title| title.strip_suffix('\'')).unwrap_or(title);

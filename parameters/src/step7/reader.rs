@@ -1,4 +1,4 @@
-//! From the blocks of a text to loops.
+//! Converts the blocks of a text to loops.
 
 use super::instance::{Instance, find, fit, lost_name};
 use super::parser::{DataBlock, FunctionBlock, Item, Name, items};
@@ -13,17 +13,17 @@ use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// How deep function blocks are nested at most. An S7-300 takes eight, an S7-1500 more.
+/// The maximum nesting depth of function blocks. An S7-300 allows eight, an S7-1500 more.
 const DEPTH: usize = 32;
 
-/// This many names of members are enough to recognize a block.
+/// The number of member names that suffices to recognize a block.
 const ENOUGH_NAMES: usize = 3;
 
-/// Reads the loops of a source text. [`Options::block`] is the block of those data blocks whose type is unknown, if they have its
-/// members.
+/// Reads the loops of a source text. [`Options::block`] is the block of data blocks with unknown types, if they have
+/// its members.
 ///
 /// # Errors
-/// All that is wrong with the text, at most some 50 places.
+/// All errors in the text, at most about 50.
 pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
     let mut report = Report::new(source, options);
     let Ok(chosen) = report.chosen(blocks, options) else { return report.finish(Vec::new()) };
@@ -41,7 +41,7 @@ pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result
         refused: HashSet::new(),
         seven_digits: None,
     };
-    // Where a block ends is not clear then.
+    // The end of a block is then uncertain.
     let is_broken = reader.report.is_wrong();
     for item in &items {
         if reader.found.len() > MOST_LOOPS {
@@ -61,12 +61,12 @@ pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result
     reader.finish(is_broken)
 }
 
-/// A function block that the text declares.
+/// A function block declared in the text.
 struct Function<'a> {
     block: &'a FunctionBlock,
-    /// The members that are instances of known blocks, or of function blocks that have such.
+    /// The indices of members that are instances of known blocks, or of function blocks that contain some.
     leads: Vec<usize>,
-    /// The names of all members, in capitals.
+    /// The names of all members, in upper case.
     names: HashSet<String>,
 }
 
@@ -80,7 +80,7 @@ fn known(blocks: &[Arc<Block>], name: &Name) -> Option<Arc<Block>> {
     blocks.iter().find(|block| block.is_called(&name.text)).cloned()
 }
 
-/// The function blocks of the text, by their names.
+/// The function blocks of the text, by name.
 fn functions<'a>(items: &'a [Item], blocks: &[Arc<Block>]) -> Functions<'a> {
     let mut functions = Functions::new();
     for item in items {
@@ -89,7 +89,7 @@ fn functions<'a>(items: &'a [Item], blocks: &[Arc<Block>]) -> Functions<'a> {
             functions.insert(key(&block.name), Function { block, leads: Vec::new(), names });
         }
     }
-    // Each round finds the function blocks that are nested one deeper.
+    // Each round finds the function blocks that are nested one level deeper.
     let mut leading: HashSet<String> = HashSet::new();
     for _ in 0..DEPTH {
         let mut found = HashSet::new();
@@ -112,7 +112,7 @@ fn functions<'a>(items: &'a [Item], blocks: &[Arc<Block>]) -> Functions<'a> {
     functions
 }
 
-/// Blocks that are no loops.
+/// Blocks that are not loops.
 #[derive(Default)]
 struct Skipped {
     first: Vec<String>,
@@ -129,7 +129,7 @@ impl Skipped {
         }
     }
 
-    /// What was skipped, as a sentence.
+    /// A sentence on the skipped blocks.
     fn sentence(&self) -> Option<String> {
         if self.first.is_empty() {
             return None;
@@ -139,10 +139,10 @@ impl Skipped {
     }
 }
 
-/// A loop that was read.
+/// A loop, as read.
 struct Found {
     one: Loop,
-    /// Of a multi-instance: its name with the names of data block and instances.
+    /// For a multi-instance, its name qualified by those of data block and instances.
     qualified: Option<String>,
     span: Range<usize>,
 }
@@ -155,9 +155,9 @@ struct Reader<'a> {
     report: Report<'a>,
     found: Vec<Found>,
     skipped: Skipped,
-    /// The first data blocks of unknown types: their names and types.
+    /// The first data blocks of unknown types: name and type.
     unknown: Vec<(String, Name)>,
-    /// The declarations of which it was said already that they cannot be read.
+    /// Declarations already reported as unreadable.
     refused: HashSet<usize>,
     seven_digits: Option<Range<usize>>,
 }
@@ -171,7 +171,7 @@ impl Reader<'_> {
         let functions = self.functions;
         if let Some(block) = known(self.blocks, kind) {
             let values = assignments(self.text, db.body.clone());
-            // A project may have given the number to a block of its own: then no member is one of the known block.
+            // A project may use the number for a block of its own: then no member belongs to the known block.
             let is_number = !kind.text.eq_ignore_ascii_case(&block.name);
             if is_number && !values.0.is_empty() && values.0.iter().take(20).all(|value| is_strange(&block, value)) {
                 self.skip(db, kind);
@@ -185,7 +185,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A data block that is an instance of a known block.
+    /// Reads a data block that is an instance of a known block.
     fn instance(&mut self, db: &DataBlock, block: Arc<Block>, (values, errors): (Vec<Assignment>, SyntaxErrors)) {
         let before = self.report.count();
         self.wrong(errors);
@@ -217,7 +217,7 @@ impl Reader<'_> {
         self.found.push(Found { one: instance.one, qualified, span });
     }
 
-    /// A data block of a function block that the text declares: its members that are instances of known blocks.
+    /// Reads a data block of a function block declared in the text: its members that are instances of known blocks.
     fn multi_instance(&mut self, db: &DataBlock, function: &Function) {
         let mut instances = Vec::new();
         if !self.expand(function, &mut Vec::new(), &mut instances) {
@@ -270,7 +270,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The instances of known blocks in a function block, with the names that lead to them; false if that is refused.
+    /// Lists the instances of known blocks in a function block, with their paths; returns false if it is rejected.
     fn expand(
         &mut self,
         function: &Function,
@@ -317,7 +317,7 @@ impl Reader<'_> {
         true
     }
 
-    /// A data block whose type is not known: of which block it is, its members say.
+    /// Reads a data block of an unknown type, whose block is recognized by its members.
     fn unknown(&mut self, db: &DataBlock, kind: &Name) {
         let (values, errors) = assignments(self.text, db.body.clone());
         let remark = |block: &Block| format!("{}: {} is taken as {}", db.name.text, quoted(&kind.text), block.name);
@@ -338,8 +338,8 @@ impl Reader<'_> {
         if errors.first.is_empty() && self.groups(db, &values) {
             return;
         }
-        // A slip, in the name of a type or in a value, must not cost a loop; nor is another block with some of the same names
-        // taken for one of these: its other values would be those of the wrong block.
+        // A typing error in the name of a type or in a value must not lose a loop; neither may another block that
+        // shares some names be mistaken for one of these, since its other values would be assigned to the wrong block.
         let is_member =
             |block: &&Arc<Block>| values.iter().filter(|value| find(block, &value.path.join(".")).is_some()).count();
         let is_likely = |block: &&Arc<Block>| !values.is_empty() && 2 * is_member(block) >= values.len();
@@ -357,7 +357,7 @@ impl Reader<'_> {
         self.report.wrong_with(kind.span.clone(), message, Some(help));
     }
 
-    /// Passes over a data block that is an instance of another block.
+    /// Skips a data block that is an instance of another block.
     fn skip(&mut self, db: &DataBlock, kind: &Name) {
         const MOST: usize = 20;
         if self.unknown.len() < MOST {
@@ -366,7 +366,8 @@ impl Reader<'_> {
         self.skipped.add(format!("{} ({})", db.name.text, kind.text));
     }
 
-    /// The only block that has all these members, if its inputs and parameters among them are as many as wanted.
+    /// The only block that has all these members, provided that at least the wanted number of them are inputs and
+    /// parameters.
     fn recognized<'n>(
         &self,
         names: impl Iterator<Item = &'n [String]> + Clone,
@@ -377,8 +378,8 @@ impl Reader<'_> {
         fitting.next().filter(|_| fitting.next().is_none()).cloned()
     }
 
-    /// The multi-instances in a data block whose function block is not in the text, recognized by their members. Whether
-    /// there are any.
+    /// Reads the multi-instances in a data block whose function block is not in the text, recognizing them by their
+    /// members. Returns whether there are any.
     fn groups(&mut self, db: &DataBlock, values: &[Assignment]) -> bool {
         let mut groups: HashMap<String, Vec<usize>> = HashMap::new();
         let mut order = Vec::new();
@@ -391,7 +392,7 @@ impl Reader<'_> {
                 group.push(index);
             }
         }
-        // What leads to a block is not looked into: its inner blocks are its own.
+        // Members of a recognized block are not examined: inner blocks belong to it.
         let mut taken: Vec<String> = Vec::new();
         for (first, length) in order {
             let path = &values[first].path[..length];
@@ -449,7 +450,7 @@ impl Reader<'_> {
         self.report.finish(if is_broken { Vec::new() } else { loops })
     }
 
-    /// The loops, each with a name of its own.
+    /// Returns the loops, each with a unique name.
     fn named(&mut self) -> Vec<Loop> {
         let mut found = std::mem::take(&mut self.found);
         let mut count: HashMap<String, usize> = HashMap::new();
@@ -473,24 +474,24 @@ impl Reader<'_> {
     }
 }
 
-/// How many inputs and parameters an instance has in the PLC, those of its inner blocks apart.
+/// The number of inputs and parameters that an instance has in the PLC, except those of inner blocks.
 fn all_settings(block: &Block) -> usize {
     block.members.iter().filter(|member| member.part == Part::Own && member.role.is_settable()).count()
 }
 
-/// Whether the name is not like one of a member of the block.
+/// Whether a name is not even similar to a member of the block.
 fn is_strange(block: &Block, value: &Assignment) -> bool {
     let name = value.path.join(".");
     let members = block.members.iter().map(|member| member.name.as_str());
     find(block, &name).is_none() && lost_name(&name).is_none() && nearest(&name, members).is_none()
 }
 
-/// A name without the index behind it.
+/// A name without its index.
 fn without_index(name: &str) -> &str {
     name.split('[').next().unwrap_or(name)
 }
 
-/// The path in a form that does not depend on case.
+/// A case-insensitive key for a path.
 fn path_key(path: &[String]) -> String {
     path.join("\n").to_uppercase()
 }
@@ -501,7 +502,7 @@ fn without_number(name: &str) -> Option<&str> {
     (!number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit())).then_some(name)
 }
 
-/// A block with its other names.
+/// The name of a block, with its aliases.
 fn names(block: &Block) -> String {
     match block.aliases.as_slice() {
         [] => block.name.clone(),

@@ -10,7 +10,7 @@ fn member(name: &str, role: Role, start: Value) -> Member {
     Member { name: name.into(), description, kind, role, start, min: None, max: None, unit: None, part }
 }
 
-/// PUMP is FB 41, FAN a block of a user, STATION one with a PUMP inside, MIXER has an LREAL.
+/// PUMP is FB 41, FAN is a user's block, STATION contains a PUMP, and MIXER has an LREAL.
 fn blocks() -> Vec<Arc<Block>> {
     let pump = [
         member("MAN_ON", Role::Input, Value::Bool(true)),
@@ -277,11 +277,11 @@ fn each_element_of_an_array_of_instances_is_a_loop() {
         gains(&with("r : ARRAY [2..3, 0..1] OF PUMP; x : ARRAY [0..9] OF INT;")),
         expected(&[("r[2,0]", 3.0), ("r[2,1]", 4.0), ("r[3,0]", 2.0), ("r[3,1]", 2.0)])
     );
-    // Without the function block, those that have values are known.
+    // Without the function block, only members with values are known.
     let body =
         "DATA_BLOCK DB 9 FB 100 BEGIN r[2, 0].CYCLE := T#1S; r[2,0].SP_INT := 1.0; r[2,0].GAIN := 3.0; END_DATA_BLOCK";
     assert_eq!(gains(body), expected(&[("r[2,0]", 3.0)]));
-    // Each element of an array of function blocks with an instance each.
+    // An array of function blocks, with an instance data block for each element.
     let nested = "FUNCTION_BLOCK FB 7 VAR P : FB 41; END_VAR BEGIN END_FUNCTION_BLOCK
         FUNCTION_BLOCK FB 8 VAR line : ARRAY [1..2] OF FB 7; END_VAR BEGIN END_FUNCTION_BLOCK
         DATA_BLOCK DB 9 FB 8 BEGIN line[2].P.GAIN := 3.0; END_DATA_BLOCK";
@@ -305,7 +305,7 @@ fn a_loop_that_is_wrong_does_not_cost_the_others_if_that_is_wanted() {
     assert_eq!(names, ["TIC", "LIC", "QIC", "DB42"]);
     assert_eq!(reading.wrong.problems.len(), 2, "{}", reading.wrong);
     assert_eq!(read_text(&text).unwrap_err(), reading.wrong);
-    // Where a block has no end, nobody knows what belongs to which.
+    // If a block is not terminated, the assignment of members is ambiguous.
     let open = text + "DATA_BLOCK DB 43 PUMP BEGIN (* GAIN := 1.0; END_DATA_BLOCK";
     assert!(read(&Source::new("plant.awl", open.into()), &blocks(), &options).is_err());
 }
@@ -660,7 +660,7 @@ fn value(kind: Kind) -> BoxedStrategy<Value> {
     }
 }
 
-/// A loop of any block with any values.
+/// A loop of any block with arbitrary values.
 fn any_loop(blocks: Vec<Arc<Block>>) -> impl Strategy<Value = Loop> {
     prop::sample::select(blocks).prop_flat_map(|block| {
         let values: Vec<_> = block.members.iter().map(|member| value(member.kind)).collect();
@@ -674,7 +674,7 @@ fn any_loop(blocks: Vec<Arc<Block>>) -> impl Strategy<Value = Loop> {
     })
 }
 
-/// Name, block and values, with REALs as bits.
+/// Returns the name, block and values, with REALs as bits.
 fn content(one: &Loop) -> (String, String, Vec<String>) {
     let values = one.settings.iter().map(|setting| match setting.value {
         Value::Real(real) => format!("{:08x}", real.to_bits()),
@@ -728,7 +728,7 @@ proptest! {
     fn a_text_with_one_damaged_byte_is_the_same_loop_or_an_error(at in 0..PUMP.len(), byte in 0x20u8..0x7F) {
         let mut bytes = PUMP.as_bytes().to_vec();
         bytes[at] = byte;
-        // Whatever can be read has a value for each member; nothing panics.
+        // Whatever can be parsed has a value for each member, and nothing panics.
         if let Ok(reading) = read(&Source::new("plant.awl", bytes), &blocks(), &Options::default()) {
             prop_assert!(reading.loops.iter().all(|one| one.settings.len() == 6));
         }

@@ -1,30 +1,31 @@
-//! The values of a data block: `GAIN := 2.0;`.
+//! Parses the values of a data block: `GAIN := 2.0;`.
 
 use super::lexer::TokenKind;
 use super::parser::{OPEN_COMMENT, Tokens};
 use crate::problem::quoted;
 use std::ops::Range;
 
-/// The most values of a data block that is read, and the most parts of a name.
+/// The maximum number of values in a data block, and of parts in a name.
 const MOST_VALUES: usize = 10_000;
 const MOST_PARTS: usize = 40;
 
-/// The most errors that are collected of a data block, and that are counted besides. Behind them it is not read on.
+/// The maximum number of errors collected from a data block, and of further errors counted, after which parsing stops.
 const MOST_ERRORS: usize = 50;
 const MOST_COUNTED: usize = 10_000;
 
-/// A value that the text gives to a member.
+/// A value assigned to a member.
 #[derive(Debug)]
 pub(super) struct Assignment {
-    /// The name of the member in parts, `TIC.GAIN` in two, without quotes; that of an element of an array is `TIC[2]`.
+    /// The parts of the member's name, without quotes: two for `TIC.GAIN`; an element of an array is one part,
+    /// `TIC[2]`.
     pub(super) path: Vec<String>,
     pub(super) path_span: Range<usize>,
-    /// The value as it is written, with its sign.
+    /// The value as written, including its sign.
     pub(super) literal: String,
     pub(super) literal_span: Range<usize>,
 }
 
-/// Something else than what is expected.
+/// A syntax error.
 #[derive(Debug)]
 pub(super) struct SyntaxError {
     pub(super) span: Range<usize>,
@@ -32,11 +33,11 @@ pub(super) struct SyntaxError {
     pub(super) help: Option<String>,
 }
 
-/// What is wrong with a data block.
+/// The errors in a data block.
 #[derive(Debug, Default)]
 pub(super) struct SyntaxErrors {
     pub(super) first: Vec<SyntaxError>,
-    /// How many there are besides.
+    /// The number of further errors.
     pub(super) others: usize,
 }
 
@@ -50,7 +51,7 @@ impl SyntaxErrors {
     }
 }
 
-/// The values of a part of a text, and what is wrong with it.
+/// Parses the values in a part of a text, and collects its errors.
 pub(super) fn assignments(text: &str, part: Range<usize>) -> (Vec<Assignment>, SyntaxErrors) {
     let mut tokens = Tokens::new(text, part);
     let mut assignments = Vec::new();
@@ -80,7 +81,7 @@ pub(super) fn assignments(text: &str, part: Range<usize>) -> (Vec<Assignment>, S
         };
         if let Some(error) = error {
             errors.push(error);
-            // The next statement is behind the next `;`, or in the next line.
+            // The next statement starts after the next `;`, or on the next line.
             while tokens.peek().is_some() && !tokens.next_is_symbol(";") && !tokens.next_begins_line() {
                 tokens.take();
             }
@@ -89,7 +90,7 @@ pub(super) fn assignments(text: &str, part: Range<usize>) -> (Vec<Assignment>, S
     (assignments, errors)
 }
 
-/// The `;` behind a value.
+/// Expects the `;` after a value.
 fn end_of_statement(tokens: &mut Tokens) -> Result<(), SyntaxError> {
     if tokens.next_is_symbol(";") {
         tokens.take();
@@ -127,7 +128,7 @@ fn assignment(text: &str, tokens: &mut Tokens) -> Result<Assignment, SyntaxError
         tokens.take();
     }
     let is_value = match tokens.next_kind() {
-        // In the next line a name is the next member, not the value of this one.
+        // On the next line, a name is the next member, not the value of this one.
         Some(TokenKind::Word) if tokens.next_begins_line() => is_literal(tokens.next_text()),
         Some(TokenKind::Word | TokenKind::Text | TokenKind::QuotedName) => true,
         _ => false,
@@ -141,7 +142,7 @@ fn assignment(text: &str, tokens: &mut Tokens) -> Result<Assignment, SyntaxError
     Ok(Assignment { path, path_span, literal, literal_span: start..end })
 }
 
-/// Whether a word is a value for certain.
+/// Whether a word is certainly a value.
 fn is_literal(word: &str) -> bool {
     word.starts_with(|c: char| c.is_ascii_digit())
         || word.contains('#')
@@ -149,7 +150,7 @@ fn is_literal(word: &str) -> bool {
         || word.eq_ignore_ascii_case("FALSE")
 }
 
-/// The name of a member with the instances that lead to it.
+/// Parses the name of a member, with the instances that lead to it.
 fn path(text: &str, tokens: &mut Tokens) -> Result<(Vec<String>, Range<usize>), SyntaxError> {
     if tokens.next_is_symbol("#") {
         tokens.take();

@@ -1,4 +1,4 @@
-//! Source texts with the values of loops.
+//! Writes source texts with the values of loops.
 
 use crate::block::Part;
 use crate::encoding::Encoding;
@@ -8,24 +8,24 @@ use crate::problem::quoted;
 use blocks::{Kind, Value};
 use std::collections::HashSet;
 
-/// The longest name of a data block in the symbol table of STEP 7, in characters.
+/// The maximum length of a data block's name in the symbol table of STEP 7, in characters.
 const LONGEST_SYMBOL: usize = 24;
 
-/// The longest name of a data block in TIA Portal, in characters.
+/// The maximum length of a data block's name in TIA Portal, in characters.
 const LONGEST_NAME: usize = 125;
 
-/// Names that mean something else in AWL or SCL, as far as a block could have such members.
+/// Names with another meaning in AWL or SCL that could be members of a block.
 const RESERVED: [&str; 40] = [
     "A", "AN", "AND", "AR", "BEGIN", "CALL", "CASE", "CLR", "D", "DI", "DIV", "DO", "EXIT", "F", "FALSE", "FOR", "FP",
     "I", "IF", "L", "M", "MOD", "NOT", "O", "ON", "OR", "Q", "R", "RETURN", "S", "SET", "STOP", "T", "TAR", "TITLE",
     "TRUE", "U", "UN", "X", "XOR",
 ];
 
-/// An AWL source for STEP 7: an instance data block for each loop, with all its inputs and parameters, in Windows-1252. `origin`
-/// says in a comment what it was made of.
+/// Writes an AWL source for STEP 7, in Windows-1252: an instance data block for each loop, with all inputs and
+/// parameters. A comment contains its `origin`.
 ///
 /// # Errors
-/// What STEP 7 cannot hold, in one sentence.
+/// STEP 7 cannot represent something, as explained in one sentence.
 pub fn write(loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
     check(loops, LONGEST_SYMBOL, "STEP 7")?;
     let mut text = comment(origin);
@@ -44,7 +44,7 @@ pub fn write(loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
         };
         data_block(&mut text, one, &name, &["TITLE =", "VERSION : 0.1"], &block)?;
     }
-    // Comments may have any character, names only those of the encoding.
+    // Comments may contain any characters, names only those of the encoding.
     let bytes = Encoding::Windows1252
         .encode(&text)
         .ok_or("a name has characters that STEP 7 does not have: rename the loop, or write a source for TIA Portal")?;
@@ -54,16 +54,16 @@ pub fn write(loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-/// An external source for TIA Portal: an instance data block for each loop, with all its inputs and parameters. The text begins with
-/// a byte order mark, by which TIA Portal knows UTF-8.
+/// Writes an external source for TIA Portal: an instance data block for each loop, with all inputs and parameters. The
+/// text starts with a byte order mark, by which TIA Portal recognizes UTF-8.
 ///
 /// # Errors
-/// What TIA Portal cannot hold, in one sentence.
+/// TIA Portal cannot represent something, as explained in one sentence.
 pub fn write_tia(loops: &[Loop], origin: &str) -> Result<String, String> {
     check(loops, LONGEST_NAME, "TIA Portal")?;
     let mut text = format!("\u{feff}{}", comment(origin));
     for one in loops {
-        // A block with a number is one of the system, other blocks are the user's.
+        // Blocks with a number belong to the system, all others to the user.
         let block = match one.block.aliases.as_slice() {
             [] => format!("\"{}\"", one.block.name),
             _ => one.block.name.clone(),
@@ -74,7 +74,7 @@ pub fn write_tia(loops: &[Loop], origin: &str) -> Result<String, String> {
     Ok(text)
 }
 
-/// Refuses names that a source cannot hold.
+/// Rejects names that a source cannot contain.
 fn check(loops: &[Loop], longest: usize, tool: &str) -> Result<(), String> {
     let mut names = HashSet::new();
     for Loop { name, .. } in loops {
@@ -121,12 +121,12 @@ fn data_block(text: &mut String, one: &Loop, name: &str, header: &[&str], block:
     Ok(())
 }
 
-/// Whether the PLC has the member, and takes its value from a text.
+/// Whether the PLC has the member and accepts its value from a text.
 fn is_written(member: &crate::block::Member) -> bool {
     member.role.is_settable() && member.part != Part::FmuOnly
 }
 
-/// The name of a member, with quotes where they are needed.
+/// The name of a member, quoted where necessary.
 pub(crate) fn path(name: &str) -> String {
     let part = |part: &str| {
         let is_plain = part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
@@ -137,12 +137,12 @@ pub(crate) fn path(name: &str) -> String {
     name.split('.').map(part).collect::<Vec<_>>().join(".")
 }
 
-/// Whether a data block has this number, written as STEP 7 does.
+/// Whether a text is a data block number in STEP 7's notation.
 fn is_number(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit()) && (text == "0" || !text.starts_with('0'))
 }
 
-/// The lines of a text as a comment.
+/// The lines of a text as comments.
 fn comment(origin: &str) -> String {
     let is_held = |c: &char| Encoding::Windows1252.encode(c.encode_utf8(&mut [0; 4])).is_some();
     let plain = |line: &str| -> String {

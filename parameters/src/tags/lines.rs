@@ -1,8 +1,8 @@
-//! Declarations as people write them: `"Start" AT %I0.0 : Bool // Start button`, `MAX : Int := 5`.
+//! Reads declarations as people write them: `"Start" AT %I0.0 : Bool // Start button`, `MAX : Int := 5`.
 
 use super::{Constant, Tag, Tags, Wrong, address, literal, one_line};
 
-/// What a line declares.
+/// A declaration.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Declared {
     /// A tag, or an instance of a block.
@@ -30,7 +30,7 @@ pub fn declaration(text: &str) -> Result<Declared, String> {
         Some(quoted) => quoted.split_once('"').ok_or("the quotation mark is not closed")?,
         None => {
             let colon = text.find(':').ok_or_else(expected)?;
-            // ASCII capitals keep the places of all characters.
+            // ASCII upper case preserves all byte offsets.
             let at = text[..colon].to_ascii_uppercase().find(" AT ");
             text.split_at(at.unwrap_or(colon))
         }
@@ -46,7 +46,7 @@ pub fn declaration(text: &str) -> Result<Declared, String> {
         }
         None => (None, rest.strip_prefix(':').ok_or_else(expected)?),
     };
-    // A text may have two slashes in it.
+    // A text may contain two slashes.
     let is_outside = |at: &usize| rest[..*at].matches('\'').count() % 2 == 0;
     let comment = rest.match_indices("//").map(|(at, _)| at).find(is_outside);
     let (rest, comment) = comment.map_or((rest, ""), |at| (&rest[..at], &rest[at + 2..]));
@@ -62,7 +62,7 @@ pub fn declaration(text: &str) -> Result<Declared, String> {
     })
 }
 
-/// Reads a list of declarations, a line for each; empty lines and comments may stand between them.
+/// Reads a list of declarations, one per line, with empty lines and comments allowed.
 pub(super) fn read(text: &str) -> Result<Tags, Vec<Wrong>> {
     let mut tags = Tags::default();
     let mut wrong = Vec::new();

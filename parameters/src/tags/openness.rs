@@ -1,4 +1,4 @@
-//! Tag tables in XML, as TIA Portal Openness exports them.
+//! Reads tag tables in XML, as exported by TIA Portal Openness.
 
 use super::{Constant, Tag, Tags, Wrong, address_of, literal, one_line};
 use crate::problem::quoted;
@@ -25,12 +25,12 @@ struct Reading {
 }
 
 impl Reading {
-    /// An element, and those in it: the reader of XML bounds how deep they stand.
+    /// Reads an element and its children; the XML reader limits the depth.
     fn element(&mut self, of: Element) {
         match of.name() {
             "SW.Tags.PlcTag" => self.tag(of),
             "SW.Tags.PlcUserConstant" | "SW.Tags.PlcConstant" => self.constant(of),
-            // Constants of the system are names of hardware: they have numbers that mean nothing outside of their PLC.
+            // System constants are names of hardware, with numbers that are meaningless outside their PLC.
             "SW.Tags.PlcSystemConstant" => {}
             name => {
                 self.tables += usize::from(name == "SW.Tags.PlcTagTable");
@@ -59,7 +59,7 @@ impl Reading {
         self.tags.constants.push(Constant { name, value: literal(ty.trim_matches('"'), &value) });
     }
 
-    /// The text of an attribute that has to be there.
+    /// The text of a mandatory attribute.
     fn text(&mut self, of: Element, name: &str) -> Option<String> {
         let text = attribute(of, name).filter(|text| !text.is_empty());
         if text.is_none() {
@@ -74,7 +74,7 @@ fn attribute(of: Element, name: &str) -> Option<String> {
     Some(of.child("AttributeList")?.child(name)?.text().0.to_string())
 }
 
-/// The comment in English if there is one, else in the first language that has a text.
+/// The English comment if there is one, else the first that is not empty.
 fn comment(of: Element) -> String {
     let is_comment = |text: &Element| text.attribute("CompositionName") == Some("Comment");
     let texts =

@@ -1,7 +1,7 @@
-//! Tag tables in the form of STEP 7's symbols: texts in quotation marks, between commas.
+//! Reads tag tables in the format of STEP 7's symbols: quoted texts separated by commas.
 //!
-//! TIA Portal writes name, address, type, three marks for panels, comment, and the value of a constant, whose address is CONSTANT.
-//! STEP 7 writes name, address, type and comment.
+//! TIA Portal writes name, address, type, three flags for panels, comment, and the value of a constant, whose address
+//! is CONSTANT. STEP 7 writes name, address, type and comment.
 
 use super::{Constant, Tag, Tags, Wrong, address_of, literal, one_line};
 use crate::problem::quoted;
@@ -31,7 +31,7 @@ pub(super) fn read(text: &str) -> Result<Tags, Vec<Wrong>> {
     if wrong.is_empty() { Ok(tags) } else { Err(wrong) }
 }
 
-/// A row: its cells without quotation marks and blanks around them, and where the next row begins.
+/// A row: its cells, unquoted and trimmed, and the offset of the next row.
 fn row(text: &str, start: usize) -> (Result<Vec<String>, String>, usize) {
     let mut cells = vec![String::new()];
     let mut is_quoted = false;
@@ -39,7 +39,7 @@ fn row(text: &str, start: usize) -> (Result<Vec<String>, String>, usize) {
     while let Some((at, character)) = characters.next() {
         let cell = cells.len() - 1;
         match character {
-            // Two of them stand for one.
+            // A doubled quotation mark stands for one.
             '"' if is_quoted && characters.peek().is_some_and(|(_, next)| *next == '"') => {
                 cells[cell].push('"');
                 characters.next();
@@ -67,7 +67,7 @@ fn add(tags: &mut Tags, cells: &[String]) -> Result<(), String> {
             quoted(&cells.join(","))
         ));
     }
-    // Nine cells of TIA Portal, four of STEP 7.
+    // TIA Portal writes nine cells, STEP 7 four.
     let (comment, value) = if cells.len() > 4 { (cell(6), cell(7)) } else { (cell(3), "") };
     if place.eq_ignore_ascii_case("CONSTANT") {
         if value.is_empty() {
@@ -81,7 +81,7 @@ fn add(tags: &mut Tags, cells: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// Whether the address of a symbol of STEP 7 is a block: `FB 41`. Such a row names the block, which its source does, too.
+/// Whether the address of a STEP 7 symbol is a block: `FB 41`. Such a row names the block, as its source does.
 fn is_block(place: &str) -> bool {
     let kind: String = place.chars().take_while(|c| c.is_ascii_alphabetic()).collect();
     matches!(kind.to_ascii_uppercase().as_str(), "FB" | "FC" | "DB" | "OB" | "SFB" | "SFC" | "UDT" | "VAT")

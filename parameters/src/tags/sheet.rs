@@ -1,9 +1,9 @@
-//! Tag tables in the sheets of a workbook.
+//! Reads tag tables from the sheets of a workbook.
 
 use super::{Constant, Tag, Tags, address_of, literal, one_line};
 use crate::problem::quoted;
 
-/// What a sheet has columns of.
+/// The columns of a sheet.
 struct Columns {
     name: usize,
     of: usize,
@@ -12,11 +12,11 @@ struct Columns {
     comment: Option<usize>,
 }
 
-/// Adds the tags or the constants of a sheet: the numbers of its rows, from 1, and their cells. A sheet whose first row has other
-/// headings than those of tags or constants is left out, and `false` is given.
+/// Adds the tags or constants of a sheet, given as row numbers, from 1, and cells. A sheet whose first row has other
+/// headings is skipped, and `false` is returned.
 ///
 /// # Errors
-/// A row without a name, a type or a value, or with another address than tags have: a sentence with its number.
+/// A row lacks a name, type or value, or has an address that a tag cannot have: a sentence with its number.
 pub fn of_sheet(rows: &[(u32, Vec<String>)], tags: &mut Tags) -> Result<bool, String> {
     let Some(((_, headings), rows)) = rows.split_first() else { return Ok(false) };
     let column = |heading: &str| headings.iter().position(|cell| cell.trim().eq_ignore_ascii_case(heading));

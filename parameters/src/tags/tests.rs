@@ -99,7 +99,7 @@ fn rows_of_an_sdf_have_nine_cells_or_four() {
     assert!(wrong(&SDF.replace("\"12\"", "\"\"")).contains("a.sdf:3:1: the constant `BATCHES` has no value"));
 }
 
-/// A tag without its address would be no input and no output, without a word.
+/// Without its address, a tag would silently be neither an input nor an output.
 #[test]
 fn a_damaged_address_is_told_with_its_row() {
     let wrong = |place: &str| table("a.sdf", &SDF.replace("%QW64", place)).unwrap_err().to_string();

@@ -1,18 +1,19 @@
-//! Workbooks (`.xlsx`): the sheets of the spreadsheet parts, as rows of texts.
+//! Reads workbooks (`.xlsx`): the sheets of the spreadsheet parts, as rows of texts.
 
 use crate::xml::{self, Document, Element};
 use std::collections::HashMap;
 
-/// The largest number of a column: a table of tags has ten.
+/// The maximum number of columns; a tag table has ten.
 const MOST_COLUMNS: usize = 50;
 
-/// The most rows with cells of a sheet.
+/// The maximum number of rows with cells in a sheet.
 const MOST_ROWS: usize = super::MOST + 1;
 
-/// The rows of a sheet that have cells, with their numbers from 1.
+/// The rows of a sheet that have cells, with their numbers, from 1.
 pub type Rows = Vec<(u32, Vec<String>)>;
 
-/// The sheets of a workbook with their names. `part` gives the text of a part by its path; `None` if the package does not have it.
+/// The sheets of a workbook, with their names. `part` returns the text of a part by its path, or `None` if the package
+/// lacks it.
 ///
 /// # Errors
 /// A part is missing or damaged: a sentence with its path.
@@ -34,7 +35,7 @@ pub fn sheets(part: &mut dyn FnMut(&str) -> Result<Option<String>, String>) -> R
     for sheet in workbook.root().child("sheets").into_iter().flat_map(|sheets| sheets.children("sheet")) {
         let (Some(name), Some(id)) = (sheet.attribute("name"), sheet.attribute("id")) else { continue };
         let Some(target) = targets.get(id) else { continue };
-        // From the root, or beside the workbook.
+        // Relative to the root, or to the workbook.
         let path = target.strip_prefix('/').map_or_else(|| format!("xl/{target}"), str::to_string);
         let Some(text) = part(&path)? else { return Err(format!("{path} is missing")) };
         let sheet = tree(&path, &text)?;
@@ -68,14 +69,14 @@ fn rows(sheet: Element, texts: &[String]) -> Result<Rows, String> {
     Ok(rows)
 }
 
-/// The number of a column, from 0: 2 of `C5`.
+/// The index of a column, from 0: 2 for `C5`.
 fn column(name: &str) -> Option<usize> {
     let letters = name.bytes().take_while(u8::is_ascii_alphabetic).take(4);
     let number = letters.fold(0, |number, letter| number * 26 + usize::from(letter.to_ascii_uppercase() - b'A') + 1);
     number.checked_sub(1)
 }
 
-/// The text of a cell: shared, in the cell, a truth, or a number as it is written.
+/// The text of a cell: shared, inline, a truth value, or a number as written.
 fn value(cell: Element, texts: &[String]) -> Result<String, String> {
     let value = cell.child("v").map_or("", |value| value.text().0);
     Ok(match cell.attribute("t") {
@@ -89,7 +90,7 @@ fn value(cell: Element, texts: &[String]) -> Result<String, String> {
     })
 }
 
-/// The text of a string item: its own, or those of its runs.
+/// The text of a string item: its own, or that of its runs.
 fn text_of(item: Element) -> String {
     let runs = item.children("r").filter_map(|run| run.child("t"));
     item.children("t").chain(runs).map(|text| text.text().0).collect()

@@ -1,7 +1,7 @@
 use super::*;
 
-/// PUMP with the values of `values`, by the addresses that the packing rule gives: ON 0.0, MAN_ON 0.1, MAN 2, PV_PER 6, COUNT 8,
-/// GAIN 10, SUM 14, TI 22, CYCLE 26, LMN 30, QMIN 34.0.
+/// PUMP with the values of `values`, at the addresses determined by the packing rule: ON 0.0, MAN_ON 0.1, MAN 2, PV_PER
+/// 6, COUNT 8, GAIN 10, SUM 14, TI 22, CYCLE 26, LMN 30, QMIN 34.0.
 fn pump_bytes() -> Vec<u8> {
     let mut bytes = vec![0; 36];
     bytes[0] = 0b01;

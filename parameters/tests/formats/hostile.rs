@@ -1,8 +1,8 @@
-//! Files that are made to fill memory or time, or to overflow the stack, are refused; figures are in tests/README.md.
+//! Files designed to exhaust memory or time, or to overflow the stack, are rejected; figures are in tests/README.md.
 
 use super::*;
 
-/// Above what a small file may take and below what is read.
+/// More than a small file may contain, and less than the limit of a file.
 const MANY: usize = 1_000_000;
 
 #[test]

@@ -1,4 +1,4 @@
-//! The formats that hold numbers: dumps, JSON, SSV and Openness XML.
+//! The formats that contain numbers: dumps, JSON, SSV and Openness XML.
 
 mod dump;
 mod hostile;
@@ -33,7 +33,7 @@ fn pump() -> Arc<Block> {
     Arc::new(Block::new("PUMP".into(), vec!["FB 410".into()], members))
 }
 
-/// A block that has some names in common with [`pump`].
+/// A block that shares some names with [`pump`].
 fn valve() -> Arc<Block> {
     let members = vec![
         Member::new("GAIN", Role::Parameter, Value::Real(1.0)),
@@ -44,7 +44,7 @@ fn valve() -> Arc<Block> {
     Arc::new(Block::new("VALVE".into(), Vec::new(), members))
 }
 
-/// A block with another one inside.
+/// A block that contains another one.
 fn station() -> Arc<Block> {
     let members = vec![
         Member::new("STROKE", Role::Parameter, Value::Real(1.0)),
@@ -67,25 +67,25 @@ fn reading(format: Format, text: impl AsRef<[u8]>, options: &Options) -> Result<
     read(format, &Source::new(file, text.as_ref().to_vec()), &all(), options)
 }
 
-/// The loops of a file that is right.
+/// Returns the loops of a valid file.
 #[track_caller]
 fn loops(format: Format, text: impl AsRef<[u8]>) -> Vec<Loop> {
     reading(format, text, &Options::default()).unwrap_or_else(|problems| panic!("{problems}")).loops
 }
 
-/// What is said of a file that is wrong.
+/// Returns the error of an invalid file.
 #[track_caller]
 fn refusal(format: Format, text: impl AsRef<[u8]>) -> String {
     reading(format, text, &Options::default()).unwrap_err().to_string()
 }
 
-/// Where the value of a loop comes from: `plant.json:2:3`.
+/// Returns the origin of a loop's value: `plant.json:2:3`.
 fn origin(one: &Loop, name: &str) -> String {
     let member = one.block.find(name).unwrap();
     one.settings.iter().find(|setting| setting.member == member).unwrap().origin.to_string()
 }
 
-/// The names of the settings that the file gives.
+/// Returns the names of the settings given in the file.
 fn given(one: &Loop) -> Vec<&str> {
     let given = one.settings.iter().filter(|setting| setting.origin != Origin::Default);
     given.map(|setting| one.block.members[setting.member].name.as_str()).collect()

@@ -79,7 +79,7 @@ fn each_element_of_an_array_of_instances_is_a_loop_with_its_own_values() {
         |path: &str, value: &str| format!("<Subelement Path=\"{path}\"><StartValue>{value}</StartValue></Subelement>");
     let found = travels(member(&(value("1", "3.0") + &value("2", "4.0"))));
     assert_eq!(found, [("r[1]".into(), Some(Value::Real(3.0))), ("r[2]".into(), Some(Value::Real(4.0)))]);
-    // An array in an array: the path has both indices.
+    // A nested array: the path contains both indices.
     let inner = member(&value("5,2", "7.0"));
     let found = travels(format!(
         "<Member Name=\"line\" Datatype=\"Array[5..5] of &quot;Line&quot;\"><Sections><Section Name=\"Static\">{inner}\
@@ -184,7 +184,7 @@ fn what_is_no_export_is_refused() {
     let sentence =
         "expected a Document of TIA Portal Openness with an SW.Blocks.InstanceDB or a technology object, found";
     assert_eq!(refusal(Format::Openness, "<a/>"), format!("plant.xml:1:1: {sentence} `a`"));
-    // Openness exports other things too: then nothing in the file is wrong.
+    // Openness also exports other objects: nothing in the file is wrong, so the error has no position.
     assert_eq!(refusal(Format::Openness, "<Document/>"), format!("plant.xml: {sentence} none"));
 }
 

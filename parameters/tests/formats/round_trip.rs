@@ -1,10 +1,10 @@
-//! What is written reads back bit-equal, for all values of all types.
+//! Written files read back bit for bit, for all values of all types.
 
 use super::*;
 use blocks::table::number::number;
 use proptest::prelude::*;
 
-/// Any value of a type: of numbers, all bit patterns that are finite.
+/// Any value of a type; for floating-point numbers, all finite bit patterns.
 fn value(kind: Kind) -> BoxedStrategy<Value> {
     match kind {
         Kind::Bool => any::<bool>().prop_map(Value::Bool).boxed(),
@@ -73,7 +73,7 @@ proptest! {
         check(Format::Ssv, &[one.clone(), Loop::new("T", station())], &Options::default());
     }
 
-    /// The multi-instances of a station that is the PLC's own block, not one of ours.
+    /// The multi-instances of a station that is a block of the PLC project, not a built-in one.
     #[test]
     fn loops_called_as_an_instance_inside_a_block_read_back(one in instance("DI_PUMP", pump()), other in instance("L.DI_PUMP", valve())) {
         check(Format::Ssv, &[one, other], &Options::default());
@@ -82,7 +82,7 @@ proptest! {
     #[test]
     fn a_dump_reads_back(one in instance("plant", pump()), bits in any::<u32>()) {
         let mut one = one;
-        // Not only numbers: a dump has every bit pattern.
+        // Including NaN: a dump may contain any bit pattern.
         one.set(5, Value::Real(f32::from_bits(bits)), Origin::Default);
         let bytes = parameters::write(Format::Dump, std::slice::from_ref(&one), "").unwrap();
         let back = &reading(Format::Dump, &bytes, &of_block("PUMP")).unwrap().loops[0];
@@ -95,7 +95,7 @@ proptest! {
     }
 }
 
-/// All exponents of a REAL with the mantissas at their borders, where decimals are longest.
+/// All exponents of a REAL with boundary mantissas, which have the longest decimals.
 #[test]
 fn a_real_of_every_exponent_reads_back_from_its_decimal() {
     for exponent in 0..255u32 {

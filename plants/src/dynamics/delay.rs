@@ -24,52 +24,53 @@ use std::array::from_fn;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Delay {
-    /// What went in, one value a cycle, in a ring.
+    /// The inputs, one value per cycle, in a ring buffer.
     line: Vec<LReal>,
-    /// Where the next value goes.
+    /// The index of the next value.
     next: u32,
-    /// How far back the output is.
+    /// The position of the output, behind the input.
     back: Kept<3, Back>,
-    /// Instead of the line, in a lane.
+    /// The ends of the line, which replace it in a lane.
     ends: Option<Ends>,
 }
 
-/// How far back the output of a delay is.
+/// The distance of a delay's output behind its input.
 #[derive(Clone, Copy, Debug, Default)]
 struct Back {
-    /// In whole cycles.
+    /// The number of whole cycles.
     cycles: usize,
-    /// The part of the present cycle, in seconds, in which the output is a cycle older still, and the rest of the cycle.
+    /// The part of the present cycle, in seconds, in which the output is one cycle older, and the rest of the cycle.
     durations: [LReal; 2],
 }
 
 blocks::lane!(Back { cycles: usize, durations: [LReal; 2] });
 
-/// What a call needs of a line: its ends.
+/// The ends of a line, which are all that a call needs of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ends {
     /// The longest delay in cycles.
     longest: LReal,
-    /// What comes out in either part of the cycle; none if that is what goes in.
+    /// The output in either part of the cycle; `None` if it equals the input.
     out: [Option<LReal>; 2],
-    /// What goes in.
+    /// The input.
     input: LReal,
 }
 
 blocks::lane!(Ends { longest: LReal, out: [Option<LReal>; 2], input: LReal, });
 
 impl Delay {
-    /// The longest delay in cycles: 8 MB of memory. A longer one is cut to it; [`Delay::check`] says so beforehand.
+    /// The maximum delay in cycles, which takes 8 MB of memory. A longer one is cut to it; [`Delay::check`] reports
+    /// this beforehand.
     pub const LONGEST: u32 = 1_000_000;
 
-    /// A delay line for delays of up to `longest` seconds, rounded up to whole cycles, filled with `past`. Only this
-    /// function allocates memory: call it in the restart of a block.
+    /// Creates a delay line for delays of up to `longest` seconds, rounded up to whole cycles, filled with `past`. This
+    /// is the only function that allocates memory: call it in the restart of a block.
     pub fn new(longest: LReal, cycle: Time, past: LReal) -> Delay {
         let length = (cycles(longest, cycle).ceil() as usize).min(Delay::LONGEST as usize) + 1;
         Delay { line: vec![past; length], ..Delay::default() }
     }
 
-    /// For [`Law::check`](blocks::Law::check): is there memory for delays of up to `longest` seconds?
+    /// Checks, for [`Law::check`](blocks::Law::check), that there is memory for delays of up to `longest` seconds.
     ///
     /// # Errors
     /// A sentence that names the parameter, its value and the remedy.
@@ -85,11 +86,11 @@ impl Delay {
         ))
     }
 
-    /// Takes the input of this cycle and gives what comes out during it: twice a duration in seconds and the value
-    /// for that long. Either duration may be 0; their sum is the cycle. Allocates nothing.
+    /// Accepts the input of this cycle and returns the output during it: two pairs of a duration in seconds and the
+    /// value for that duration. Either duration may be 0; their sum is the cycle. Allocates nothing.
     ///
-    /// A delay within a billionth of a cycle of a whole number of cycles is that number. A line that was not made by
-    /// [`Delay::new`] delays nothing.
+    /// A delay within a billionth of a cycle of a whole number of cycles counts as that number. A line not created by
+    /// [`Delay::new`] has no delay.
     #[inline(always)]
     pub fn step(&mut self, input: LReal, delay: LReal, cycle: Time) -> [(LReal, LReal); 2] {
         if self.ends.is_none() && self.line.is_empty() {
@@ -111,14 +112,15 @@ impl Delay {
         [(back.durations[0], out[0]), (back.durations[1], out[1])]
     }
 
-    /// The durations of such a [`step`](Delay::step), and whether it computes nothing that it keeps.
+    /// Returns the durations of a [`step`](Delay::step) with these arguments, and whether it recomputes nothing that is
+    /// cached.
     #[inline(always)]
     pub fn durations(&self, delay: LReal, cycle: Time) -> ([LReal; 2], bool) {
         let (back, is_steady) = self.back.get(self.numbers(delay, cycle));
         (back.durations, is_steady)
     }
 
-    /// What follows how far back the output is.
+    /// Returns the numbers that determine the position of the output.
     #[inline(always)]
     fn numbers(&self, delay: LReal, cycle: Time) -> [LReal; 3] {
         [delay, LReal::from(cycle.milliseconds()), self.ends.map_or_else(|| self.longest(), |ends| ends.longest)]
@@ -129,7 +131,7 @@ impl Delay {
         self.line.len().saturating_sub(1) as LReal
     }
 
-    /// What comes out in either part of the cycle; none if that is what goes in.
+    /// Returns the output in either part of the cycle; `None` if it equals the input.
     #[inline]
     fn out(&self, back: Back) -> [Option<LReal>; 2] {
         let now = self.next as usize;
@@ -146,14 +148,15 @@ impl Delay {
 }
 
 impl Back {
-    /// Where in a line the output of either part of the cycle is, if the input of this cycle is at `now`.
+    /// Returns the indices in the line of the output in both parts of the cycle, if the input of this cycle is at
+    /// `now`.
     #[inline(always)]
     fn places(self, now: usize, length: usize) -> [usize; 2] {
-        // A delay of the whole line has no part that reaches further back: `cycles + 1` then goes round, for no time.
+        // A delay of the whole line has no older part: `cycles + 1` then wraps around, for a duration of 0.
         [self.cycles + 1, self.cycles].map(|back| if back > now { now + length - back } else { now - back })
     }
 
-    /// Of a delay in seconds, at most `longest` cycles.
+    /// Computes the position for a delay in seconds, limited to `longest` cycles.
     fn of(delay: LReal, cycle: Time, longest: LReal) -> Back {
         let whole_cycle = seconds(cycle);
         let delay = limited(cycles(delay, cycle), 0.0, longest);
@@ -163,7 +166,8 @@ impl Back {
     }
 }
 
-/// A delay in cycles, free of the rounding of its division: 0.3 s are 3 cycles of 0.1 s, not 2.9999999999999996.
+/// Converts a delay into cycles without the rounding error of the division: 0.3 s are 3 cycles of 0.1 s, not
+/// 2.9999999999999996.
 fn cycles(delay: LReal, cycle: Time) -> LReal {
     const ROUNDING: LReal = 1e-9;
     if cycle <= Time::ZERO {
@@ -186,7 +190,7 @@ impl Stored for Delay {
     }
 }
 
-/// Delays side by side: their lines as they are, one by one, and variable by variable what a steady call needs.
+/// Delays in lanes: the complete lines one by one, and the values that a steady call needs variable by variable.
 #[derive(Debug)]
 pub struct Lanes {
     delays: [Delay; LANES],
@@ -253,11 +257,11 @@ mod tests {
 
     #[test]
     fn a_delay_between_whole_cycles_changes_within_the_cycle() {
-        // 2.25 s in cycles of 1 s: the input of the first cycle comes out from 0.25 s within the third on.
+        // 2.25 s in cycles of 1 s: the input of the first cycle is output from 0.25 s after the start of the third.
         let out = counted(2.25, 10.0, Time::ms(1000), 4);
         assert_eq!(out[2], [(0.25, 0.0), (0.75, 1.0)]);
         assert_eq!(out[3], [(0.25, 1.0), (0.75, 2.0)]);
-        // Shorter than a cycle.
+        // A delay shorter than a cycle.
         assert_eq!(counted(0.5, 0.5, Time::ms(2000), 2)[1], [(0.5, 1.0), (1.5, 2.0)]);
     }
 
@@ -307,7 +311,7 @@ mod tests {
         let cycle = Time::ms(100);
         let mut bytes = Vec::new();
         Delay::new(0.25, cycle, 1.0).write(&mut bytes);
-        // The line holds four values, at the places 0 to 3.
+        // The line holds four values, at the indices 0 to 3.
         for next in [4, 200] {
             *bytes.iter_mut().nth_back(3).unwrap() = next;
             assert_eq!(Delay::read(&mut &bytes[..]), None, "the next value's place {next} lies outside");

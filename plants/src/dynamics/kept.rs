@@ -1,13 +1,13 @@
-//! What follows from settings, kept from call to call.
+//! A cache for values derived from settings.
 
 use blocks::table::abreast::Lane;
 use blocks::{LReal, Stored};
 
-/// A value that is computed from numbers, and computed again only when one of them has changed: for `exp` and the like of
+/// A value computed from numbers, and recomputed only when one of them has changed: for functions such as `exp` of
 /// settings, which stay the same for most of a run.
 ///
-/// It never differs from the value computed anew, so it is not part of a saved state: read back, it is computed again when
-/// it is next asked for.
+/// It always equals the recomputed value, so it is not part of a saved state: after a state has been restored, it is
+/// recomputed on its next use.
 ///
 /// ```
 /// use plants::dynamics::{Kept, exp};
@@ -21,36 +21,37 @@ use blocks::{LReal, Stored};
 pub struct Kept<const N: usize, T> {
     from: [LReal; N],
     value: T,
-    /// There is a value.
+    /// Whether there is a value.
     is_there: bool,
-    /// In a lane: it is asked for in steady calls only, which have compared the numbers before.
+    /// Whether the value is up to date without a check: in a lane, it is used only in steady calls, which have compared
+    /// the numbers beforehand.
     is_sure: bool,
 }
 
 impl<const N: usize, T: Copy> Kept<N, T> {
-    /// The value that `compute` gives for these numbers. It is a plain function, so that it depends on nothing else; ask one
-    /// kept value always with the same.
+    /// Returns the value that `compute` gives for these numbers. `compute` is a plain function, so that it depends on
+    /// nothing else; always pass the same function for a given instance.
     #[inline(always)]
     pub fn of(&mut self, numbers: [LReal; N], compute: fn([LReal; N]) -> T) -> T {
         let is_kept = self.is_sure || self.is_there && (0..N).all(|place| self.is_same(place, numbers));
         if is_kept { self.value } else { self.compute(numbers, compute) }
     }
 
-    /// The value that is kept, and whether it is the one for these numbers.
+    /// Returns the cached value, and whether it belongs to these numbers.
     #[inline(always)]
     pub fn get(&self, numbers: [LReal; N]) -> (T, bool) {
-        // All of them, whatever the first ones are, is what a vector can do.
+        // Compares all numbers without short-circuiting, so that the compiler can vectorize it.
         let is_of = (0..N).fold(self.is_there, |is_of, place| is_of & self.is_same(place, numbers));
         (self.value, is_of)
     }
 
-    /// The value for the last numbers, if there were any.
+    /// Returns the value for the last numbers, if there were any.
     #[inline(always)]
     pub fn last(&self) -> Option<T> {
         self.is_there.then_some(self.value)
     }
 
-    /// Whether it stands in a lane.
+    /// Whether the value is in a lane.
     #[inline(always)]
     pub(super) fn is_in_lane(&self) -> bool {
         self.is_sure
@@ -58,7 +59,7 @@ impl<const N: usize, T: Copy> Kept<N, T> {
 
     #[inline(always)]
     fn is_same(&self, place: usize, numbers: [LReal; N]) -> bool {
-        // By their bits, NaN is equal to itself, and -0 differs from 0.
+        // Compared as bits, NaN equals itself, and -0 differs from 0.
         self.from[place].to_bits() == numbers[place].to_bits()
     }
 
@@ -71,13 +72,13 @@ impl<const N: usize, T: Copy> Kept<N, T> {
 }
 
 impl<const N: usize, T: Default> Default for Kept<N, T> {
-    /// Nothing is computed yet.
+    /// Creates an empty cache.
     fn default() -> Self {
         Kept { from: [0.0; N], value: T::default(), is_there: false, is_sure: false }
     }
 }
 
-/// What is kept follows from something else: of two things that differ in it alone, neither differs from the other.
+/// The cache is derived data: it is ignored when blocks are compared.
 impl<const N: usize, T> PartialEq for Kept<N, T> {
     fn eq(&self, _: &Self) -> bool {
         true
@@ -92,7 +93,7 @@ impl<const N: usize, T: Default> Stored for Kept<N, T> {
     }
 }
 
-/// A call that computes the value anew is not steady.
+/// A call that recomputes the value is not steady.
 impl<const N: usize, T: Copy + Lane> Lane for Kept<N, T> {
     type Lanes = (<[LReal; N] as Lane>::Lanes, T::Lanes, <bool as Lane>::Lanes);
 

@@ -25,7 +25,7 @@ fn system(text: &str) -> System {
     read(&path, None, parameters).unwrap()
 }
 
-/// The sentence, with `loop.toml` for the path of the file.
+/// Returns the error, with `loop.toml` in place of the path.
 fn error(text: &str) -> String {
     let (folder, path) = folder(text);
     let sentence = format!("{:#}", read(&path, None, parameters).unwrap_err());
@@ -162,7 +162,7 @@ fn fmus_may_be_in_another_folder() {
     assert!(sentence.ends_with("; name their folder with --fmus, or correct the path"), "{sentence}");
 }
 
-/// The system without the places of a file.
+/// Returns the system without positions in a file.
 fn plain(mut system: System) -> System {
     system.settings.iter_mut().for_each(|of| of.place = None);
     system.connections.iter_mut().for_each(|of| of.place = None);
@@ -199,7 +199,7 @@ fn what_is_written_reads_back() {
     let text = write(&system.as_in(folder.path())).unwrap();
     assert!(text.contains("b = \"PID.fmu\""), "{text}");
     fs::write(&path, text).unwrap();
-    // The first value of SP at 5 s has no effect.
+    // The first value of SP at 5 s is overwritten.
     let mut expected = plain(system);
     expected.settings.remove(3);
     let mut read_back = plain(read(&path, None, parameters).unwrap());

@@ -1,4 +1,4 @@
-//! A system as the text of a TOML file.
+//! Writes a system as the text of a TOML file.
 
 use crate::system::{Exchange, Setting, System, Value};
 use anyhow::{Context, Result};
@@ -9,11 +9,11 @@ use std::fs;
 use std::path::Path;
 use toml_writer::TomlWrite;
 
-/// A system as the text of such a file, with the paths as they are. Values of parameter files become settings; of a variable that
-/// is set twice at one time, the last value counts.
+/// Writes a system as TOML, with paths unchanged. Values of parameter files become settings; of several settings of a
+/// variable at one time, the last counts.
 ///
 /// # Errors
-/// A path is not text.
+/// A path is not valid Unicode.
 pub fn write(system: &System) -> Result<String> {
     let mut text = String::new();
     for (name, seconds) in [("start", system.start), ("stop", system.stop), ("step", system.step)] {
@@ -64,7 +64,7 @@ pub fn write(system: &System) -> Result<String> {
     Ok(text)
 }
 
-/// `NAME.sources = [...]`, and a line for each other key of the manifest.
+/// Writes `NAME.sources = [...]`, and a line for each further key of the manifest.
 fn program(text: &mut String, name: &str, manifest: &Manifest) -> Result<()> {
     for (key, value) in toml::Table::try_from(manifest)? {
         text.key(name)?;
@@ -74,7 +74,7 @@ fn program(text: &mut String, name: &str, manifest: &Manifest) -> Result<()> {
     Ok(())
 }
 
-/// What is set at the start, and the events in the order of time.
+/// Writes the settings at the start, and the events in order of time.
 fn settings(text: &mut String, system: &System) -> fmt::Result {
     let firm = |variable: &str| system.settings.iter().any(|of| !of.is_preliminary && of.variable == variable);
     let connected = |variable: &str| system.connections.iter().any(|of| of.to == variable);
@@ -92,7 +92,7 @@ fn settings(text: &mut String, system: &System) -> fmt::Result {
     Ok(())
 }
 
-/// A line for each variable, with the last of its values.
+/// Writes a line for each variable, with its last value.
 fn set<'a>(text: &mut String, prefix: &str, settings: impl Iterator<Item = &'a Setting>) -> fmt::Result {
     let mut values: Vec<(&str, Value)> = Vec::new();
     for of in settings {
@@ -105,7 +105,7 @@ fn set<'a>(text: &mut String, prefix: &str, settings: impl Iterator<Item = &'a S
         text.write_str(prefix)?;
         entry(text, variable, |text| match value {
             Value::Boolean(value) => text.value(value),
-            // TOML's integers have 64 bits with sign.
+            // TOML's integers are signed 64-bit numbers.
             Value::Whole(value) => match i64::try_from(value) {
                 Ok(value) => text.value(value),
                 Err(_) => text.value(value.to_string()),
@@ -116,7 +116,7 @@ fn set<'a>(text: &mut String, prefix: &str, settings: impl Iterator<Item = &'a S
     Ok(())
 }
 
-/// A line `key = value`.
+/// Writes a line `key = value`.
 fn entry(text: &mut String, key: &str, value: impl FnOnce(&mut String) -> fmt::Result) -> fmt::Result {
     text.key(key)?;
     text.write_str(" = ")?;
@@ -125,7 +125,8 @@ fn entry(text: &mut String, key: &str, value: impl FnOnce(&mut String) -> fmt::R
 }
 
 impl System {
-    /// The same with the paths of its FMUs and programs as a file in `folder` names them: relative to it where they are below it.
+    /// The system with the paths of its FMUs and programs as a file in `folder` would name them: relative if they are
+    /// inside it.
     pub fn as_in(&self, folder: &Path) -> System {
         let absolute = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         let relative = |path: &Path| {

@@ -5,10 +5,10 @@ use crate::component::{Abreast, Component, Wiring};
 use crate::plan::Plan;
 use std::fmt;
 
-/// Between two events that are fewer steps apart, it is not worth while to bring runs together.
+/// Runs are stepped side by side only if at least this many steps remain before the next event.
 const FEWEST: usize = 16;
 
-/// An input was refused in a step, which some members have made and others have not: the runs cannot go on.
+/// An input was refused in the middle of a step, after some members had made it: the runs cannot continue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Refused;
 
@@ -21,13 +21,13 @@ impl fmt::Display for Refused {
 impl std::error::Error for Refused {}
 
 impl<C: Component> Run<C> {
-    /// Makes steps of several runs of a plan side by side, which differ in values alone, and says how many: those before the next
-    /// event, unless they are few, as long as all are ordinary ones. Each run is then as after as many times [`Run::step`]. `None` if the
-    /// components cannot do it, or the next step is none of these. `record` gets each column of the plan with its value in each run,
-    /// step by step.
+    /// Makes steps of several runs of a plan side by side, and returns their number: the steps before the next event,
+    /// unless they are few, as long as all are ordinary. Afterwards each run is as after the same number of
+    /// [`Run::step`] calls. `None` if the components do not support it, or the next step is not ordinary. The runs
+    /// differ only in values. `record` receives, step by step, each column of the plan with its value in each run.
     ///
     /// # Errors
-    /// An input was refused in a step. A run that is made alone says which.
+    /// An input was refused in a step. Repeating the run alone shows which.
     pub fn steps_abreast(
         runs: &mut [Run<C>],
         plan: &Plan,
@@ -80,7 +80,7 @@ impl<C: Component> Run<C> {
     }
 }
 
-/// A member of all runs.
+/// Combines the same member of all runs.
 fn abreast<'a, C: Component>(of: Vec<&'a mut C>, wiring: &Wiring) -> Option<Box<dyn Abreast + 'a>> {
     let mut of = of.into_iter();
     let first = of.next()?;

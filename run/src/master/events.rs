@@ -1,23 +1,23 @@
-//! Event Mode at a communication point, before any FMU steps.
+//! Event Mode at a communication point, before any FMU makes a step.
 
 use super::{Run, Running, at_time};
 use crate::component::{Component, MOST_UPDATES};
 use crate::plan::Plan;
 use anyhow::{Result, anyhow};
 
-/// What an FMU says of its events.
+/// The state of an FMU's own events.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Own {
     /// The time of its next event in seconds, or infinity if it announced none.
     next: f64,
-    /// Whether it has to be updated.
+    /// Whether it must be updated.
     is_needed: bool,
-    /// Whether its event has still to wait for those of others.
+    /// Whether its event must wait for those of other FMUs.
     waits: bool,
 }
 
 impl Default for Own {
-    /// Before it has said anything, it may have an event at once.
+    /// An FMU that has not announced anything may have an event immediately.
     fn default() -> Own {
         Own { next: f64::NEG_INFINITY, is_needed: false, waits: false }
     }
@@ -42,7 +42,7 @@ impl<C: Component> Run<C> {
         }
         while !waiting.is_empty() {
             self.settle(plan, time)?;
-            // An event waits for those of the FMUs that feed it. In a circle, the order of the FMUs decides.
+            // An event waits for those of the FMUs that feed its own. In a cycle, the order of the FMUs decides.
             let feeds = |member: usize| {
                 let sources = plan.members[member].sources.iter().map(|source| source.0);
                 sources.filter(|from| *from != member && waiting.contains(from)).count()
@@ -66,8 +66,8 @@ impl<C: Component> Run<C> {
         Ok(())
     }
 
-    /// An FMU without Event Mode before one that has events of its own: what the latter is called with is from before the step, at its
-    /// output and at the input.
+    /// Switches columns to the values from before the step where an FMU without Event Mode precedes one with events of
+    /// its own: that is what the latter is called with, at both the output and the input.
     fn record_what_is_called_with(&mut self, plan: &Plan) {
         let count = self.values.len() / 2;
         let has_calls = |member: usize| self.members[member].own.is_some_and(|events| events.next.is_finite());
@@ -82,7 +82,7 @@ impl<C: Component> Run<C> {
         }
     }
 
-    /// Updates the FMUs that do not wait, until none asks for it and no output changes.
+    /// Updates the FMUs that are not waiting until none requests it and no output changes.
     fn settle(&mut self, plan: &Plan, time: f64) -> Result<()> {
         let count = self.values.len() / 2;
         for _ in 0..MOST_UPDATES {
@@ -114,7 +114,7 @@ impl<C: Component> Run<C> {
 }
 
 impl<C: Component> Running<C> {
-    /// Whether an input would get another value than it has; `place` says where a source is.
+    /// Whether any input would get a new value; `place` maps a source to its position.
     fn inputs_differ(&self, values: &[f64], place: impl Fn(usize) -> usize) -> bool {
         self.wiring.written.iter().any(|group| {
             let mut sources = group.seen.iter().zip(&group.sources);
@@ -122,7 +122,7 @@ impl<C: Component> Running<C> {
         })
     }
 
-    /// Updates it in Event Mode, after it has got its inputs as they are now, if they are given.
+    /// Updates the FMU in Event Mode, after writing its current inputs, if given.
     fn update(&mut self, inputs: Option<(&[f64], usize)>) -> Result<()> {
         if let Some((values, count)) = inputs {
             self.write_inputs_at(values, |source| source % count)?;
@@ -134,7 +134,7 @@ impl<C: Component> Running<C> {
         Ok(())
     }
 
-    /// In a step: takes over what FMUs before it, which have no Event Mode, have given it meanwhile.
+    /// Within a step: applies the inputs that earlier FMUs without Event Mode have changed in the meantime.
     pub(super) fn take_over(&mut self, values: &[f64]) -> Result<()> {
         if !self.inputs_differ(values, |source| source) {
             return Ok(());

@@ -4,20 +4,20 @@ use crate::plan::Block;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// Reals by reference. A step adds `INPUT` (1) to `OUTPUT` (0); `PARAMETER` (2) is added at initialization.
+/// Reals by value reference. A step adds `INPUT` (1) to `OUTPUT` (0); `PARAMETER` (2) is added at initialization.
 const OUTPUT: u32 = 0;
 const INPUT: u32 = 1;
 const PARAMETER: u32 = 2;
 
-/// A component that notes what is done with it.
+/// A component that logs the calls it receives.
 struct Sum {
     name: &'static str,
     values: [f64; 3],
     log: Rc<RefCell<Vec<String>>>,
     fails_at: f64,
-    /// At `fails_at` it ends the simulation, which is no failure.
+    /// Whether it ends the simulation at `fails_at`, which is not a failure.
     ends: bool,
-    /// Its output is its input at once.
+    /// Whether its output follows its input immediately.
     passes_on: bool,
 }
 
@@ -81,7 +81,7 @@ impl Component for Sum {
     }
 }
 
-/// So many Reals and nothing else.
+/// Counts of this many Reals and no other types.
 fn counts(reals: usize) -> [usize; Type::ALL.len()] {
     let mut counts = [0; Type::ALL.len()];
     counts[0] = reals;
@@ -92,7 +92,7 @@ fn real(reference: u32, value: f64) -> Assignment {
     Assignment { kind: Type::Real, reference, value }
 }
 
-/// A member whose input and output are connected: its input to the output of `from`.
+/// A member whose input is connected to the output of `from`.
 fn member(name: &str, from: usize, start: f64) -> MemberPlan {
     MemberPlan {
         name: name.into(),
@@ -118,7 +118,7 @@ fn column(name: &str, source: (usize, usize), is_before_step: bool) -> Column {
     }
 }
 
-/// A and B in a ring, A first; A begins with 1 and B with 10.
+/// Members A and B in a ring, A first; A begins with 1 and B with 10.
 fn ring(exchange: Exchange) -> Plan {
     Plan {
         start: 0.0,
@@ -243,7 +243,7 @@ fn an_output_that_no_fmu_reads_stands_at_its_time() {
         || Sum { name: "A", values: [0.0; 3], log: Rc::default(), fails_at: f64::NAN, ends: false, passes_on: false };
     let recording = run(&plan, &mut [component()], |_| {}).unwrap();
     assert_eq!(rows(&recording), [(0.0, vec![1.0]), (0.5, vec![11.0]), (1.0, vec![21.0])]);
-    // In the row of a call, it is what the call gives.
+    // The row of a call holds the results of the call.
     let mut calls = Run::begin(&plan, vec![component()], Some(1.0)).unwrap();
     calls.step(&plan).unwrap();
     assert_eq!((calls.time(), calls.row()), (0.0, &[11.0][..]));
@@ -271,7 +271,7 @@ fn the_times_do_not_add_up() {
 fn an_error_says_which_fmu_fails() {
     let (result, log) = run_it(&ring(Exchange::Sequential), 0.5);
     assert_eq!(format!("{:#}", result.unwrap_err()), "A: it refuses: no more");
-    // After an error the standard allows no termination.
+    // The standard forbids termination after an error.
     assert!(!log.iter().any(|line| line.contains("terminate")), "{log:?}");
 }
 
@@ -321,7 +321,8 @@ fn a_thinned_recording_keeps_the_least_and_the_greatest_value_in_their_order() {
     assert_eq!(thinned(4), [(0.0, 9.0, 0.0), (3.0, 1.0, 3.0), (4.0, 5.0, 4.0), (6.0, 2.0, 6.0)]);
 }
 
-/// A controller that is called every half second, in Event Mode, and then gives half the distance of its `INPUT` from 8.
+/// A controller in Event Mode that is called every half second, and then outputs half the distance of its `INPUT` from
+/// 8.
 #[derive(Default)]
 struct Sampled {
     values: [f64; 3],
@@ -378,7 +379,7 @@ impl Component for Sampled {
     }
 }
 
-/// A plant without Event Mode, which begins with 1, before a controller that has it.
+/// A plant without Event Mode, which begins with 1, before a controller with Event Mode.
 fn plant_first() -> (Plan, Vec<Box<dyn Component>>) {
     let plan = Plan {
         members: vec![member("P", 1, 1.0), MemberPlan { has_events: true, ..member("S", 0, 0.0) }],
@@ -399,7 +400,7 @@ fn plant_first() -> (Plan, Vec<Box<dyn Component>>) {
 fn what_an_fmu_is_called_with_in_event_mode_is_recorded_at_the_output_and_at_the_input() {
     let (plan, mut components) = plant_first();
     let recording = run(&plan, &mut components, |_| {}).unwrap();
-    // Of the plant's 1, the controller makes 3.5; of 1 + 3.5 it makes 1.75.
+    // From the plant's 1, the controller computes 3.5; from 1 + 3.5 it computes 1.75.
     let expected =
         [(0.0, vec![1.0, 1.0, 3.5, 3.5]), (0.5, vec![4.5, 4.5, 1.75, 1.75]), (1.0, vec![6.25, 6.25, 1.75, 1.75])];
     assert_eq!(rows(&recording), expected);

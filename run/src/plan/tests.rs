@@ -27,7 +27,7 @@ fn experiment(start: f64, stop: f64, step: f64) -> Option<DefaultExperiment> {
     })
 }
 
-/// A controller: LMN and the Boolean HIGH of PV_PER, SP and GAIN.
+/// A controller with the inputs SP, PV_PER and ON, the setting GAIN, and the outputs LMN and HIGH.
 fn controller() -> Description {
     use Causality::{Input, Output, Parameter};
     let plain = || real(None, None, None);
@@ -61,7 +61,7 @@ fn plant() -> Description {
 
 const LOOP: [&str; 2] = ["C.LMN=P.POWER", "P.T_PER=C.PV_PER"];
 
-/// The controller C before the plant P.
+/// A system with the controller C before the plant P.
 fn system(connections: &[&str], settings: &[&str]) -> System {
     System {
         members: ["C", "P"].map(|name| Member { name: name.into(), path: format!("{name}.fmu").into() }).into(),
@@ -79,7 +79,7 @@ fn error(system: &System) -> String {
     format!("{:#}", plan(system).unwrap_err())
 }
 
-/// So many Reals, Integers and Booleans and nothing else.
+/// Counts of this many Reals, Integers and Booleans and no other types.
 fn counts(of: [usize; 3]) -> [usize; Type::ALL.len()] {
     let mut counts = [0; Type::ALL.len()];
     counts[..3].copy_from_slice(&of);
@@ -110,13 +110,13 @@ fn outputs_of_the_plant_are_recorded_as_the_controller_reads_them() {
         let columns = plan(system).unwrap().columns.into_iter();
         columns.filter(|column| column.is_before_step).map(|column| column.name).collect()
     };
-    // T_PER is connected back; TEMP goes with it.
+    // T_PER is fed back; TEMP is included with it.
     assert_eq!(before(&system(&LOOP, &[])), ["P.TEMP", "P.T_PER"]);
-    // Nothing reads the plant.
+    // Nothing reads the plant's outputs.
     assert_eq!(before(&system(&LOOP[..1], &[])), [""; 0]);
-    // An FMU that is connected to itself reads what it was before its step.
+    // An FMU connected to itself reads its output from before the step.
     assert_eq!(before(&system(&["C.LMN=C.SP"], &[])), ["C.LMN", "C.HIGH"]);
-    // Each output of one FMU as its own readers see it.
+    // Each output of an FMU as its readers see it.
     assert_eq!(before(&system(&["C.LMN=P.POWER", "C.HIGH=C.ON"], &[])), ["C.HIGH"]);
     // In parallel all outputs are read before the steps.
     let parallel = System { exchange: Exchange::Parallel, ..system(&LOOP, &[]) };
@@ -131,7 +131,7 @@ fn variables_of_one_type_are_read_in_one_call_and_found_at_their_place() {
     assert_eq!(plant.observed.groups().collect::<Vec<_>>(), [(Type::Real, 0..2), (Type::Integer, 2..3)]);
     assert_eq!(plant.outputs, Block { references: vec![2], counts: counts([0, 1, 0]) });
     assert_eq!(plant.output_places, [2]);
-    // The controller's PV_PER comes from member 1, place 2.
+    // The controller's PV_PER comes from member 1, index 2.
     assert_eq!(plan.members[0].connected, Block { references: vec![1], counts: counts([0, 1, 0]) });
     assert_eq!(plan.members[0].sources, [(1, 2)]);
 }
@@ -168,7 +168,7 @@ fn the_step_that_is_proposed_is_the_cycle_that_is_set() {
         (plan.step, plan.step_proposed_by)
     };
     assert_eq!(proposed(&["C.CYCLE=0.05"]), (0.05, Some(0)));
-    // What is set takes precedence over a parameter file.
+    // A setting takes precedence over a parameter file.
     let mut own = system(&[], &["C.CYCLE=0.02", "C.CYCLE=0.05"]);
     own.settings[0].is_preliminary = true;
     assert_eq!(plan(&own).unwrap().step, 0.05);
@@ -185,7 +185,7 @@ fn a_time_is_the_number_that_is_the_nearest_to_the_decimal_one() {
     assert_eq!(time(0.0, 0.2, 2999), 599.8);
     assert_ne!(2999.0 * 0.2, 599.8);
     assert_eq!(time(-0.3, 0.1, 6), 0.3);
-    // A third has no decimal form.
+    // One third has no finite decimal form.
     assert_eq!(time(0.0, 1.0 / 3.0, 100), 100.0 * (1.0 / 3.0));
 }
 
@@ -299,7 +299,7 @@ fn the_times_are_those_that_the_fmus_propose_unless_told_otherwise() {
     assert_eq!(plan(&system).unwrap(), (0.0, 0.1, Some(1), 900));
     (system.start, system.stop, system.step) = (Some(-1.0), Some(1.0), Some(0.5));
     assert_eq!(plan(&system).unwrap(), (-1.0, 0.5, None, 4));
-    // The last whole step: rounding does not count.
+    // The last whole step, regardless of rounding errors.
     (system.start, system.stop, system.step) = (Some(0.0), Some(0.3), Some(0.1));
     assert_eq!(plan(&system).unwrap().3, 3);
     system.stop = Some(0.39);
@@ -344,7 +344,7 @@ fn a_value_of_a_parameter_file_gives_way_to_a_connection_and_to_a_setting() {
     let plan = plan(&system).unwrap();
     assert_eq!(plan.members[0].parameters.iter().map(|of| of.value).collect::<Vec<_>>(), [3.0]);
     assert_eq!(plan.members[0].inputs.iter().map(|of| of.value).collect::<Vec<_>>(), [1.0]);
-    // A file has a value of every input; that does not make a column of each.
+    // A file contains a value for every input, but that does not make each a column.
     assert!(!plan.columns.iter().any(|column| column.name == "C.SP"));
 }
 

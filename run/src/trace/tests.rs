@@ -62,7 +62,7 @@ fn of_many_calls_each_group_has_its_lowest_and_its_highest_value_in_the_order_of
     assert!(!curves.is_exact);
 }
 
-/// The lowest and the highest value of what a trace has taken.
+/// Returns the minimum and maximum of what a trace has recorded.
 fn expected(calls: Range<usize>) -> (f64, f64) {
     let values = calls.map(|call| row(call)[0]);
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))

@@ -1,10 +1,9 @@
-//! Blocks of the system whose parameters are documented, and that need a PLC's hardware.
+//! System blocks that need PLC hardware and have documented parameters.
 
 use crate::syntax::key;
 use crate::undeclared::Formal;
 
-/// A block: its name, whether it has instances, its inputs, its outputs, and the type of its value. A parameter without a type has that
-/// of its argument. Sources: the help of TIA Portal on each of them.
+/// A system block. A parameter without a type takes the type of its argument. Source: TIA Portal help on each block.
 pub struct Block {
     /// Its name, in capitals.
     pub name: &'static str,
@@ -12,9 +11,9 @@ pub struct Block {
     pub has_instances: bool,
     /// Its inputs: `REQ:Bool DATA`.
     pub inputs: &'static str,
-    /// Its outputs.
+    /// Its outputs, in the same notation.
     pub outputs: &'static str,
-    /// The type of its value; empty without one.
+    /// The type of its return value; empty if it has none.
     pub value: &'static str,
 }
 
@@ -26,13 +25,13 @@ const fn function(name: &'static str, inputs: &'static str, outputs: &'static st
     Block { name, has_instances: false, inputs, outputs, value: "INT" }
 }
 
-/// What most blocks of communication say.
+/// The outputs that most communication blocks have.
 const DONE: &str = "DONE:Bool BUSY:Bool ERROR:Bool STATUS:Word";
 
-/// What most blocks of motion control say.
+/// The outputs that most motion control blocks have.
 const MOVED: &str = "Done:Bool Busy:Bool CommandAborted:Bool Error:Bool ErrorID:Word";
 
-/// The blocks.
+/// All known system blocks.
 pub const BLOCKS: &[Block] = &[
     // Communication.
     block("TCON", "REQ:Bool ID:Word CONNECT", DONE),
@@ -114,7 +113,7 @@ pub const BLOCKS: &[Block] = &[
         "Axis JogForward:Bool JogBackward:Bool Velocity:LReal Acceleration:LReal Deceleration:LReal Jerk:LReal",
         "InVelocity:Bool Busy:Bool CommandAborted:Bool Error:Bool ErrorID:Word",
     ),
-    // Safety: the parameters alone.
+    // Safety: parameters only.
     block("ESTOP1", "E_STOP:Bool ACK_NEC:Bool ACK:Bool TIME_DEL:Time", "Q:Bool Q_DELAY:Bool ACK_REQ:Bool DIAG:Byte"),
     block(
         "SFDOOR",
@@ -139,12 +138,12 @@ fn find(name: &str) -> Option<&'static Block> {
     BLOCKS.iter().find(|block| block.name == name)
 }
 
-/// Whether the system has a function block of this name.
+/// Whether the system has a function block of that name.
 pub fn is_block(name: &str) -> bool {
     find(name).is_some_and(|block| block.has_instances)
 }
 
-/// The parameters of a block of the system; none if it is not known.
+/// The parameters of a system block; empty if it is unknown.
 pub fn formals(name: &str) -> Vec<Formal> {
     let Some(block) = find(name) else { return Vec::new() };
     let list = |texts: &'static str, is_output| {
@@ -156,12 +155,12 @@ pub fn formals(name: &str) -> Vec<Formal> {
     list(block.inputs, false).chain(list(block.outputs, true)).collect()
 }
 
-/// The type of the value of a function of the system.
+/// The return type of a system function.
 pub fn value(name: &str) -> Option<&'static str> {
     find(name).map(|block| block.value).filter(|value| !value.is_empty())
 }
 
-/// The block of an instance that is named as TIA Portal does: `TSEND_C` of `TSEND_C_DB_1`; the name itself if it is not.
+/// The block name in an instance name of TIA Portal's scheme, `TSEND_C` for `TSEND_C_DB_1`; otherwise the name itself.
 pub fn without_instance(name: &str) -> String {
     let digits = name.trim_end_matches(|last: char| last.is_ascii_digit());
     let plain = digits.strip_suffix('_').filter(|_| digits.len() < name.len()).unwrap_or(name);

@@ -6,7 +6,7 @@ use crate::program::walk::{self, Look, runs_statements};
 use crate::program::{Base, Binary, Convert, Expr, Place, Scalar, Step, Type, Unary, Value};
 
 impl Printer<'_> {
-    /// An expression; what has to be done before is printed first.
+    /// Returns an expression as C text, after printing the statements that must run before it.
     pub(super) fn expr(&mut self, expr: &Expr) -> Result<String, String> {
         Ok(match expr {
             Expr::Const(value) => constant(*value),
@@ -80,20 +80,21 @@ impl Printer<'_> {
         })
     }
 
-    /// The value of a statement: without the parentheses around it, and a truth value as one where compilers see an `int`.
+    /// The value of a statement as C text: without outer parentheses, and cast to a truth value where a compiler sees
+    /// an `int`.
     pub(super) fn whole(&mut self, expr: &Expr) -> Result<String, String> {
         let text = self.expr(expr)?;
         let text = bare(&text);
         Ok(if is_int(expr) { format!("(u8_t)({text})") } else { text.to_string() })
     }
 
-    /// Expressions with commas between them.
+    /// Expressions separated by commas.
     fn joined(&mut self, list: &[&Expr]) -> Result<String, String> {
         let parts = self.exprs(list)?;
         Ok(parts.iter().map(|part| bare(part)).collect::<Vec<_>>().join(", "))
     }
 
-    /// Expressions from left to right.
+    /// Expressions evaluated from left to right.
     pub(super) fn exprs(&mut self, list: &[&Expr]) -> Result<Vec<String>, String> {
         let mut printed = Vec::new();
         for (number, expr) in list.iter().enumerate() {
@@ -104,13 +105,13 @@ impl Printer<'_> {
         Ok(printed)
     }
 
-    /// Whether an expression has to be calculated before something else is: statements there may change it, or each of them may
-    /// stop the call, and C leaves open which of two parts of an expression it calculates first.
+    /// Whether an expression must be evaluated before what follows: statements there may change its value, or both may
+    /// stop the call, and C does not specify the order of evaluation of operands.
     pub(super) fn comes_before(&self, expr: &Expr, later: Effect) -> bool {
         !matches!(expr, Expr::Const(_)) && (later.runs || later.stops && self.of_expr(expr).stops)
     }
 
-    /// What an expression does besides having a value.
+    /// The side effects of evaluating an expression.
     pub(super) fn of_expr(&self, expr: &Expr) -> Effect {
         struct Finds<'a>(&'a Printer<'a>, bool);
         impl Look for Finds<'_> {
@@ -127,7 +128,7 @@ impl Printer<'_> {
         Effect { runs: self.runs(expr), stops: finds.1 }
     }
 
-    /// What finding a place does.
+    /// The side effects of resolving a place.
     pub(super) fn of_place(&self, place: &Place) -> Effect {
         let indices = self.indices(place);
         Effect {
@@ -136,12 +137,13 @@ impl Printer<'_> {
         }
     }
 
-    /// Whether a place has an index that is checked when the program runs, and so may be another place at another time.
+    /// Whether a place has an index checked at run time, so that it may resolve to different variables at different
+    /// times.
     pub(super) fn is_checked(&self, place: &Place) -> bool {
         self.indices(place).iter().any(|(_, is_checked)| *is_checked)
     }
 
-    /// The indices of a place in their order, and whether they are checked when the program runs.
+    /// The indices of a place in order, and whether each is checked at run time.
     fn indices<'e>(&self, place: &'e Place) -> Vec<(&'e Expr, bool)> {
         let mut all = Vec::new();
         for (number, step) in place.steps.iter().enumerate() {
@@ -160,19 +162,19 @@ impl Printer<'_> {
         all
     }
 
-    /// Whether statements are printed before an expression is calculated.
+    /// Whether an expression needs statements printed before it.
     pub(super) fn runs(&self, expr: &Expr) -> bool {
         runs_statements(expr) && (self.scope.counts || !is_quiet(expr, &self.facts))
     }
 
-    /// A temporary with the value.
+    /// Stores a value in a new temporary and returns the temporary's name.
     pub(super) fn kept(&mut self, ty: Scalar, value: &str) -> String {
         let name = self.temporary(|_, name| format!("{} {name}", scalar(ty)));
         self.line(&format!("{name} = {};", bare(value)));
         name
     }
 
-    /// The conditions under which two variables are the same.
+    /// Appends the conditions under which two variables are equal.
     fn same(&self, ty: &Type, offset: usize, a: &str, b: &str, parts: &mut Vec<String>) -> Result<(), String> {
         let at = |text: &str| format!("(const char *){text} + {offset}");
         match ty {
@@ -201,7 +203,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// The addresses of two variables, the first one first.
+    /// The addresses of two variables, resolved from left to right.
     pub(super) fn addresses(&mut self, a: &Place, b: &Place) -> Result<(String, String), String> {
         let mut first = self.address(a)?;
         if self.is_found_before(a, self.of_place(b)) {
@@ -210,19 +212,19 @@ impl Printer<'_> {
         Ok((first, self.address(b)?))
     }
 
-    /// Whether a place has to be found before something else is done.
+    /// Whether a place must be resolved before what follows.
     pub(super) fn is_found_before(&self, place: &Place, later: Effect) -> bool {
         (later.runs || later.stops) && self.is_checked(place)
     }
 
-    /// A temporary with an address or an index.
+    /// Stores an address or an index in a new temporary and returns the temporary's name.
     pub(super) fn held(&mut self, ty: &str, text: &str) -> String {
         let name = self.temporary(|_, name| format!("{ty}{name}"));
         self.line(&format!("{name} = {text};"));
         name
     }
 
-    /// The address of a variable.
+    /// The address of a variable as C text.
     pub(super) fn address(&mut self, place: &Place) -> Result<String, String> {
         let text = self.place(place)?;
         Ok(match text.strip_prefix("(*").and_then(|rest| rest.strip_suffix(')')) {
@@ -231,7 +233,7 @@ impl Printer<'_> {
         })
     }
 
-    /// A variable.
+    /// A variable as C text.
     pub(super) fn place(&mut self, place: &Place) -> Result<String, String> {
         let function = self.scope.function.ok_or("there is no function")?;
         let mut ty = self.type_of(&Place::of(place.base))?;
@@ -287,7 +289,7 @@ impl Printer<'_> {
         Ok(if pointer { format!("(*{text})") } else { text })
     }
 
-    /// The number of an element; takes its indices from those of the place.
+    /// The flat index of an array element; consumes its indices from `later`.
     fn element(&mut self, later: &mut &[(&Expr, bool)], bounds: Bounds, line: String) -> Result<String, String> {
         let dimensions = match bounds {
             Bounds::Fixed(all) => all.len(),
@@ -317,7 +319,7 @@ impl Printer<'_> {
                 "" | "0" => text,
                 _ => format!("({number}) * (size_t)({high} - {low} + 1) + {text}"),
             };
-            // What comes behind must not be calculated before.
+            // Evaluation order matters: what follows must not be evaluated first.
             let is_before = |(index, is_checked): &(&Expr, bool)| *is_checked || self.runs(index);
             if *is_checked && rest.iter().any(is_before) {
                 number = self.held("size_t ", &number);
@@ -327,17 +329,17 @@ impl Printer<'_> {
     }
 }
 
-/// What happens besides when something is calculated.
+/// Side effects of evaluating an expression or resolving a place.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Effect {
     /// Statements are printed before it.
     pub runs: bool,
-    /// An index is checked, which may stop the call.
+    /// An index is checked at run time, which may stop the call.
     pub stops: bool,
 }
 
 impl Effect {
-    /// That of both.
+    /// The union of both effects.
     pub fn and(self, other: Effect) -> Effect {
         Effect { runs: self.runs || other.runs, stops: self.stops || other.stops }
     }
@@ -346,14 +348,14 @@ impl Effect {
 /// The bounds of an array.
 #[derive(Clone, Copy)]
 enum Bounds<'a> {
-    /// Of each dimension.
+    /// The lower and upper bound of each dimension.
     Fixed(&'a [(i32, i32)]),
-    /// Those that the caller passes with a parameter of this name, and the number of dimensions.
+    /// The caller passes the bounds along with the parameter of this name; also the number of dimensions.
     Open(&'a str, usize),
 }
 
-/// Whether compilers make comparisons of floating-point numbers to one whose value they take for an `int`: the opposite of one,
-/// or two of them.
+/// Whether compilers give the expression type `int` although it is a truth value: a negated floating-point comparison,
+/// or two comparisons combined.
 fn is_int(expr: &Expr) -> bool {
     let compares = |it: &Expr| match it {
         Expr::Binary(op, ty, ..) => op.compares() && ty.is_float(),
@@ -369,7 +371,7 @@ fn is_int(expr: &Expr) -> bool {
     }
 }
 
-/// The operator of C, and whether it is one for all types.
+/// The C operator, and whether it is valid for all types.
 fn symbol(op: Binary) -> Option<(&'static str, bool)> {
     Some(match op {
         Binary::Add => ("+", false),
@@ -388,7 +390,7 @@ fn symbol(op: Binary) -> Option<(&'static str, bool)> {
     })
 }
 
-/// A constant.
+/// A constant as C text.
 pub(super) fn constant(value: Value) -> String {
     match value.ty() {
         Scalar::F32 if value.number().is_finite() => format!("{value}f"),
@@ -405,7 +407,7 @@ pub(super) fn constant(value: Value) -> String {
     }
 }
 
-/// An expression without the parentheses around it.
+/// An expression without its outer parentheses.
 pub(super) fn bare(expr: &str) -> &str {
     let Some(inner) = expr.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')) else { return expr };
     let mut depth = 0_i32;
@@ -413,11 +415,11 @@ pub(super) fn bare(expr: &str) -> &str {
         depth += i32::from(c == '(') - i32::from(c == ')');
         depth >= 0
     });
-    // What begins with a conversion needs its parentheses to be one.
+    // `(a)(b)` must keep its parentheses: they do not enclose the whole expression.
     if is_whole { inner } else { expr }
 }
 
-/// A conversion.
+/// A type conversion as C text.
 fn converted(how: Convert, from: Scalar, to: Scalar, a: &str) -> String {
     let name = scalar(to);
     let whole = match how {

@@ -1,31 +1,31 @@
-//! What has to be known of functions before they are printed.
+//! Facts about functions that the printer needs in advance.
 
 use crate::program::walk::{self, Look};
 use crate::program::{Argument, Base, Body, Call, Expr, Function, Place, Program, Scalar, Statement, Step, Type, What};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What has to be known of a function.
+/// Facts about one function.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Facts {
-    /// It can be stopped, or asks for the time.
+    /// Whether it can be stopped or reads the time.
     pub needs_call: bool,
-    /// It reads or writes the memory of the program.
+    /// Whether it accesses the program's memory.
     pub needs_memory: bool,
-    /// It writes to nothing but its own locals, and cannot be stopped.
+    /// Whether it writes only to its own locals and cannot be stopped.
     pub is_pure: bool,
-    /// The local with its value, if a call takes one number.
+    /// The local with the return value, if the only output is one number.
     pub returns: Option<usize>,
-    /// The other locals that a call copies out.
+    /// The other locals that a call copies to the caller.
     pub outs: BTreeSet<usize>,
 }
 
-/// The functions that can be called from outside and all that they call, each behind those that it calls.
+/// The functions that can be called from outside and everything they call, callees first.
 pub(super) fn reached(program: &Program) -> Vec<usize> {
     let entries = program.functions.iter().enumerate().filter(|(_, function)| is_entry(function));
     reached_from(program, &entries.map(|(number, _)| number).collect::<Vec<_>>())
 }
 
-/// Functions and all that they call, each behind those that it calls.
+/// The given functions and everything they call, callees first.
 pub(super) fn reached_from(program: &Program, functions: &[usize]) -> Vec<usize> {
     fn add(program: &Program, number: usize, done: &mut BTreeSet<usize>, into: &mut Vec<usize>) {
         if !done.insert(number) {
@@ -53,7 +53,7 @@ pub(super) fn is_entry(function: &Function) -> bool {
     function.parameters == 0 && function.instance.is_none()
 }
 
-/// The functions that statements call, in this order.
+/// The functions called by statements, in order.
 fn calls(body: &[Statement]) -> Vec<usize> {
     struct Calls(Vec<usize>);
     impl Look for Calls {
@@ -66,17 +66,17 @@ fn calls(body: &[Statement]) -> Vec<usize> {
     calls.0
 }
 
-/// Whether statements have a loop or a jump, so that they might not end.
+/// Whether statements contain a loop or a jump and so might not terminate.
 pub(super) fn may_not_end(body: &[Statement]) -> bool {
     has(body, |what| matches!(what, What::While(..) | What::Repeat(..) | What::For(_) | What::Goto(_)))
 }
 
-/// Whether statements have one that leaves the function.
+/// Whether statements contain one that leaves the function.
 pub(super) fn may_leave(body: &[Statement]) -> bool {
     has(body, |what| matches!(what, What::Return))
 }
 
-/// Whether there is such a statement among these and those in them.
+/// Whether a statement, nested ones included, satisfies the predicate.
 fn has(body: &[Statement], is_one: fn(&What) -> bool) -> bool {
     struct Finds(bool, fn(&What) -> bool);
     impl Look for Finds {
@@ -89,7 +89,7 @@ fn has(body: &[Statement], is_one: fn(&What) -> bool) -> bool {
     finds.0
 }
 
-/// The facts of the functions that are reached, in their order.
+/// The facts of the reached functions, in their order.
 pub(super) fn facts(program: &Program, reached: &[usize], counts: bool) -> Vec<Facts> {
     let mut facts = vec![Facts::default(); program.functions.len()];
     struct Outputs<'a>(&'a mut [Facts]);
@@ -114,7 +114,7 @@ pub(super) fn facts(program: &Program, reached: &[usize], counts: bool) -> Vec<F
         let mut finds = Finds { function, facts: &facts, found: Facts { is_pure: true, ..Facts::default() } };
         walk::statements(body, &mut finds);
         let mut found = finds.found;
-        // One that can be called from outside has both for its callers inside, too.
+        // An entry function takes both arguments even where other functions call it.
         found.needs_call |= counts && !program.docs.natives.contains(number) || is_entry(function);
         found.needs_memory |= is_entry(function);
         found.is_pure &= !found.needs_call;
@@ -189,12 +189,12 @@ impl Look for Finds<'_> {
     }
 }
 
-/// Whether a place is found by an index, which is checked.
+/// Whether a place has an index, which is checked.
 pub(super) fn has_index(place: &Place) -> bool {
     place.steps.iter().any(|step| matches!(step, Step::Index(..)))
 }
 
-/// The local of which a place is the whole or a part.
+/// The local that a place is, or is part of.
 pub(super) fn local(place: &Place) -> Option<usize> {
     match place.base {
         Base::Local(local) => Some(local),
@@ -202,7 +202,7 @@ pub(super) fn local(place: &Place) -> Option<usize> {
     }
 }
 
-/// A call whose value is taken at once: the call, and the local between both.
+/// A call whose value is used immediately: the call, and the local that carries the value.
 pub(super) fn taken<'a>(expr: &'a Expr, facts: &[Facts]) -> Option<(&'a Call, usize)> {
     let Expr::After(before, value) = expr else { return None };
     let ([Statement { what: What::Call(call), .. }], Expr::Load(_, from)) = (&before[..], &**value) else {
@@ -213,7 +213,7 @@ pub(super) fn taken<'a>(expr: &'a Expr, facts: &[Facts]) -> Option<(&'a Call, us
     local(to).filter(|_| fits).map(|local| (call, local))
 }
 
-/// How often each local is named, and which ones a call's value goes through without being named.
+/// Counts how often each local is named, and finds the locals that only carry a call's value.
 pub(super) struct Uses<'a> {
     facts: &'a [Facts],
     counts: BTreeMap<usize, usize>,
@@ -222,7 +222,7 @@ pub(super) struct Uses<'a> {
 }
 
 impl<'a> Uses<'a> {
-    /// Those of a function with this body. What a call copies out is named behind it, too.
+    /// Counts the uses in a function's body. What a call copies out is also named at the end.
     pub fn of(facts: &'a [Facts], number: usize, body: &[Statement]) -> Uses<'a> {
         let mut uses = Uses { facts, counts: BTreeMap::new(), through: BTreeSet::new(), read: BTreeSet::new() };
         let own = &facts[number];
@@ -231,19 +231,19 @@ impl<'a> Uses<'a> {
         uses
     }
 
-    /// All locals that are named, also those that values of calls go through.
+    /// Counts all uses, including locals that only carry the values of calls.
     pub fn all(body: &[Statement]) -> Uses<'static> {
         let mut uses = Uses { facts: &[], counts: BTreeMap::new(), through: BTreeSet::new(), read: BTreeSet::new() };
         walk::statements(body, &mut uses);
         uses
     }
 
-    /// Whether the value of a call goes through this local, which has no other use.
+    /// Whether a local only carries the value of a call and has no other use.
     pub fn is_elided(&self, local: usize) -> bool {
         self.through.contains(&local) && self.counts.get(&local) == Some(&2)
     }
 
-    /// The locals that are named.
+    /// The locals that appear in the printed code.
     pub fn locals(&self) -> impl Iterator<Item = usize> {
         self.counts.keys().copied().filter(|local| !self.is_elided(*local))
     }
@@ -264,7 +264,7 @@ impl<'a> Uses<'a> {
         }
     }
 
-    /// The value of a statement may be that of a call that does more.
+    /// The value of a whole statement may come from a call with side effects.
     fn whole(&mut self, value: &Expr) {
         if !self.facts.is_empty() {
             self.through.extend(taken(value, self.facts).map(|(_, local)| local));
@@ -318,7 +318,7 @@ impl Look for Uses<'_> {
     }
 }
 
-/// Whether nobody sees if and when an expression is calculated.
+/// Whether evaluating an expression early, late or not at all makes no observable difference.
 pub(super) fn is_quiet(it: &Expr, facts: &[Facts]) -> bool {
     struct Finds<'a>(bool, &'a [Facts]);
     impl Look for Finds<'_> {
@@ -337,7 +337,7 @@ pub(super) fn is_quiet(it: &Expr, facts: &[Facts]) -> bool {
     finds.0
 }
 
-/// The statements as they are printed: a choice between two values for one variable is one assignment.
+/// The statements in printed form: an IF that assigns one variable in both branches becomes a conditional assignment.
 pub(super) fn simplified(list: &[Statement], facts: &[Facts]) -> Vec<Statement> {
     list.iter().map(|statement| Statement { at: statement.at, what: simplified_one(&statement.what, facts) }).collect()
 }
@@ -355,7 +355,7 @@ fn simplified_one(what: &What, facts: &[Facts]) -> What {
                 let choice = Expr::Select(ty, Box::new([condition.clone(), a.clone(), b.clone()]));
                 return What::Assign(to.clone(), choice);
             }
-            // A chain stays one.
+            // An ELSIF chain stays a chain.
             let otherwise = match (&what, &otherwise[..]) {
                 (What::If(.., before), [Statement { what: What::Assign(..), at }]) => match &before[..] {
                     [Statement { what: What::If(condition, then, otherwise), .. }] => {
@@ -372,12 +372,12 @@ fn simplified_one(what: &What, facts: &[Facts]) -> What {
     }
 }
 
-/// The type of a choice that fits on a line; `None` if it does not.
+/// The type of a conditional expression that fits on one line; `None` if it is too long.
 fn short(parts: &[&Expr; 3], facts: &[Facts]) -> Option<Scalar> {
     struct Size(usize);
     impl Look for Size {
         fn expr(&mut self, it: &Expr) {
-            // A choice in a choice is hard to read.
+            // Nested conditionals are hard to read.
             self.0 += if matches!(it, Expr::Select(..)) { 100 } else { 1 };
         }
     }

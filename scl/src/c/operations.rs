@@ -1,11 +1,11 @@
-//! The operations in C: printed are those that a text uses, and what they use.
+//! The operations in C: prints those that a program uses and their dependencies.
 
 use super::scalar;
 use crate::program::Scalar;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
-/// All operations: a line `# name`, and its text. `*` in a name stands for a type, of the class behind it.
+/// All operations: each a line `# name` followed by its text. `*` in a name stands for any type of the class after it.
 const OPERATIONS: &str = concat!(include_str!("operations.h"), "\n", include_str!("mathematics.h"));
 
 /// Name, class, text.
@@ -36,18 +36,18 @@ fn text(name: &str) -> Option<String> {
     let (.., text) = PARTS.iter().find(|(it, class, _)| it.strip_suffix("_*") == Some(op) && fits(class))?;
     let bits = 8 * ty.size();
     let unsigned = format!("u{bits}_t");
-    // An unsigned type that C does not widen.
+    // An unsigned type that C does not promote to `int`.
     let wide = if bits == 64 { "u64_t" } else { "u32_t" };
     let text = text.replace("$T", scalar(ty)).replace("$t", of).replace("$U", &unsigned).replace("$W", wide);
     Some(text.replace("$B", &bits.to_string()))
 }
 
-/// Whether an operation has this name.
+/// Whether an operation of this name exists.
 pub(super) fn exists(name: &str) -> bool {
     text(name).is_some()
 }
 
-/// The operations that a text uses, each behind those that it uses itself.
+/// The operations used by a text, dependencies first.
 pub(super) fn used(by: &str) -> String {
     fn add(by: &str, done: &mut BTreeSet<String>, into: &mut String) {
         let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
@@ -56,7 +56,7 @@ pub(super) fn used(by: &str) -> String {
             rest = &rest[begin..];
             let (name, behind) = rest.split_at(rest.find(|c| !is_letter(c)).unwrap_or(rest.len()));
             rest = behind;
-            // Comments have the same words.
+            // Comments contain these words as well.
             let is_word = ["AT_8", "call_t", "twofold_t"].contains(&name);
             if !is_word && !behind.starts_with('(') {
                 continue;

@@ -15,7 +15,7 @@ impl Printer<'_> {
         self.list(list, false)
     }
 
-    /// Statements; `last` if the function ends behind them.
+    /// Prints statements; `last` means that the function ends after them.
     fn list(&mut self, list: &[Statement], last: bool) -> Result<(), String> {
         let at = self.scope.at;
         let mut skip = false;
@@ -48,7 +48,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// Counts a statement as the machine does.
+    /// Counts a statement, as the machine does.
     fn mark(&mut self) {
         if !self.scope.counts {
             return;
@@ -66,7 +66,7 @@ impl Printer<'_> {
         self.scope.runs[run] += 1;
     }
 
-    /// Declares the locals that are first used in a statement and nowhere but there and behind it.
+    /// Declares the locals first used in this statement, which are used only here and later in the same list.
     fn declare(&mut self, statement: &Statement, rest: &[Statement]) {
         if self.scope.later.is_empty() {
             return;
@@ -88,7 +88,7 @@ impl Printer<'_> {
                 }
                 _ => 2,
             };
-            // One that belongs to a branch alone is declared there.
+            // A local used in only one branch is declared there.
             if !is_used_behind && in_parts == 1 {
                 continue;
             }
@@ -97,7 +97,7 @@ impl Printer<'_> {
             let name = self.scope.names[local].clone();
             match &statement.what {
                 What::Assign(to, value) if facts::local(to) == Some(local) && !reads(value, local, &self.facts) => {
-                    // Its declaration is the assignment.
+                    // The assignment is the declaration.
                     self.scope.names[local] = format!("{} {name}", scalar(ty));
                 }
                 _ => {
@@ -219,7 +219,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// An assignment, on two lines if one is too narrow.
+    /// Prints an assignment, on two lines if it is too long for one.
     fn assigned(&mut self, to: &str, value: &str) {
         if 4 * self.scope.indent + to.len() + value.len() + 4 <= WIDTH {
             return self.line(&format!("{to} = {value};"));
@@ -228,7 +228,7 @@ impl Printer<'_> {
         self.line(&format!("    {value};"));
     }
 
-    /// `if`, and `else if` as long as nothing has to be done before the next condition.
+    /// Prints `if`, and `else if` as long as the next condition needs no statements before it.
     fn branch(&mut self, what: &What, word: &str, last: bool) -> Result<(), String> {
         let What::If(condition, then, otherwise) = what else { return Ok(()) };
         let condition = self.expr(condition)?;
@@ -250,7 +250,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// Whether statements use locals that are not declared yet.
+    /// Whether `else if` is impossible because locals still have to be declared.
     fn declares(&self, list: &[Statement]) -> bool {
         let [Statement { what: What::If(condition, then, otherwise), at }] = list else { return true };
         let head = [Statement { at: *at, what: What::If(condition.clone(), Vec::new(), Vec::new()) }];
@@ -261,7 +261,7 @@ impl Printer<'_> {
         !uses(&head).is_empty() || then.iter().any(|local| otherwise.contains(local))
     }
 
-    /// Leaves the function, within a block that is so much deeper.
+    /// Leaves the function from a block nested `deeper` levels.
     fn leave(&mut self, deeper: usize) {
         let facts = &self.facts[self.scope.number];
         let text = match facts.returns {
@@ -275,7 +275,7 @@ impl Printer<'_> {
         self.line(&format!("{:width$}{text}", "", width = 4 * deeper));
     }
 
-    /// The body of a loop, and the label at its end.
+    /// Prints the body of a loop, and the label at its end.
     fn looped(&mut self, body: &[Statement]) -> Result<(), String> {
         self.scope.labels += 1;
         self.scope.loops.push((self.scope.labels, false));
@@ -286,7 +286,7 @@ impl Printer<'_> {
         done
     }
 
-    /// The way back, if the budget allows it.
+    /// Prints the end of a loop's body: a check of the budget, then `text`, which jumps back.
     fn again(&mut self, text: &str) {
         let line = line(self.scope.at);
         let deeper = if text == "}" { "    " } else { "" };
@@ -341,7 +341,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// Copies from an address to another.
+    /// Prints a copy from one address to another.
     fn copy(&mut self, to_type: &Type, to: &str, from_type: &Type, from: &str) {
         let text = match (to_type, from_type) {
             (Type::Text { capacity: p, wide }, Type::Text { capacity: q, .. }) => {
@@ -352,20 +352,20 @@ impl Printer<'_> {
         self.line(&text);
     }
 
-    /// The call of a function as text; outputs come apart.
+    /// The call of a function as C text, without its outputs.
     pub(super) fn called(&mut self, call: &Call) -> Result<String, String> {
         let passed = self.passed(call, &[])?;
         Ok(format!("{}({})", self.function_names[call.function], passed.join(", ")))
     }
 
-    /// What is passed to a function but its outputs, for which `chosen` are found before the call. The instance comes first, then
-    /// the arguments in their order; copies are made when all is calculated.
+    /// The arguments of a call, preceded by the addresses of the outputs in `chosen`, which are resolved before the
+    /// call. The instance comes first, then the arguments in order; copies are made once everything is evaluated.
     fn passed(&mut self, call: &Call, chosen: &[&Place]) -> Result<Vec<String>, String> {
         let callee = &self.program.functions[call.function];
         let mut passed = Vec::new();
         passed.extend(self.facts[call.function].needs_call.then(|| "call".to_string()));
         passed.extend(self.facts[call.function].needs_memory.then(|| "memory".to_string()));
-        // When all is calculated, the budget is asked for.
+        // The budget is checked after all arguments are evaluated.
         let at_end = Effect { runs: false, stops: self.scope.counts };
         let outputs = chosen.iter().fold(at_end, |effect, place| effect.and(self.of_place(place)));
         let behind = |printer: &Self, rest: &[Argument]| {
@@ -412,7 +412,7 @@ impl Printer<'_> {
                 (Argument::Reference(place), ty) => self.reference(place, ty, later, &mut passed)?,
             }
         }
-        // The caller finds them here.
+        // The caller's output places are resolved here.
         let chosen = chosen.iter().map(|place| self.chosen(place)).collect::<Result<Vec<_>, _>>()?;
         for (ty, copy, from_type, from) in copies {
             if matches!(ty, Type::Text { .. }) {
@@ -427,7 +427,7 @@ impl Printer<'_> {
     fn call(&mut self, call: &Call) -> Result<(), String> {
         let callee = &self.program.functions[call.function];
         let facts = self.facts[call.function].clone();
-        // An output that is a local of its own gets its value at once; the place of another one is found before the call.
+        // An output that is a local of its own is assigned directly; any other place is resolved before the call.
         let is_direct = |printer: &Self, output: usize, to: &Place| -> Result<bool, String> {
             let ty = &callee.locals[output].ty;
             if printer.type_of(to)? != *ty {
@@ -436,7 +436,7 @@ impl Printer<'_> {
             if facts.returns.is_some() {
                 return Ok(!printer.is_checked(to));
             }
-            // Where two outputs go to one local, the order in which they are copied counts.
+            // If two outputs go to the same local, the order of copying matters.
             let shared = call.outputs.iter().filter(|(_, other)| facts::local(other) == facts::local(to)).count() > 1;
             let is_own = !shared && facts::local(to).is_some_and(|_| to.steps.is_empty());
             Ok(is_own && matches!(ty, Type::Scalar(_)) && !printer.is_reference(to))
@@ -474,7 +474,7 @@ impl Printer<'_> {
             self.copy(&to_type, &address, ty, &format!("&{value}"));
             return Ok(());
         }
-        // What the callee copies out goes to a temporary, and from there to its place.
+        // The callee copies its output to a temporary; from there it is copied to its place.
         let mut values: Vec<String> = Vec::new();
         for (output, _) in &chosen {
             values.push(self.temporary(|printer, name| printer.declared(&callee.locals[*output].ty, name)));
@@ -502,13 +502,13 @@ impl Printer<'_> {
         facts::local(place).zip(function).is_some_and(|(local, function)| function.locals[local].by_reference)
     }
 
-    /// A temporary with the address of a place.
+    /// Stores the address of a place in a new temporary.
     fn chosen(&mut self, place: &Place) -> Result<String, String> {
         let place = self.address(place)?;
         Ok(self.held("void *", &place))
     }
 
-    /// A variable by reference, and the bounds of an open array.
+    /// Passes a variable by reference, with the bounds of an open array.
     fn reference(&mut self, place: &Place, ty: &Type, later: Effect, passed: &mut Vec<String>) -> Result<(), String> {
         let found = self.type_of(place)?;
         let is_array = matches!(found, Type::Array { .. } | Type::Open { .. });
@@ -537,10 +537,10 @@ fn inside(value: &str, (low, high): (i64, i64)) -> String {
     if low == high { format!("{value} == {low}") } else { format!("({value} >= {low} && {value} <= {high})") }
 }
 
-/// Whether the value of a local is returned wherever it gets one, and nothing else is done with it.
+/// Whether each assignment to a local is immediately followed by returning it, and the local has no other use.
 pub(super) fn is_direct(body: &[Statement], result: usize) -> bool {
     fn of(list: &[Statement], result: usize, last: bool) -> Option<bool> {
-        // Whether the end of the list is never reached; `None` if the local is used in another way.
+        // Whether the end of the list is unreachable; `None` if the local is used in any other way.
         for (number, statement) in list.iter().enumerate() {
             let rest = &list[number + 1..];
             let is_nothing = |rest: &[Statement]| rest.iter().all(|it| matches!(it.what, What::Comment(_)));
@@ -548,7 +548,7 @@ pub(super) fn is_direct(body: &[Statement], result: usize) -> bool {
             match &statement.what {
                 What::Assign(to, value) if facts::local(to) == Some(result) => {
                     let returns = match rest.first() {
-                        // What stands behind it would return nothing.
+                        // Statements after it would leave the function without a value.
                         Some(Statement { what: What::Return, .. }) => is_nothing(&rest[1..]),
                         _ => is_last,
                     };
@@ -580,7 +580,7 @@ pub(super) fn is_direct(body: &[Statement], result: usize) -> bool {
     of(body, result, true) == Some(true)
 }
 
-/// The locals that statements name.
+/// The locals named by statements.
 fn named(list: &[Statement]) -> Vec<usize> {
     Uses::all(list).locals().collect()
 }
@@ -591,7 +591,7 @@ fn reads(expr: &Expr, local: usize, _: &[facts::Facts]) -> bool {
     named(&one).contains(&local)
 }
 
-/// Whether a local gets a value on every way through statements, before it is read.
+/// Whether every path through the statements assigns a local before reading it.
 fn assigns(list: &[Statement], local: usize, facts: &[facts::Facts]) -> bool {
     for statement in list {
         match &statement.what {

@@ -13,21 +13,22 @@ use std::fmt::Write;
 use std::process::Command;
 use std::sync::Arc;
 
-/// The calls of each program.
+/// The number of calls of each program.
 const CALLS: usize = 4;
 
-/// The statements of each call: some programs do not end before.
+/// The statement budget of each call: some programs do not terminate without it.
 const BUDGET: u32 = 3000;
 
-/// The programs that are compiled together.
+/// The number of programs compiled together.
 const TOGETHER: u64 = 500;
 
-/// A number that a variable of the environment has.
+/// Returns the number in an environment variable, or `otherwise`.
 fn number(name: &str, otherwise: u64) -> u64 {
     std::env::var(name).map_or(otherwise, |it| it.parse().unwrap_or_else(|_| panic!("{name} is not a number")))
 }
 
-/// A host: it makes the calls of each program and shows after each where and why it was stopped, and the memory.
+/// A host that makes the calls of each program and prints, after each call, where and why it was stopped, and the
+/// memory.
 const MAIN: &str = "
 #include <stdio.h>
 int main(void) {
@@ -51,10 +52,10 @@ int main(void) {
 }
 ";
 
-/// The bytes of a [`Stopped`] in C.
+/// The size of a [`Stopped`] in C, in bytes.
 const STOPPED: usize = 32;
 
-/// Where and why a call was stopped: line, cause, and index with its bounds; all 0 if it was not.
+/// Where and why a call was stopped: line, cause, and index with its bounds; all 0 if it was not stopped.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Stopped {
     line: u32,
@@ -66,7 +67,7 @@ impl Stopped {
     fn in_c(bytes: &[u8]) -> Stopped {
         let number = |at: usize| Value::read(Scalar::I64, &bytes[at..]).bits() as i64;
         let line_and_cause = number(0) as u64;
-        // Above the line stands the number of the source.
+        // The upper bits hold the source number.
         let line = line_and_cause as u32 & 0xFF_FFFF;
         Stopped { line, cause: (line_and_cause >> 32) as u32, index: [8, 16, 24].map(number) }
     }
@@ -82,7 +83,7 @@ impl Stopped {
     }
 }
 
-/// What a program does in the machine.
+/// The behavior of a program in the machine.
 #[derive(Default)]
 struct Ran {
     /// Where each call was stopped, and the memory after it.
@@ -109,13 +110,13 @@ impl Ran {
     }
 }
 
-/// Programs that have the same types and start values, with a host that calls this function of each, as one file.
+/// Prints programs with the same types and start values, and a host that calls this function of each, as one file.
 fn file(programs: &[Program], entry: usize) -> String {
     let (mut functions, mut entries) = (String::new(), String::new());
     for (number, program) in programs.iter().enumerate() {
         let mut printer = Printer::new(program);
         let text = printer.functions().unwrap();
-        // Several programs have the same names of functions, one may have a member of such a name.
+        // Several programs share the names of functions, and a member of one may have such a name.
         let reached = printer.reached.iter().filter(|_| programs.len() > 1);
         let names: Vec<&String> = reached.map(|it| &printer.function_names[*it]).collect();
         names.iter().for_each(|name| functions += &format!("\n#define {name} {name}_{number}"));
@@ -132,13 +133,13 @@ fn file(programs: &[Program], entry: usize) -> String {
     )
 }
 
-/// What the file writes when it is compiled and run with this input; `None` if there is no compiler.
+/// Returns the output of the file when it is compiled and run with this input; `None` without a compiler.
 fn in_c(text: &str, name: &str, level: &str, input: &[u8]) -> Option<Vec<u8>> {
     let folder = std::env::temp_dir().join(format!("plcfmu-c-{}-{name}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let (source, binary) = (folder.join("programs.c"), folder.join("programs"));
     std::fs::write(&source, text).unwrap();
-    // What a random program calculates may be of no use; each compiler has its own words for it.
+    // Random programs contain useless computations, which each compiler reports under different names.
     let useless = [
         "-Wno-type-limits",
         "-Wno-tautological-compare",
@@ -176,7 +177,7 @@ fn in_c(text: &str, name: &str, level: &str, input: &[u8]) -> Option<Vec<u8>> {
     Some(output.stdout)
 }
 
-/// What differs in two variables; what is not a number is the same whatever its bits are.
+/// Collects the differences between two variables; all NaNs are equal, whatever their bits.
 fn differences(program: &Program, ty: &Type, name: &str, (c, machine): (&[u8], &[u8]), found: &mut String) {
     match ty {
         Type::Scalar(ty) => {
@@ -206,12 +207,14 @@ fn differences(program: &Program, ty: &Type, name: &str, (c, machine): (&[u8], &
     }
 }
 
-/// Programs that told machine and C apart: a local that the function gives and through which a call's value goes, an instance
-/// that is chosen before the arguments are calculated, two outputs that go to one local, in four, which of two indices that
-/// are out of bounds stops the call, and a number that is passed before an index calls another function.
+/// Seeds of programs that once revealed a difference between machine and C: a local that the function returns and
+/// through which the value of a call passes, an instance selected before the arguments are computed, two outputs
+/// assigned to one local (four seeds), which of two out-of-bounds indices stops the call, and a number passed before an
+/// index calls another function.
 const FOUND: [u64; 8] = [1_107_116, 1_405_429, 1_427_833, 1_349_431, 1_518_423, 1_626_016, 1_723_388, 2_981_130];
 
-/// Random programs, some of them in each run; `PLCFMU_PROGRAMS=1000000 PLCFMU_SEED=5000` takes a million from the seed 5000 on.
+/// Tests some random programs in each run; `PLCFMU_PROGRAMS=1000000 PLCFMU_SEED=5000` tests a million from the seed
+/// 5000 on.
 #[test]
 fn printed_programs_give_the_bits_of_the_machine() {
     let (first, count) = (number("PLCFMU_SEED", 1), number("PLCFMU_PROGRAMS", 300));
@@ -226,7 +229,7 @@ fn printed_programs_give_the_bits_of_the_machine() {
                 _ => Random::program(seed * 7919, 0, Of::C),
             })
             .collect();
-        // All of them have the same functions.
+        // All programs have the same functions.
         let entry = Random::entry(&programs[0]);
         let level = ["-O0", "-O2"][bundle % if count > 10_000 { 1 } else { 2 }];
         let Some(written) = in_c(&file(&programs, entry), &seeds[0].to_string(), level, &[]) else {
@@ -268,7 +271,7 @@ fn printed_programs_give_the_bits_of_the_machine() {
     assert!(ended > count / 3 && by_budget > 0, "{ended} of {count} ended, {by_budget} were stopped by their budget");
 }
 
-/// What is found by an index is found in the order of the text, also where a later part has a call that changes the index.
+/// Indexed elements are evaluated in textual order, even if a later part contains a call that changes the index.
 const ORDER: &str = r#"
 TYPE "Pair" STRUCT x : Int; k : Array[0..9] of Int; END_STRUCT; END_TYPE
 FUNCTION "Next" : Int VAR_IN_OUT i : Int; END_VAR
@@ -310,7 +313,7 @@ fn what_an_index_finds_is_found_in_the_order_of_the_text() {
     }
 }
 
-/// The memory after one call, in the machine and, if there is a compiler, in C.
+/// Returns the memory after one call, in the machine and, if there is a compiler, in C.
 fn memories(program: &Program, entry: usize, name: &str) -> Vec<(&'static str, Vec<u8>)> {
     let (stopped, machine) = Ran::of(program, entry).calls.swap_remove(0);
     assert_eq!(stopped, Stopped::default());
@@ -319,7 +322,7 @@ fn memories(program: &Program, entry: usize, name: &str) -> Vec<(&'static str, V
     in_c.into_iter().chain([("the machine", machine)]).collect()
 }
 
-/// SCL chooses such an element before; a program that was made in another way need not.
+/// SCL selects such an element beforehand; a program from another source need not.
 #[test]
 fn a_variable_by_reference_is_chosen_before_a_later_argument_changes_its_index() {
     let number = Type::Scalar(Scalar::I32);
@@ -359,7 +362,7 @@ fn a_variable_by_reference_is_chosen_before_a_later_argument_changes_its_index()
     }
 }
 
-/// A host: it reads numbers and writes what each function makes of them; a power is that of two numbers that follow each other.
+/// A host that reads numbers and prints the result of each function; a power takes two consecutive numbers.
 const FUNCTIONS: &str = "
 #include <stdio.h>
 int main(void) {
@@ -378,7 +381,7 @@ int main(void) {
 }
 ";
 
-/// Numbers of every size, and those at which the functions have their ends, halves of pi, and their neighbours.
+/// Returns numbers of every magnitude, the boundary values of the functions, multiples of pi/2, and their neighbours.
 fn arguments() -> Vec<f64> {
     let at = [
         0.0,

@@ -1,4 +1,4 @@
-//! Boxes that calculate a value, and ENO, which says whether they could.
+//! Boxes that compute a value, and ENO, which reports whether they could.
 
 use super::elements::{Failure, Formula};
 use super::flow::Value;
@@ -10,7 +10,7 @@ use crate::types::Elementary;
 use std::collections::BTreeSet;
 
 impl Lowerer<'_> {
-    /// A box that is executed if EN: what it writes, and what its pins carry.
+    /// Lowers a box that runs if EN is TRUE: the statements it executes and the values of its pins.
     pub fn boxed(&mut self, formula: Formula, failure: Failure, elements: &[Element], number: usize) {
         let element = &elements[number];
         let span = element.span;
@@ -31,7 +31,7 @@ impl Lowerer<'_> {
         let is_wired = pins.iter().any(|pin| self.is_awaited(&(number, pin.clone())));
         let has_eno = self.has_eno(element, number);
         let roots = self.roots(targets.iter().map(|(_, target)| *target));
-        // What is moved to several variables is read again for each, so that it may be a text or a structure.
+        // A value moved to several variables is read again for each, so that it may be a text or a structure.
         let is_read_again = matches!(formula, Formula::Same) && self.value(result).reads.is_disjoint(&roots);
         let is_direct = !is_wired && (targets.len() <= 1 || is_read_again);
         let flow = if has_eno { self.shared(flow, span) } else { flow };
@@ -77,7 +77,8 @@ impl Lowerer<'_> {
         self.set(elements, number, "ENO", eno);
     }
 
-    /// DEMUX: the value goes to the output that K selects, and to ELSE if K is the number of none; the others keep theirs.
+    /// DEMUX: assigns the value to the output selected by K, or to ELSE if K selects none; the other outputs keep their
+    /// values.
     pub fn demultiplexed(&mut self, elements: &[Element], number: usize) {
         let element = &elements[number];
         let span = element.span;
@@ -135,7 +136,7 @@ impl Lowerer<'_> {
         self.set(elements, number, "ENO", eno.unwrap_or(flow));
     }
 
-    /// A value, as the variables at a pin get it.
+    /// Assigns a value to the variables at a pin.
     fn given_to(&mut self, element: &Element, pin: &str, value: ExpressionId) -> Vec<Statement> {
         let value = self.of_pin(element, pin, value);
         let targets = element.outputs.iter().filter(|(own, _)| own == pin);
@@ -148,7 +149,7 @@ impl Lowerer<'_> {
         self.is_awaited(&(number, "ENO".to_string())) || element.outputs.iter().any(|(pin, _)| pin == "ENO")
     }
 
-    /// The output pins of an element that are used, without ENO.
+    /// The output pins of an element that are in use, except ENO.
     pub fn result_pins(&self, element: &Element, number: usize) -> BTreeSet<String> {
         let of_element = self.uses.range((number, String::new())..(number + 1, String::new()));
         let wired = of_element.filter(|(_, uses)| **uses > 0).map(|((_, pin), _)| pin);
@@ -156,7 +157,8 @@ impl Lowerer<'_> {
         wired.chain(written).filter(|pin| *pin != "ENO").cloned().collect()
     }
 
-    /// The value of a box, and what is TRUE if it fails; `None` if a pin is missing, which is told.
+    /// The value of a box, and an expression that is TRUE if the box fails; `None` if a pin is missing, which has been
+    /// reported.
     fn formula(
         &mut self,
         formula: Formula,
@@ -194,7 +196,7 @@ impl Lowerer<'_> {
             }
             Formula::Step(operator) => {
                 let mut value = self.operand(element, "OPERAND")?;
-                // INC and DEC have one type, that of their result.
+                // INC and DEC have a single type, that of their result.
                 if let Some(of) = own.as_ref().and_then(|own| Elementary::named(own)) {
                     value = self.tree.expressions.add(ExpressionKind::As(of, value), span);
                 }
@@ -252,7 +254,7 @@ impl Lowerer<'_> {
             Failure::Calculation("CALL") => Some(self.of_function("CALL?", vec![("IN".to_string(), result)], span)),
             Failure::Calculation(kind) => {
                 let name = own.as_ref().map_or(format!("{kind}?"), |own| format!("{kind}?_{own}"));
-                // A box whose type follows from its operands has that of the variable that it writes.
+                // If the type of a box follows from its operands, it is that of the variable written.
                 if let (true, None, Some((_, target))) = (kind == "CONVERT", &own, results(element).next()) {
                     given.push(("OUT".to_string(), target));
                 }
@@ -270,14 +272,14 @@ impl Lowerer<'_> {
         Some((result, failed))
     }
 
-    /// What a function gives for these pins.
+    /// A call of a function with these pins as arguments.
     pub fn of_function(&mut self, name: &str, pins: Vec<(String, ExpressionId)>, span: Span) -> ExpressionId {
         let callee = self.function(name, span);
         let arguments = pins.into_iter().map(|(pin, value)| (pin, false, value)).collect();
         self.call(callee, arguments, span)
     }
 
-    /// TRUE if the value of an expression, or of a part of it, does not fit its type or is no valid number.
+    /// An expression that is TRUE if the value of `result`, or of one of its parts, overflows its type or is invalid.
     fn equation_fails(&mut self, result: ExpressionId, span: Span) -> ExpressionId {
         let mut open = vec![result];
         let mut fails = self.of_function("CALL?", vec![("IN".to_string(), result)], span);
@@ -316,7 +318,7 @@ impl Lowerer<'_> {
         fails
     }
 
-    /// TRUE if the inputs of a function are none that it has a value for.
+    /// An expression that is TRUE if a function has no value for these inputs.
     fn condition(
         &mut self,
         kind: &str,
@@ -342,13 +344,14 @@ impl Lowerer<'_> {
         }
     }
 
-    /// TRUE if the lower limit is none.
+    /// An expression that is TRUE unless MIN is below MAX.
     fn limits_fail(&mut self, given: &[(String, ExpressionId)], span: Span) -> Option<ExpressionId> {
         let pin = |name: &str| value_of(given, name);
         Some(self.binary(Binary::GreaterOrEqual, pin("MIN")?, pin("MAX")?, span))
     }
 
-    /// TRUE if the place or the number of characters is none of the text, or if the result is too long for its variable.
+    /// An expression that is TRUE if the position or the number of characters lies outside the text, or if the result
+    /// is too long for its variable.
     fn text_fails(
         &mut self,
         formula: Formula,
@@ -364,7 +367,7 @@ impl Lowerer<'_> {
             all.push(self.binary(Binary::Less, count, zero, span));
         }
         if let Some(place) = pin("P") {
-            // INSERT puts a text behind a character, or behind none.
+            // INSERT inserts after a character, or at position 0 before the first one.
             let operator = if name == "INSERT" { Binary::Less } else { Binary::LessOrEqual };
             all.push(self.binary(operator, place, zero, span));
             let text = self.of_function("LEN", vec![("IN".to_string(), pin("IN").or(pin("IN1"))?)], span);
@@ -385,7 +388,7 @@ impl Lowerer<'_> {
         all.into_iter().reduce(|one, other| self.binary(Binary::Or, one, other, span))
     }
 
-    /// The pins of an element that a pattern such as `IN*` names.
+    /// The pins of an element that match a pattern such as `IN*`.
     fn pins(&self, element: &Element, pattern: &str) -> Vec<String> {
         match pattern {
             "IN*" => numbered(element),
@@ -397,7 +400,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// The expression of a Calculate box with what its pins get.
+    /// The expression of a Calculate box, with the values of its pins substituted.
     fn substituted(&mut self, id: ExpressionId, given: &[(String, ExpressionId)]) -> Option<ExpressionId> {
         let span = self.tree.expressions[id].span;
         let kind = match &self.tree.expressions[id].kind {
@@ -431,17 +434,17 @@ impl Lowerer<'_> {
     }
 }
 
-/// The variables that the results of a box are written to, by their pins.
+/// The result pins of a box and the variables they are written to.
 fn results(element: &Element) -> impl Iterator<Item = (&str, ExpressionId)> {
     element.outputs.iter().filter(|(pin, _)| pin != "ENO").map(|(pin, target)| (pin.as_str(), *target))
 }
 
-/// What a pin gets.
+/// The value supplied to a pin.
 fn value_of(given: &[(String, ExpressionId)], name: &str) -> Option<ExpressionId> {
     given.iter().find(|(pin, _)| pin == name).map(|(_, value)| *value)
 }
 
-/// The name of a function's parameter for a pin.
+/// The parameter name of a function for a pin.
 fn formal(pin: &str) -> String {
     if pin == "ELSE" { "INELSE".to_string() } else { pin.to_string() }
 }

@@ -1,4 +1,4 @@
-//! Calls of instances and functions, by their pins.
+//! Calls of instances and functions by pin name.
 
 use super::flow::Value;
 use super::lower::Lowerer;
@@ -8,7 +8,7 @@ use crate::types::Elementary;
 use std::collections::BTreeSet;
 
 impl Lowerer<'_> {
-    /// A call of an instance: a timer or a counter as its kind, any other block of the system as it is declared.
+    /// A call of an instance: of a timer or counter as its `kind`, of any other system block as declared.
     pub fn instance(&mut self, kind: Option<&'static str>, elements: &[Element], number: usize) {
         let element = &elements[number];
         let span = element.span;
@@ -21,7 +21,8 @@ impl Lowerer<'_> {
         self.call_instance(callee, called, elements, number);
     }
 
-    /// A timer or a counter as the kind that its element says: a data block that no source declares has its type from there.
+    /// The callee as a timer or counter of the kind its element names; this determines the type of an undeclared data
+    /// block.
     pub fn as_kind(&mut self, element: &Element, called: ExpressionId, kind: &str) -> ExpressionId {
         let of = element.setting("TIME_TYPE").or(element.setting("VALUE_TYPE")).unwrap_or_default().to_uppercase();
         let is_usual = ["", "TIME", "INT"].contains(&of.as_str());
@@ -30,11 +31,12 @@ impl Lowerer<'_> {
         self.member(called, &name, element.span)
     }
 
-    /// The arguments of a call from the pins of an element, and what they write. A negated output is written after the call.
+    /// The arguments of a call, taken from the pins of an element, and the variables they write. A negated output is
+    /// written after the call.
     fn arguments(&mut self, element: &Element) -> (Vec<(String, bool, ExpressionId)>, BTreeSet<String>) {
         let span = element.span;
         let mut arguments = Vec::new();
-        // A block that is called may write what all blocks see.
+        // The called block may write global variables.
         let mut roots = BTreeSet::from([String::new()]);
         let pins: Vec<String> =
             element.inputs.iter().map(|input| input.pin.clone()).filter(|pin| pin != "EN").collect();
@@ -53,7 +55,7 @@ impl Lowerer<'_> {
         for (pin, target) in element.outputs.iter().filter(|(pin, _)| pin != "ENO") {
             let is_first = !arguments.iter().any(|(name, _, _)| name == pin);
             if is_first && !self.is_value(element, pin) && !element.negated.contains(pin) {
-                // A document may draw the variable of an in-out at the right side of its box.
+                // A document may draw an in-out variable at the right side of its box.
                 let is_in_out = parameter(element, pin).is_some_and(|parameter| parameter.way == Way::InOut);
                 arguments.push((pin.clone(), !is_in_out, *target));
             }
@@ -62,12 +64,12 @@ impl Lowerer<'_> {
         (arguments, roots)
     }
 
-    /// Whether a pin may be written by the block: one of which nothing is known may.
+    /// Whether the block may write a pin; true of a pin about which nothing is known.
     fn is_in_out(&self, element: &Element, pin: &str) -> bool {
         element.call.is_some() && parameter(element, pin).is_none_or(|parameter| parameter.way == Way::InOut)
     }
 
-    /// Whether a pin is the value of a function.
+    /// Whether a pin is the return value of a function.
     fn is_value(&self, element: &Element, pin: &str) -> bool {
         match &element.call {
             Some(call) if call.is_function => {
@@ -91,7 +93,7 @@ impl Lowerer<'_> {
             let call = lowerer.call(callee, arguments, span);
             lowerer.push(StatementKind::Call(call), span);
         });
-        // A pin that is written to several variables, or negated.
+        // Pins written to several variables, or negated.
         for (at, (pin, target)) in element.outputs.iter().enumerate() {
             let is_again = element.outputs[..at].iter().any(|(before, _)| before == pin);
             if pin != "ENO" && (is_again || element.negated.contains(pin)) {
@@ -114,13 +116,13 @@ impl Lowerer<'_> {
         }
     }
 
-    /// A value as a pin gives it: negated, if the pin is.
+    /// The value that a pin outputs: negated, if the pin is.
     pub fn of_pin(&mut self, element: &Element, pin: &str, value: ExpressionId) -> ExpressionId {
         let is_negated = element.negated.iter().any(|negated| negated == pin);
         if is_negated { self.unary(Unary::Not, value, element.span) } else { value }
     }
 
-    /// ENO of a call, if it is wired: FALSE before the call.
+    /// ENO of a call, if it is wired; FALSE before the call.
     fn eno_of_call(
         &mut self,
         element: &Element,
@@ -137,7 +139,7 @@ impl Lowerer<'_> {
         })
     }
 
-    /// A call of a block.
+    /// A call of a function, or of an instance of a function block.
     pub fn call_of(&mut self, elements: &[Element], number: usize) {
         let element = &elements[number];
         let Some(called) = element.called else {
@@ -152,7 +154,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// A function that is called as a statement.
+    /// A function called as a statement.
     pub fn statement(&mut self, callee: ExpressionId, elements: &[Element], number: usize) {
         let element = &elements[number];
         let span = element.span;
@@ -161,7 +163,7 @@ impl Lowerer<'_> {
         let mut carried: Vec<(String, ExpressionId)> = Vec::new();
         let mut value = None;
         let mut pins = self.result_pins(element, number);
-        // A function has all its outputs, those that lead nowhere, too.
+        // A function has all its outputs, even unconnected ones.
         let open = element.open.iter().filter(|pin| *pin != "ENO" && !self.is_value(element, pin));
         pins.extend(open.filter(|_| element.call.is_some()).cloned());
         for pin in pins {
@@ -180,7 +182,7 @@ impl Lowerer<'_> {
                         value = Some((temporary, Some(name)));
                         continue;
                     }
-                    // What the call does not say of an output's type, the block does.
+                    // If the call does not state the type of an output, the block's declaration does.
                     let of = parameter(element, &pin).and_then(|parameter| parameter.of.as_ref());
                     let of = of.and_then(|of| Elementary::named(&of.to_uppercase()));
                     let of = if element.call.is_some() { of } else { Some(Elementary::Bool) };
@@ -225,7 +227,7 @@ impl Lowerer<'_> {
         self.set(elements, number, "ENO", eno.unwrap_or(flow));
     }
 
-    /// An instruction that has no row: called by its name, so that what is known of the name is said.
+    /// An instruction without a row in the table: called by name, so that the error says what is known about it.
     pub fn other(&mut self, elements: &[Element], number: usize) {
         let element = &elements[number];
         match element.called {
@@ -238,7 +240,7 @@ impl Lowerer<'_> {
     }
 }
 
-/// What a call says of the parameter of a pin.
+/// The parameter of a call that belongs to a pin.
 fn parameter<'e>(element: &'e Element, pin: &str) -> Option<&'e Parameter> {
     let mut parameters = element.call.iter().flat_map(|call| &call.parameters);
     parameters.find(|parameter| parameter.name.eq_ignore_ascii_case(pin))

@@ -1,70 +1,70 @@
-//! The elements of LAD and FBD, by the names that SimaticML and SIMATIC SD have for them.
+//! The elements of LAD and FBD by their names in SimaticML and SIMATIC SD.
 
 use crate::syntax::{Binary, Unary};
 
 /// An instruction.
 #[derive(Debug)]
 pub struct Row {
-    /// Its names: in SimaticML, in SIMATIC SD, and others; without regard to case.
+    /// Its names in SimaticML, in SIMATIC SD and elsewhere; case-insensitive.
     pub names: &'static [&'static str],
-    /// What it does.
+    /// Its behaviour.
     pub law: Law,
 }
 
-/// What an element does. `f` is the flow that arrives.
+/// The behaviour of an element. `f` is the incoming power flow.
 #[derive(Clone, Copy, Debug)]
 pub enum Law {
-    /// f AND operand; with `true` f AND NOT operand.
+    /// f AND operand; f AND NOT operand if `true`.
     Contact(bool),
-    /// f AND the edge of the operand, kept in `bit`: rising, or falling.
+    /// f AND an edge of the operand, whose last value is kept in `bit`: a rising or a falling edge.
     EdgeContact(bool),
-    /// The edge of the flow, kept in `bit`.
+    /// An edge of f, whose last value is kept in `bit`.
     EdgeOfFlow(bool),
     /// f AND (in1 op in2).
     Compare(Binary),
-    /// f AND the value lies within the limits, or outside of them.
+    /// f AND the value lies within the limits, or outside them.
     Range(bool),
-    /// f AND the operand is a valid floating-point number, or none.
+    /// f AND the operand is a valid floating-point number, or an invalid one.
     Valid(bool),
-    /// The gates of FBD and the junctions of LAD.
+    /// A gate of FBD or a junction of LAD.
     Gate(Binary),
     /// NOT f.
     Not,
-    /// operand := f; with `true` NOT f.
+    /// operand := f; operand := NOT f if `true`.
     Coil(bool),
     /// IF f THEN operand := TRUE, or FALSE.
     Set(bool),
-    /// IF f THEN n bits from the operand on := TRUE, or FALSE.
+    /// IF f THEN n consecutive bits, starting at the operand, := TRUE, or FALSE.
     SetField(bool),
-    /// operand := the edge of the flow, which goes on.
+    /// operand := an edge of f; f itself is passed on.
     EdgeCoil(bool),
-    /// A flip-flop: whether SET is dominant.
+    /// A flip-flop; `true` if SET is dominant.
     FlipFlop(bool),
-    /// A timer or a counter with an instance, called as this kind.
+    /// A timer or counter of this kind, with an instance.
     Instance(&'static str),
-    /// A block of the system with an instance.
+    /// A system block with an instance.
     System,
-    /// A timer, called as this kind by a coil.
+    /// A coil that starts a timer of this kind.
     TimerCoil(&'static str),
-    /// IF f THEN a function of the timer.
+    /// IF f THEN a function is applied to the timer.
     TimerFunction(&'static str),
     /// IF f, or IF NOT f, THEN GOTO the label.
     Jump(bool),
-    /// The place of a label.
+    /// The position of a label.
     Label,
-    /// IF f THEN RETURN, with this ENO or the operand.
+    /// IF f THEN RETURN, with this ENO or the operand as ENO.
     Return(Returned),
-    /// A box that is executed if EN.
+    /// A box that runs if EN is TRUE.
     Box(Formula, Failure),
-    /// IF f THEN the output of the number K := IN, or else ELSE := IN.
+    /// IF f THEN output number K := IN, otherwise ELSE := IN.
     Demultiplex,
-    /// A box that is executed if EN: a function with outputs, called as a statement.
+    /// A box that runs if EN is TRUE: a function with outputs, called as a statement.
     Statement(&'static str),
-    /// Not read; what to draw instead.
+    /// Not supported; the text names an alternative.
     Refused(&'static str),
 }
 
-/// ENO of the block after a Return.
+/// ENO of the block after a Return element.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub enum Returned {
@@ -74,7 +74,7 @@ pub enum Returned {
     Operand,
 }
 
-/// The value of a box.
+/// The value that a box computes.
 #[derive(Clone, Copy, Debug)]
 pub enum Formula {
     /// IN.
@@ -83,26 +83,27 @@ pub enum Formula {
     Fold(Binary),
     /// op IN.
     Unary(Unary),
-    /// The operand plus 1 or minus 1, in the operand.
+    /// The operand plus or minus 1, stored in the operand.
     Step(Binary),
-    /// A function of these pins; `IN*` is IN1, IN2 ... The ones in the type of the box come last.
+    /// A function of these pins, `IN*` meaning IN1, IN2 and so on. The last list holds the pins converted to the type
+    /// of the box.
     Call(&'static str, &'static [&'static str], &'static [&'static str]),
-    /// The same with the type of the result after its name.
+    /// Like `Call`, with the result type appended to the function's name.
     Typed(&'static str, &'static [&'static str], &'static [&'static str]),
     /// A conversion from the type of the box to that of its result.
     Convert,
-    /// The expression in the box.
+    /// The expression written in the box.
     Equation,
 }
 
-/// When ENO is FALSE although EN is TRUE.
+/// The condition under which ENO is FALSE although EN is TRUE.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
     /// Never.
     Never,
-    /// A number does not fit its type, or is no valid floating-point number. The kind of the calculation.
+    /// A number overflows its type or is not a valid floating-point number. Holds the kind of calculation.
     Calculation(&'static str),
-    /// Another function of the same pins, whose value is TRUE then.
+    /// This other function of the same pins is TRUE.
     Condition(&'static str),
 }
 
@@ -118,12 +119,12 @@ const fn function(names: &'static [&'static str], formula: Formula, failure: Fai
     Row { names, law: Law::Box(formula, failure) }
 }
 
-/// A function of IN that is a floating-point number.
+/// A function of a floating-point IN.
 const fn real(names: &'static [&'static str]) -> Row {
     function(names, Call(names[0], &[], &["IN"]), Calculation("CALL"))
 }
 
-/// All elements.
+/// The table of all elements.
 pub const ROWS: &[Row] = &[
     row(&["Contact"], Law::Contact(false)),
     row(&["I_Contact"], Law::Contact(true)),
@@ -266,12 +267,12 @@ pub const ROWS: &[Row] = &[
     row(&["McrA", "McrD", "Mcr", "McrClose", "Opn", "Opni", "Save"], Law::Refused("draw it with contacts and coils")),
 ];
 
-/// The instruction of this name.
+/// The instruction of that name.
 pub fn named(name: &str) -> Option<&'static Row> {
     ROWS.iter().find(|row| row.names.iter().any(|own| own.eq_ignore_ascii_case(name)))
 }
 
-/// The pin by which the law of an element knows one of a document.
+/// The pin name that the law of an element uses for a pin named in a document.
 pub fn pin_of(law: Option<Law>, pin: &str) -> &str {
     match (law, pin) {
         (Some(Law::Box(Formula::Call("LIMIT", ..), _)), "MIN") => "MN",

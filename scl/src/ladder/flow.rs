@@ -1,4 +1,4 @@
-//! Values on wires: expressions that wait to be used, and are kept in a temporary before what they read is written.
+//! Values on wires: expressions not yet used, which are saved in a temporary before anything they read is written.
 
 use super::lower::Lowerer;
 use crate::lexer::Span;
@@ -8,15 +8,15 @@ use crate::syntax::{
 };
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// A value becomes a temporary when its expression has this many levels.
+/// The nesting depth at which an expression is saved in a temporary.
 const DEEPEST: u32 = 30;
 
-/// What a pin carries.
+/// The value that a pin carries.
 #[derive(Clone, Debug)]
 pub struct Value {
-    /// Its expression; `None` is TRUE, straight from the power rail.
+    /// The expression; `None` is TRUE, directly from the power rail.
     pub of: Option<ExpressionId>,
-    /// The variables that it reads, in capitals; those that may have other names count as one, which has no name.
+    /// The variables read, in upper case. Variables that may alias others all count as one, with an empty name.
     pub reads: BTreeSet<String>,
 }
 
@@ -25,16 +25,16 @@ impl Value {
     pub const TRUE: Value = Value { of: None, reads: BTreeSet::new() };
 }
 
-/// What the pins of a network carry, as long as it is asked for.
+/// The values of a network's pins, as long as they are still needed.
 #[derive(Debug, Default)]
 pub struct Values {
     of: HashMap<Pin, Value>,
-    /// Who reads a variable, so that a large network is not searched at each of its coils.
+    /// The pins that read each variable, so that a large network need not be searched at every coil.
     readers: BTreeMap<String, BTreeSet<Pin>>,
 }
 
 impl Values {
-    /// Sets what a pin carries.
+    /// Sets the value of a pin.
     pub fn insert(&mut self, pin: Pin, value: Value) {
         for name in &value.reads {
             self.readers.entry(name.clone()).or_default().insert(pin.clone());
@@ -42,12 +42,12 @@ impl Values {
         self.of.insert(pin, value);
     }
 
-    /// What a pin carries.
+    /// The value of a pin.
     pub fn get(&self, pin: &Pin) -> Option<&Value> {
         self.of.get(pin)
     }
 
-    /// What a pin carried.
+    /// Removes and returns the value of a pin.
     pub fn remove(&mut self, pin: &Pin) -> Option<Value> {
         let value = self.of.remove(pin)?;
         for name in &value.reads {
@@ -64,7 +64,7 @@ impl Values {
     }
 }
 
-/// What an expression reads: variables of the block by their names, and all others together.
+/// Collects the variables that an expression reads: those of the block by name, all others as one.
 pub fn reads(expressions: &Expressions, id: ExpressionId, shared: &BTreeSet<String>, into: &mut BTreeSet<String>) {
     match &expressions[id].kind {
         ExpressionKind::Name(scope, name) => {
@@ -91,7 +91,7 @@ pub fn reads(expressions: &Expressions, id: ExpressionId, shared: &BTreeSet<Stri
     }
 }
 
-/// The variable at the root of a path, as [`reads`] names it.
+/// The variable at the root of a path, named as [`reads`] does.
 pub fn root(expressions: &Expressions, id: ExpressionId, shared: &BTreeSet<String>) -> String {
     match &expressions[id].kind {
         ExpressionKind::Member(inner, _) | ExpressionKind::Index(inner, _) => root(expressions, *inner, shared),
@@ -100,7 +100,7 @@ pub fn root(expressions: &Expressions, id: ExpressionId, shared: &BTreeSet<Strin
     }
 }
 
-/// An operand as it is written, for messages.
+/// An operand in source notation, for messages.
 pub fn shown(expressions: &Expressions, id: ExpressionId) -> String {
     match &expressions[id].kind {
         ExpressionKind::Name(Scope::Global, name) => format!("\"{}\"", name.text),
@@ -117,7 +117,7 @@ pub fn shown(expressions: &Expressions, id: ExpressionId) -> String {
 }
 
 impl Lowerer<'_> {
-    /// A value with what it reads.
+    /// A value, with the variables it reads.
     pub fn value(&self, of: ExpressionId) -> Value {
         let mut value = Value { of: Some(of), reads: BTreeSet::new() };
         reads(&self.tree.expressions, of, &self.owner.shared, &mut value.reads);
@@ -131,17 +131,17 @@ impl Lowerer<'_> {
         self.tree.expressions.add(kind, span)
     }
 
-    /// TRUE or FALSE, a number or a text.
+    /// A literal: TRUE, FALSE, a number or a text.
     pub fn literal(&mut self, text: &str, span: Span) -> ExpressionId {
         self.add(ExpressionKind::Literal(text.to_string()), span)
     }
 
-    /// The expression of a value.
+    /// A value as an expression.
     pub fn expression(&mut self, value: &Value, span: Span) -> ExpressionId {
         value.of.unwrap_or_else(|| self.literal("BOOL#TRUE", span))
     }
 
-    /// One value AND, OR, XOR another one.
+    /// Two values combined by AND, OR or XOR.
     pub fn joined(&mut self, operator: Binary, left: Value, right: Value, span: Span) -> Value {
         match (operator, left.of, right.of) {
             (Binary::And, None, _) => return right,
@@ -176,7 +176,7 @@ impl Lowerer<'_> {
         Value { of: Some(of), ..value }
     }
 
-    /// `function(name := value, ...)`; a name that ends in `=>` is an output.
+    /// `function(name := value, ...)`; an argument whose name ends in `=>` is an output.
     pub fn call(
         &mut self,
         callee: ExpressionId,
@@ -191,7 +191,7 @@ impl Lowerer<'_> {
         self.add(ExpressionKind::Call(callee, arguments), span)
     }
 
-    /// The name of a function of the CPU.
+    /// The name of a CPU function as an expression.
     pub fn function(&mut self, name: &str, span: Span) -> ExpressionId {
         self.add(ExpressionKind::Name(Scope::Bare, Name { text: name.to_string(), span }), span)
     }
@@ -201,7 +201,7 @@ impl Lowerer<'_> {
         self.add(ExpressionKind::Member(of, Name { text: name.to_string(), span }), span)
     }
 
-    /// A name for a temporary.
+    /// A new name for a temporary.
     pub fn temporary(&mut self, span: Span) -> Name {
         loop {
             self.count += 1;
@@ -213,17 +213,17 @@ impl Lowerer<'_> {
         }
     }
 
-    /// A temporary as an expression.
+    /// A named temporary as an expression.
     pub fn named(&mut self, name: &Name, span: Span) -> ExpressionId {
         self.add(ExpressionKind::Name(Scope::Local, Name { text: name.text.clone(), span }), span)
     }
 
-    /// A statement that writes nothing which another value reads.
+    /// Adds a statement that writes nothing that a pending value reads.
     pub fn push(&mut self, kind: StatementKind, span: Span) {
         self.code.push(Statement { kind, span });
     }
 
-    /// A value that is calculated here and now; a constant or a temporary is as it is.
+    /// Evaluates a value here, into a temporary; constants and temporaries stay as they are.
     pub fn kept(&mut self, value: Value, span: Span) -> Value {
         let Some(of) = value.of else { return value };
         let is_free = value.reads.is_empty();
@@ -235,17 +235,17 @@ impl Lowerer<'_> {
         Value { of: Some(self.named(&name, span)), reads: BTreeSet::new() }
     }
 
-    /// A value that is still needed after these variables have been written.
+    /// A value that remains valid after these variables are written.
     pub fn apart(&mut self, value: Value, roots: &BTreeSet<String>, span: Span) -> Value {
         if value.reads.is_disjoint(roots) { value } else { self.kept(value, span) }
     }
 
-    /// The roots of these variables.
+    /// The root variables of these targets.
     pub fn roots(&self, targets: impl IntoIterator<Item = ExpressionId>) -> BTreeSet<String> {
         targets.into_iter().map(|target| root(&self.tree.expressions, target, &self.owner.shared)).collect()
     }
 
-    /// Before variables are written, the values that read them are kept.
+    /// Saves all pending values that read these variables, which are about to be written.
     pub fn before_writing(&mut self, roots: &BTreeSet<String>, span: Span) {
         for pin in self.values.readers(roots) {
             let Some(value) = self.values.remove(&pin) else { continue };
@@ -262,7 +262,7 @@ impl Lowerer<'_> {
         self.push(StatementKind::Assign(vec![(target, None)], value), span);
     }
 
-    /// Statements that are executed if a value is TRUE.
+    /// Adds statements that run only if a value is TRUE.
     pub fn only_if(&mut self, condition: Value, body: Vec<Statement>, span: Span) {
         match condition.of {
             None => self.code.extend(body),
@@ -270,7 +270,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// The statements that a part makes, aside.
+    /// The statements generated by `part`, instead of adding them to the block.
     pub fn aside(&mut self, part: impl FnOnce(&mut Self)) -> Vec<Statement> {
         let outer = std::mem::take(&mut self.code);
         part(self);

@@ -1,4 +1,4 @@
-//! What each element does, as statements.
+//! The statements for each element.
 
 use super::Element;
 use super::elements::{Law, Returned};
@@ -9,16 +9,16 @@ use crate::lexer::Span;
 use crate::syntax::{Binary, ExpressionId, ExpressionKind, Name, Statement, StatementKind, Unary};
 use crate::types::Elementary;
 
-/// The pins at which a flow arrives.
+/// The input pins for power flow.
 const FLOW: &[&str] = &["PRE", "IN"];
-/// The pins of the preset time of a timer's coil.
+/// The pins for the preset time of a timer coil.
 const PRESET: [&str; 4] = ["PT", "VALUE", "TV", "PRESET"];
-/// So many bits a field may have, and one within a variable.
+/// The maximum number of bits in a field, and in a field within one variable.
 const MOST_BITS: i128 = 65_535;
 const MOST_BITS_OF_A_WORD: i128 = 64;
 
 impl Lowerer<'_> {
-    /// An element by its law.
+    /// Lowers an element according to its law.
     pub fn law(&mut self, law: Law, elements: &[Element], number: usize) {
         let element = &elements[number];
         let span = element.span;
@@ -114,7 +114,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// The edge of a value whose last one is kept in a bit.
+    /// An edge of a value, whose previous value is kept in a bit.
     fn edge(&mut self, value: Value, bit: ExpressionId, is_rising: bool, span: Span) -> Value {
         let value = self.shared(value, span);
         let (now, before) = (self.expression(&value, span), bit);
@@ -131,9 +131,9 @@ impl Lowerer<'_> {
         edge
     }
 
-    /// A value in the type that the element has for its inputs.
+    /// A value converted to the type that the element declares for its inputs.
     pub fn typed(&mut self, element: &Element, value: ExpressionId) -> ExpressionId {
-        // MIN, MAX, LIMIT and SEL name the type of their inputs as counters do.
+        // MIN, MAX, LIMIT and SEL name the type of their inputs in the same setting as counters.
         let of = element.setting("SRCTYPE").or(element.setting("VALUE_TYPE"));
         let of = of.and_then(|name| Elementary::named(&name.to_uppercase()));
         let span = self.tree.expressions[value].span;
@@ -231,7 +231,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Sets or resets bits from an element of an array, or from a bit of a word, on.
+    /// Sets or resets consecutive bits, starting at an element of an array or at a bit of a word.
     fn field(&mut self, is_set: bool, element: &Element, flow: Value, first: ExpressionId) {
         let span = element.span;
         let Some(count) = self.operand(element, "N") else { return };
@@ -270,7 +270,7 @@ impl Lowerer<'_> {
         );
     }
 
-    /// A constant whole number.
+    /// The value of a constant integer.
     fn whole(&self, id: ExpressionId) -> Option<i128> {
         match &self.tree.expressions[id].kind {
             ExpressionKind::Literal(text) => match constant::read(text) {

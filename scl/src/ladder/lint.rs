@@ -1,5 +1,5 @@
-//! What an author of a ladder may not have meant: coils that write the same variable, shared memory bits of edges, networks that
-//! never run, and values that depend on the order of elements.
+//! Warns of likely mistakes in networks: several coils on one variable, an edge bit used twice, networks that never
+//! run, and results that depend on the order of elements.
 
 use super::elements::{self, Formula, Law};
 use super::flow::shown;
@@ -9,10 +9,10 @@ use crate::report::Report;
 use crate::syntax::{ExpressionId, ExpressionKind, Expressions, Unary};
 use std::collections::{BTreeMap, HashMap};
 
-/// In networks of more elements than these nobody reads what depends on their order.
+/// Networks with more elements are not checked for order dependence.
 const MOST_ELEMENTS: usize = 1000;
 
-/// Warns of what is surprising in the networks of a block.
+/// Warns of surprising constructs in the networks of a block.
 pub fn lint(networks: &[Network], owner: &Owner, expressions: &Expressions, report: &mut Report) {
     let blocks = networks.iter().flat_map(|network| network.elements.iter().map(move |element| (network, element)));
     let all: Vec<(&Network, &Element)> = blocks.collect();
@@ -30,7 +30,7 @@ struct Lint<'a> {
     expressions: &'a Expressions,
 }
 
-/// What an element does with variables, as they are written.
+/// The variables that an element reads and writes, in source notation.
 #[derive(Default)]
 struct Uses {
     reads: Vec<String>,
@@ -42,7 +42,7 @@ fn law(element: &Element) -> Option<Law> {
 }
 
 impl Lint<'_> {
-    /// A variable, without the NOT of a negated pin.
+    /// The name of a variable, ignoring the NOT of a negated pin.
     fn name(&self, id: ExpressionId) -> Option<String> {
         match &self.expressions[id].kind {
             ExpressionKind::Unary(Unary::Not, inner) => self.name(*inner),
@@ -63,7 +63,7 @@ impl Lint<'_> {
 
     fn written_twice(&self, all: &[(&Network, &Element)], report: &mut Report) {
         let mut first: BTreeMap<String, &Network> = BTreeMap::new();
-        // A jump or a return chooses between coils.
+        // A jump or a return may select among the coils.
         if all.iter().any(|(_, element)| matches!(law(element), Some(Law::Jump(_) | Law::Return(_)))) {
             return;
         }
@@ -132,7 +132,7 @@ impl Lint<'_> {
         }
     }
 
-    /// What an element reads and writes.
+    /// The variables that an element reads and writes.
     fn uses(&self, element: &Element) -> Uses {
         let law = law(element);
         let is_written = |pin: &str| match law {
@@ -151,7 +151,7 @@ impl Lint<'_> {
         uses
     }
 
-    /// A variable that one element writes and another reads, where no wire says which one comes first.
+    /// Warns of a variable written by one element and read by another when no wire determines their order.
     fn order(&self, network: &Network, report: &mut Report) {
         let uses: Vec<Uses> = network.elements.iter().map(|element| self.uses(element)).collect();
         let mut readers: HashMap<&str, Vec<usize>> = HashMap::new();
@@ -179,7 +179,7 @@ impl Lint<'_> {
     }
 }
 
-/// The elements whose results an element needs, through others, too.
+/// Marks the elements whose results an element needs, directly or indirectly.
 fn needed(network: &Network, of: usize) -> Vec<bool> {
     let mut is_needed = vec![false; network.elements.len()];
     let mut open = vec![of];

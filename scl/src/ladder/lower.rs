@@ -1,4 +1,4 @@
-//! The order of the elements of a network, and its statements.
+//! Orders the elements of a network and translates them to statements.
 
 use super::elements::Law;
 use super::flow::{Value, Values, shown};
@@ -12,19 +12,19 @@ use crate::syntax::{
 use parameters::problem::quoted;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The block to which networks belong.
+/// The block that owns the networks.
 #[derive(Clone, Debug, Default)]
 pub struct Owner {
-    /// How messages name it: `FB Motor`.
+    /// Its title in messages: `FB Motor`.
     pub title: String,
-    /// The names of its variables, in capitals.
+    /// The names of its variables, in upper case.
     pub names: BTreeSet<String>,
-    /// Those of its variables that may be the same as others: in-outs, and what has or is a view.
+    /// Those of its variables that may alias others: in-outs, and variables that have or are a view.
     pub shared: BTreeSet<String>,
 }
 
 impl Owner {
-    /// What the networks of a block must know of it, and how messages name it.
+    /// Collects what the networks need to know about their block.
     pub fn of(block: &Block) -> Owner {
         let mut owner = Owner { title: block.title(), ..Owner::default() };
         for section in &block.sections {
@@ -35,7 +35,7 @@ impl Owner {
                 }
             }
             for member in &section.members {
-                // A view and what it shows may be any of the variables.
+                // A view and the variable it shows may alias any other.
                 if let Some(at) = &member.at {
                     owner.shared.insert(at.key());
                     owner.shared.extend(member.names.iter().map(Name::key));
@@ -46,31 +46,31 @@ impl Owner {
     }
 }
 
-/// The translation of the networks of a block.
+/// The translation of the networks of one block.
 pub struct Lowerer<'a> {
     pub owner: &'a Owner,
     pub tree: &'a mut Tree,
     pub report: &'a mut Report,
     pub code: Vec<Statement>,
-    /// The number of the network, and how many temporaries it has.
+    /// The number of the network, and the number of temporaries created in it.
     pub number: u32,
     pub count: u32,
-    /// The temporaries, in capitals.
+    /// The temporaries, in upper case.
     pub temporaries: BTreeSet<String>,
-    /// What the pins of the network carry.
+    /// The values of the network's pins.
     pub values: Values,
-    /// How often they are still asked for.
+    /// The number of pending uses of each pin.
     pub uses: BTreeMap<Pin, usize>,
-    /// Where the elements stand.
+    /// The source location of each element.
     pub spans: Vec<Span>,
-    /// The pins of the element that its law asked for, and those that it gave a value to.
+    /// The pins of the current element that its law has read, and those it has set.
     asked: BTreeSet<String>,
     given: BTreeSet<String>,
-    /// What the pins carry, for who looks at the network while it runs.
+    /// The values of the pins, for watching the network while it runs.
     carried: Vec<(Pin, Option<ExpressionId>)>,
 }
 
-/// The statements of a network.
+/// Translates a network to statements.
 pub fn lower(network: &mut Network, owner: &Owner, tree: &mut Tree, report: &mut Report) -> Vec<Statement> {
     let mut lowerer = Lowerer {
         owner,
@@ -93,7 +93,7 @@ pub fn lower(network: &mut Network, owner: &Owner, tree: &mut Tree, report: &mut
     code
 }
 
-/// Title and comment of a network, which are kept.
+/// The title and comment of a network, kept as comments.
 pub fn comments(network: &Network) -> Vec<Statement> {
     let title = format!("Network {}: {}", network.number, network.title);
     let title = title.trim_end_matches([' ', ':']).to_string();
@@ -101,7 +101,7 @@ pub fn comments(network: &Network) -> Vec<Statement> {
     texts.map(|text| Statement { kind: StatementKind::Comment(text), span: network.span }).collect()
 }
 
-/// How messages name a network.
+/// The title of a network in messages.
 pub fn network_title(owner: &Owner, network: &Network) -> String {
     let title = if network.title.is_empty() { String::new() } else { format!(" \"{}\"", network.title) };
     format!("{}, network {}{title}", owner.title, network.number)
@@ -124,7 +124,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// How messages name an element: `Contact "Ready"`.
+    /// The title of an element in messages: `Contact "Ready"`.
     fn element_title(&self, element: &Element) -> String {
         let operand = element.inputs.iter().filter(|input| input.pin == "OPERAND").flat_map(|input| &input.sources);
         let operand = operand.filter_map(|source| match source {
@@ -137,7 +137,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Messages about the element and its operands name it.
+    /// Records where an element and its operands come from, for messages.
     fn locate(&mut self, element: &Element, place: &str) {
         self.report.locate(element.span, place.to_string());
         let inputs = element.inputs.iter().flat_map(|input| &input.sources).filter_map(|source| match source {
@@ -150,7 +150,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// The elements of a network in their order, each after those whose pins it needs.
+    /// The execution order of a network: each element after those whose pins it needs.
     fn order(&mut self, network: &Network) -> Vec<usize> {
         let elements = &network.elements;
         let mut needed: Vec<Vec<usize>> = elements.iter().map(needed).collect();
@@ -160,25 +160,25 @@ impl Lowerer<'_> {
             let help = "put a variable between: a coil writes it, a contact reads it";
             self.report.error(elements[number].span, message, Some(help));
         }
-        // What an element needs takes effect in the order of the network, too, not in that of its pins; a junction is where its
-        // first source is.
+        // The elements that an element needs execute in the order of the network, not of its pins; a junction is placed
+        // at its first source.
         let mut places: Vec<usize> = (0..elements.len()).collect();
         let is_junction = |number: &usize| is_junction(&elements[*number], &self.tree.expressions);
         for number in any.into_iter().filter(is_junction) {
             places[number] = needed[number].iter().map(|needed| places[*needed]).min().unwrap_or(number);
         }
         needed.iter_mut().for_each(|needed| needed.sort_by_key(|number| places[*number]));
-        // Nothing takes effect earlier because wires meet: not every format has an element for that.
+        // A junction of wires must not move anything forward: not every format has an element for it.
         let (junctions, others): (Vec<usize>, Vec<usize>) = (0..elements.len()).partition(is_junction);
         each_after_its_needs(others.into_iter().chain(junctions), &needed).0
     }
 
-    /// Whether a pin is still asked for.
+    /// Whether a pin still has pending uses.
     pub fn is_awaited(&self, pin: &Pin) -> bool {
         self.uses.get(pin).is_some_and(|uses| *uses > 0)
     }
 
-    /// What an input pin of an element gets; `None` if it is open.
+    /// The value at an input pin of an element; `None` if it is unconnected.
     pub fn input(&mut self, element: &Element, pin: &str) -> Option<Value> {
         let input = element.inputs.iter().find(|input| input.pin == pin)?;
         self.asked.insert(pin.to_string());
@@ -207,7 +207,7 @@ impl Lowerer<'_> {
         Some(if is_negated { self.negated(value, element.span) } else { value })
     }
 
-    /// What a pin without a value carries.
+    /// The value of a pin that carries none.
     fn no_value(&mut self, pin: &str, element: &Element) -> Value {
         if !self.report.has_errors() {
             let message = format!("{} is wired to a pin {pin} that carries no value", element.name);
@@ -217,12 +217,13 @@ impl Lowerer<'_> {
         self.value(of)
     }
 
-    /// The flow that arrives at the first of these pins that is wired.
+    /// The power flow at the first of these pins that is connected.
     pub fn flow(&mut self, element: &Element, pins: &[&str]) -> Value {
         match pins.iter().find_map(|pin| self.input(element, pin)) {
             Some(value) => value,
             None => {
-                // A box without a wire at EN is executed; so are the comparisons of FBD. What led to a coil may be told already.
+                // A box with unconnected EN runs, as do comparisons in FBD. A coil without a source is an error unless
+                // one was already reported.
                 if pins == ["IN"] || pins.first() == Some(&"IN") && !self.report.has_errors() {
                     let message = format!("{} has no flow: nothing is wired to its input", element.name);
                     self.report.error(element.span, message, Some("wire it, or delete it"));
@@ -232,7 +233,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// The operand of an element.
+    /// The operand of an element at a pin.
     pub fn operand(&mut self, element: &Element, pin: &str) -> Option<ExpressionId> {
         let value = self.input(element, pin);
         if value.is_none() {
@@ -243,7 +244,7 @@ impl Lowerer<'_> {
         value.map(|value| self.expression(&value, span))
     }
 
-    /// Sets what an output pin carries, and writes it to its variables.
+    /// Sets the value of an output pin and writes it to the pin's variables.
     pub fn set(&mut self, elements: &[Element], number: usize, pin: &str, value: Value) {
         let element = &elements[number];
         self.given.insert(pin.to_string());
@@ -269,13 +270,13 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Sets what a pin carries.
+    /// Sets the value of a pin.
     pub fn carry(&mut self, pin: Pin, value: Value) {
         self.carried.push((pin.clone(), value.of));
         self.values.insert(pin, value);
     }
 
-    /// A value that is used more than once: a single variable may be read again.
+    /// A value used more than once: a single variable may simply be read again.
     pub fn shared(&mut self, value: Value, span: Span) -> Value {
         let is_plain = value.of.is_none_or(|of| {
             matches!(
@@ -286,7 +287,7 @@ impl Lowerer<'_> {
         if is_plain { value } else { self.kept(value, span) }
     }
 
-    /// A jump.
+    /// Adds a jump.
     pub fn jump(&mut self, to: &Name, span: Span) {
         self.push(StatementKind::Goto(to.clone()), span);
     }
@@ -307,11 +308,11 @@ impl Lowerer<'_> {
         }
     }
 
-    /// A pin that the element does not have would be left out without a word.
+    /// Rejects a pin that the element does not have, which would otherwise be ignored silently.
     fn check_pins(&mut self, element: &Element, law: Option<Law>) {
         let is_asked = |pin: &&str| !matches!(law, Some(Law::Label)) && !self.asked.contains(*pin);
         let input = element.inputs.iter().map(|input| input.pin.as_str()).find(is_asked);
-        // The outputs of calls are arguments, and boxes write what they are drawn to.
+        // Outputs of calls are arguments, and boxes write whatever they are connected to.
         let is_passed = matches!(
             law,
             None | Some(Law::Box(..) | Law::Demultiplex | Law::Statement(_) | Law::Instance(_) | Law::System)
@@ -324,7 +325,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// A gate or a box that is drawn with more inputs than are wired has no meaning.
+    /// Rejects a gate or box with fewer connected inputs than it is drawn with.
     pub fn check_cardinality(&mut self, element: &Element) {
         let Some(card) = element.setting("CARD") else { return };
         let wired = numbered(element).len();
@@ -342,7 +343,7 @@ impl Lowerer<'_> {
     }
 }
 
-/// The pins IN0, IN1, IN2 ... of an element, in the order of their numbers.
+/// The pins IN0, IN1, IN2 and so on of an element, in numeric order.
 pub fn numbered(element: &Element) -> Vec<String> {
     let number = |pin: &str| pin.strip_prefix("IN").and_then(|number| number.parse::<u32>().ok());
     let mut pins: Vec<(u32, String)> =
@@ -351,10 +352,10 @@ pub fn numbered(element: &Element) -> Vec<String> {
     pins.into_iter().map(|(_, pin)| pin).collect()
 }
 
-/// These elements, each after what it needs, and those that need themselves.
+/// Sorts elements topologically, each after those it needs. The second list holds those on a cycle.
 fn each_after_its_needs(roots: impl Iterator<Item = usize>, needed: &[Vec<usize>]) -> (Vec<usize>, Vec<usize>) {
     let (mut order, mut circles) = (Vec::new(), Vec::new());
-    // 1 while what an element needs is looked through, 2 afterwards.
+    // 1 while an element's needs are visited, 2 afterwards.
     let mut state = vec![0u8; needed.len()];
     for root in roots {
         let mut open = vec![(root, 0)];
@@ -382,7 +383,7 @@ fn each_after_its_needs(roots: impl Iterator<Item = usize>, needed: &[Vec<usize>
     (order, circles)
 }
 
-/// Whether an element is a place where wires meet, and no more. FBD, without a power rail, has TRUE at such a place.
+/// Whether an element is merely a junction of wires. In FBD, which has no power rail, it has the value TRUE.
 fn is_junction(element: &Element, expressions: &Expressions) -> bool {
     let mut sources = element.inputs.iter().flat_map(|input| &input.sources);
     let is_read = |id: ExpressionId| !matches!(expressions[id].kind, ExpressionKind::Literal(_));
@@ -402,7 +403,7 @@ fn needed(element: &Element) -> Vec<usize> {
     numbers.collect()
 }
 
-/// How often each pin is asked for.
+/// The number of uses of each pin.
 fn uses(network: &Network) -> BTreeMap<Pin, usize> {
     let mut uses = BTreeMap::new();
     let sources = network.elements.iter().flat_map(|element| &element.inputs).flat_map(|input| &input.sources);

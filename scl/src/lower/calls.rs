@@ -12,18 +12,18 @@ use crate::undeclared::{Formal, Missing, Part, What as Kind};
 use manifest::Cpu;
 use parameters::problem::{nearest, with_article};
 
-/// A message lists this many names at most.
+/// The maximum number of names listed in a message.
 const MOST_NAMES: usize = 12;
 
-/// What is called.
+/// The target of a call.
 enum Callee {
     /// A function.
     Function(usize),
-    /// An instance: its block, its record as a block, and where it is.
+    /// An instance: the block called, and the place of the instance.
     Instance(usize, Place),
-    /// Something that no source declares.
+    /// An undeclared name.
     Missing(Missing),
-    /// What a message has told already.
+    /// An error already reported.
     Wrong,
 }
 
@@ -81,7 +81,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The value of a function with a source.
+    /// The value returned by a function that has a source.
     pub fn value_of_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Operand {
         if self.compiler.blocks[block].result == Type::Void {
             let name = self.compiler.blocks[block].name.clone();
@@ -101,7 +101,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The arguments of what is not known: what is wrong in them is told.
+    /// The arguments of an unknown callee, lowered only to report their errors.
     fn arguments_of_wrong(&mut self, arguments: &[Argument]) {
         for argument in arguments {
             if argument.is_output {
@@ -113,7 +113,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The arguments of a call of what no source declares tell of its parameters.
+    /// Infers the parameters of an undeclared callee from the arguments of a call.
     fn call_of_missing(&mut self, missing: &Missing, arguments: &[Argument]) {
         let mut formals = Vec::new();
         for argument in arguments {
@@ -169,7 +169,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Whether a call is one of an instance.
+    /// Whether the callee is an instance.
     pub fn is_instance(&self, callee: ExpressionId) -> bool {
         match &self.expressions()[callee].kind {
             ExpressionKind::Name(Scope::Global, name) => {
@@ -187,8 +187,8 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The name of a function without a source: a bare one that nothing hides. A variable that cannot be called, such as a
-    /// parameter `limit`, hides none.
+    /// The name of a built-in function: a bare name not shadowed by a declaration. A variable that cannot be called,
+    /// such as a parameter `limit`, does not shadow it.
     fn function_name(&self, callee: ExpressionId) -> Option<String> {
         let ExpressionKind::Name(scope, name) = &self.expressions()[callee].kind else { return None };
         let capitals = name.key();
@@ -198,7 +198,7 @@ impl Lowerer<'_, '_> {
                 self.symbol(&name.text),
                 Some(Symbol::Variable(_, Type::Instance(_) | Type::Wrong | Type::Missing(_), _))
             ),
-            // STEP 7 calls the functions of its library by their symbols.
+            // STEP 7 calls its library functions by their symbols.
             Scope::Global => crate::library::is_block(&capitals),
             Scope::Local => false,
         };
@@ -211,7 +211,7 @@ impl Lowerer<'_, '_> {
         match &expressions[id].kind {
             ExpressionKind::Name(scope, name) => {
                 let is_own = *scope != Scope::Global && self.symbol(&name.text).is_some();
-                // Within a function its name is its value, too.
+                // Inside a function, its name also denotes its return value.
                 let declared = self.compiler.names.get(&name.key()).copied();
                 if let Some(declared) = declared
                     && (!is_own || self.compiler.block(declared).kind == BlockKind::Function)
@@ -286,7 +286,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// An instance of a block in a data block.
+    /// An instance of a block, declared as a data block.
     fn of_data_block(&mut self, declared: BlockId, name: &str, span: Span) -> Callee {
         let Some(block) = self.compiler.interface(declared, span) else { return Callee::Wrong };
         let global = match self.compiler.global(&key(name)) {
@@ -338,7 +338,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A name that no source declares, as what its use tells.
+    /// The callee for an undeclared name, inferred from its use.
     fn undeclared_callee(&mut self, scope: Scope, name: &str, arguments: &[Argument], span: Span) -> Callee {
         let capitals = key(name);
         if scope == Scope::Local {
@@ -389,7 +389,7 @@ impl Lowerer<'_, '_> {
             self.warn(span, message, None);
             return Callee::Instance(block, global.place());
         }
-        // In quotation marks stand names of the author's own blocks, such as "Fill", and data blocks of the system's ones.
+        // Quoted names are the author's own blocks, such as "Fill", or instance data blocks of system blocks.
         let is_own = scope == Scope::Global && super::is_ordinary(&capitals) && !capitals.contains("_DB");
         if let Some((message, help)) = super::refused(&capitals).filter(|_| !is_own && !self.compiler.assumes) {
             self.error(span, message, Some(&help));
@@ -409,7 +409,7 @@ impl Lowerer<'_, '_> {
         self.error(span, message, Some("write name := value"));
     }
 
-    /// Whether there is a list by position, which is told.
+    /// Whether several arguments include a positional one, which is reported as an error.
     fn is_list(&mut self, block: usize, arguments: &[Argument]) -> bool {
         let position = arguments.iter().find(|argument| argument.name.is_none()).filter(|_| arguments.len() > 1);
         if let Some(argument) = position {
@@ -418,7 +418,7 @@ impl Lowerer<'_, '_> {
         position.is_some()
     }
 
-    /// The parameter that an argument supplies.
+    /// The parameter to which an argument belongs.
     fn parameter(&mut self, block: usize, argument: &Argument, arguments: usize) -> Option<Parameter> {
         let interface = &self.compiler.blocks[block];
         let is_parameter = |member: &&Parameter| {
@@ -459,7 +459,7 @@ impl Lowerer<'_, '_> {
         Some(found)
     }
 
-    /// EN or ENO of a call, unless the block has a parameter of this name.
+    /// The EN or ENO argument of a call, unless the block declares a parameter of that name.
     fn enabling<'e>(&self, block: usize, arguments: &'e [Argument], name: &str) -> Option<&'e Argument> {
         let members = &self.compiler.blocks[block].members;
         let is_own = members.iter().any(|member| member.key == name);
@@ -467,7 +467,8 @@ impl Lowerer<'_, '_> {
         arguments.iter().find(is_it).filter(|_| !is_own)
     }
 
-    /// Makes a call with EN and ENO: only if EN is TRUE; ENO is FALSE without a call, else that of the block.
+    /// Makes a call with EN and ENO: it runs only if EN is TRUE; ENO is FALSE if it did not run, else that of the
+    /// block.
     fn enabled(
         &mut self,
         block: usize,
@@ -508,7 +509,7 @@ impl Lowerer<'_, '_> {
         value
     }
 
-    /// ENO of a block behind its call.
+    /// The output that copies ENO of the block to `told`; for a block without ENO, sets `told` to TRUE instead.
     fn told(&mut self, block: usize, told: Option<&Place>, span: Span) -> Option<(usize, Place)> {
         let told = told?.clone();
         match self.compiler.blocks[block].eno {
@@ -624,7 +625,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// What is passed by reference for an argument.
+    /// The place passed by reference for an argument.
     fn reference(&mut self, parameter: &Parameter, argument: &Argument) -> Option<Place> {
         let span = self.span(argument.value);
         let expected = || with_article(&parameter.of);
@@ -658,7 +659,7 @@ impl Lowerer<'_, '_> {
         Some(self.referred(place, &of, span))
     }
 
-    /// What a function is given by reference: its indices are calculated once, and of a constant it gets a copy.
+    /// A place to pass by reference: indices are evaluated once, and a constant is copied first.
     pub(super) fn referred(&mut self, place: Place, of: &Type, span: Span) -> Place {
         if place.base != program::Base::Constants {
             return self.frozen(place, span);
@@ -694,7 +695,7 @@ impl Lowerer<'_, '_> {
         passed
     }
 
-    /// Calls a function; its value is in the place.
+    /// Calls a function; returns the type and place of its value.
     pub fn call_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Option<(Type, Place)> {
         self.enabled(block, arguments, span, |lowerer, arguments, eno| {
             lowerer.call_enabled_function(block, arguments, eno, span)
@@ -804,7 +805,7 @@ impl Lowerer<'_, '_> {
 }
 
 impl Variable {
-    /// All of a variable.
+    /// A whole variable, not a slice of it.
     pub fn whole(of: Type, place: Place) -> Variable {
         Variable { of, place, slice: None, section: None, timer: None }
     }

@@ -1,4 +1,4 @@
-//! Conversions between types, implicit ones and explicit ones.
+//! Implicit and explicit conversions between types.
 
 use super::Lowerer;
 use crate::compiler::Operand;
@@ -7,7 +7,7 @@ use crate::program::{At, Binary, Convert, Expr, Scalar, Unary, Value};
 use crate::types::{Class, Elementary};
 use manifest::Cpu;
 
-/// A conversion in the program, calculated at once if it is of a constant.
+/// A conversion in the program, folded if its operand is constant.
 pub fn convert(value: Expr, from: Scalar, to: Scalar, how: Convert, at: At) -> Expr {
     if from == to && matches!(how, Convert::Value | Convert::Bits) {
         return value;
@@ -20,7 +20,7 @@ pub fn convert(value: Expr, from: Scalar, to: Scalar, how: Convert, at: At) -> E
     Expr::Convert(how, from, to, Box::new(value), at)
 }
 
-/// An operation in the program, calculated at once if both are constants and nothing is to be warned of.
+/// An operation in the program, folded if both operands are constant and no warning is due.
 pub fn binary(operation: Binary, of: Scalar, left: Expr, right: Expr, at: At) -> Expr {
     if let (Expr::Const(left), Expr::Const(right)) = (&left, &right)
         && let Some((result, false)) = operation.of(*left, *right)
@@ -30,7 +30,7 @@ pub fn binary(operation: Binary, of: Scalar, left: Expr, right: Expr, at: At) ->
     Expr::Binary(operation, of, Box::new(left), Box::new(right), at)
 }
 
-/// An operation on one number.
+/// A unary operation, folded if its operand is constant.
 pub fn unary(operation: Unary, of: Scalar, value: Expr) -> Expr {
     if let Expr::Const(constant) = value
         && let Some(result) = operation.of(constant)
@@ -40,13 +40,13 @@ pub fn unary(operation: Unary, of: Scalar, value: Expr) -> Expr {
     Expr::Unary(operation, of, Box::new(value))
 }
 
-/// 0 of a type.
+/// Zero of a type.
 pub fn zero(of: Elementary) -> Expr {
     Expr::Const(Value::new(of.scalar(), 0))
 }
 
 impl Lowerer<'_, '_> {
-    /// The type of a whole number without one.
+    /// The type of an untyped integer.
     pub fn widest(&self, whole: i128) -> Elementary {
         match self.compiler.cpu {
             Cpu::S71500 => Elementary::LInt,
@@ -55,12 +55,12 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The type of a number with a fraction without one.
+    /// The type of an untyped floating-point literal.
     pub fn widest_real(&self) -> Elementary {
         if self.compiler.cpu == Cpu::S7300 { Elementary::Real } else { Elementary::LReal }
     }
 
-    /// The operand as a number of a type, as an assignment converts it.
+    /// The operand converted to a type, as in an assignment.
     pub fn converted(&mut self, operand: Operand, to: Elementary, span: Span) -> Expr {
         match operand {
             Operand::Value(from, value) => self.implicit(value, from, to, span),
@@ -93,7 +93,7 @@ impl Lowerer<'_, '_> {
                 if let Some(name) = name {
                     self.guess(&name, to);
                 }
-                // No constant, so that nothing is concluded from it.
+                // Not a constant, so that nothing is concluded from its value.
                 Expr::After(Vec::new(), Box::new(zero(to)))
             }
         }
@@ -129,7 +129,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// What an assignment converts by itself.
+    /// An implicit conversion, as in an assignment.
     pub fn implicit(&mut self, value: Expr, from: Elementary, to: Elementary, span: Span) -> Expr {
         use Class::{Bits, Bool, Character, Date, Integer, Real, Time};
         if from == to {
@@ -175,7 +175,7 @@ impl Lowerer<'_, '_> {
         convert(value, from.scalar(), to.scalar(), Convert::Value, at)
     }
 
-    /// Between TIME and LTIME.
+    /// Converts between TIME and LTIME.
     fn time(&mut self, value: Expr, from: Elementary, to: Elementary, at: At) -> Expr {
         const NANOSECONDS: i64 = 1_000_000;
         let factor = Expr::Const(NANOSECONDS.into());
@@ -227,7 +227,7 @@ fn of_time(elementary: Elementary) -> bool {
     )
 }
 
-/// What an implicit conversion may lose.
+/// The loss that an implicit conversion may cause.
 fn loss(from: Elementary, to: Elementary) -> Option<&'static str> {
     use Class::{Bits, Integer, Real};
     match (from.class(), to.class()) {

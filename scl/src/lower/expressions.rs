@@ -8,17 +8,17 @@ use crate::program::{self, At, Base, Convert, Expr, Place, Scalar, Value};
 use crate::syntax::{ExpressionId, ExpressionKind};
 use crate::types::{Elementary, Type};
 
-/// The bytes of a DTL.
+/// The size of a DTL in bytes.
 pub const DTL_BYTES: usize = 12;
 
 impl Lowerer<'_, '_> {
-    /// An expression; `expected` is the type of what it is assigned to alone.
+    /// Lowers an expression; `expected` is the type of the variable it is directly assigned to.
     pub fn operand(&mut self, id: ExpressionId, expected: Option<Elementary>) -> Operand {
         let operand = self.calculated(id, expected);
         self.noted(id, operand)
     }
 
-    /// A truth value that is watched, which is noted when it is calculated.
+    /// Records a watched truth value when it is evaluated.
     fn noted(&mut self, id: ExpressionId, operand: Operand) -> Operand {
         let Operand::Value(of @ Elementary::Bool, value) = operand else { return operand };
         let Some(place) = self.place_of_note(id) else { return Operand::Value(of, value) };
@@ -31,7 +31,7 @@ impl Lowerer<'_, '_> {
         Operand::Value(of, Expr::After(vec![note], Box::new(value)))
     }
 
-    /// Where a truth value is noted, if it is watched.
+    /// The place in which a truth value is recorded, if it is watched.
     pub(super) fn place_of_note(&mut self, id: ExpressionId) -> Option<program::Place> {
         let function = self.compiler.blocks[self.block?].function;
         if !self.compiler.watched.contains(&(self.file, id)) {
@@ -52,7 +52,7 @@ impl Lowerer<'_, '_> {
                 self.unary(*operator, operand, span)
             }
             ExpressionKind::Binary(..) => {
-                // A chain such as `a + b + c` leans to the left: it is followed without going deeper.
+                // A chain such as `a + b + c` nests to the left: iterate instead of recursing.
                 let mut chain = Vec::new();
                 let mut first = id;
                 while let ExpressionKind::Binary(operator, left, right) = &expressions[first].kind {
@@ -63,7 +63,7 @@ impl Lowerer<'_, '_> {
                 for (operator, right, whole) in chain.into_iter().rev() {
                     let right = self.operand(right, None);
                     left = self.binary(operator, left, right, expressions[whole].span);
-                    // The caller notes the whole.
+                    // The caller records the whole expression.
                     if whole != id {
                         left = self.noted(whole, left);
                     }
@@ -82,7 +82,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A literal.
+    /// Lowers a literal.
     pub fn literal(&mut self, text: &str, span: Span) -> Operand {
         match constant::read(text) {
             Ok(Literal::Whole(whole, None)) => Operand::Whole(whole),
@@ -121,7 +121,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A place with constant bytes.
+    /// A place that holds constant bytes.
     fn constant_place(&mut self, of: program::Type, bytes: &[u8]) -> Place {
         let constants = self.compiler.program.constants;
         let member = self.compiler.program.extend_record(constants, "constant", of);
@@ -131,8 +131,8 @@ impl Lowerer<'_, '_> {
         Place::of(Base::Constants).member(member)
     }
 
-    /// Where the text is that a variable or a parameter of this width takes: a constant without a type takes the width, a
-    /// character is a text of one.
+    /// The place of a text of the given width: an untyped constant takes that width, and a character becomes a text of
+    /// length 1.
     pub fn text_as(&mut self, operand: Operand, wide: bool, span: Span) -> Option<Place> {
         match operand {
             Operand::Wrong(_) => None,
@@ -158,7 +158,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A character as a text.
+    /// A character as a text of length 1.
     pub fn text_of(&mut self, code: Expr, wide: bool, span: Span) -> Place {
         let text = self.temp(program::Type::Text { capacity: 1, wide });
         let part = |step| Place { steps: vec![step], ..text.clone() };
@@ -168,7 +168,7 @@ impl Lowerer<'_, '_> {
         text
     }
 
-    /// Where a text is.
+    /// The place of a text.
     pub fn text_place(&mut self, operand: Operand) -> Option<Place> {
         match operand {
             Operand::Text(text, wide) => {
@@ -180,7 +180,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A constant text; of a STRING a character that it does not have is a question mark.
+    /// A constant text; in a STRING, an unsupported character becomes a question mark.
     pub fn text_constant(&mut self, text: &[u16], wide: bool) -> Place {
         let of = Type::Text { capacity: text.len().min(16382) as u16, wide };
         let lowered = self.compiler.lowered(&of);
@@ -201,9 +201,9 @@ fn moment([year, month, day, hour, minute, second, nanosecond]: [u32; 7]) -> [u8
     bytes
 }
 
-/// 1 is Sunday.
+/// The day of the week; 1 is Sunday.
 fn weekday(year: u32, month: u32, day: u32) -> u32 {
-    // Sakamoto's method.
+    // Sakamoto's algorithm.
     const MONTHS: [u32; 12] = [0, 3, 2, 5, 0, 3, 5, 1, 4, 6, 2, 4];
     let year = if month < 3 { year - 1 } else { year };
     (year + year / 4 - year / 100 + year / 400 + MONTHS[month as usize - 1] + day) % 7 + 1

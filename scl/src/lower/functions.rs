@@ -1,4 +1,4 @@
-//! Functions of the CPU.
+//! Built-in functions of the CPU.
 
 mod failures;
 mod memory;
@@ -18,29 +18,29 @@ use std::cell::Cell;
 
 pub use refused::{is_ordinary, refused};
 
-/// Functions whose name may be followed by the type of their value: `LIMIT_REAL`.
+/// Functions whose name may carry the result type as a suffix: `LIMIT_REAL`.
 const TYPED: [&str; 21] = [
     "ABS", "MIN", "MAX", "LIMIT", "SEL", "MUX", "SQR", "SQRT", "EXP", "LN", "LOG", "SIN", "COS", "TAN", "ASIN", "ACOS",
     "ATAN", "SHL", "SHR", "ROL", "ROR",
 ];
 
-/// The arguments of a function of the CPU.
+/// The arguments of a built-in function.
 struct Given<'a> {
     arguments: &'a [Argument],
     name: &'a str,
     span: Span,
-    /// Which arguments were asked for, a bit each: at most 32 are passed.
+    /// Bit mask of the arguments read so far; at most 32 are passed.
     used: &'a Cell<u64>,
 }
 
 impl<'a> Given<'a> {
-    /// All arguments.
+    /// All arguments; marks them as read.
     fn all(&self) -> &'a [Argument] {
         self.used.set(u64::MAX);
         self.arguments
     }
 
-    /// The argument of this name, or at this position if none has a name.
+    /// The argument of that name, or the one at that position if it is unnamed.
     fn find(&self, name: &str, position: usize) -> Option<ExpressionId> {
         let is_it = |argument: &Argument| argument.name.as_ref().is_some_and(|given| given.key() == name);
         let by_name = self.arguments.iter().position(is_it);
@@ -50,7 +50,7 @@ impl<'a> Given<'a> {
         Some(self.arguments[number].value)
     }
 
-    /// The first argument that the function does not have.
+    /// The first argument that the function did not read.
     fn surplus(&self) -> Option<&'a Argument> {
         let is_used = |number: usize| self.used.get() >> number.min(63) & 1 == 1;
         let unused = self.arguments.iter().enumerate().find(|(number, _)| !is_used(*number));
@@ -61,7 +61,7 @@ impl<'a> Given<'a> {
 }
 
 impl Lowerer<'_, '_> {
-    /// The value of a function of the CPU; `None` if there is no such function.
+    /// The value of a built-in function; `None` if no function has that name.
     pub fn function(
         &mut self,
         name: &str,
@@ -72,14 +72,14 @@ impl Lowerer<'_, '_> {
         let used = &Cell::new(0);
         let given = Given { arguments, name, span, used };
         let value = self.computed(&given, expected)?;
-        // What is missing or wrong was told before.
+        // Missing or wrong arguments have already been reported.
         if !matches!(value, Operand::Wrong(_)) {
             self.refuse_surplus(&given);
         }
         Some(value)
     }
 
-    /// An argument that the function does not have would be left out without a word.
+    /// Rejects an argument that the function does not have, which would otherwise be ignored silently.
     fn refuse_surplus(&mut self, given: &Given) {
         let Some(argument) = given.surplus() else { return };
         let message = match &argument.name {
@@ -185,12 +185,12 @@ impl Lowerer<'_, '_> {
         Some(operand)
     }
 
-    /// Whether it is a function of the library that only the library calls.
+    /// Whether this is an internal function that only the library may call.
     fn is_inner(&self, name: &str) -> bool {
         crate::library::INNER.contains(&name) && self.file == self.compiler.library_file()
     }
 
-    /// A function of the CPU as a statement; false if there is no such function.
+    /// A built-in function called as a statement; `false` if no function has that name.
     pub fn statement_function(&mut self, name: &str, arguments: &[Argument], span: Span) -> bool {
         let used = &Cell::new(0);
         let given = Given { arguments, name, span, used };
@@ -248,7 +248,7 @@ impl Lowerer<'_, '_> {
         true
     }
 
-    /// An argument; a message tells if it is missing.
+    /// The operand of an argument; reports an error if it is missing.
     fn argument(&mut self, given: &Given, name: &str, position: usize) -> Operand {
         match given.find(name, position) {
             Some(id) => self.operand(id, None),
@@ -260,7 +260,7 @@ impl Lowerer<'_, '_> {
         given.find(name, position).map_or(given.span, |id| self.span(id))
     }
 
-    /// An argument as a number of its own type, or of the one that a number without a type takes.
+    /// An argument as a number of its own type; an untyped one takes the expected or the widest type.
     fn typed(&mut self, operand: Operand, expected: Option<Elementary>, span: Span) -> Option<(Elementary, Expr)> {
         let of = match &operand {
             Operand::Value(of, _) => *of,
@@ -279,7 +279,7 @@ impl Lowerer<'_, '_> {
         Some((of, value))
     }
 
-    /// `INT_TO_REAL(x)`.
+    /// An explicit conversion such as `INT_TO_REAL(x)`.
     fn conversion(&mut self, from: &str, to: &str, given: &Given) -> Option<Operand> {
         let bcd = |name: &str| name.contains("BCD") || matches!(name, "S5TIME" | "BLOCK_DB");
         if bcd(from) || bcd(to) {
@@ -312,14 +312,14 @@ impl Lowerer<'_, '_> {
         self.explicit(value, from, to, given.span)
     }
 
-    /// A value in a temporary, so that it is calculated once.
+    /// Stores a value in a temporary, so that it is evaluated only once.
     fn kept(&mut self, of: Elementary, value: Expr, span: Span) -> (Place, Expr) {
         let temp = self.temp(program::Type::Scalar(of.scalar()));
         self.push(span, What::Assign(temp.clone(), value));
         (temp.clone(), Expr::Load(of.scalar(), temp))
     }
 
-    /// The type in which all of these are compared or chosen.
+    /// The common type in which all operands are compared or selected.
     fn common_of(&mut self, operands: &[Operand], expected: Option<Elementary>, span: Span) -> Option<Elementary> {
         if operands.iter().any(|operand| matches!(operand, Operand::Wrong(_))) {
             let of = operands.iter().find_map(|operand| match operand {
@@ -365,7 +365,7 @@ impl Lowerer<'_, '_> {
         operands.into_iter().map(|operand| self.quietly(operand, of, span)).collect()
     }
 
-    /// An operand widened to a common type.
+    /// An operand widened to a common type, without warnings.
     fn quietly(&mut self, operand: Operand, to: Elementary, span: Span) -> Expr {
         match operand {
             Operand::Value(from, value) if from.is_number() && to.is_number() => {
@@ -376,14 +376,14 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The local with the value of a function: it has the function's name.
+    /// The local with the return value of a function, which has the function's name.
     fn value_local(&self, function: usize) -> usize {
         let function = &self.compiler.program.functions[function];
         function.locals.iter().position(|local| local.name.eq_ignore_ascii_case(&function.name)).unwrap_or(0)
     }
 }
 
-/// 0 of a type, from which nothing is concluded.
+/// Zero of a type, hidden from constant folding.
 fn zero_of(of: Elementary) -> Expr {
     Expr::After(Vec::new(), Box::new(zero(of)))
 }

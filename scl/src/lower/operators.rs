@@ -1,4 +1,4 @@
-//! Operators: the type in which is calculated.
+//! Operators, and the type in which they are computed.
 
 use super::Lowerer;
 use super::convert::{binary, unary, zero};
@@ -10,7 +10,7 @@ use crate::types::{Class, Elementary, Type};
 use crate::undeclared::Missing;
 
 impl Lowerer<'_, '_> {
-    /// `-a`, `NOT a`.
+    /// Lowers `-a` or `NOT a`.
     pub fn unary(&mut self, operator: Unary, operand: Operand, span: Span) -> Operand {
         match (operator, operand) {
             (_, Operand::Wrong(name)) => Operand::Wrong(name.inspect(|name| {
@@ -40,7 +40,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The name of an operand's type, for messages.
+    /// The type name of an operand, for messages.
     pub fn type_name(&self, operand: &Operand) -> String {
         match operand {
             Operand::Whole(_) => "a whole number".to_string(),
@@ -55,7 +55,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// `left operator right`.
+    /// Lowers `left operator right`.
     pub fn binary(&mut self, operator: Binary, left: Operand, right: Operand, span: Span) -> Operand {
         let (left, right) = match (left, right) {
             (Operand::Wrong(name), other) | (other, Operand::Wrong(name)) => {
@@ -107,7 +107,7 @@ impl Lowerer<'_, '_> {
         binary(operation, of.scalar(), left, right, at)
     }
 
-    /// An operand in the type of the operation: as in an assignment, but without its warnings.
+    /// An operand converted to the type of the operation as in an assignment, but without warnings.
     fn widened(&mut self, operand: Operand, to: Elementary, span: Span) -> Expr {
         match operand {
             Operand::Value(from, value) if from.is_number() && to.is_number() => {
@@ -169,7 +169,7 @@ impl Lowerer<'_, '_> {
         Operand::Value(of, self.both(program::Binary::Pow, of, left, right, span))
     }
 
-    /// The type in which two numbers are calculated; `None` if there is none.
+    /// The common type of two numbers; `None` if there is none.
     pub fn common(&self, left: &Operand, right: &Operand) -> Option<Elementary> {
         use Operand::{Fraction, Value, Whole};
         match (left, right) {
@@ -260,7 +260,7 @@ impl Lowerer<'_, '_> {
                 "TIME is added to TIME, and multiplied or divided by an integer; else convert it with TIME_TO_DINT";
             return self.refuse(name, &left, &right, span, Some(help));
         }
-        // An integer beside a TIME counts as it does.
+        // An integer combined with a TIME is taken to have the same unit.
         let number = if is_long { Elementary::LInt } else { Elementary::DInt };
         let mut operand = |operand: Operand| match operand {
             Operand::Value(of, value) if is_time(of) => self.implicit(value, of, time, span),
@@ -309,7 +309,7 @@ impl Lowerer<'_, '_> {
                 let help = "a STRING is not compared with a WSTRING: write WSTRING#'...', or use one type";
                 return self.refuse(name, &left, &right, span, Some(help));
             }
-            // A text without a type has that of the other one.
+            // An untyped text takes the type of the other one.
             let of_other = |operand: Operand| match operand {
                 Operand::Text(text, None) => Operand::Text(text, one.or(other)),
                 operand => operand,
@@ -319,7 +319,7 @@ impl Lowerer<'_, '_> {
             return Operand::Value(Elementary::Bool, Expr::Texts(operation, left, right));
         }
         let of = common.or_else(|| match (&left, &right) {
-            // TIME counts as DINT does.
+            // TIME is compared as DINT.
             (Operand::Value(one, _), Operand::Value(other, _)) if one.class() == Class::Time && other.is_whole() => {
                 Some(*one)
             }
@@ -363,7 +363,7 @@ impl Lowerer<'_, '_> {
         Operand::Value(Elementary::Bool, self.both(operation, of, left, right, span))
     }
 
-    /// A condition.
+    /// A condition as an expression of type BOOL.
     pub fn condition(&mut self, operand: Operand, span: Span) -> Expr {
         match operand {
             Operand::Value(Elementary::Bool, value) => value,

@@ -11,7 +11,7 @@ use crate::undeclared::{Missing, Part, What as Kind};
 use manifest::Cpu;
 use parameters::problem::{nearest, with_article};
 
-/// What an absolute address is told.
+/// The advice given for an absolute address.
 pub const ABSOLUTE: &str = "an absolute address has no value in an FMU; make it an input of the block";
 
 /// A variable or a part of one.
@@ -19,39 +19,39 @@ pub const ABSOLUTE: &str = "an absolute address has no value in an FMU; make it 
 pub struct Variable {
     /// Its type.
     pub of: Type,
-    /// Where it is.
+    /// Its place.
     pub place: Place,
-    /// Some of its bits.
+    /// The bits selected from it, if it is sliced.
     pub slice: Option<Slice>,
-    /// The section, if it is a variable of the block itself, or a part of one.
+    /// The section that declares it, if it belongs to the block itself.
     pub section: Option<SectionKind>,
-    /// The timer that is brought up to date before it is read.
+    /// The timer to be updated before it is read.
     pub timer: Option<(usize, Place)>,
 }
 
-/// Some bits of a variable.
+/// A selection of bits of a variable.
 #[derive(Clone, Copy, Debug)]
 pub struct Slice {
-    /// The type of the bits.
+    /// The bit string type of the selection.
     pub of: Elementary,
-    /// How many bits are below them.
+    /// The offset of its lowest bit.
     pub shift: u32,
 }
 
-/// What a path leads to.
+/// The result of resolving a path.
 pub enum Path {
     /// A variable.
     Variable(Variable),
     /// A constant.
     Constant(Operand),
-    /// What no source declares.
+    /// An undeclared name.
     Missing(Missing),
-    /// What a message has told already.
+    /// An error already reported.
     Wrong,
 }
 
 impl Lowerer<'_, '_> {
-    /// A path as a number, or as a variable that does not exist.
+    /// The value of a path if it is a number, else the variable itself.
     pub fn load(&mut self, id: ExpressionId) -> Operand {
         match self.path(id) {
             Path::Variable(variable) => self.value_of(&variable, self.span(id)),
@@ -86,7 +86,7 @@ impl Lowerer<'_, '_> {
         Operand::Value(slice.of, convert(shifted, of.scalar(), slice.of.scalar(), Convert::Value, at))
     }
 
-    /// A path to what can be written; everything else is told.
+    /// The writable variable at a path; anything else is reported as an error.
     pub fn target(&mut self, id: ExpressionId) -> Option<Variable> {
         let span = self.span(id);
         if matches!(self.expressions()[id].kind, ExpressionKind::Call(..) | ExpressionKind::Literal(_)) {
@@ -110,7 +110,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// What no source declares, if a path leads there.
+    /// The undeclared name at a path, if it leads to one.
     pub fn missing(&mut self, id: ExpressionId) -> Option<Missing> {
         match self.path(id) {
             Path::Missing(missing) => Some(missing),
@@ -118,7 +118,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// What a path leads to.
+    /// Resolves a path.
     pub fn path(&mut self, id: ExpressionId) -> Path {
         let span = self.span(id);
         let expressions = self.expressions();
@@ -175,7 +175,7 @@ impl Lowerer<'_, '_> {
             return Path::Wrong;
         }
         if name.starts_with('%') {
-            // Bits of it: the smallest bit string that has them.
+            // A bit selection: the smallest bit string that contains it.
             let of = [Elementary::Byte, Elementary::Word, Elementary::DWord, Elementary::LWord]
                 .into_iter()
                 .find(|of| slice(&name.to_uppercase(), *of, None).is_some());
@@ -187,7 +187,7 @@ impl Lowerer<'_, '_> {
         Path::Missing(missing.part(Part::Member(name.to_string())))
     }
 
-    /// An index of an array whose declaration is missing.
+    /// The constant index into an undeclared array.
     fn constant_index(&mut self, id: ExpressionId) -> Option<i32> {
         match self.operand(id, None) {
             Operand::Whole(whole) => i32::try_from(whole).ok(),
@@ -254,14 +254,15 @@ impl Lowerer<'_, '_> {
         self.global(scope, name)
     }
 
-    /// Whether a name that the block does not declare is its ENO: OK is on S7-300 and S7-400, where no source declares it.
+    /// Whether a name that the block does not declare is its ENO; on S7-300 and S7-400 also OK, unless a source
+    /// declares it.
     fn is_eno(&self, scope: Scope, name: &str) -> bool {
         let is_free =
             || self.compiler.cpu == Cpu::S7300 && scope == Scope::Bare && !self.compiler.names.contains_key(name);
         name == "ENO" || is_free() && !self.compiler.globals.contains_key(name)
     }
 
-    /// The variable ENO of the block.
+    /// The ENO variable of the block.
     pub fn eno_path(&mut self, name: &Name) -> Path {
         self.name(Scope::Bare, name)
     }
@@ -300,7 +301,7 @@ impl Lowerer<'_, '_> {
             self.error(name.span, ABSOLUTE, None);
             return Path::Wrong;
         }
-        // A data block of a timer or counter that no source declares: what it is called as tells which.
+        // An undeclared data block of a timer or counter: its call determines the kind.
         if scope == Scope::Global
             && let Some(method) = self.compiler.kinds.get(&capitals).cloned()
             && let Some(block) = self.compiler.system_block(&method)
@@ -368,7 +369,7 @@ impl Lowerer<'_, '_> {
             }
             Type::Missing(missing) => Path::Missing(Missing::whole(&**missing).part(Part::Member(name.text.clone()))),
             Type::Wrong => Path::Wrong,
-            // A data block that is an array: `"DB"."THIS"[1]`.
+            // A data block declared as an array: `"DB"."THIS"[1]`.
             Type::Array(_) if capitals == "THIS" => Path::Variable(variable),
             of => {
                 let of = of.to_string();
@@ -377,14 +378,14 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The kind of a timer, which its type may leave open.
+    /// The kind of a timer, where its type leaves it open.
     fn kind_of(&mut self, variable: &Variable, block: usize) -> usize {
         let name = self.name_of(&variable.place);
         let kind = name.and_then(|name| self.compiler.kinds.get(&name).cloned());
         kind.and_then(|kind| self.compiler.as_method(block, &kind)).unwrap_or(block)
     }
 
-    /// The last name of a place, in capitals.
+    /// The last name of a place, in upper case.
     fn name_of(&self, place: &Place) -> Option<String> {
         let members = place.steps.iter().filter_map(|step| match step {
             Step::Member(number) => Some(*number),
@@ -473,7 +474,7 @@ impl Lowerer<'_, '_> {
         value
     }
 
-    /// The place and the type of a member of a data block, in its start values.
+    /// The place and type of a data block's member, for its start value.
     pub fn member_of(&mut self, global: &Global, id: ExpressionId) -> Option<(Place, Type)> {
         let root = Variable::whole(global.of.clone(), global.place());
         match self.path_in(root, id)? {
@@ -504,7 +505,7 @@ impl Lowerer<'_, '_> {
     }
 }
 
-/// `%X3`, `B1` of a variable, or of a slice.
+/// `%X3`, `%B1` of a variable or of a slice.
 fn slice(name: &str, of: Elementary, within: Option<Slice>) -> Option<Slice> {
     let name = name.strip_prefix('%').unwrap_or(name);
     let bits = match name.chars().next()? {
@@ -521,7 +522,7 @@ fn slice(name: &str, of: Elementary, within: Option<Slice>) -> Option<Slice> {
     is_part.then(|| Slice { of: Elementary::bit_string(bits), shift: shift + within.map_or(0, |slice| slice.shift) })
 }
 
-/// Whether a name without quotation marks is an absolute address: `I0`, `MW10`, `PEW256`.
+/// Whether an unquoted name is an absolute address: `I0`, `MW10`, `PEW256`.
 fn is_address(name: &str) -> bool {
     let letters = name.trim_end_matches(|last: char| last.is_ascii_digit());
     let area = letters.strip_suffix(['B', 'W', 'D', 'X']).unwrap_or(letters);
@@ -530,13 +531,13 @@ fn is_address(name: &str) -> bool {
     is_area && letters.len() < name.len() || matches!(name, "M" | "I" | "Q" | "E" | "A" | "MW" | "MB" | "MD")
 }
 
-/// Whether a name in capitals is the number of a data block: `DB11`.
+/// Whether an upper-case name is a data block number: `DB11`.
 pub fn is_numbered_block(name: &str) -> bool {
     let number = name.strip_prefix("DB");
     number.is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
 }
 
-/// Whether what follows a numbered data block is an area of STEP 7: `DX2.0`, `DW` before an index.
+/// Whether the name after a data block number is a STEP 7 area: `DX2.0`, or `DW` before an index.
 fn is_classic_address(name: &str) -> bool {
     let name = name.to_uppercase();
     let letters = name.trim_end_matches(|last: char| last.is_ascii_digit() || last == '.');

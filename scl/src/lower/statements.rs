@@ -13,7 +13,7 @@ use manifest::Cpu;
 use std::rc::Rc;
 
 impl Lowerer<'_, '_> {
-    /// Statements, one after the other.
+    /// Lowers statements in order.
     pub fn statements(&mut self, statements: &[Statement]) {
         self.warn_of_calls(statements);
         for statement in statements {
@@ -21,7 +21,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// An instance that is called twice, one time surely after the other.
+    /// Warns of an instance called twice in one list of statements.
     fn warn_of_calls(&mut self, statements: &[Statement]) {
         let mut called: Vec<&str> = Vec::new();
         for statement in statements {
@@ -43,7 +43,7 @@ impl Lowerer<'_, '_> {
 
     fn condition_of(&mut self, id: ExpressionId) -> Expr {
         let span = self.span(id);
-        // What is calculated before it belongs to it: a loop calculates it in each run.
+        // Statements needed before the condition stay with it: a loop repeats them in every iteration.
         let (before, condition) = self.aside(|lowerer| {
             lowerer.with_views(span, |lowerer| {
                 let operand = lowerer.operand(id, Some(Elementary::Bool));
@@ -114,7 +114,8 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A temporary of this type, or of the type of its value; without both it gets that of the output which is stored in it.
+    /// Declares a temporary of the given type or of the type of its value; without either, of the output later stored
+    /// in it.
     fn declare(&mut self, name: &Name, of: Option<Elementary>, value: Option<ExpressionId>, span: Span) {
         if of.is_none() && value.is_none() {
             self.untyped.insert(name.key());
@@ -156,7 +157,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A temporary with a name; its number.
+    /// Adds a named temporary; returns its local index.
     fn temporary(&mut self, name: &Name, of: Type) -> usize {
         let ty = self.compiler.lowered(&of);
         self.locals.push(program::Local { name: name.text.clone(), ty, by_reference: false });
@@ -166,7 +167,7 @@ impl Lowerer<'_, '_> {
         number
     }
 
-    /// Gives a temporary without a type that of the output which is stored in it.
+    /// Gives an untyped temporary the type of the output stored in it.
     pub fn declare_for(&mut self, target: ExpressionId, of: &Type) {
         if let ExpressionKind::Name(_, name) = &self.expressions()[target].kind
             && self.untyped.remove(&name.key())
@@ -180,7 +181,7 @@ impl Lowerer<'_, '_> {
         self.labels.entry(name.to_string()).or_insert(LabelOf { number, loops: None, jumps: Vec::new() })
     }
 
-    /// Jumps go to labels of the block, and never into a loop.
+    /// Checks that jumps go to labels of the block, and never into a loop.
     pub fn check_labels(&mut self) {
         for (name, label) in std::mem::take(&mut self.labels) {
             for (span, loops) in &label.jumps {
@@ -229,7 +230,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// `#dint := #int * 1000` wraps in INT, `#real := #int / 2` divides integers, `#real := #int * 0.1` is rounded twice.
+    /// Warns of `#dint := #int * 1000`, which wraps in INT, and of `#real := #int / 2`, which divides integers.
     fn note_of_type(&mut self, variable: &Variable, value: ExpressionId, operand: &Operand, span: Span) {
         let ExpressionKind::Binary(operator, ..) = &self.expressions()[value].kind else { return };
         let (Type::Elementary(to), Operand::Value(of, value)) = (&variable.of, operand) else { return };
@@ -252,7 +253,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A loop whose condition always is what makes it run on, and that nothing leaves.
+    /// Warns of a loop whose condition constantly keeps it running and that nothing leaves.
     fn warn_of_endless(&mut self, condition: &Expr, runs_on: bool, body: &[program::Statement], span: Span) {
         struct Leaves(bool);
         impl Look for Leaves {
@@ -267,7 +268,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// What is not to be written.
+    /// Rejects or warns of writes to inputs and loop counters.
     fn check_written(&mut self, variable: &Variable, span: Span) {
         if variable.section == Some(SectionKind::Input) && self.file != self.compiler.library_file() {
             self.warn(
@@ -288,7 +289,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// What an assignment tells of a name that no source declares.
+    /// Infers the type of an undeclared variable from an assignment to it.
     pub fn guess_target(&mut self, target: ExpressionId, operand: &Operand) {
         let Some(missing) = self.missing(target) else { return };
         match operand {
@@ -309,7 +310,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Stores a value in a variable, converted to its type.
+    /// Assigns a value to a variable, converted to its type.
     pub fn assign(&mut self, variable: &Variable, operand: Operand, span: Span) {
         let place = variable.place.clone();
         match &variable.of {
@@ -347,14 +348,14 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The whole of which a slice gets a new value.
+    /// The whole variable's value with one slice replaced.
     fn with_slice(&mut self, of: Elementary, slice: Slice, place: &Place, value: Expr, span: Span) -> Expr {
         let at = self.at(span);
         let scalar = of.scalar();
         let ones = if slice.of.bits() == 64 { u64::MAX } else { (1 << slice.of.bits()) - 1 };
         let keep = Expr::Const(Value::new(scalar, !(ones << slice.shift)));
         let kept = binary(program::Binary::And, scalar, Expr::Load(scalar, place.clone()), keep, at);
-        // Bits are extended without a sign.
+        // A slice is zero-extended.
         let wide = super::convert::convert(value, slice.of.scalar(), scalar, program::Convert::Value, at);
         let shifted = binary(program::Binary::Shl, scalar, wide, Expr::Const(slice.shift.into()), at);
         binary(program::Binary::Or, scalar, kept, shifted, at)
@@ -364,7 +365,7 @@ impl Lowerer<'_, '_> {
         let [(condition, body), rest @ ..] = arms else { return };
         let condition = self.condition_of(*condition);
         let body = self.body(body);
-        // ELSIF is translated from the last one, so that many need no depth here.
+        // The ELSIF chain is built from its end, so that its length costs no recursion.
         let mut lowered: Vec<(program::At, Expr, Vec<program::Statement>)> = Vec::new();
         for (id, statements) in rest {
             let at = self.at(self.span(*id));
@@ -425,7 +426,7 @@ impl Lowerer<'_, '_> {
                 }
             }
             let mut body = self.body(body);
-            // It is noted which arm runs: before, that none does.
+            // For watching: record that no arm runs, then which one does.
             if let Some(place) = labels.first().and_then(|label| self.place_of_note(label.low)) {
                 let note = |truth: u8| program::Statement {
                     at: At::NOTE,
@@ -512,7 +513,7 @@ impl Lowerer<'_, '_> {
                 format!("the loop goes to the limit of {}: here it ends, a CPU may count for ever", of.name());
             self.warn(self.span(last_id), message, Some("count in a larger type"));
         }
-        // It counts in the variable that was chosen at its beginning.
+        // The loop keeps counting in the variable selected at its start.
         let place = target.map(|target| self.frozen(target.place, variable_span));
         let body = self.in_loop(place.clone(), body);
         let Some(variable) = place else { return };
@@ -520,7 +521,7 @@ impl Lowerer<'_, '_> {
         self.push(span, What::For(Box::new(For { variable, first, last, step, body })));
     }
 
-    /// The place with its indices calculated once.
+    /// The place with its indices evaluated once.
     pub fn frozen(&mut self, mut place: Place, span: Span) -> Place {
         for step in &mut place.steps {
             let Step::Index(indices, _) = step else { continue };

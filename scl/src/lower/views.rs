@@ -1,8 +1,8 @@
-//! `AT`: a variable that shows the bytes of another one in its own type.
+//! `AT` views: variables that show the bytes of another variable with a type of their own.
 //!
-//! A CPU keeps variables as bytes, numbers with the highest byte first and truth values as bits. Here every variable lies as the
-//! machine calculates it. A view is therefore a variable of its own: what it shows is calculated before a statement that uses
-//! it, and what a statement writes to it goes back to the variable behind it.
+//! A CPU stores variables as bytes, numbers in big-endian order and truth values as bits, whereas the machine stores
+//! each in its own layout. A view is therefore a separate variable: it is computed before each statement that uses it,
+//! and if the statement writes it, it is copied back to the variable behind it.
 
 use super::Lowerer;
 use super::convert::{binary, convert};
@@ -12,26 +12,26 @@ use crate::lexer::Span;
 use crate::program::{At, Base, Binary, Convert, Expr, Place, Scalar, Step, What};
 use crate::types::{Class, Elementary, Type};
 
-/// No view has more parts: each costs an operation in every statement that uses it.
+/// The maximum number of parts in a view: each costs an operation in every statement that uses it.
 const MOST_PARTS: usize = 4096;
 
-/// A number in the bytes of a CPU.
+/// A number at its position in the CPU's memory.
 struct Part {
     place: Place,
     of: Elementary,
-    /// Its first bit: 8 times the byte, and of a truth value the bit in it.
+    /// The offset of its first bit: 8 times the byte plus, for a truth value, the bit within it.
     bit: usize,
     holds: Holds,
 }
 
-/// What a part is.
+/// The meaning of a part.
 #[derive(Clone, Copy, PartialEq)]
 enum Holds {
     /// A number.
     Number,
-    /// How many characters a text has. It has 16 bits here, and is a byte of a CPU.
+    /// The length of a text: 16 bits in the machine, one byte in a CPU.
     Length,
-    /// How many characters a text may have, which cannot be changed.
+    /// The capacity of a text, which cannot be changed.
     Capacity(u8),
 }
 
@@ -44,7 +44,7 @@ impl Part {
         self.bit + self.bits()
     }
 
-    /// The bits that it has, as a `U64`.
+    /// The bits of the part as a `U64`.
     fn load(&self, at: At) -> Expr {
         match self.holds {
             Holds::Number => bits_of(Expr::Load(self.of.scalar(), self.place.clone()), self.of, at),
@@ -55,12 +55,12 @@ impl Part {
         }
     }
 
-    /// The statement that gives it a value of its type; none of what cannot be changed.
+    /// The assignment of a value of its type; `None` if the part cannot be changed.
     fn assigned(&self, value: Expr, capacity: u8, at: At) -> Option<What> {
         let value = match self.holds {
             Holds::Number => value,
             Holds::Length => {
-                // A text never has more characters than it has room for.
+                // A text's length never exceeds its capacity.
                 let most = Expr::Const(u16::from(capacity).into());
                 let length = convert(value, self.of.scalar(), Scalar::U16, Convert::Value, at);
                 binary(Binary::Min, Scalar::U16, length, most, at)
@@ -71,18 +71,18 @@ impl Part {
     }
 }
 
-/// The parts of a variable in the order of their bytes.
+/// The parts of a variable in byte order.
 struct Image {
     parts: Vec<Part>,
-    /// The number of bits up to here.
+    /// The size in bits so far.
     end: usize,
     at: At,
-    /// It is what a view shows, not the view.
+    /// Whether this is the viewed variable, not the view.
     is_behind: bool,
 }
 
 impl Image {
-    /// The parts of a variable, or why it cannot be seen as bytes.
+    /// The image of a variable, or the reason why it cannot be seen as bytes.
     fn of(place: Place, of: &Type, at: At, is_behind: bool) -> Result<Image, String> {
         let mut image = Image { parts: Vec::new(), end: 0, at, is_behind };
         image.add(place, of)?;
@@ -98,7 +98,7 @@ impl Image {
         self.end += of.bits() as usize;
     }
 
-    /// Numbers of one byte and truth values follow one another, everything else begins at an even byte.
+    /// Adds a variable: single bytes and truth values are packed, everything else starts at an even byte.
     fn add(&mut self, place: Place, of: &Type) -> Result<(), String> {
         match of {
             Type::Elementary(Elementary::Dt) => Err("a DATE_AND_TIME, which a CPU keeps in BCD".to_string()),
@@ -164,7 +164,7 @@ impl Image {
         }
     }
 
-    /// The byte of a number, as a `U64`; 0 between the parts.
+    /// A byte as a `U64`; 0 between parts.
     fn byte(&self, number: usize) -> Expr {
         let at = self.at;
         let first = self.parts.partition_point(|part| part.end() <= number * 8);
@@ -175,7 +175,7 @@ impl Image {
             let value = if part.bits() == 1 {
                 shifted(Binary::Shl, value, part.bit % 8, at)
             } else {
-                // The highest byte comes first.
+                // Big-endian: the highest byte comes first.
                 let high = shifted(Binary::Shr, value, part.end() - (number * 8 + 8), at);
                 binary(Binary::And, Scalar::U64, high, Expr::Const(0xff_u64.into()), at)
             };
@@ -187,22 +187,22 @@ impl Image {
         sum.unwrap_or(Expr::Const(0_u64.into()))
     }
 
-    /// The bits of a part of another image that no part of this one has: gaps, and what is behind its end.
+    /// The bits of another image's part that this image does not cover: gaps, and beyond its end.
     fn missing(&self, part: &Part) -> u64 {
         let has = |bit: usize| {
             let first = self.parts.partition_point(|own| own.end() <= bit);
             self.parts.get(first).is_some_and(|own| own.bit <= bit)
         };
         let bits = (0..part.bits()).filter(|bit| !has(part.bit + bit));
-        // The highest byte comes first, and in a byte the lowest bit.
+        // The highest byte comes first; within a byte, the lowest bit.
         let number = |bit: usize| if part.bits() == 1 { 0 } else { part.bits() - 8 - bit / 8 * 8 + bit % 8 };
         bits.map(number).fold(0, |mask, bit| mask | 1 << bit)
     }
 
-    /// The value of a part of another image, from the bytes of this one.
+    /// The value of another image's part, computed from the bytes of this one.
     fn value(&self, part: &Part) -> Expr {
         let at = self.at;
-        // The same number under another name.
+        // The same number under another name needs no bytes.
         let same = self.parts.binary_search_by_key(&part.bit, |own| own.bit).ok().map(|own| &self.parts[own]);
         if let Some(own) = same.filter(|own| own.bits() == part.bits()) {
             return number_of(own.load(at), part.of, at);
@@ -222,7 +222,7 @@ impl Image {
     }
 }
 
-/// All indices of an array, row by row; not more than a view may have.
+/// All indices of an array in row-major order, at most one more than a view may have.
 fn indices(bounds: &[(i32, i32)]) -> Vec<Vec<i32>> {
     let mut all = vec![Vec::new()];
     for (low, high) in bounds {
@@ -242,7 +242,7 @@ fn bits_of(value: Expr, of: Elementary, at: At) -> Expr {
     convert(convert(value, of.scalar(), unsigned, how, at), unsigned, Scalar::U64, Convert::Value, at)
 }
 
-/// The number with these bits.
+/// The number that has these bits.
 fn number_of(bits: Expr, of: Elementary, at: At) -> Expr {
     let unsigned = unsigned(of);
     let how = if of.class() == Class::Real { Convert::Bits } else { Convert::Value };
@@ -271,7 +271,7 @@ fn shifted(operation: Binary, value: Expr, by: usize, at: At) -> Expr {
 }
 
 impl Compiler<'_> {
-    /// The bytes behind a view and those of the view, or why there are none.
+    /// The images of the viewed variable and of the view, or the reason why there are none.
     fn images(&self, behind: (Place, &Type), view: &View) -> Result<(Image, Image), String> {
         let at = self.at(view.span);
         let under =
@@ -291,7 +291,7 @@ impl Lowerer<'_, '_> {
         self.views.iter().any(|view| variable.place.base == Base::Local(view.local))
     }
 
-    /// Notes that a view is used.
+    /// Records that the statement uses a view.
     pub fn use_view(&mut self, variable: &Variable, is_written: bool) {
         let Base::Local(local) = variable.place.base else { return };
         let Some(number) = self.views.iter().position(|view| view.local == local) else { return };
@@ -301,7 +301,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A variable behind a view, unless it is a view itself.
+    /// The variable behind a view; `None` if that is a view itself.
     fn behind(&self, view: &View) -> Option<(Place, Type)> {
         match self.symbols.get(&view.behind)? {
             Symbol::Variable(_, of, slot) => {
@@ -316,7 +316,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Tells what is wrong with the views of a block; those that are wrong are left out.
+    /// Reports errors in the views of a block and drops the faulty ones.
     pub fn check_views(&mut self) {
         for view in self.views.clone() {
             if view.of.is_wrong() {
@@ -334,8 +334,8 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// What a part translates, with what its views show before it and what it wrote to them behind it. A view that only the
-    /// conditions of nested statements use is not among them.
+    /// Lowers `part`, loading the views it uses before it and writing back those it changed after it. Views used only
+    /// in the conditions of nested statements are handled there.
     pub fn with_views<T>(&mut self, span: Span, part: impl FnOnce(&mut Self) -> T) -> T {
         if self.views.is_empty() {
             return part(self);
@@ -366,7 +366,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Bits that the view does not have keep what they are.
+    /// Writes a view back. Bits that it does not cover keep their values.
     fn write_back(&mut self, number: usize, span: Span) {
         let Some((under, over)) = self.images_of(number) else { return };
         let at = self.at(span);

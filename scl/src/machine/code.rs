@@ -1,51 +1,51 @@
-//! What a typed program is compiled to: instructions for registers.
+//! The target of compilation: instructions for a register machine.
 
 use crate::program::operations::{One, OneChecked, Three, Two, TwoChecked};
 use crate::program::{At, Binary, Scalar};
 use std::collections::BTreeMap;
 
-/// The number of a register: every function has its own ones, above those of all functions that it calls.
+/// A register. Each function has its own registers, above those of all functions that it calls.
 pub(crate) type Register = u16;
 
-/// The place of an instruction.
+/// The index of an instruction.
 pub(crate) type Target = u32;
 
 /// The register that is always 0: the base of absolute addresses.
 pub(crate) const ZERO: Register = 0;
 
-/// An instruction. Registers hold 64 bits ([`Scalar::of_bits`]) or an address in the memory.
+/// An instruction. A register holds 64 bits ([`Scalar::of_bits`]) or a memory address.
 #[derive(Clone, Copy)]
 pub(crate) enum Op {
-    /// A constant.
+    /// Loads a constant.
     Const {
         to: Register,
         bits: u64,
     },
-    /// A copy of a register.
+    /// Copies a register.
     Move {
         to: Register,
         from: Register,
     },
-    /// Registers, from this one on, to 0.
+    /// Clears consecutive registers.
     Clear {
         from: Register,
         count: u16,
     },
-    /// A number from the memory.
+    /// Loads a number from memory.
     Load {
         ty: Scalar,
         to: Register,
         base: Register,
         offset: u32,
     },
-    /// A number to the memory.
+    /// Stores a number to memory.
     Store {
         ty: Scalar,
         from: Register,
         base: Register,
         offset: u32,
     },
-    /// The same for frequent types, without a look at the type.
+    /// Loads and stores of frequent types, specialized to avoid dispatch on the type.
     LoadBool {
         to: Register,
         base: Register,
@@ -66,33 +66,33 @@ pub(crate) enum Op {
         base: Register,
         offset: u32,
     },
-    /// An operation on one number.
+    /// A unary operation.
     One {
         to: Register,
         a: Register,
         function: One,
     },
-    /// The same with a warning.
+    /// A unary operation that may warn.
     OneChecked {
         to: Register,
         a: Register,
         function: OneChecked,
     },
-    /// An operation on two numbers.
+    /// A binary operation.
     Two {
         to: Register,
         a: Register,
         b: Register,
         function: Two,
     },
-    /// The same with a warning.
+    /// A binary operation that may warn.
     TwoChecked {
         to: Register,
         a: Register,
         b: Register,
         function: TwoChecked,
     },
-    /// Frequent operations, without a call of a function.
+    /// Frequent operations, specialized to avoid a function call.
     AddF32 {
         to: Register,
         a: Register,
@@ -108,56 +108,57 @@ pub(crate) enum Op {
         a: Register,
         b: Register,
     },
-    /// An operation on the numbers in three registers, from this one on.
+    /// An operation on three consecutive registers.
     Three {
         to: Register,
         first: Register,
         function: Three,
     },
-    /// The second register behind `first` if the first one is TRUE, else the third.
+    /// Selects from three consecutive registers: the second if the first is TRUE, else the third.
     Select {
         to: Register,
         first: Register,
     },
-    /// An address: a constant behind another.
+    /// Computes an address: a base plus a constant offset.
     Address {
         to: Register,
         base: Register,
         offset: u32,
     },
-    /// The address of an element: `base + (index - low) * stride`, if the bounds allow it.
+    /// Computes the address of an element, `base + (index - low) * stride`, after a bounds check.
     Index {
         to: Register,
         base: Register,
         index: Register,
         bounds: u32,
     },
-    /// `number * extent + (index - low)` for the bounds in the registers `bounds` and the next one, if they allow it.
+    /// Computes `number * extent + (index - low)` after a check against the bounds in register `bounds` and the next
+    /// one.
     IndexOpen {
         number: Register,
         index: Register,
         bounds: Register,
     },
-    /// `base + number * size`.
+    /// Computes `base + number * size`.
     Scale {
         to: Register,
         base: Register,
         number: Register,
         size: u32,
     },
-    /// Bytes of a variable to another.
+    /// Copies the bytes of a variable.
     Copy {
         to: Register,
         from: Register,
         size: u32,
     },
-    /// The start values of a frame to the memory.
+    /// Copies start values into a frame.
     Image {
         to: u32,
         from: u32,
         size: u32,
     },
-    /// A text, cut to the capacity.
+    /// Copies a text, truncated to the capacity.
     CopyText {
         to: Register,
         from: Register,
@@ -165,7 +166,7 @@ pub(crate) enum Op {
         from_capacity: u16,
         wide: bool,
     },
-    /// A comparison of texts.
+    /// Compares two texts.
     CompareText {
         op: Binary,
         to: Register,
@@ -174,66 +175,66 @@ pub(crate) enum Op {
         capacities: (u16, u16),
         wide: bool,
     },
-    /// A comparison of variables, by a list of their parts.
+    /// Compares two variables part by part.
     Same {
         to: Register,
         a: Register,
         b: Register,
         parts: u32,
     },
-    /// The time of the call.
+    /// Loads the time of the call.
     Now {
         to: Register,
     },
-    /// On to an instruction.
+    /// Jumps.
     Jump {
         to: Target,
     },
-    /// Back to an earlier instruction, if the budget allows it.
+    /// Jumps back, if the budget allows it.
     Back {
         to: Target,
     },
-    /// On if the register is TRUE.
+    /// Jumps if the register is TRUE.
     JumpIf {
         condition: Register,
         to: Target,
     },
-    /// On if the register is FALSE.
+    /// Jumps if the register is FALSE.
     JumpUnless {
         condition: Register,
         to: Target,
     },
-    /// On if the register is within the range of this number.
+    /// Jumps if the register lies within the range with this index.
     JumpInside {
         value: Register,
         range: u32,
         to: Target,
     },
-    /// On if a loop has ended; `last` and the next register hold the last value and the step.
+    /// Jumps if a loop has ended; `last` and the next register hold the last value and the step.
     ForTest {
         ty: Scalar,
         value: Register,
         last: Register,
         to: Target,
     },
-    /// The next value of a loop; the register behind it becomes TRUE if it lies beyond the type.
+    /// Advances a loop counter; the register after it becomes TRUE if the counter overflows its type.
     ForStep {
         ty: Scalar,
         value: Register,
         step: Register,
     },
-    /// This many statements begin here.
+    /// Marks the start of a run of `count` statements.
     Mark {
         run: u32,
         count: u32,
     },
-    /// A call of a function, if the budget allows it.
+    /// Calls a function, if the budget allows it.
     Call {
         to: Target,
     },
-    /// The end of a function.
+    /// Returns from a function.
     Return,
-    /// A call of a block with its instance at an address.
+    /// Calls a block with the instance at an address.
     Native {
         law: u16,
         instance: Register,
@@ -241,7 +242,7 @@ pub(crate) enum Op {
 }
 
 impl Op {
-    /// Reads a number from the memory.
+    /// The instruction that loads a number from memory.
     pub(crate) fn load(ty: Scalar, to: Register, base: Register, offset: u32) -> Op {
         match ty {
             Scalar::Bool => Op::LoadBool { to, base, offset },
@@ -250,7 +251,7 @@ impl Op {
         }
     }
 
-    /// Writes a number to the memory.
+    /// The instruction that stores a number to memory.
     pub(crate) fn store(ty: Scalar, from: Register, base: Register, offset: u32) -> Op {
         match ty.size() {
             1 => Op::Store8 { from, base, offset },
@@ -260,58 +261,59 @@ impl Op {
     }
 }
 
-/// The bounds of an index, and how far its elements lie apart.
+/// The bounds of an index, and the distance between its elements.
 pub(crate) struct Bounds {
     pub low: i64,
     pub high: i64,
     pub stride: u64,
 }
 
-/// A stretch of equal numbers, or a text, in a structure.
+/// A part to be compared: consecutive numbers, or a text, within a structure.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Part {
     Numbers { ty: Scalar, offset: u32, count: u32 },
     Text { offset: u32, capacity: u16, wide: bool },
 }
 
-/// The law of a block: the bytes of an instance, and room for writing it. `false` if the bytes do not belong to the block.
+/// The law of a block, given the bytes of an instance and a buffer to store it; `false` if the bytes are not a valid
+/// state of the block.
 pub(crate) type Native = fn(&mut [u8], &mut Vec<u8>) -> bool;
 
 /// A compiled program. Many machines can run it.
 #[derive(Default)]
 pub struct Code {
     pub(crate) ops: Vec<Op>,
-    /// The line of each instruction.
+    /// The source line of each instruction.
     pub(crate) lines: Vec<At>,
-    /// What the instructions that may warn say.
+    /// The texts of possible warnings, by instruction.
     pub(crate) warnings: BTreeMap<Target, String>,
     /// The first instruction of each function.
     pub(crate) entries: Vec<Target>,
-    /// Which functions can be called from outside: those without parameters and instance.
+    /// Whether each function can be called from outside, that is has neither parameters nor an instance.
     pub(crate) callable: Vec<bool>,
     pub(crate) files: Vec<String>,
     pub(crate) bounds: Vec<Bounds>,
     pub(crate) ranges: Vec<(i64, i64)>,
     pub(crate) parts: Vec<Vec<Part>>,
-    /// The laws of blocks, with the size of an instance.
+    /// The laws of blocks, each with the size of an instance.
     pub(crate) natives: Vec<(Native, usize)>,
-    /// The start values of frames.
+    /// The start values for frames.
     pub(crate) images: Vec<u8>,
-    /// Memory, constants and frames at the start.
+    /// The initial memory: program memory, constants and frames.
     pub(crate) start: Vec<u8>,
-    /// How much of it is the memory of the program.
+    /// The size of the program's own memory within it.
     pub(crate) state: usize,
     pub(crate) registers: usize,
-    /// The registers of the numbers among the locals of each function.
+    /// The registers of the numeric locals, by function.
     pub(crate) locals: Vec<Vec<Option<Register>>>,
-    /// The register with the address of the instance, of each function that works on one.
+    /// The register with the instance address, for each function that has an instance.
     pub(crate) instances: Vec<Option<Register>>,
-    /// The functions with code in the order of their instructions, each with its first one.
+    /// The functions in instruction order, each with its first instruction.
     pub(crate) owners: Vec<(Target, usize)>,
-    /// The most calls inside one another.
+    /// The maximum call depth.
     pub(crate) depth: usize,
-    /// The lines of the statements.
+    /// The source lines of the statements.
     pub(crate) statements: Vec<At>,
-    /// Of each run of statements, the first one and their count.
+    /// The runs of statements: first statement and count.
     pub(crate) runs: Vec<(u32, u32)>,
 }

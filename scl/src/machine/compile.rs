@@ -1,4 +1,4 @@
-//! From the typed program to instructions.
+//! Compiles the typed program to instructions.
 
 mod expr;
 mod place;
@@ -9,17 +9,17 @@ use crate::program::walk::{self, Look};
 use crate::program::{At, Body, Call, Function, Program, Scalar, Statement, Type, align};
 use blocks::{Block, EachBlock, for_each_block};
 
-/// The largest memory of a program, in bytes.
+/// The maximum memory size of a program, in bytes.
 const LARGEST_MEMORY: usize = 64 << 20;
 
-/// How deep calls may be nested.
+/// The maximum call depth.
 const DEEPEST: usize = 256;
 
 impl Code {
     /// Compiles a program.
     ///
     /// # Errors
-    /// The program is too large, a function calls itself, or the parts of the program do not fit together: a sentence with the
+    /// The program is too large, a function calls itself, or the program is inconsistent; the message names the
     /// function and the line.
     pub fn compile(program: &Program) -> Result<Code, String> {
         let memory = program.records.get(program.memory).ok_or("the program has no memory")?;
@@ -70,7 +70,7 @@ impl Code {
     }
 }
 
-/// The first registers, bytes and level of calls that a function and all that it calls leave free.
+/// The first registers, bytes and call level not used by a function and its callees.
 #[derive(Clone, Copy)]
 struct Space {
     registers: usize,
@@ -83,47 +83,47 @@ struct Compiler<'a> {
     code: Code,
     /// The address of the constants.
     constants: usize,
-    /// Of each function that is compiled.
+    /// The space used by each compiled function.
     spaces: Vec<Space>,
-    /// Of each function that is compiled, the register with the address of its instance, and the places of its locals.
+    /// For each compiled function, the register with its instance address and the homes of its locals.
     homes: Vec<(Register, Vec<Home>)>,
     begun: Vec<bool>,
     natives: Vec<(&'static str, Native, usize)>,
 }
 
-/// Where a local is.
+/// The storage of a local.
 #[derive(Clone, Debug)]
 enum Home {
-    /// A number.
+    /// The register that holds a number.
     Register(Register),
-    /// Its address, behind which a [`Type::Open`] has its bounds.
+    /// The register that holds the address, followed by the bounds if it is a [`Type::Open`].
     Reference(Register),
-    /// At an address.
+    /// An address in memory.
     Memory(usize),
 }
 
-/// A function while it is compiled.
+/// State of the function being compiled.
 struct Scope<'a> {
     function: &'a Function,
-    /// The register with the address of the instance.
+    /// The register with the instance address.
     instance: Register,
     homes: Vec<Home>,
-    /// The next register that is free.
+    /// The next free register.
     next: usize,
-    /// The most registers that were in use.
+    /// The high-water mark of registers in use.
     most: usize,
-    /// The instruction at each label: those of the program, then those that the compiler makes.
+    /// The instruction at each label: labels of the program, then those of the compiler.
     labels: Vec<Option<Target>>,
-    /// Where `Break` and `Continue` go in the innermost loop.
+    /// The target labels of `Break` and `Continue` for each enclosing loop.
     loops: Vec<(usize, usize)>,
-    /// The line of what is being compiled.
+    /// The source line being compiled.
     at: At,
-    /// The run of statements to which the next one belongs, and its [`Op::Mark`].
+    /// The current run of statements, and its [`Op::Mark`].
     run: Option<(u32, usize)>,
 }
 
 impl<'a> Compiler<'a> {
-    /// Compiles what a function calls, then the function.
+    /// Compiles the callees of a function, then the function itself.
     fn function(&mut self, number: usize, depth: usize) -> Result<(), String> {
         if self.code.entries[number] != Target::MAX {
             return Ok(());
@@ -138,7 +138,7 @@ impl<'a> Compiler<'a> {
         }
         self.begun[number] = true;
         let Body::Code(body) = &function.body else {
-            // A native block has no code of its own.
+            // A native block has no code.
             self.code.entries[number] = 0;
             self.code.callable[number] = false;
             return Ok(());
@@ -165,7 +165,7 @@ impl<'a> Compiler<'a> {
         })?;
         self.emit(&scope, Op::Return);
         self.resolve(first, &scope)?;
-        // What calls this function takes what lies behind its registers and its frame.
+        // Callers use the registers and bytes beyond those of this function.
         space.registers = scope.most;
         space.memory = self.frame(function, space.memory, function.locals.len());
         self.spaces[number] = space;
@@ -173,7 +173,7 @@ impl<'a> Compiler<'a> {
         Ok(())
     }
 
-    /// The locals of a function get their places.
+    /// Assigns homes to the locals of a function.
     fn scope(&self, function: &'a Function, body: &[Statement], space: Space) -> Result<Scope<'a>, String> {
         let mut next = space.registers;
         let mut take = |count: usize| {
@@ -219,7 +219,8 @@ impl<'a> Compiler<'a> {
         })
     }
 
-    /// The address of a local in the frame of a function that begins at `start`, aligned; of the number behind the last one, the end.
+    /// The aligned address of local `number` in a function frame at `start`; for the number after the last local, the
+    /// end of the frame.
     fn frame(&self, function: &Function, start: usize, number: usize) -> usize {
         let mut address = start;
         for (index, local) in function.locals.iter().enumerate() {
@@ -235,7 +236,7 @@ impl<'a> Compiler<'a> {
         align(address, 8)
     }
 
-    /// Refuses types that do not exist or have no size.
+    /// Rejects types that do not exist or have no size.
     fn check(&self, ty: &Type, depth: usize) -> Result<(), String> {
         match ty {
             Type::Record(record) if *record >= self.program.records.len() => Err("a record does not exist".to_string()),
@@ -254,7 +255,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// Start values of the locals behind the parameters.
+    /// Initializes the locals other than the parameters.
     fn prologue(&mut self, scope: &Scope) {
         let function = scope.function;
         let (mut first, mut count) = (ZERO, 0);
@@ -269,12 +270,12 @@ impl<'a> Compiler<'a> {
             }
         }
         if count > 0 {
-            // The registers of numbers follow one another, because no parameter lies among them.
+            // The numeric locals are in consecutive registers, since there are no parameters among them.
             self.emit(scope, Op::Clear { from: first, count });
         }
     }
 
-    /// The start values of a type to an address.
+    /// Emits a copy of a type's start values to an address.
     fn start_values(&mut self, scope: &Scope, address: usize, ty: &Type) {
         let image = self.program.start(ty);
         let (from, size) = (self.code.images.len() as u32, image.len() as u32);
@@ -282,7 +283,7 @@ impl<'a> Compiler<'a> {
         self.emit(scope, Op::Image { to: address as u32, from, size });
     }
 
-    /// Puts the instructions at the labels into the jumps of a function.
+    /// Resolves the jumps of a function to instruction indices.
     fn resolve(&mut self, first: usize, scope: &Scope) -> Result<(), String> {
         for op in &mut self.code.ops[first..] {
             if let Op::Jump { to }
@@ -304,7 +305,7 @@ impl<'a> Compiler<'a> {
         self.code.lines.push(scope.at);
     }
 
-    /// A list of the parts of a type that are to be compared.
+    /// Appends the parts of a type that a comparison covers.
     fn parts(&self, ty: &Type, offset: usize, parts: &mut Vec<Part>) -> Result<(), String> {
         const MOST: usize = 10_000;
         match ty {
@@ -333,7 +334,7 @@ impl<'a> Compiler<'a> {
         if parts.len() > MOST { Err(format!("more than {MOST} members are compared")) } else { Ok(()) }
     }
 
-    /// The number of the law of a block, and the size of its instance.
+    /// The index of a block's law, and the size of its instance.
     fn native(&mut self, name: &'static str) -> Result<(u16, usize), String> {
         let known = self.natives.iter().position(|(known, ..)| *known == name);
         let number = match known {
@@ -348,7 +349,7 @@ impl<'a> Compiler<'a> {
     }
 }
 
-/// How many labels there are.
+/// The number of labels.
 #[derive(Default)]
 struct Labels(usize);
 
@@ -361,7 +362,7 @@ impl Look for Labels {
     }
 }
 
-/// The functions that statements call.
+/// The functions called by statements.
 fn callees(body: &[Statement]) -> Vec<usize> {
     struct Callees(Vec<usize>);
     impl Look for Callees {
@@ -376,7 +377,7 @@ fn callees(body: &[Statement]) -> Vec<usize> {
     callees.0
 }
 
-/// The law of the block of this name, and the size of its instance.
+/// The law of the named block, and the size of its instance.
 fn law(name: &str) -> Option<(Native, usize)> {
     fn call<B: Block>(instance: &mut [u8], room: &mut Vec<u8>) -> bool {
         let Some(mut block) = B::read(&mut &*instance) else { return false };
@@ -405,7 +406,7 @@ fn wrong_type(expected: impl std::fmt::Display, found: impl std::fmt::Display) -
     format!("expected {expected}, found {found}")
 }
 
-/// What the warning of an operation says.
+/// The text of an operation's warning.
 fn warning(by_zero: bool, ty: Scalar) -> String {
     match (by_zero, ty.is_float()) {
         (true, false) => "division by 0: the result is 0".to_string(),

@@ -1,4 +1,4 @@
-//! The instructions at work.
+//! Executes instructions.
 
 use super::code::{Bounds, Op, Part, Register};
 use super::{Cause, Code, Kept, Machine, Stop, Warning};
@@ -7,10 +7,10 @@ use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
 impl Machine {
-    /// Runs from an instruction to the end of its function.
+    /// Runs from an instruction until its function returns.
     pub(super) fn run(&mut self, entry: u32, now: i64) -> Result<(), Stop> {
         let Machine { code, memory, registers, returns, room, covered, warned, warnings, kept, .. } = self;
-        // Slices in variables of their own are faster than fields of the machine.
+        // Slices in local variables are faster than fields of the machine.
         let (code, memory, registers) = (&**code, &mut memory[..], &mut registers[..]);
         let ops = &code.ops[..];
         let mut budget = i64::from(self.budget);
@@ -158,7 +158,7 @@ impl Machine {
     }
 }
 
-/// Keeps the numbers among the locals of a function that returns.
+/// Keeps the numeric locals of a returning function.
 #[cold]
 fn keep(code: &Code, registers: &[u64], op: u32, kept: &mut Kept) {
     let owner = code.owners.partition_point(|(first, _)| *first <= op).checked_sub(1);
@@ -202,7 +202,7 @@ fn whole(op: Op, code: &Code, memory: &mut [u8], registers: &mut [u64]) {
 }
 
 impl Code {
-    /// How far an index lies behind the lowest one.
+    /// The distance of an index from its lower bound, or a stop if it is out of bounds.
     #[inline(always)]
     fn inside(&self, op: u32, index: i64, low: i64, high: i64) -> Result<u64, Stop> {
         if index < low || index > high {
@@ -211,21 +211,21 @@ impl Code {
         Ok((index - low) as u64)
     }
 
-    /// Why an instruction stops the program.
+    /// The stop caused by an instruction.
     #[cold]
     fn stop(&self, op: u32, cause: Cause) -> Stop {
         let (file, line) = self.line(op);
         Stop { file, line, cause }
     }
 
-    /// The file and the line of an instruction.
+    /// The source file and line of an instruction.
     fn line(&self, op: u32) -> (String, u32) {
         let At { file, line } = self.lines[op as usize];
         (self.files.get(usize::from(file)).cloned().unwrap_or_default(), line)
     }
 }
 
-/// Tells what an instruction warns of, once.
+/// Reports the warning of an instruction, unless already reported.
 #[cold]
 fn warn(code: &Code, warned: &mut BTreeSet<u32>, warnings: &mut Vec<Warning>, op: u32) {
     if warned.insert(op) {
@@ -246,7 +246,7 @@ fn has_ended(ty: Scalar, value: u64, last: u64, step: u64) -> bool {
     }
 }
 
-/// The next value of a loop, and whether it lies beyond the type.
+/// The next value of a loop counter, and whether it overflows its type.
 fn stepped(ty: Scalar, value: u64, step: u64) -> (u64, u64) {
     let sum = Binary::Add.of(Value::new(ty, value), Value::new(ty, step));
     sum.map_or((value, 1), |(sum, beyond)| (sum.bits(), u64::from(beyond)))
@@ -289,7 +289,7 @@ fn length(text: &[u8], capacity: u16) -> usize {
     usize::from(u16::from_le_bytes([text[0], text[1]]).min(capacity))
 }
 
-/// The codes of the characters of a text, as numbers that can be compared.
+/// The character codes of a text, in comparable form.
 fn characters(text: &[u8], capacity: u16, wide: bool) -> impl Iterator<Item = u16> {
     let length = length(text, capacity);
     let characters = &text[2..];
@@ -299,7 +299,7 @@ fn characters(text: &[u8], capacity: u16, wide: bool) -> impl Iterator<Item = u1
     })
 }
 
-/// Whether a comparison holds for this order.
+/// Whether a comparison is true for this ordering.
 fn holds(op: Binary, order: Ordering) -> bool {
     match op {
         Binary::Eq => order.is_eq(),
@@ -311,7 +311,7 @@ fn holds(op: Binary, order: Ordering) -> bool {
     }
 }
 
-/// Whether a part of two variables is equal.
+/// Whether two variables are equal in this part.
 fn same(part: Part, a: &[u8], b: &[u8]) -> bool {
     match part {
         Part::Text { offset, capacity, wide } => {

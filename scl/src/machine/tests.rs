@@ -1,4 +1,4 @@
-//! Programs that are written as typed programs, without SCL.
+//! Tests of programs built directly as typed programs, without SCL.
 
 use super::{Cause, Code, Machine};
 use crate::program::{
@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 pub(crate) mod random;
 
-/// A program with a memory of these variables and a function without locals.
+/// Builds a program whose memory has these variables, with a function without locals.
 fn program(variables: &[(&str, Type)], body: Vec<Statement>) -> Program {
     let mut program = Program { files: vec!["test.scl".to_string()], ..Program::default() };
     program.constants = program.add_record("constants", []);
@@ -26,7 +26,7 @@ fn machine(program: &Program) -> Machine {
     Machine::new(Arc::new(Code::compile(program).unwrap()))
 }
 
-/// A statement on a line.
+/// Builds a statement on a line.
 fn on(line: u32, what: What) -> Statement {
     Statement { at: At { file: 0, line }, what }
 }

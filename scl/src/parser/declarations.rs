@@ -6,7 +6,7 @@ use crate::syntax::{
     Attribute, Block, BlockKind, ExpressionKind, Member, Section, SectionKind, Start, Tree, Type, TypeKind,
 };
 
-/// The words that begin a block, what it is, and the word that ends it.
+/// The keyword that starts a block, the block's kind, and the keyword that ends it.
 const BLOCKS: [(&str, BlockKind, &str); 5] = [
     ("FUNCTION_BLOCK", BlockKind::FunctionBlock, "END_FUNCTION_BLOCK"),
     ("FUNCTION", BlockKind::Function, "END_FUNCTION"),
@@ -16,7 +16,7 @@ const BLOCKS: [(&str, BlockKind, &str); 5] = [
 ];
 
 impl Parser<'_> {
-    /// All blocks of the source.
+    /// Parses all blocks of the source.
     pub fn source(mut self) -> Tree {
         while !self.is_end() && !self.is_exhausted() {
             match self.block_kind() {
@@ -30,7 +30,7 @@ impl Parser<'_> {
                 }
             }
         }
-        // Where quotation marks were written, or `#`, or an attribute of TIA Portal, it is TIA Portal's dialect.
+        // Names with `#` or the attribute S7_Optimized_Access indicate TIA Portal's dialect.
         let has_mark = self.tokens.iter().any(|token| matches!(token.kind, Kind::Local));
         let has_attribute = self.attributes.iter().any(|span| self.text[span.range()].contains("S7_Optimized_Access"));
         let mut tree = self.tree;
@@ -86,7 +86,7 @@ impl Parser<'_> {
             let _: Parsed<()> = self.fail(end);
         }
         self.takes(";");
-        // The source from which a protected block was made has its statements; what TIA Portal gives of such a block has none.
+        // The source of a protected block has statements; TIA Portal's export of the block has none.
         let has_statements = !matches!(kind, BlockKind::DataBlock | BlockKind::Type);
         if let Some(span) = protected.filter(|_| has_statements && block.body.is_empty()) {
             self.tree.protected.push((self.tree.blocks.len(), span));
@@ -103,7 +103,7 @@ impl Parser<'_> {
         self.takes(";");
     }
 
-    /// The labels to which the block jumps.
+    /// The labels that the block jumps to.
     pub fn jumps(&self, end: &str) -> std::collections::BTreeSet<String> {
         let within = self.tokens[self.at..]
             .iter()
@@ -113,7 +113,7 @@ impl Parser<'_> {
         words.windows(2).filter(|pair| pair[0].eq_ignore_ascii_case("GOTO")).map(|pair| pair[1].to_string()).collect()
     }
 
-    /// What stands between the name and the first section; gives where the block is said to be protected.
+    /// Parses the head between the name and the first section; returns where the block is declared protected.
     fn head(&mut self, block: &mut Block, start: Span, is_quoted: bool) -> Parsed<Option<Span>> {
         let mut is_versioned = false;
         let mut protected = None;
@@ -155,9 +155,9 @@ impl Parser<'_> {
                     self.step();
                 }
                 _ if block.kind == BlockKind::DataBlock && block.of.is_none() => block.of = Some(self.type_of()?),
-                // The type of a TYPE without STRUCT.
+                // The type of a TYPE that is not a STRUCT.
                 _ if block.kind == BlockKind::Type && block.of.is_none() => block.of = Some(self.type_of()?),
-                // Statements without BEGIN.
+                // Statements without a preceding BEGIN.
                 _ => break,
             }
         }
@@ -169,7 +169,7 @@ impl Parser<'_> {
     }
 
     fn line_of(&self, span: Span) -> usize {
-        // The start of the line stands for it.
+        // A line is identified by its start.
         self.text[..span.start as usize].rfind('\n').map_or(0, |newline| newline + 1)
     }
 
@@ -234,7 +234,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Members up to a word, which is taken.
+    /// Parses members up to the closing word, which is consumed.
     pub fn members(&mut self, close: &str) -> Vec<Member> {
         let mut members = Vec::new();
         while !self.takes_word(close) {
@@ -288,7 +288,7 @@ impl Parser<'_> {
         }
         let line_end =
             self.text[end.end as usize..].find('\n').map_or(self.text.len(), |length| end.end as usize + length);
-        // The members of a structure have comments of their own.
+        // The members of a structure have their own comments.
         let is_structure = matches!(of, Some(Type { kind: TypeKind::Struct(_), .. }));
         let comment = self.comments_within(if is_structure { end.end } else { start.start }, line_end as u32);
         let mut member = Member { names, attributes, at, of, start: start_value, comment };
@@ -303,7 +303,7 @@ impl Parser<'_> {
         parse(self)
     }
 
-    /// A type.
+    /// Parses a type.
     pub fn type_of(&mut self) -> Parsed<Type> {
         let start = self.span();
         let kind = self.deeper(Parser::type_kind)?;
@@ -363,7 +363,7 @@ impl Parser<'_> {
         }
     }
 
-    /// A start value; in STEP 7 an array may have several without brackets.
+    /// Parses a start value; in STEP 7 an array may have several without brackets.
     fn start_list(&mut self) -> Parsed<Start> {
         let start = self.span();
         let first = self.start_value()?;
@@ -395,7 +395,7 @@ impl Parser<'_> {
         }
         let value = self.expression()?;
         if let ExpressionKind::Call(count, arguments) = &self.tree.expressions[value].kind {
-            // `"N"(0)`: as many as a constant says.
+            // `"N"(0)`: repeated as often as the constant says.
             let is_repeat = arguments.len() == 1 && arguments[0].name.is_none();
             if let (true, ExpressionKind::Name(..)) = (is_repeat, &self.tree.expressions[*count].kind) {
                 return Ok(Start::Repeat(*count, vec![Start::Value(arguments[0].value)]));
@@ -411,7 +411,7 @@ impl Parser<'_> {
         }
     }
 
-    /// A list, the members of a structure, or an expression in brackets.
+    /// Parses a bracketed list, the members of a structure, or an expression.
     fn bracketed(&mut self, close: &str) -> Parsed<Start> {
         let start = self.step().span;
         let mut list = Vec::new();

@@ -1,16 +1,16 @@
-//! Expressions, by the precedence of their operators.
+//! Parses expressions by operator precedence.
 
 use super::{Failed, Parsed, Parser, bare};
 use crate::lexer::{Kind, Span};
 use crate::syntax::{Argument, Binary, ExpressionId, ExpressionKind, Name, Scope, Unary, key};
 
-/// Above all operators with two operands.
+/// A precedence above that of all binary operators.
 const HIGHEST: u8 = 8;
 
-/// This many operators may stand in a chain.
+/// The maximum number of operators in a chain.
 const MOST_LEVELS: u32 = 300;
 
-/// The words that are no names.
+/// The reserved words.
 const RESERVED: [&str; 41] = [
     "AND",
     "BEGIN",
@@ -55,18 +55,18 @@ const RESERVED: [&str; 41] = [
     "DATA_BLOCK",
 ];
 
-/// Whether a word in capitals is no name.
+/// Whether an upper-case word is reserved.
 pub fn is_reserved(word: &str) -> bool {
     RESERVED.contains(&word)
 }
 
 impl Parser<'_> {
-    /// An expression.
+    /// Parses an expression.
     pub fn expression(&mut self) -> Parsed<ExpressionId> {
         self.above(0)
     }
 
-    /// The operator at the token, and how strongly it binds.
+    /// The operator at the current token, and its precedence.
     fn operator(&self) -> Option<(Binary, u8)> {
         let operator = match self.token().kind {
             Kind::Symbol => match self.symbol_ahead(0) {
@@ -97,7 +97,7 @@ impl Parser<'_> {
         Some(operator)
     }
 
-    /// An expression of operators that bind more strongly than `strength`.
+    /// Parses an expression of operators with a precedence higher than `strength`.
     fn above(&mut self, strength: u8) -> Parsed<ExpressionId> {
         let is_signed = matches!(self.symbol_ahead(0), "-" | "+");
         let mut left = self.operand()?;
@@ -115,7 +115,7 @@ impl Parser<'_> {
         Ok(left)
     }
 
-    /// An operand with its signs.
+    /// Parses an operand with its signs.
     fn operand(&mut self) -> Parsed<ExpressionId> {
         let start = self.span();
         let unary = match self.symbol_ahead(0) {
@@ -175,7 +175,7 @@ impl Parser<'_> {
         }
     }
 
-    /// `"Tag":P`, the access to the periphery: the tag itself, where there is no process image.
+    /// Consumes `:P` in `"Tag":P`, a direct access to the periphery: without a process image this is the tag itself.
     fn takes_peripheral(&mut self) {
         let [colon, word] = [self.ahead(0), self.ahead(1)];
         let is_close = colon.span.start == self.before().end && word.span.start == colon.span.end;
@@ -185,7 +185,7 @@ impl Parser<'_> {
         }
     }
 
-    /// A name; in STEP 7 blocks have a number: `FB 12`.
+    /// Parses a name; in STEP 7, blocks may have a number: `FB 12`.
     pub fn numbered_name(&mut self) -> Parsed<Name> {
         let mut name = self.name("a name")?;
         let token = self.token();
@@ -198,8 +198,8 @@ impl Parser<'_> {
         Ok(name)
     }
 
-    /// What an element calls: a name with members and indices behind it, up to the bracket with the pins. Words that are
-    /// reserved in SCL may name it.
+    /// Parses the callee of an element: a name followed by members and indices, up to the bracket with the pins.
+    /// Reserved words of SCL are valid names here.
     pub fn callee(&mut self) -> Parsed<ExpressionId> {
         let start = self.span();
         let is_global = self.takes_global();
@@ -213,7 +213,7 @@ impl Parser<'_> {
         self.steps_of(variable, start, false)
     }
 
-    /// Members, indices and, if there may be some, calls behind a variable.
+    /// Parses the members, indices and, if allowed, calls that follow a variable.
     fn steps_of(&mut self, mut variable: ExpressionId, start: Span, may_call: bool) -> Parsed<ExpressionId> {
         loop {
             match self.symbol_ahead(0) {
@@ -251,7 +251,7 @@ impl Parser<'_> {
         }
     }
 
-    /// A chain such as `a + b + c` goes one level deeper with each operator.
+    /// Rejects long chains: `a + b + c` nests one level deeper with each operator.
     fn check_depth(&mut self, id: ExpressionId) -> Parsed<()> {
         if self.tree.expressions[id].depth <= MOST_LEVELS {
             return Ok(());
@@ -260,7 +260,7 @@ impl Parser<'_> {
         self.refuse(self.before(), &message, Some("divide it by variables"))
     }
 
-    /// The arguments of a call up to its closing bracket.
+    /// Parses the arguments of a call, including the closing bracket.
     fn arguments(&mut self) -> Parsed<Vec<Argument>> {
         let mut arguments = Vec::new();
         while !self.takes(")") {
@@ -272,7 +272,7 @@ impl Parser<'_> {
             if named {
                 self.step();
             }
-            // `x := ,` and `x => )`: a parameter that is shown but not supplied.
+            // `x := ,` and `x => )`: a parameter that is listed but not connected.
             if named && matches!(self.symbol_ahead(0), "," | ")") {
                 self.takes(",");
                 continue;
@@ -286,7 +286,7 @@ impl Parser<'_> {
         Ok(arguments)
     }
 
-    /// An expression, or where there is none a wrong one: the error is told, the statement goes on.
+    /// Parses an expression; on an error, which is reported, skips it so that the statement can continue.
     pub fn expression_or_wrong(&mut self, is_end: impl Fn(&Self) -> bool) -> ExpressionId {
         let start = self.span();
         match self.expression() {

@@ -1,4 +1,4 @@
-//! Parts of a text that are in SCL: what other formats write in its notation.
+//! Parses fragments of SCL inside other formats.
 
 use super::{Parsed, Parser, parser_of};
 use crate::lexer::Span;
@@ -6,34 +6,34 @@ use crate::report::Report;
 use crate::syntax::{ExpressionId, ExpressionKind, Statement, Tree, Type, TypeKind};
 use std::ops::Range;
 
-/// Reads parts of a text; their spans are the bytes of the text.
+/// Parses fragments of a text; their spans are byte offsets in that text.
 pub struct Fragments<'a> {
-    /// The text. A reader whose format is not SCL writes its fragments to the places in a text of blanks.
+    /// The text. A reader of another format writes its fragments at their offsets into a text of blanks.
     pub text: &'a str,
-    /// The number of the source.
+    /// The index of the source.
     pub file: u32,
-    /// The tree to which the fragments belong.
+    /// The tree that receives the fragments.
     pub tree: &'a mut Tree,
-    /// What is wrong in them.
+    /// The report of errors in the fragments.
     pub report: &'a mut Report,
 }
 
 impl Fragments<'_> {
-    /// An expression, a variable for example.
+    /// Parses an expression, such as a variable.
     pub fn expression(&mut self, range: Range<usize>) -> ExpressionId {
         let span = self.span(&range);
         let parsed = self.parse(range, |parser| parser.whole(Parser::expression));
         parsed.unwrap_or_else(|| self.tree.expressions.add(ExpressionKind::Wrong, span))
     }
 
-    /// A type.
+    /// Parses a type.
     pub fn type_of(&mut self, range: Range<usize>) -> Type {
         let span = self.span(&range);
         let parsed = self.parse(range, |parser| parser.whole(Parser::type_of));
         parsed.unwrap_or(Type { kind: TypeKind::Wrong, span })
     }
 
-    /// Statements.
+    /// Parses statements.
     pub fn statements(&mut self, range: Range<usize>) -> Vec<Statement> {
         let statements = self.parse(range, |parser| {
             parser.gotos = parser.jumps("");
@@ -63,7 +63,7 @@ impl Fragments<'_> {
 }
 
 impl Parser<'_> {
-    /// The expression in a part of the text, such as the value of an attribute.
+    /// Parses the expression in a part of the text, such as an attribute's value.
     pub fn expression_in(&mut self, range: Range<usize>) -> ExpressionId {
         let mut tree = std::mem::take(&mut self.tree);
         let file = self.span().file;
@@ -72,7 +72,7 @@ impl Parser<'_> {
         id
     }
 
-    /// What is read, and nothing after it.
+    /// Parses with `read`, and rejects anything after it.
     fn whole<T>(&mut self, read: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
         let read = read(self)?;
         if self.is_end() { Ok(read) } else { self.fail("nothing more") }

@@ -1,10 +1,10 @@
-//! Statements. Behind an error reading goes on with the next one.
+//! Parses statements. After an error, parsing resumes with the next statement.
 
 use super::{Failed, Parsed, Parser};
 use crate::lexer::{Kind, Span};
 use crate::syntax::{Binary, Expression, ExpressionKind, Label, Name, Statement, StatementKind};
 
-/// What ends a list of statements.
+/// The words that end a list of statements.
 const ENDS: [&str; 18] = [
     "ELSE",
     "ELSIF",
@@ -26,11 +26,11 @@ const ENDS: [&str; 18] = [
     "ORGANIZATION_BLOCK",
 ];
 
-/// This many branches an IF may have.
+/// The maximum number of branches in an IF.
 const MOST_ARMS: usize = 300;
 
 impl Parser<'_> {
-    /// Whether a list of statements ends here.
+    /// Whether a list of statements ends at the current token.
     pub fn is_statement_end(&self) -> bool {
         self.token().kind == Kind::Word && (ENDS.contains(&self.word_ahead(0).as_str()) || self.is_misspelt_elsif())
     }
@@ -39,7 +39,7 @@ impl Parser<'_> {
         (self.is_word("ELSEIF") || self.is_word("ELIF")) && !matches!(self.symbol_ahead(1), ":=" | "." | "[")
     }
 
-    /// Takes the word that ends what begins at this place.
+    /// Consumes the word that closes the construct started at `begin`.
     pub fn close(&mut self, word: &str, begin: Span) -> Parsed<()> {
         if self.takes_word(word) {
             return Ok(());
@@ -49,7 +49,7 @@ impl Parser<'_> {
         self.fail_with(word, Some(&format!("the {what} in line {line} is not closed")))
     }
 
-    /// Statements up to a word that ends them; in CASE up to the next value.
+    /// Parses statements up to a word that ends them or, in CASE, up to the next label.
     pub fn statements(&mut self, is_case: bool) -> Vec<Statement> {
         let mut statements = Vec::new();
         while !self.is_end() && !self.is_statement_end() && !self.is_exhausted() {
@@ -72,7 +72,7 @@ impl Parser<'_> {
         statements
     }
 
-    /// Goes to the end of the statement.
+    /// Skips to the end of the statement.
     fn recover(&mut self) {
         while !self.is_end() && !self.is_statement_end() {
             let is_last = self.is_symbol(";");
@@ -86,7 +86,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Whether a value of CASE and its colon stand here.
+    /// Whether a CASE label, a value followed by a colon, starts at the current token.
     fn is_case_label(&self) -> bool {
         if self.symbol_ahead(1) == ":" && self.token().kind == Kind::Word {
             return !self.gotos.contains(self.text_of(self.token()));
@@ -162,7 +162,7 @@ impl Parser<'_> {
             }
             _ => self.assignment()?,
         };
-        // Behind END_IF and such TIA Portal asks for a semicolon; without one nothing is unclear.
+        // After END_IF and similar, TIA Portal requires a semicolon; its absence is unambiguous.
         let is_block = self.word_before().starts_with("END_");
         if !self.takes(";") && !is_block && !self.is_statement_end() {
             return self.fail("`;`");
@@ -211,13 +211,13 @@ impl Parser<'_> {
         let begin = self.span();
         let mut arms = Vec::new();
         loop {
-            // IF, ELSIF
+            // The IF or ELSIF.
             self.step();
             let condition = self.expression_or_wrong(|parser| parser.is_word("THEN"));
             self.expect_word("THEN")?;
             arms.push((condition, self.statements(false)));
             if self.is_misspelt_elsif() {
-                // It is told, and read as what is meant.
+                // Reported as an error, and parsed as intended.
                 let message = format!("there is no {} in SCL", self.word_ahead(0));
                 let _ = self.refuse::<()>(self.span(), &message, Some("write ELSIF"));
             } else if !self.is_word("ELSIF") {

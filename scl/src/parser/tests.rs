@@ -3,7 +3,7 @@ use parameters::Source;
 use proptest::prelude::*;
 use std::sync::OnceLock;
 
-/// The sources of the cases.
+/// Returns the sources of the cases.
 fn cases() -> &'static [(String, String)] {
     static CASES: OnceLock<Vec<(String, String)>> = OnceLock::new();
     CASES.get_or_init(read_cases)
@@ -25,7 +25,7 @@ fn read_cases() -> Vec<(String, String)> {
     found
 }
 
-/// The errors of a text, a line each.
+/// Returns the errors of a text, one per line.
 fn errors(text: &str) -> String {
     let source = Source::new("a.scl", text.into());
     let mut report = Report::default();

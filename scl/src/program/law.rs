@@ -1,24 +1,25 @@
-//! Laws of blocks as parts of a program.
+//! Adds the laws of blocks to a program.
 
 use super::{Body, Program, Type, walk};
 
-/// Bytes that lie together in both forms of an instance.
+/// A run of bytes that is contiguous in both layouts of an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Run {
-    /// Where they lie in the record of the law, whose members have gaps between them.
+    /// Its offset in the law's record, which has padding between members.
     pub at: usize,
-    /// Where they lie in an instance of the program, which has none.
+    /// Its offset in the program's packed instance.
     pub packed: usize,
-    /// How many they are.
+    /// Its length in bytes.
     pub size: usize,
 }
 
 impl Program {
-    /// Adds the law of a block, which is another program, so that this one can be printed as C: `native` is the function that is this
-    /// law ([`Body::Native`]), and `call` the one that calls the block in the other program. Nothing changes for the machine.
+    /// Adds the law of a block, itself a program, so that this program can be printed as C: `native` is the function
+    /// with this law as its body ([`Body::Native`]), `call` the function of `law` that calls the block. The machine is
+    /// not affected.
     ///
     /// # Errors
-    /// The block of the law is not that of the function.
+    /// The law belongs to another block than the function.
     pub fn add_law(&mut self, native: usize, law: &Program, call: usize) -> Result<(), String> {
         let (records, functions) = (self.records.len(), self.functions.len());
         let Body::Native(name) = self.functions[native].body else {
@@ -43,7 +44,7 @@ impl Program {
             function.instance.iter_mut().for_each(|record| *record += records);
             function.locals.iter_mut().for_each(|local| ty(&mut local.ty));
             if let Body::Code(body) = &mut function.body {
-                // What can be called from outside works on the memory of the other program: nobody calls it here.
+                // Entry functions of the law work on its own memory and are not called here.
                 if function.instance.is_none() && function.parameters == 0 {
                     body.clear();
                     function.instance = law.functions[call].instance.map(|record| records + record);
@@ -72,7 +73,7 @@ impl Program {
         if found == Some(size) { Ok(()) } else { Err(format!("the law of {name} is that of another block")) }
     }
 
-    /// How the instance of a native function lies in the record of its law; nothing if it has none.
+    /// The runs of bytes that map a native function's instance to the record of its law; empty if no law was added.
     pub(crate) fn runs(&self, native: usize) -> Vec<Run> {
         fn add(program: &Program, ty: &Type, at: usize, packed: &mut usize, runs: &mut Vec<Run>) {
             match ty {
@@ -99,7 +100,7 @@ impl Program {
         runs
     }
 
-    /// Whether a record is that of a block whose members lie without gaps.
+    /// Whether a record is that of a block with packed members.
     pub(crate) fn is_packed(&self, record: usize) -> bool {
         self.functions.iter().any(|it| it.instance == Some(record) && matches!(it.body, Body::Native(_)))
     }

@@ -1,4 +1,4 @@
-//! Where variables lie, and their start values.
+//! The layout of variables, and their start values.
 
 use super::{Base, Function, Member, Place, Program, Record, Scalar, Step, Type};
 use crate::syntax::key;
@@ -10,7 +10,7 @@ pub fn align(offset: usize, align: usize) -> usize {
 }
 
 impl Program {
-    /// Adds a record whose members follow one another, each at a multiple of its size, with the start values of their types.
+    /// Adds a record with its members in order, each aligned, and the start values of their types.
     pub fn add_record(&mut self, name: impl Into<String>, members: impl IntoIterator<Item = (String, Type)>) -> usize {
         let mut record = Record { name: name.into(), align: 1, ..Record::default() };
         for (name, ty) in members {
@@ -30,11 +30,11 @@ impl Program {
         record.members.push(Member { name, ty, offset });
     }
 
-    /// Adds a member to a record that exists, behind the others, and says its number. What contains the record must be added
-    /// after that.
+    /// Appends a member to an existing record and returns its index. Records that contain this one must be added
+    /// afterwards.
     pub fn extend_record(&mut self, record: usize, name: impl Into<String>, ty: Type) -> usize {
         let mut extended = std::mem::take(&mut self.records[record]);
-        // The room behind the last member belongs to what comes, as in C.
+        // The padding after the last member is available to the next one, as in C.
         let end = extended.members.last().map_or(0, |last| last.offset + self.size(&last.ty));
         extended.start.truncate(end);
         self.add_member(&mut extended, name.into(), ty);
@@ -43,7 +43,8 @@ impl Program {
         self.records[record].members.len() - 1
     }
 
-    /// Adds the record of an instance of a block of [`blocks`]: its bytes as the block stores itself, its rows as members. `None` if there is no block of this name.
+    /// Adds the record of an instance of a block of [`blocks`]: its bytes as the block stores itself, its rows as
+    /// members. `None` if no block has that name.
     pub fn add_native(&mut self, name: &str) -> Option<usize> {
         struct Find<'a>(&'a str, Option<Record>);
         impl EachBlock for Find<'_> {
@@ -54,7 +55,7 @@ impl Program {
                 let mut block = B::default();
                 let start = stored(&block);
                 let members = B::TABLE.rows.iter().enumerate().map(|(index, row)| {
-                    // Where a row is stored is seen by the bytes that differ between two values without a common byte.
+                    // A row's offset is the first byte that differs between two values without a byte in common.
                     let mut with = |value| {
                         block.set(index, value);
                         stored(&block)
@@ -77,7 +78,7 @@ impl Program {
     pub fn size(&self, ty: &Type) -> usize {
         match ty {
             Type::Scalar(scalar) => scalar.size(),
-            // Even, as in C.
+            // An even size, as in C.
             Type::Text { capacity, wide } => align(2 + usize::from(*capacity) * (1 + usize::from(*wide)), 2),
             Type::Array { of, bounds } => {
                 bounds.iter().fold(self.size(of), |size, (low, high)| size.saturating_mul(extent(*low, *high)))
@@ -87,7 +88,7 @@ impl Program {
         }
     }
 
-    /// The power of 2 of which the address of a variable is a multiple.
+    /// The alignment of a variable, a power of 2.
     pub fn align(&self, ty: &Type) -> usize {
         match ty {
             Type::Scalar(scalar) => scalar.size(),
@@ -98,7 +99,7 @@ impl Program {
         }
     }
 
-    /// The start values of a variable of this type as bytes.
+    /// The start values of a variable of this type.
     pub fn start(&self, ty: &Type) -> Vec<u8> {
         match ty {
             Type::Record(record) => self.records[*record].start.clone(),
@@ -111,7 +112,7 @@ impl Program {
         }
     }
 
-    /// The type of a place in a function; `None` if there is no such place.
+    /// The type of a place in a function; `None` if the place does not exist.
     pub fn type_of<'a>(&'a self, function: &'a Function, place: &Place) -> Option<Type> {
         let mut ty = match place.base {
             Base::Memory => Type::Record(self.memory),
@@ -136,8 +137,8 @@ impl Program {
         Some(ty)
     }
 
-    /// Where a variable of the memory lies, and its type, by its path (`motors[2].run`, `a[1,2]`; capitals and small letters alike).
-    /// Names that hold dots or brackets may stand in quotes or apostrophes; without them the longest name that fits counts.
+    /// The offset and type of a variable in memory, by its path (`motors[2].run`, `a[1,2]`; case-insensitive). Names
+    /// that contain dots or brackets may be quoted; without quotes the longest matching name is used.
     pub fn find(&self, path: &str) -> Option<(usize, Type)> {
         let mut ty = Type::Record(self.memory);
         let mut offset = 0;
@@ -163,7 +164,7 @@ impl Program {
 }
 
 impl Record {
-    /// The member with which a path begins, and what follows its name.
+    /// The member at the start of a path, and the rest of the path.
     fn named<'r, 'p>(&'r self, path: &'p str) -> Option<(&'r Member, &'p str)> {
         if let Some(quote) = path.chars().next().filter(|first| matches!(first, '"' | '\'')) {
             let (name, rest) = path[1..].split_once(quote)?;
@@ -180,7 +181,7 @@ impl Record {
     }
 }
 
-/// The number of an element of an array, from 0; `None` beyond the bounds.
+/// The flat index of an array element; `None` if out of bounds.
 fn element(indices: &[i32], bounds: &[(i32, i32)]) -> Option<usize> {
     if indices.len() != bounds.len() {
         return None;
@@ -195,12 +196,12 @@ fn element(indices: &[i32], bounds: &[(i32, i32)]) -> Option<usize> {
     Some(number)
 }
 
-/// How many indices there are from `low` to `high`.
+/// The number of indices from `low` to `high`.
 pub(crate) fn extent(low: i32, high: i32) -> usize {
     usize::try_from(i64::from(high) - i64::from(low) + 1).unwrap_or(0)
 }
 
-/// The type of a row of a block.
+/// The scalar type of a block's row.
 pub const fn scalar(kind: Kind) -> Scalar {
     match kind {
         Kind::Real => Scalar::F32,
@@ -217,7 +218,7 @@ pub const fn scalar(kind: Kind) -> Scalar {
     }
 }
 
-/// The value of this type whose bytes have all bits set, or TRUE.
+/// The value of this type with all bits set, or TRUE.
 fn ones(kind: Kind) -> Value {
     match kind {
         Kind::Real => Value::Real(f32::from_bits(u32::MAX)),
@@ -230,7 +231,7 @@ fn ones(kind: Kind) -> Value {
     }
 }
 
-/// The bytes of a block.
+/// The stored bytes of a block.
 fn stored(block: &impl Block) -> Vec<u8> {
     let mut bytes = Vec::new();
     block.write(&mut bytes);

@@ -1,17 +1,17 @@
-//! EXP, LN, LOG, SIN, COS, TAN, ASIN, ACOS, ATAN and `**`: the same bits on every computer.
+//! EXP, LN, LOG, SIN, COS, TAN, ASIN, ACOS, ATAN and `**`, with identical bits on every computer.
 //!
-//! They are made of the operations that IEEE 754 rounds in one way alone: + - * / and the square root of binary64, and integers.
-//! No platform's library is called, nothing is contracted. `c/mathematics.h` is the same in C, function by function; a test compares
-//! the bits of both.
+//! They use only operations that IEEE 754 defines exactly: + - * / and the square root of binary64, and integer
+//! operations. No platform library is called and nothing is contracted. `c/mathematics.h` has the same functions in C,
+//! one by one; a test compares the bits of both.
 //!
-//! Each function reduces its argument, sums a Taylor series in [twice the precision](Twofold), and rounds that once. What is lost
-//! before is less than 2^-60 of the result, so that it differs from the exact one by less than 0.51 units in the last place.
-//! Coefficients are quotients of whole numbers.
+//! Each function reduces its argument, sums a Taylor series in [twice the precision](Twofold), and rounds the result
+//! once. The error before rounding is less than 2^-60 of the result, so that it differs from the exact value by less
+//! than 0.51 units in the last place. Coefficients are quotients of integers.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LOG2_E, LOG10_E, SQRT_2};
 
-/// The sum of two numbers that is not carried out: about 106 bits. The second is at most half a unit in the last place of the first,
-/// which is therefore the sum, rounded.
+/// An unevaluated sum of two numbers, with about 106 bits of precision. The second is at most half a unit in the last
+/// place of the first, which is therefore the rounded sum.
 #[derive(Clone, Copy)]
 struct Twofold(f64, f64);
 
@@ -28,8 +28,8 @@ fn ordered_sum(a: f64, b: f64) -> Twofold {
     Twofold(sum, b - (sum - a))
 }
 
-/// a * b, exactly, for magnitudes below 2^500 if nothing is lost below the smallest number: the halves of the numbers, of 26 bits
-/// each, have products that need no rounding.
+/// a * b, exactly, for magnitudes below 2^500 and without underflow: the 26-bit halves of the factors have exact
+/// products.
 fn product(a: f64, b: f64) -> Twofold {
     // 2^27 + 1
     let (a_shifted, b_shifted) = (134217729.0 * a, 134217729.0 * b);
@@ -61,8 +61,8 @@ fn minus(a: Twofold) -> Twofold {
     Twofold(-a.0, -a.1)
 }
 
-/// The polynomial with these coefficients, the constant first: `wide` of them in twice the precision, those of higher powers, which
-/// contribute little, in binary64.
+/// Evaluates the polynomial with these coefficients, constant term first: the first `wide` of them in twice the
+/// precision, the higher powers, which contribute little, in binary64.
 fn polynomial(x: Twofold, coefficients: &[Twofold], wide: usize) -> Twofold {
     let mut narrow = 0.0;
     for coefficient in coefficients[wide..].iter().rev() {
@@ -75,21 +75,21 @@ fn polynomial(x: Twofold, coefficients: &[Twofold], wide: usize) -> Twofold {
     value
 }
 
-/// The nearest whole number of one below 2^51, ties to even: 1.5 * 2^52 leaves no bit for a fraction.
+/// Rounds a number below 2^51 to the nearest integer, ties to even: adding 1.5 * 2^52 leaves no bits for a fraction.
 fn nearest(x: f64) -> f64 {
     (x + 6755399441055744.0) - 6755399441055744.0
 }
 
-/// 2^k for -1022 to 1023.
+/// 2^k for k from -1022 to 1023.
 fn power_of_2(k: i64) -> f64 {
     f64::from_bits(((k + 1023) as u64) << 52)
 }
 
-/// The number times 2^k, rounded once, also where numbers have fewer bits, below 2^-1022.
+/// x times 2^k, rounded once, even if the result is subnormal, below 2^-1022.
 fn scaled(x: Twofold, k: i64) -> f64 {
     let mut number = x.0;
     if k < -1021 {
-        // Where this is added, the last bit is that of the smallest number.
+        // Adding this number aligns the last bit with that of the smallest subnormal number.
         let offset = power_of_2(-1022 - k);
         if number < offset {
             let with_offset = sum(offset, number);
@@ -99,10 +99,10 @@ fn scaled(x: Twofold, k: i64) -> f64 {
     number * power_of_2(k / 2) * power_of_2(k - k / 2)
 }
 
-/// ln(2) in three parts, of which the first two have 41 bits: their products with numbers below 2^12 are exact.
+/// ln(2) in three parts, of which the first two have 41 bits: their products with integers below 2^12 are exact.
 const LN_2: [f64; 3] = [0.693147180559663, 2.8235290563014906e-13, 1.667085920830552e-25];
 
-/// k * ln(2) for a whole number below 2^12.
+/// k * ln(2) for an integer k below 2^12.
 fn times_ln_2(k: f64) -> Twofold {
     let parts = ordered_sum(k * LN_2[0], k * LN_2[1]);
     add(parts, Twofold(k * LN_2[2], 0.0))
@@ -129,7 +129,7 @@ const EXPONENTIAL: [Twofold; 17] = [
     Twofold(4.779477332387385e-14, 4.399205485834081e-31),
 ];
 
-/// e^x, rounded: x = k ln(2) + r with r of at most 0.35.
+/// e^x, rounded: x = k ln(2) + r with |r| at most 0.35.
 fn exponential(x: Twofold) -> f64 {
     if x.0 > 710.0 {
         return f64::INFINITY;
@@ -175,7 +175,7 @@ fn logarithm(x: f64) -> Twofold {
     add(times_ln_2(k as f64), Twofold(2.0 * half.0, 2.0 * half.1))
 }
 
-/// 2 / pi, in digits of 32 bits.
+/// 2 / pi as base-2^32 digits.
 const TWO_BY_PI: [u32; 38] = [
     0xA2F9_836E,
     0x4E44_1529,
@@ -220,8 +220,8 @@ const TWO_BY_PI: [u32; 38] = [
 /// pi / 2
 const HALF_PI: Twofold = Twofold(FRAC_PI_2, 6.123233995736766e-17);
 
-/// The quadrant of a finite angle that is not negative, and what the angle has beyond the middle of the quadrant's axis, from -pi/4 to
-/// pi/4: 2/pi is multiplied by the whole number that the bits of the angle are, with as many digits as that takes.
+/// The quadrant of a finite non-negative angle, and its distance from the axis in the middle of that quadrant, from
+/// -pi/4 to pi/4. The integer mantissa of the angle is multiplied by as many digits of 2/pi as needed.
 fn quadrant(x: f64) -> (u64, Twofold) {
     if x <= FRAC_PI_4 {
         return (0, Twofold(x, 0.0));
@@ -229,9 +229,9 @@ fn quadrant(x: f64) -> (u64, Twofold) {
     // x = mantissa * 2^exponent
     let mantissa = (x.to_bits() & 0xF_FFFF_FFFF_FFFF) | 0x10_0000_0000_0000;
     let exponent = (x.to_bits() >> 52) as i64 - 1075;
-    // Digits before this one give whole turns.
+    // Earlier digits contribute only whole turns.
     let first = if exponent < 2 { 0 } else { (exponent - 2) / 32 };
-    // The product, its lowest digit first. Its point stands before the bit of this number.
+    // The product, lowest digit first. Its binary point is before the bit of this number.
     let mut digits = [0_u64; 10];
     for (n, digit) in digits.iter_mut().take(8).enumerate() {
         *digit = u64::from(TWO_BY_PI[first as usize + 7 - n]);
@@ -245,14 +245,14 @@ fn quadrant(x: f64) -> (u64, Twofold) {
         (carry, before) = ((both >> 32) + (sum >> 32), *digit);
         *digit = sum & 0xFFFF_FFFF;
     }
-    // Bits of the product from this one on.
+    // The 32 bits of the product starting at this one.
     let digit = |bit: i64| {
         let n = (bit / 32) as usize;
         let above = if n < 9 { digits[n + 1] } else { 0 };
         ((above << 32 | digits[n]) >> (bit % 32)) & 0xFFFF_FFFF
     };
     let quadrant = digit(point) & 3;
-    // Beyond a half the next quadrant is nearer, and the rest of 1 counts: its bits are the other ones.
+    // Beyond one half, the next quadrant is nearer, and the distance to it is the complement.
     let beyond = digit(point - 32) >> 31;
     let mut fraction = Twofold(0.0, 0.0);
     let mut weight = 1.0;
@@ -281,7 +281,7 @@ const SINE: [Twofold; 10] = [
     Twofold(-8.22063524662433e-18, -2.2141894119604265e-34),
 ];
 
-/// The sine of an angle of at most pi/4.
+/// The sine of an angle of magnitude at most pi/4.
 fn sine(x: Twofold) -> Twofold {
     multiply(x, polynomial(multiply(x, x), &SINE, 3))
 }
@@ -301,7 +301,7 @@ const COSINE: [Twofold; 11] = [
     Twofold(4.110317623312165e-19, 1.4412973378659527e-36),
 ];
 
-/// The cosine of an angle of at most pi/4.
+/// The cosine of an angle of magnitude at most pi/4.
 fn cosine(x: Twofold) -> Twofold {
     polynomial(multiply(x, x), &COSINE, 3)
 }
@@ -319,8 +319,8 @@ const ARC_TANGENT: [Twofold; 9] = [
     Twofold(FRAC_PI_4, 3.061616997868383e-17),
 ];
 
-/// The angle, from 0 to pi/2, of a triangle with these legs, which are not negative: y / x is turned back by the nearest n / 8 whose
-/// arc tangent is known.
+/// The angle, from 0 to pi/2, of a right triangle with these non-negative legs: subtracts the nearest n / 8 with a
+/// known arc tangent.
 fn angle(y: Twofold, x: Twofold) -> Twofold {
     let is_steep = y.0 > x.0;
     let (y, x) = if is_steep { (x, y) } else { (y, x) };
@@ -332,7 +332,7 @@ fn angle(y: Twofold, x: Twofold) -> Twofold {
     if is_steep { add(HALF_PI, minus(angle)) } else { angle }
 }
 
-/// The other leg of a triangle whose hypotenuse is 1: the square root of 1 - x^2.
+/// The second leg of a right triangle with hypotenuse 1: the square root of 1 - x^2.
 fn other_leg(x: f64) -> Twofold {
     let square = product(x, x);
     let square = add(sum(1.0, -square.0), Twofold(-square.1, 0.0));
@@ -344,12 +344,12 @@ fn other_leg(x: f64) -> Twofold {
     ordered_sum(root, rest.0 / (2.0 * root))
 }
 
-/// The number with the sign of another one.
+/// The number with the sign of `of`.
 fn with_sign(number: f64, of: f64) -> f64 {
     if of < 0.0 { -number } else { number }
 }
 
-/// Below 2^-27, sine, tangent and their inverses are their argument, rounded.
+/// Below 2^-27, sine, tangent and their inverses round to their argument.
 const SMALL: f64 = 7.450580596923828e-9;
 
 /// e^x.
@@ -357,7 +357,7 @@ pub(crate) fn exp(x: f64) -> f64 {
     if x.is_nan() { x } else { exponential(Twofold(x, 0.0)) }
 }
 
-/// The natural logarithm: that of 0 is -infinity, and what is below 0 has none.
+/// The natural logarithm: -infinity for 0, NaN for negative numbers.
 pub(crate) fn ln(x: f64) -> f64 {
     if x == 0.0 {
         return f64::NEG_INFINITY;
@@ -368,7 +368,7 @@ pub(crate) fn ln(x: f64) -> f64 {
     logarithm(x).0
 }
 
-/// The logarithm to the base of 10.
+/// The base-10 logarithm.
 pub(crate) fn log(x: f64) -> f64 {
     if !(x > 0.0 && x < f64::INFINITY) {
         return ln(x);
@@ -412,7 +412,7 @@ pub(crate) fn tan(x: f64) -> f64 {
     with_sign(if quadrant & 1 == 0 { divide(sine, cosine).0 } else { -divide(cosine, sine).0 }, x)
 }
 
-/// The angle from -pi/2 to pi/2 with this sine; beyond 1 there is none.
+/// The arc sine, from -pi/2 to pi/2; NaN beyond magnitude 1.
 pub(crate) fn asin(x: f64) -> f64 {
     if x.is_nan() || x.abs() > 1.0 {
         return f64::NAN;
@@ -423,7 +423,7 @@ pub(crate) fn asin(x: f64) -> f64 {
     with_sign(angle(Twofold(x.abs(), 0.0), other_leg(x)).0, x)
 }
 
-/// The angle from 0 to pi with this cosine; beyond 1 there is none.
+/// The arc cosine, from 0 to pi; NaN beyond magnitude 1.
 pub(crate) fn acos(x: f64) -> f64 {
     if x.is_nan() || x.abs() > 1.0 {
         return f64::NAN;
@@ -432,7 +432,7 @@ pub(crate) fn acos(x: f64) -> f64 {
     if x < 0.0 { add(Twofold(2.0 * HALF_PI.0, 2.0 * HALF_PI.1), minus(angle)).0 } else { angle.0 }
 }
 
-/// The angle from -pi/2 to pi/2 with this tangent.
+/// The arc tangent, from -pi/2 to pi/2.
 pub(crate) fn atan(x: f64) -> f64 {
     if x.is_nan() || x.abs() < SMALL {
         return x;
@@ -444,7 +444,7 @@ pub(crate) fn atan(x: f64) -> f64 {
     with_sign(angle(Twofold(x.abs(), 0.0), Twofold(1.0, 0.0)).0, x)
 }
 
-/// x to the power of y. A negative x needs a whole y; x^0 and 1^y are 1, also of what is not a number.
+/// x to the power of y. A negative x requires an integer y; x^0 and 1^y are 1, even for NaN.
 pub(crate) fn pow(x: f64, y: f64) -> f64 {
     if y == 0.0 || x == 1.0 {
         return 1.0;
@@ -454,7 +454,7 @@ pub(crate) fn pow(x: f64, y: f64) -> f64 {
     }
     let (base, size) = (x.abs(), y.abs());
     let is_whole = y.trunc() == y;
-    // From 2^53 on, all numbers are even.
+    // From 2^53 on, all floating-point numbers are even.
     let is_odd = is_whole && (y / 2.0).trunc() != y / 2.0;
     let sign = if x.is_sign_negative() && is_odd { -1.0 } else { 1.0 };
     if base == 0.0 || base == f64::INFINITY {
@@ -463,7 +463,7 @@ pub(crate) fn pow(x: f64, y: f64) -> f64 {
     if x < 0.0 && !is_whole {
         return f64::NAN;
     }
-    // 2^64: too much for every base but 1.
+    // 2^64: overflow or underflow for every base but 1.
     if base == 1.0 || size > 18446744073709551616.0 {
         return sign
             * if base == 1.0 {
@@ -474,7 +474,7 @@ pub(crate) fn pow(x: f64, y: f64) -> f64 {
                 0.0
             };
     }
-    // 2^-70: the exponential of less is 1, rounded.
+    // 2^-70: the exponential of anything smaller rounds to 1.
     if size < 8.470329472543003e-22 {
         return 1.0;
     }
@@ -487,8 +487,8 @@ mod tests {
 
     type Function = fn(f64) -> f64;
 
-    /// Arguments for which the next digits of the exact result lie close to the middle of two numbers, or whose reduction needs
-    /// all digits of 2 / pi; the results are the nearest numbers, by mpmath 1.3 with 1400 bits.
+    /// Arguments whose exact result lies close to the midpoint of two numbers, or whose reduction needs all digits of 2
+    /// / pi; the expected results are correctly rounded, by mpmath 1.3 with 1400 bits.
     #[test]
     fn results_are_the_exact_ones_rounded_once() {
         let cases: [(Function, u64, u64); 90] = [

@@ -1,28 +1,28 @@
-//! What each operation does: the one place where the arithmetic of the CPU is written.
+//! The semantics of each operation: the only place that defines the CPU's arithmetic.
 //!
 //! A number is 64 bits ([`Scalar::of_bits`]).
 
-// A macro writes each operation once for all integers: for some of them a cast or a comparison is without effect.
+// A macro generates each operation for all integer types; for some of them a cast or a comparison is redundant.
 #![allow(unused_comparisons, clippy::unnecessary_cast, clippy::absurd_extreme_comparisons)]
 
 use super::{Binary, Convert, Scalar, Unary, Value, mathematics};
 
-/// An operation on one number.
+/// A unary operation.
 pub(crate) type One = fn(u64) -> u64;
 
-/// An operation on one number, and whether its result is not the exact one.
+/// A unary operation that also reports whether its result is inexact.
 pub(crate) type OneChecked = fn(u64) -> (u64, bool);
 
-/// An operation on two numbers.
+/// A binary operation.
 pub(crate) type Two = fn(u64, u64) -> u64;
 
-/// An operation on two numbers, and whether it divides by 0 or overflows.
+/// A binary operation that also reports a division by 0 or an overflow.
 pub(crate) type TwoChecked = fn(u64, u64) -> (u64, bool);
 
-/// An operation on three numbers.
+/// A ternary operation.
 pub(crate) type Three = fn(u64, u64, u64) -> u64;
 
-/// An operation that cannot fail, or one that goes on with a warning.
+/// An operation that cannot fail, or one that may warn.
 #[derive(Clone, Copy)]
 pub(crate) enum Either<F, C> {
     Plain(F),
@@ -46,7 +46,7 @@ fn bits64(number: f64) -> u64 {
     number.to_bits()
 }
 
-/// A function for the type of a number, with the type as `$T` in the expression.
+/// Selects a function by integer type; the type is `$T` in the expression.
 macro_rules! for_integer {
     ($scalar:expr, $T:ident => $expression:expr) => {
         match $scalar {
@@ -88,7 +88,7 @@ macro_rules! for_integer {
 }
 
 impl Unary {
-    /// The function for a type; `None` if the type has no such operation.
+    /// The function for operands of a type; `None` if the type does not support the operation.
     pub(crate) fn function(self, ty: Scalar) -> Option<One> {
         match ty {
             Scalar::F32 => self.of_f32(),
@@ -126,7 +126,7 @@ impl Unary {
         })
     }
 
-    /// Functions that are not exact are calculated in binary64 and rounded once.
+    /// Functions that are not exact are computed in binary64 and rounded once.
     fn of_f32(self) -> Option<One> {
         Some(match self {
             Unary::Neg => |a| bits32(-f32_of(a)),
@@ -146,14 +146,14 @@ impl Unary {
         })
     }
 
-    /// The result for a constant; `None` if the type has no such operation.
+    /// The result for a constant; `None` if its type does not support the operation.
     pub fn of(self, a: Value) -> Option<Value> {
         self.function(a.ty()).map(|function| Value::new(a.ty(), function(a.bits())))
     }
 }
 
 impl Binary {
-    /// The function for a type; `None` if the type has no such operation.
+    /// The function for operands of a type; `None` if the type does not support the operation.
     pub(crate) fn function(self, ty: Scalar) -> Option<Either<Two, TwoChecked>> {
         match ty {
             Scalar::Bool => self.of_bool().map(Plain),
@@ -207,7 +207,7 @@ impl Binary {
             Binary::Xor => |a, b| a ^ b,
             Binary::Shl => for_integer!(ty, T => |a, n| if n < T::BITS as u64 { ((a as T) << n) as u64 } else { 0 }),
             Binary::Shr => for_integer!(ty, T => |a, n| {
-                // Half the shift twice: the whole width is no shift of the processor.
+                // A shift by the whole width is undefined, so the last bit is shifted separately.
                 let last = u64::from(T::BITS - 1);
                 if n <= last { ((a as T) >> n) as u64 } else { (((a as T) >> last) >> 1) as u64 }
             }),
@@ -225,7 +225,8 @@ impl Binary {
         })
     }
 
-    /// The result for constants, and whether it divides by 0 or overflows; `None` if the type has no such operation.
+    /// The result for constants, and whether there was a division by 0 or an overflow; `None` if their type does not
+    /// support the operation.
     pub fn of(self, a: Value, b: Value) -> Option<(Value, bool)> {
         if b.ty() != (if self.shifts() { Scalar::U32 } else { a.ty() }) {
             return None;
@@ -238,7 +239,7 @@ impl Binary {
     }
 }
 
-/// The operations on two floating-point numbers of a type: `<>` is FALSE, too, if one is not a number.
+/// The binary operations of a floating-point type: even `<>` is FALSE if an operand is NaN.
 macro_rules! binary_of_float {
     ($name:ident, $of:ident, $bits:ident, |$a:ident, $b:ident| $power:expr) => {
         impl Binary {
@@ -269,7 +270,7 @@ binary_of_float!(of_f32, f32_of, bits32, |a, b| bits32(
 ));
 binary_of_float!(of_f64, f64_of, bits64, |a, b| bits64(mathematics::pow(f64_of(a), f64_of(b))));
 
-/// The number in the middle of lowest, number and highest.
+/// The median of lowest, number and highest.
 pub(crate) fn limit(ty: Scalar) -> Option<Three> {
     Some(match ty {
         Scalar::F32 => |low, x, high| limited(low, x, high, |a, b| f32_of(a) < f32_of(b)),
@@ -291,7 +292,7 @@ fn limited(low: u64, x: u64, high: u64, less: impl Fn(u64, u64) -> bool) -> u64 
 }
 
 impl Convert {
-    /// The function for two types; `None` if there is no such conversion.
+    /// The function that converts between two types; `None` if there is no such conversion.
     pub(crate) fn function(self, from: Scalar, to: Scalar) -> Option<Either<One, OneChecked>> {
         if self == Convert::Bits {
             let whole =
@@ -317,7 +318,7 @@ impl Convert {
         }))
     }
 
-    /// The result for a constant, and whether it is not the exact one; `None` if there is no such conversion.
+    /// The converted constant, and whether the result is inexact; `None` if there is no such conversion.
     pub fn of(self, a: Value, to: Scalar) -> Option<(Value, bool)> {
         let (bits, warns) = match self.function(a.ty(), to)? {
             Plain(function) => (function(a.bits()), false),
@@ -327,7 +328,7 @@ impl Convert {
     }
 }
 
-/// The low bits of an integer.
+/// Truncates an integer to its low bits.
 fn wrap(to: Scalar) -> Option<One> {
     Some(match to {
         Scalar::Bool => |a| a & 1,
@@ -337,18 +338,18 @@ fn wrap(to: Scalar) -> Option<One> {
     })
 }
 
-/// A whole number as an integer: its low bits, and whether it lies outside. Beyond 64 bits it is the last number with them, and
-/// 0 for what is not a number.
+/// Converts an integral floating-point number to an integer: its low bits, and whether it is out of range. Numbers
+/// beyond 64 bits are saturated first, and NaN becomes 0.
 macro_rules! low_bits {
     ($T:ty, $whole:expr) => {{
         let whole: f64 = $whole;
-        // What lies beyond 64 bits is the last number there; only `u64` has numbers beyond `i64`.
+        // The cast saturates beyond 64 bits; only `u64` has numbers beyond `i64`.
         let bits =
             if <$T>::MAX as u128 > i64::MAX as u128 && whole > 0.0 { whole as u64 as $T } else { whole as i64 as $T };
         (bits as u64, bits as f64 != whole)
     }};
 }
-/// Conversions of a floating-point type to integers.
+/// Conversions from a floating-point type to integers.
 macro_rules! integer_of {
     ($name:ident, $of:ident) => {
         impl Convert {

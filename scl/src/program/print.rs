@@ -1,4 +1,4 @@
-//! Typed programs as text: to compare blocks, for tests, and for those who look for a fault.
+//! Prints typed programs as text, for comparing blocks, for tests, and for debugging.
 
 use super::{
     Argument, Base, Binary, Body, Call, Convert, Expr, Function, Member, Place, Program, Statement, Step, Type, What,
@@ -6,11 +6,11 @@ use super::{
 use std::fmt::{self, Write};
 
 impl Program {
-    /// A function as text: types stand behind operations, and indentation shows what belongs together.
+    /// A function as text: operations carry their types as suffixes, and indentation shows nesting.
     pub fn text(&self, function: usize) -> String {
         let function = &self.functions[function];
         let mut print = Print { program: self, function, text: String::new(), indent: 1 };
-        // A `String` takes everything.
+        // Writing to a `String` never fails.
         let _ = print.function();
         print.text
     }
@@ -156,7 +156,7 @@ impl Print<'_> {
         };
         for (index, step) in place.steps.iter().enumerate() {
             match step {
-                // A constant is told by its bytes: its name is a number.
+                // A constant is identified by its bytes: its name is only a number.
                 Step::Member(member) if index == 0 && place.base == Base::Constants => {
                     let constants = &self.program.records[self.program.constants];
                     let Member { offset, ty, .. } = &constants.members[*member];
@@ -213,7 +213,7 @@ impl Print<'_> {
     }
 }
 
-/// The sign of an operation, if it has one.
+/// The symbol of an operation, if it has one.
 fn symbol(op: Binary) -> Option<&'static str> {
     Some(match op {
         Binary::Add => "+",

@@ -13,10 +13,10 @@ macro_rules! scalars {
         )* }
 
         impl Scalar {
-            /// All of them.
+            /// All scalar types.
             pub const ALL: &'static [Scalar] = &[$(Scalar::$Scalar),*];
 
-            /// Its size in bytes.
+            /// The size in bytes.
             pub const fn size(self) -> usize {
                 match self { $(Scalar::$Scalar => $size,)* }
             }
@@ -60,7 +60,7 @@ impl Scalar {
         matches!(self, Scalar::I8 | Scalar::I16 | Scalar::I32 | Scalar::I64)
     }
 
-    /// 64 bits that stand for a number of this type: the low bits of an integer are taken and extended by its sign; of a
+    /// Normalizes 64 bits to a number of this type: the low bits of an integer, sign-extended if it is signed; for a
     /// truth value, whether any bit is set.
     #[inline(always)]
     pub const fn of_bits(self, bits: u64) -> u64 {
@@ -77,7 +77,7 @@ impl Scalar {
     }
 }
 
-/// A number with its type.
+/// A number and its type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Value {
     ty: Scalar,
@@ -109,7 +109,7 @@ values_of! {
 }
 
 impl Value {
-    /// A value of a block: a TIME in milliseconds, an LTIME in nanoseconds.
+    /// Converts a value of a block: TIME in milliseconds, LTIME in nanoseconds.
     pub fn of_plc(value: blocks::Value) -> Value {
         use blocks::Value as Plc;
         match value {
@@ -123,7 +123,7 @@ impl Value {
         }
     }
 
-    /// The value of a block's type, which is the one of [`scalar`](super::scalar).
+    /// Converts to a value of a block's type `kind`, whose scalar is given by [`scalar`](super::scalar).
     pub fn to_plc(self, kind: Kind) -> blocks::Value {
         use blocks::Value as Plc;
         let bits = self.bits;
@@ -138,7 +138,7 @@ impl Value {
         }
     }
 
-    /// A number of this type: of an integer the low bits, extended by its sign.
+    /// A number of this type; for an integer, the low bits are used and sign-extended.
     pub const fn new(ty: Scalar, bits: u64) -> Value {
         Value { ty, bits: ty.of_bits(bits) }
     }
@@ -153,7 +153,7 @@ impl Value {
         self.bits
     }
 
-    /// The number as an `f64`: exact but for integers beyond 2^53; a truth value is 0 or 1.
+    /// The number as an `f64`: exact except for integers beyond 2^53; a truth value is 0 or 1.
     pub fn number(self) -> f64 {
         match self.ty {
             Scalar::F32 => f64::from(f32::from_bits(self.bits as u32)),
@@ -163,7 +163,7 @@ impl Value {
         }
     }
 
-    /// Reads it from the first bytes, little endian.
+    /// Reads a number from the first bytes, in little-endian order.
     ///
     /// # Panics
     /// There are fewer bytes than the type has.
@@ -173,7 +173,7 @@ impl Value {
         Value::new(ty, u64::from_le_bytes(all))
     }
 
-    /// Writes it to the first bytes, little endian.
+    /// Writes the number to the first bytes, in little-endian order.
     ///
     /// # Panics
     /// There are fewer bytes than the type has.

@@ -1,18 +1,18 @@
-//! Looks at all parts of statements.
+//! Visits all parts of statements.
 
 use super::{Argument, Call, Expr, Place, Statement, Step, What};
 
-/// What looks at the parts of statements and expressions.
+/// A visitor of statements and expressions.
 pub(crate) trait Look {
-    /// A statement, before its parts.
+    /// Visits a statement, before its parts.
     fn statement(&mut self, _: &Statement) {}
-    /// An expression, before its parts.
+    /// Visits an expression, before its parts.
     fn expr(&mut self, _: &Expr) {}
-    /// A call, before its arguments.
+    /// Visits a call, before its arguments.
     fn call(&mut self, _: &Call) {}
 }
 
-/// Shows all parts of statements.
+/// Visits statements and all their parts.
 pub(crate) fn statements(list: &[Statement], look: &mut dyn Look) {
     for statement in list {
         look.statement(statement);
@@ -63,7 +63,7 @@ fn call(it: &Call, look: &mut dyn Look) {
     it.outputs.iter().for_each(|(_, to)| place(to, look));
 }
 
-/// Shows all parts of a place.
+/// Visits all parts of a place.
 pub(crate) fn place(it: &Place, look: &mut dyn Look) {
     for step in &it.steps {
         if let Step::Index(indices, _) = step {
@@ -72,7 +72,7 @@ pub(crate) fn place(it: &Place, look: &mut dyn Look) {
     }
 }
 
-/// Shows an expression and all its parts.
+/// Visits an expression and all its parts.
 pub(crate) fn expr(it: &Expr, look: &mut dyn Look) {
     look.expr(it);
     match it {
@@ -95,7 +95,7 @@ pub(crate) fn expr(it: &Expr, look: &mut dyn Look) {
     }
 }
 
-/// Whether there are statements that run while an expression is calculated.
+/// Whether evaluating an expression runs statements.
 #[derive(Default)]
 struct Runs(bool);
 
@@ -105,27 +105,27 @@ impl Look for Runs {
     }
 }
 
-/// Whether statements are run while an expression is calculated.
+/// Whether evaluating an expression runs statements.
 pub(crate) fn runs_statements(it: &Expr) -> bool {
     let mut runs = Runs::default();
     expr(it, &mut runs);
     runs.0
 }
 
-/// Whether statements are run while what a call passes is calculated, the indices of its variables included.
+/// Whether evaluating the arguments of a call, including the indices of its places, runs statements.
 pub(crate) fn call_runs_statements(it: &Call) -> bool {
     let mut runs = Runs::default();
     call(it, &mut runs);
     runs.0
 }
 
-/// A part of a statement that can be changed.
+/// A mutable part of a statement.
 pub(crate) enum Part<'a> {
     Place(&'a mut Place),
     Call(&'a mut Call),
 }
 
-/// Changes all places of statements.
+/// Applies a change to all places in statements.
 pub(crate) fn change_places(list: &mut [Statement], change: &mut dyn FnMut(&mut Place)) {
     change_parts(list, &mut |part| {
         if let Part::Place(place) = part {
@@ -134,7 +134,7 @@ pub(crate) fn change_places(list: &mut [Statement], change: &mut dyn FnMut(&mut 
     });
 }
 
-/// Changes all calls of statements.
+/// Applies a change to all calls in statements.
 pub(crate) fn change_calls(list: &mut [Statement], change: &mut dyn FnMut(&mut Call)) {
     change_parts(list, &mut |part| {
         if let Part::Call(call) = part {

@@ -3,13 +3,13 @@
 use super::tape::Tape;
 use blocks::Kind;
 
-/// The bytes of the result in the PLC.
+/// The size of the result in the PLC, in bytes.
 pub const RESULT_BYTES: usize = 36;
 
-/// `PLCF`, by which a result is known.
+/// `PLCF`, the magic number of a result.
 const MAGIC: u32 = 0x504C_4346;
 
-/// The layout that is written and read.
+/// The version of the layout.
 const FORMAT: u16 = 1;
 
 pub(super) const RUNNING: u16 = 0;
@@ -26,7 +26,7 @@ const fn field(name: &'static str, ty: &'static str, docs: &'static str) -> Fiel
     Field { name, ty, docs }
 }
 
-/// The members, each at a multiple of 2 bytes.
+/// The members, each at an even offset.
 pub(super) const FIELDS: [Field; 11] = [
     field("magic", "DWORD", "PLCF"),
     field("layout", "INT", "layout of this data block"),
@@ -41,7 +41,7 @@ pub(super) const FIELDS: [Field; 11] = [
     field("found", "DWORD", "its bits by the block of this PLC"),
 ];
 
-/// The start values of the result.
+/// The start values of the result's members.
 pub(super) fn starts(tape: &Tape) -> Vec<(&'static str, String)> {
     vec![
         ("magic", format!("DW#16#{MAGIC:X}")),
@@ -52,44 +52,44 @@ pub(super) fn starts(tape: &Tape) -> Vec<(&'static str, String)> {
     ]
 }
 
-/// What a PLC found.
+/// The outcome of a proof on a PLC.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outcome {
-    /// Whether it goes on, and what was found.
+    /// Its state.
     pub state: State,
-    /// The calls of the tape.
+    /// The number of calls on the tape.
     pub calls: u32,
-    /// The calls that were made.
+    /// The number of calls made.
     pub done: u32,
-    /// What the tape was made with.
+    /// The seed of the tape.
     pub seed: u32,
     /// The fingerprint of the tape.
     pub tape: u32,
 }
 
-/// Whether a proof goes on, and what was found.
+/// The state of a proof.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
-    /// Calls are still to be made.
+    /// Calls remain to be made.
     Running,
-    /// All calls were made, and all bits were the same.
+    /// All calls were made, and all bits agreed.
     Complete,
-    /// The last call gave other bits.
+    /// The last call produced different bits.
     Differs {
-        /// The output, from 0, of [`Tape::outputs`].
+        /// The output, as a zero-based index into [`Tape::outputs`].
         output: usize,
-        /// Its bits by the tape.
+        /// The bits on the tape.
         expected: u32,
-        /// Its bits in the PLC.
+        /// The bits in the PLC.
         found: u32,
     },
 }
 
 impl Outcome {
-    /// Reads the bytes of the result's data block, as the PLC has them.
+    /// Parses the result's data block in the byte order of the PLC.
     ///
     /// # Errors
-    /// They are no result of a proof.
+    /// The bytes are not the result of a proof.
     pub fn read(bytes: &[u8]) -> Result<Outcome, String> {
         if bytes.len() < RESULT_BYTES {
             return Err(format!("it has {} bytes; the result of a proof has {RESULT_BYTES}", bytes.len()));
@@ -119,7 +119,7 @@ impl Outcome {
         Ok(Outcome { state, calls: long(16), done: long(20), seed: long(8), tape: long(12) })
     }
 
-    /// The tape that was run; `None` if this version makes another one, or it is a tape for no block here.
+    /// The tape that was run; `None` if this version generates a different one, or knows no such block.
     pub fn tape(&self) -> Option<Tape> {
         let calls = usize::try_from(self.calls).ok().filter(|calls| *calls <= super::MOST_CALLS)?;
         crate::library::natives()
@@ -128,7 +128,7 @@ impl Outcome {
             .find(|tape| tape.fingerprint() == self.tape)
     }
 
-    /// What was found, in words.
+    /// The outcome in words.
     pub fn text(&self, tape: Option<&Tape>) -> String {
         let block = tape.map_or(String::new(), |tape| format!("{}: ", tape.table.name));
         let calls = grouped(self.calls);
@@ -165,7 +165,7 @@ fn grouped(number: u32) -> String {
     text
 }
 
-/// Bits as a value of their type.
+/// The bits as a value of their type.
 fn shown(kind: Option<Kind>, bits: u32) -> String {
     match kind {
         Some(Kind::Real) => format!("{:?} (16#{bits:08X})", f32::from_bits(bits)),
@@ -177,7 +177,7 @@ fn shown(kind: Option<Kind>, bits: u32) -> String {
     }
 }
 
-/// A value in words, from its bits on a tape.
+/// A value as text, from its bits on a tape.
 pub fn value_text(kind: Kind, bits: u32) -> String {
     shown(Some(kind), bits)
 }

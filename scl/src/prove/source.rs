@@ -1,4 +1,4 @@
-//! The source for the PLC.
+//! Prints the source for the PLC.
 
 use super::outcome;
 use super::tape::{Entry, Tape};
@@ -6,18 +6,18 @@ use crate::scl::Dialect;
 use blocks::{Kind, Row};
 use std::fmt::Write;
 
-/// What the PLC's own block and ours are called.
+/// The names and numbers of the blocks in the PLC.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Names {
-    /// The type of the PLC's own block, such as `FB41` or a name.
+    /// The PLC's own block, such as `FB41` or a name.
     pub block: String,
-    /// STEP 7: the number of the function block and of the first data block.
+    /// STEP 7: the number of the function block and of the first data block; further blocks are numbered from there.
     pub first: u16,
 }
 
 impl Names {
-    /// The name that the PLC's libraries have for the block: in TIA Portal its own, in STEP 7 the number of its function block,
-    /// if there is one.
+    /// The name of the block in the PLC's libraries: in TIA Portal its own name, in STEP 7 the number of its function
+    /// block; `None` if it has none.
     pub fn of(tape: &Tape, dialect: Dialect) -> Option<Names> {
         let number = tape.table.aliases.iter().find(|alias| alias.starts_with("FB"));
         let block = match dialect {
@@ -28,7 +28,7 @@ impl Names {
     }
 }
 
-/// The entries in one data block: STEP 7's oldest CPUs have 16 KB for each.
+/// The number of entries in one data block: STEP 7's oldest CPUs limit it to 16 KB.
 const fn part(dialect: Dialect) -> usize {
     match dialect {
         Dialect::Tia => 8192,
@@ -43,8 +43,8 @@ struct Source<'a> {
     text: String,
 }
 
-/// The source for the PLC: the tape, the result, and the function block with its data block, which a cyclic organization block
-/// must call.
+/// Prints the source for the PLC: the tape, the result, and the function block with its instance data block, which a
+/// cyclic organization block must call.
 pub fn print(tape: &Tape, names: &Names, dialect: Dialect) -> String {
     let mut source = Source { tape, names, dialect, text: String::new() };
     source.head();
@@ -56,15 +56,15 @@ pub fn print(tape: &Tape, names: &Names, dialect: Dialect) -> String {
     source.text
 }
 
-/// The bytes of an entry in the PLC.
+/// The size of an entry in the PLC, in bytes.
 const ENTRY: usize = 5;
 
-/// The bytes of the largest data block of a tape.
+/// The size of the largest data block of a tape, in bytes.
 pub const fn largest(dialect: Dialect) -> usize {
     ENTRY * part(dialect)
 }
 
-/// The call of the function block, as a statement.
+/// The statement that calls the function block.
 pub fn call(tape: &Tape, names: &Names, dialect: Dialect) -> String {
     let source = Source { tape, names, dialect, text: String::new() };
     match dialect {
@@ -73,18 +73,18 @@ pub fn call(tape: &Tape, names: &Names, dialect: Dialect) -> String {
     }
 }
 
-/// The name of the result's data block.
+/// The name of the result data block.
 pub fn result(tape: &Tape, names: &Names, dialect: Dialect) -> String {
     Source { tape, names, dialect, text: String::new() }.name(2)
 }
 
-/// The bytes of the tape in the PLC's memory, and the data blocks that it takes.
+/// The size of the tape in bytes in the PLC's memory, and the number of data blocks that it needs.
 fn size(tape: &Tape, dialect: Dialect) -> (usize, usize) {
     (ENTRY * tape.entries.len(), tape.entries.len().div_ceil(part(dialect)))
 }
 
 impl Tape {
-    /// The bytes of the tape in the PLC's load memory and again in its work memory, and the data blocks that it takes.
+    /// The size of the tape in bytes, needed both in load memory and in work memory, and the number of data blocks.
     pub fn size(&self, dialect: Dialect) -> (usize, usize) {
         size(self, dialect)
     }
@@ -96,12 +96,13 @@ impl Source<'_> {
         self.text.push('\n');
     }
 
-    /// A variable of the function block.
+    /// A variable of the function block, in the dialect's notation.
     fn own(&self, name: &str) -> String {
         if self.dialect == Dialect::Tia { format!("#{name}") } else { name.to_string() }
     }
 
-    /// The name of the function block (0), its data block (1), the result (2) and the parts of the tape (from 3).
+    /// The name of the function block (0), its instance data block (1), the result (2) and the parts of the tape (from
+    /// 3).
     fn name(&self, of: usize) -> String {
         let block = self.tape.table.name;
         match (self.dialect, of) {
@@ -174,7 +175,7 @@ impl Source<'_> {
         self.line("END_DATA_BLOCK");
     }
 
-    /// Whether a row belongs to the block itself: what is inside of it is written in place.
+    /// Whether a row belongs to the block itself; rows of inner blocks are written in place.
     fn is_own(row: &Row) -> bool {
         row.path[0].is_empty()
     }
@@ -293,7 +294,7 @@ impl Source<'_> {
     }
 }
 
-/// A value of a type from its bits in a DWORD.
+/// Converts a DWORD of bits to a value of a type.
 fn from_bits(kind: Kind, value: &str) -> String {
     match kind {
         Kind::Bool => format!("{value} <> DW#16#0"),
@@ -304,7 +305,7 @@ fn from_bits(kind: Kind, value: &str) -> String {
     }
 }
 
-/// The bits of a value in a DWORD.
+/// Converts a value to a DWORD of bits.
 fn to_bits(kind: Kind, value: &str) -> String {
     match kind {
         Kind::Real => format!("REAL_TO_DWORD({value})"),

@@ -1,63 +1,66 @@
-//! What a block is given in each call, and what it must give.
+//! Generates the inputs of each call and the expected outputs.
 
 use crate::random::Random;
 use blocks::{Block, EachBlock, Kind, Role, Row, Table, Time, Value, Word, for_each_block};
 
-/// The most calls of a tape.
+/// The maximum number of calls on a tape.
 pub const MOST_CALLS: usize = 1_000_000;
 
-/// Once in so many calls an input is put to a threshold, where outputs are mostly switches: numbers show what is calculated.
+/// If outputs are mostly truth values, one in this many calls places an input at a switching threshold: numeric outputs
+/// reveal differences anyway.
 const THRESHOLD: u64 = 4;
 
-/// A change on the tape.
+/// A change recorded on the tape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// From 1: the input, or behind all inputs the output; 0 for a call in which nothing changes.
+    /// The input, counted from 1, or the output, counted on after the inputs; 0 for a call without changes.
     pub what: u8,
-    /// It is the last one before its call.
+    /// Whether this is the last entry before its call.
     pub is_last: bool,
     /// The bits of the value.
     pub bits: u32,
 }
 
-/// What a block is given in each call, and what it must give.
+/// The inputs of each call and the expected outputs.
 #[derive(Clone, Debug)]
 pub struct Tape {
     /// The block.
     pub table: &'static Table,
-    /// The rows that are set, in the order of the table.
+    /// The rows that are set, in table order.
     pub inputs: Vec<usize>,
     /// The rows that are compared.
     pub outputs: Vec<usize>,
-    /// The changes, call by call.
+    /// The changes, in the order of the calls.
     pub entries: Vec<Entry>,
     /// The number of calls.
     pub calls: usize,
-    /// What the random numbers began with.
+    /// The seed of the random numbers.
     pub seed: u32,
 }
 
-/// Calls that have something in common: most differences of two laws show only where values meet, or after a long rest.
+/// Calls with common characteristics: most differences between two laws show only where values coincide, or after a
+/// long rest.
 struct Stretch {
-    /// The number of its calls.
+    /// The number of calls.
     length: usize,
-    /// Signals change once in so many calls.
+    /// Signals change in one of this many calls.
     pace: u64,
-    /// Settings and switches change once in so many calls.
+    /// Settings and switches change in one of this many calls.
     unrest: u64,
-    /// The largest usual value of a signal.
+    /// The largest typical value of a signal.
     scale: f32,
-    /// Signals are multiples of it, so that sums and limits meet exactly; 0 if they are not.
+    /// The grid on which signals lie, so that sums and limits coincide exactly; 0 for none.
     grid: f32,
-    /// The sampling time of the block in milliseconds.
+    /// The sampling time of the block, in milliseconds.
     cycle: i32,
-    /// That of a new block.
+    /// The default sampling time of the block, in milliseconds.
     start_cycle: f64,
-    /// Most settings are those of a new block, and some signals rest: several odd ones together hide what a law does.
+    /// Whether most settings keep their defaults and some signals rest: several unusual values together mask what a law
+    /// does.
     is_plain: bool,
-    /// Values at the ends of the ranges of their types, or far from usual ones, may occur.
+    /// Whether values at the ends of their ranges, or far from typical ones, may occur.
     is_wild: bool,
-    /// Signals change by little.
+    /// Whether signals change only slightly.
     drifts: bool,
 }
 
@@ -88,12 +91,12 @@ impl Stretch {
         }
     }
 
-    /// A value for a row: mostly a usual one, now and then one at an end of its range.
+    /// A value for a row: usually a typical one, sometimes one at an end of its range.
     fn value(&self, random: &mut Random, row: &Row) -> Value {
         let is_odd = self.is_wild && random.once_in(6);
         match row.kind {
             Kind::Bool => Value::Bool(random.once_in(2)),
-            // Without time between two calls, or without calls, nothing is defined.
+            // A cycle time of 0 between calls is not defined behaviour.
             Kind::Time if row.role == Role::Cycle => Value::Time(Time::ms(self.cycle)),
             Kind::Int if row.role == Role::Fixed => {
                 let most = random.one_of(&[5, 20, 50]);
@@ -103,7 +106,7 @@ impl Stretch {
             Kind::Time => Value::Time(Time::ms(self.time(random, row))),
             Kind::Word if is_odd => Value::Word(Word::new(random.one_of(&[i16::MIN, i16::MAX, 0, 27648]))),
             Kind::Word if random.once_in(3) => Value::Word(Word::new(random.bits() as i16)),
-            // About the same number in percent.
+            // Roughly the same number in percent.
             Kind::Word => Value::Word(Word::new((self.real(random) * 276.48) as i16)),
             Kind::Int if is_odd => Value::Int(random.one_of(&[i16::MIN, i16::MAX, -1, 0, 1])),
             Kind::Int => Value::Int(match random.below(8) {
@@ -122,7 +125,7 @@ impl Stretch {
                 Value::Real(random.one_of(&[min, max]) + random.one_of(&[0.0, 0.5, -0.5, 2.0, -2.0]))
             }
             _ => Value::Real(match (row.start, random.below(8)) {
-                // A factor or a limit of this size.
+                // A factor or limit of the same order of magnitude.
                 (Value::Real(start), 0..=5) if start != 0.0 => start * random.one_of(&[0.1, 0.25, 0.5, 0.9, 1.0, 2.0]),
                 (Value::Real(start), 6) if start != 0.0 => random.real(2.0 * start),
                 _ => self.real(random),
@@ -130,7 +133,7 @@ impl Stretch {
         }
     }
 
-    /// The value of a new block, with times as many calls long as there.
+    /// The default value, with times scaled so that they last as many calls as by default.
     fn start(&self, row: &Row) -> Value {
         match row.start {
             Value::Time(_) if row.role != Role::Cycle => Value::Time(Time::ms(self.calls(row, 1.0))),
@@ -138,14 +141,14 @@ impl Stretch {
         }
     }
 
-    /// So many times the calls that a time has in a new block.
+    /// `factor` times the default duration, measured in calls.
     fn calls(&self, row: &Row, factor: f64) -> i32 {
         let Value::Time(start) = row.start else { return 0 };
         let calls = f64::from(start.milliseconds()) / self.start_cycle * factor;
         self.cycle.saturating_mul(calls.round() as i32)
     }
 
-    /// Mostly a number of sampling times, of about the size that a new block has.
+    /// Usually a multiple of the sampling time, of about the default magnitude.
     fn time(&self, random: &mut Random, row: &Row) -> i32 {
         let few = |random: &mut Random| self.cycle.saturating_mul(random.below(12) as i32);
         match random.below(16) {
@@ -186,7 +189,7 @@ impl Stretch {
 pub(super) fn bits(value: Value) -> u32 {
     match value {
         Value::Word(word) => u32::from(word.value() as u16),
-        // A REAL that is not a number is not on a tape.
+        // A tape contains no NaN.
         value => match value.kind() {
             Kind::Int => crate::program::Value::of_plc(value).bits() as u16 as u32,
             _ => crate::program::Value::of_plc(value).bits() as u32,
@@ -194,7 +197,7 @@ pub(super) fn bits(value: Value) -> u32 {
     }
 }
 
-/// The place of a value among all of its type, so that neighbours differ by 1.
+/// The rank of a value among all values of its type: neighbours differ by 1.
 fn place_of(value: Value) -> i64 {
     match value {
         Value::Real(real) => {
@@ -208,7 +211,7 @@ fn place_of(value: Value) -> i64 {
     }
 }
 
-/// The value at such a place.
+/// The value with that rank.
 fn value_at(kind: Kind, place: i64) -> Value {
     match kind {
         Kind::Time => Value::Time(Time::ms(place as i32)),
@@ -218,18 +221,19 @@ fn value_at(kind: Kind, place: i64) -> Value {
     }
 }
 
-/// Whether a row changes often.
+/// Whether a row changes frequently.
 fn is_signal(row: &Row) -> bool {
     row.role == Role::Input && row.kind != Kind::Bool
 }
 
-/// Whether a PLC calculates with such a value as we do: no infinity, and none below the normal range, which some CPUs flush.
+/// Whether a PLC computes with this value as we do: neither infinity nor a subnormal number, which some CPUs flush to
+/// 0.
 fn is_usual(value: Value) -> bool {
     !matches!(value, Value::Real(real) if !real.is_finite() || real.is_subnormal())
 }
 
 impl Tape {
-    /// A tape for the block of this name, or of one of its other names; `None` if there is none.
+    /// Generates a tape for the block with this name or alias; `None` if there is no such block.
     pub fn of(name: &str, calls: usize, seed: u32) -> Option<Tape> {
         struct Make<'a>(&'a str, usize, u32, Option<Tape>);
         impl EachBlock for Make<'_> {
@@ -245,12 +249,12 @@ impl Tape {
         make.3
     }
 
-    /// The inputs in a call, from 1 on, in words.
+    /// The inputs of a call, counted from 1, as text.
     pub fn inputs_of(&self, call: usize) -> Vec<(String, String)> {
         let mut values: Vec<u32> = self.inputs.iter().map(|row| bits(self.table.rows[*row].start)).collect();
         let mut made = 0;
         for entry in &self.entries {
-            // Calls count from 1.
+            // Calls are counted from 1.
             if made == call {
                 break;
             }
@@ -263,7 +267,7 @@ impl Tape {
         rows.zip(values).map(|(row, bits)| (row.full_name(), super::outcome::value_text(row.kind, bits))).collect()
     }
 
-    /// A number that two different tapes hardly have in common.
+    /// A number that is unlikely to be shared by two different tapes.
     pub fn fingerprint(&self) -> u32 {
         // FNV-1a.
         let bytes = self.entries.iter().flat_map(|entry| {
@@ -274,7 +278,7 @@ impl Tape {
     }
 }
 
-/// The input that restarts the block, if it has one: a call with it is the restart.
+/// The input that restarts the block, if it has one: a call with this input set restarts it.
 fn restart_input<B: Block>(inputs: &[usize]) -> Option<usize> {
     let table = B::TABLE;
     let mut random = Random::new(1);
@@ -304,7 +308,7 @@ fn restart_input<B: Block>(inputs: &[usize]) -> Option<usize> {
     switches.first().copied()
 }
 
-/// A call: the inputs that change, and the block after it.
+/// A call: the changed inputs, and the block after the call.
 struct Call<B> {
     changes: Vec<(usize, Value)>,
     block: B,
@@ -319,7 +323,7 @@ struct Maker {
 }
 
 impl Maker {
-    /// The value that an input is given before a call, or `None` if it is left as it is.
+    /// The new value of an input before a call, or `None` if it does not change.
     fn change(&mut self, stretch: &Stretch, number: usize, old: Option<Value>, begins: bool) -> Option<Value> {
         let random = &mut self.random;
         let row = &self.table.rows[number];
@@ -330,7 +334,7 @@ impl Maker {
             let value = if is_start { stretch.start(row) } else { stretch.value(random, row) };
             (stretch.is_plain || random.once_in(2)).then_some(value)
         } else if is_signal(row) {
-            // A signal that a stretch begins with as in a new block rests there.
+            // A signal that starts at its default in a plain stretch stays there.
             let rests = stretch.is_plain && old == Some(row.start) && !random.once_in(20);
             (!rests && random.once_in(stretch.pace)).then(|| stretch.next(random, row, old))
         } else {
@@ -338,7 +342,8 @@ impl Maker {
         }
     }
 
-    /// The next call; `None` if nothing helps: all values give infinity, or what a CPU may flush to 0.
+    /// The next call; `None` if no values lead to usable outputs: all give infinity, or numbers that a CPU may flush to
+    /// 0.
     fn call<B: Block>(&mut self, stretch: &Stretch, block: &B, begins: bool, is_first: bool) -> Option<Call<B>> {
         let restarts = is_first || begins && self.random.once_in(3) || self.random.once_in(400);
         for tries in 0..40 {
@@ -357,7 +362,7 @@ impl Maker {
                 } else {
                     self.change(stretch, row_number, old, begins)
                 };
-                // What a block inside starts with is up to the PLC's project: the tape sets all of it.
+                // The defaults of inner blocks depend on the PLC project, so the tape sets all of them.
                 let is_inner = !row.path[0].is_empty();
                 if let Some(value) = value.filter(|value| is_first && is_inner || old != Some(*value)) {
                     next.set(row_number, value);
@@ -369,7 +374,7 @@ impl Maker {
                 return Some(Call { changes, block: next });
             }
         }
-        // The memory itself has gone astray: only a new block helps, which is what the restart is.
+        // The block's memory itself is out of range: only a restart helps.
         let restart = self.restart?;
         let mut next = block.clone();
         let changes = vec![(self.inputs.iter().position(|row| *row == restart)?, Value::Bool(true))];
@@ -378,13 +383,14 @@ impl Maker {
         Some(Call { changes, block: next })
     }
 
-    /// The outputs that are truth values.
+    /// The outputs of type BOOL.
     fn switches(&self) -> impl Iterator<Item = usize> {
         self.outputs.iter().copied().filter(|row| self.table.rows[*row].kind == Kind::Bool)
     }
 
-    /// An input with a value at which outputs switch otherwise than at its neighbour, if nothing else changes in so many calls:
-    /// what the block compares is there within one unit in the last place. `None` if no such value is found.
+    /// Finds an input and a value at which outputs switch differently than at the neighbouring value, within `calls`
+    /// calls and with nothing else changed: the block compares against it to within one unit in the last place. `None`
+    /// if none is found.
     fn threshold<B: Block>(&mut self, stretch: &Stretch, block: &B, calls: usize) -> Option<(usize, Value)> {
         let switches: Vec<usize> = self.switches().collect();
         for _ in 0..16 {
@@ -418,7 +424,7 @@ impl Maker {
         None
     }
 
-    /// Calls from a threshold on, in which nothing else changes; none if there is none.
+    /// Calls that start at a threshold, in which nothing else changes; empty if no threshold is found.
     fn at_threshold<B: Block>(&mut self, stretch: &Stretch, block: &B) -> Vec<Call<B>> {
         let calls = self.random.one_of(&[1, 5, 20, 60]);
         let mut all: Vec<Call<B>> = Vec::new();
@@ -441,7 +447,7 @@ impl Maker {
         all
     }
 
-    /// A stretch of calls; of some, the one in which outputs switch most often.
+    /// A stretch of calls; the one of several in which outputs switch most often.
     fn stretch<B: Block>(&mut self, block: &B, is_first: bool) -> Vec<Call<B>> {
         let seeks = 2 * self.switches().count() >= self.outputs.len();
         let tries = self.random.one_of(&[1, 4, 12]);
@@ -501,7 +507,7 @@ fn tape<B: Block>(calls: usize, seed: u32) -> Tape {
 }
 
 impl Tape {
-    /// Adds a call, with the outputs that it changes.
+    /// Appends a call and the outputs that it changes.
     fn push<B: Block>(&mut self, call: &Call<B>, expected: &mut [u32]) {
         let first = self.entries.len();
         let entry = |what: usize, bits: u32| Entry { what: what as u8, is_last: false, bits };

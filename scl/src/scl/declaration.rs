@@ -1,4 +1,4 @@
-//! Heads, types, sections and data blocks.
+//! Prints block heads, types, sections and data blocks.
 
 use super::facts::Use;
 use super::{Dialect, Printer, Scope, declared, literal};
@@ -6,7 +6,7 @@ use crate::program::{Body, Function, Kind, Section, Type, Value};
 use std::fmt::Write;
 
 impl<'a> Printer<'a> {
-    /// What the source says of the whole program.
+    /// Prints the source's documentation of the whole program.
     pub(super) fn head(&mut self) {
         let head = self.program.docs.head.trim_end();
         if head.is_empty() {
@@ -17,7 +17,7 @@ impl<'a> Printer<'a> {
         }
     }
 
-    /// What stands behind the name of a block.
+    /// Prints the attributes after the name of a block.
     fn attributes(&mut self) {
         self.text.push_str(match self.dialect {
             Dialect::Tia => "{ S7_Optimized_Access := 'TRUE' }\nVERSION : 0.1\n",
@@ -31,7 +31,7 @@ impl<'a> Printer<'a> {
         }
     }
 
-    /// The types of all records that are no instances and are used.
+    /// Prints the types of all records in use that are not instances.
     pub(super) fn types(&mut self) -> Result<(), String> {
         let mut done = Vec::new();
         for number in self.facts.reached.clone() {
@@ -79,7 +79,7 @@ impl<'a> Printer<'a> {
         Ok(())
     }
 
-    /// The type of a variable.
+    /// The SCL name of a variable's type.
     fn type_name(&self, ty: &Type, kind: Option<Kind>) -> Result<String, String> {
         Ok(match ty {
             Type::Scalar(ty) => self.dialect.check(declared(*ty, kind))?.name().to_string(),
@@ -105,7 +105,7 @@ impl<'a> Printer<'a> {
         })
     }
 
-    /// Members of a record as declarations.
+    /// Prints members of a record as declarations.
     fn members(&mut self, record: usize, members: &[usize], indent: usize) -> Result<(), String> {
         let program = self.program;
         let mut lines: Vec<(String, String)> = Vec::new();
@@ -138,7 +138,7 @@ impl<'a> Printer<'a> {
         Ok(())
     }
 
-    /// The start value of a variable, if it is not the one of its type.
+    /// The start value of a variable, unless it is the default of its type.
     fn start(&self, ty: &Type, kind: Option<Kind>, bytes: &[u8]) -> Result<Option<String>, String> {
         if bytes.iter().all(|byte| *byte == 0) {
             return Ok(None);
@@ -162,12 +162,12 @@ impl<'a> Printer<'a> {
                 let text: String = bytes[2..2 + length].iter().map(|byte| char::from(*byte)).collect();
                 Some(format!("'{}'", text.replace('$', "$$").replace('\'', "$'")))
             }
-            // Structures have the start values of their types; a data block sets others.
+            // A structure has the start values of its type; a data block sets others.
             _ => None,
         })
     }
 
-    /// A function or a function block.
+    /// Prints a function or function block.
     pub(super) fn function(&mut self, number: usize) -> Result<(), String> {
         let program = self.program;
         let function = &program.functions[number];
@@ -251,7 +251,7 @@ impl<'a> Printer<'a> {
         Ok(format!("{} : {ty}", self.scope.interface.locals[local]))
     }
 
-    /// The declarations of what is neither a parameter nor a value, as far as it is used.
+    /// The declarations of the locals in use that are neither parameters nor the return value.
     fn temporaries(&self, function: &Function, others: &[usize]) -> Result<Vec<String>, String> {
         let own = (function.parameters..function.locals.len())
             .filter(|local| !others.contains(local) && self.scope.used.contains(local));
@@ -292,7 +292,7 @@ impl<'a> Printer<'a> {
         Ok(())
     }
 
-    /// The type of a part of a record, and how it is declared.
+    /// The type of a part of a record, and its declared type.
     pub(super) fn part(&self, record: usize, path: &[usize]) -> (Type, Option<Kind>) {
         let mut found = (Type::Record(record), None);
         for number in path {
@@ -304,7 +304,7 @@ impl<'a> Printer<'a> {
         found
     }
 
-    /// The members of the memory that functions name.
+    /// The members of the memory that functions use.
     fn used_globals(&self) -> Vec<usize> {
         let mut used = Vec::new();
         for number in &self.facts.reached {
@@ -323,7 +323,8 @@ impl<'a> Printer<'a> {
         used
     }
 
-    /// Data blocks: of what functions name, and an instance of each function block whose start values a declaration cannot say.
+    /// Prints data blocks: those that functions use, and an instance of each function block whose start values cannot
+    /// be declared.
     pub(super) fn data_blocks(&mut self) -> Result<(), String> {
         let program = self.program;
         let memory = &program.records[program.memory];
@@ -365,7 +366,7 @@ impl<'a> Printer<'a> {
         Ok(())
     }
 
-    /// The bytes that declarations of a type give.
+    /// The start values that declarations of a type express, as bytes.
     fn declared_start(&self, ty: &Type) -> Vec<u8> {
         let program = self.program;
         match ty {
@@ -387,7 +388,7 @@ impl<'a> Printer<'a> {
         }
     }
 
-    /// Assignments of the start values that are not those of the declarations; `None` if there are none.
+    /// Assignments for the start values that differ from the declared ones; `None` if there are none.
     fn differences(&self, ty: &Type, bytes: &[u8], path: &str) -> Result<Option<String>, String> {
         let program = self.program;
         if self.declared_start(ty) == bytes {
@@ -420,7 +421,7 @@ impl<'a> Printer<'a> {
     }
 }
 
-/// Whether a declaration says the start values of a variable as a list.
+/// Whether the start values of a variable can be declared as a list.
 fn is_list(ty: &Type) -> bool {
     matches!(ty, Type::Array { of, .. } if matches!(**of, Type::Scalar(_)))
 }

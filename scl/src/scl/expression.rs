@@ -1,11 +1,11 @@
-//! Expressions: the type of every part is that in which the program calculates.
+//! Prints expressions so that every part is computed in the type that the program specifies.
 
 use super::facts::Use;
 use super::{Dialect, Printer, bits, literal, natural, number};
 use crate::program::{Argument, Binary, Call, Convert, Expr, Place, Scalar, Statement, Unary, What};
 use crate::types::{Class, Elementary};
 
-/// How tightly the parts of an expression hold together, from loose to tight.
+/// The precedence levels of an expression's parts, from loose to tight.
 const OR: u8 = 0;
 const XOR: u8 = 1;
 const AND: u8 = 2;
@@ -16,14 +16,14 @@ const PRODUCT: u8 = 6;
 const POWER: u8 = 7;
 const ATOM: u8 = 9;
 
-/// The conversions of numbers and bits that S7-SCL has.
+/// The numeric and bit conversions available in S7-SCL.
 const STEP7: &str = "BOOL_TO_BYTE BOOL_TO_WORD BOOL_TO_DWORD BYTE_TO_WORD BYTE_TO_DWORD WORD_TO_DWORD INT_TO_DINT INT_TO_REAL \
     DINT_TO_REAL BOOL_TO_INT BOOL_TO_DINT BYTE_TO_BOOL BYTE_TO_CHAR BYTE_TO_INT BYTE_TO_DINT CHAR_TO_BYTE CHAR_TO_INT DINT_TO_BOOL \
     DINT_TO_BYTE DINT_TO_DWORD DINT_TO_INT DINT_TO_TIME DINT_TO_WORD DWORD_TO_BOOL DWORD_TO_BYTE DWORD_TO_DINT DWORD_TO_INT \
     DWORD_TO_REAL DWORD_TO_WORD INT_TO_BOOL INT_TO_BYTE INT_TO_CHAR INT_TO_DWORD INT_TO_WORD REAL_TO_DINT REAL_TO_DWORD REAL_TO_INT \
     TIME_TO_DINT WORD_TO_BOOL WORD_TO_BYTE WORD_TO_DINT WORD_TO_INT";
 
-/// The text of an expression, and how tightly it holds together.
+/// The text of an expression, and its precedence level.
 pub(super) struct Printed {
     pub text: String,
     level: u8,
@@ -34,35 +34,35 @@ impl Printed {
         Printed { text: text.into(), level: ATOM }
     }
 
-    /// The text as a part that must hold at least so tightly.
+    /// The text, in parentheses if its precedence level is lower than `level`.
     fn at_least(self, level: u8) -> String {
         if self.level < level { format!("({})", self.text) } else { self.text }
     }
 }
 
 impl Printer<'_> {
-    /// An expression that stands alone, as a value of this type.
+    /// A stand-alone expression as a value of this type.
     pub(super) fn value(&mut self, expr: &Expr, of: Elementary) -> Result<String, String> {
         Ok(self.expr(expr, of, true)?.text)
     }
 
-    /// An expression that is an argument of an operation without other typed arguments.
+    /// An expression as the argument of an operation that has no other typed arguments.
     pub(super) fn argument(&mut self, expr: &Expr, of: Elementary) -> Result<String, String> {
         Ok(self.expr(expr, of, matches!(expr, Expr::Const(_)) && of.is_whole())?.text)
     }
 
-    /// The text of a whole value as one of another type with the same scalar.
+    /// Converts the text of a complete value to another type with the same scalar.
     pub(super) fn as_type(&self, text: String, from: Elementary, to: Elementary) -> Result<String, String> {
         Ok(self.converted(Printed::atom(text), from, to)?.text)
     }
 
-    /// The text of a value of one type as one of another, whose scalar is the same.
+    /// Converts a printed value to another type with the same scalar.
     fn converted(&self, printed: Printed, from: Elementary, to: Elementary) -> Result<Printed, String> {
         if from == to {
             return Ok(printed);
         }
         self.dialect.check(to)?;
-        // TIME goes through its integer, CHAR through its bits.
+        // TIME is converted through its integer, CHAR through its bits.
         let between = |of: Elementary| match of.class() {
             Class::Time => Some(number(of.scalar())),
             Class::Character => Some(bits(of.scalar())),
@@ -83,8 +83,8 @@ impl Printer<'_> {
         Ok(Printed::atom(format!("{name}({})", printed.text)))
     }
 
-    /// An expression as a value of this type, whose scalar is that of the expression. A constant may stand without its type if
-    /// something beside it tells it.
+    /// An expression as a value of this type, which has the same scalar. A constant may be printed without a type if
+    /// `is_bare`, because the context determines it.
     fn expr(&mut self, expr: &Expr, want: Elementary, is_bare: bool) -> Result<Printed, String> {
         match expr {
             Expr::Const(value) => {
@@ -149,8 +149,8 @@ impl Printer<'_> {
         }
     }
 
-    /// Expressions from left to right. What statements of a later one may change is kept; a constant stands without its type if
-    /// one of the others, from this number on, has one.
+    /// Prints expressions evaluated from left to right. A value that statements of a later one may change is saved
+    /// first; from index `together` on, constants are printed without a type if another expression has one.
     pub(super) fn list(
         &mut self,
         list: &[(&Expr, Elementary)],
@@ -173,7 +173,7 @@ impl Printer<'_> {
         Ok(all)
     }
 
-    /// A temporary with a value.
+    /// Stores a value in a new temporary and returns its name.
     pub(super) fn kept(&mut self, of: Elementary, value: &str) -> String {
         let name = self.temporary(of.name());
         let name = self.own(&name);
@@ -201,7 +201,7 @@ impl Printer<'_> {
             Unary::Frac if self.dialect == Dialect::Step7 => {
                 return Err("STEP 7 has no FRAC; print it for TIA Portal".to_string());
             }
-            // Without its type, its value is a REAL.
+            // Without a type, the value of FRAC is a REAL.
             Unary::Frac if ty == Scalar::F64 => Printed::atom(format!("FRAC_LREAL({})", printed.text)),
             op => Printed::atom(format!("{}({})", format!("{op:?}").to_uppercase(), printed.text)),
         };
@@ -229,7 +229,7 @@ impl Printer<'_> {
         };
         let of = match op {
             Binary::And | Binary::Or | Binary::Xor => bits(ty),
-            // Bits are equal or not whatever number they are.
+            // Equality of bits does not depend on the type.
             Binary::Eq | Binary::Ne if ty.is_integer() && !ty.is_signed() => bits(ty),
             _ => number(ty),
         };
@@ -242,7 +242,7 @@ impl Printer<'_> {
             left
         };
         let right = self.expr(b, of, true)?;
-        // Only a chain of one operation stands without parentheses: the order of operations counts.
+        // Only a chain of the same operation is printed without parentheses: the order of evaluation matters.
         let is_chain = matches!(a, Expr::Binary(inner, ..) if *inner == op) && !op.compares() && op != Binary::Pow;
         let left = left.at_least(if is_chain { level } else { (level + 1).max(SUM) });
         let right = right.at_least((level + 1).max(SUM));
@@ -325,7 +325,7 @@ impl Printer<'_> {
         self.converted(printed, target, want)
     }
 
-    /// The type in which an integer is there already, or that of its scalar.
+    /// The integer type that an expression already has in SCL, or that of its scalar.
     fn whole_type(&mut self, expr: &Expr) -> Elementary {
         let of = match expr {
             Expr::Load(_, place) => self.place(place).ok().and_then(|(_, of)| of),
@@ -335,7 +335,7 @@ impl Printer<'_> {
         of.filter(|of| of.is_whole()).unwrap_or(default)
     }
 
-    /// The call whose value an expression is, if it can stand in it.
+    /// The call whose value an expression is, if the call can be printed inside the expression.
     fn value_call<'e>(&self, before: &'e [Statement], value: &Expr) -> Option<&'e Call> {
         let [Statement { what: What::Call(call), .. }] = before else { return None };
         let Expr::Load(_, taken) = value else { return None };
@@ -345,7 +345,7 @@ impl Printer<'_> {
         (to == taken && is_value && is_function && !self.needs_statements(call)).then_some(call)
     }
 
-    /// Whether statements only bring a timer up to date that is read: a CPU does so by itself.
+    /// Whether the statements only update a timer before it is read, which a CPU does automatically.
     fn updates(&self, before: &[Statement], value: &Expr) -> bool {
         let [Statement { what: What::Call(call), .. }] = before else { return false };
         let (Expr::Load(_, place), Some(instance)) = (value, &call.instance) else { return false };
@@ -354,7 +354,7 @@ impl Printer<'_> {
             && place.steps.starts_with(&instance.steps)
     }
 
-    /// Whether statements are printed before an expression.
+    /// Whether statements must be printed before an expression.
     pub(super) fn hoists(&self, expr: &Expr) -> bool {
         fn collect<'e>(expr: &'e Expr, all: &mut Vec<(&'e [Statement], &'e Expr)>) {
             match expr {
@@ -378,7 +378,7 @@ impl Printer<'_> {
                 return false;
             }
             let Some(call) = self.value_call(before, value) else { return true };
-            // What its arguments need comes before it, too.
+            // Statements for its arguments come first, too.
             call.arguments.iter().any(|argument| matches!(argument, Argument::Value(value) if self.hoists(value)))
         })
     }

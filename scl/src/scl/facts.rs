@@ -1,4 +1,4 @@
-//! What functions are in SCL, and the program without what SCL cannot have.
+//! Decides what becomes of each function in SCL, and rewrites what SCL cannot express.
 
 use super::Dialect;
 use crate::program::walk::{self, Look};
@@ -7,43 +7,44 @@ use crate::program::{
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What becomes of a function.
+/// The form of a function in SCL.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Use {
     /// A function.
     Function,
     /// A function block.
     Block,
-    /// A function that gets what it uses of the instance as parameters.
+    /// A function that receives the used parts of the instance as parameters.
     Method,
-    /// Nothing: the CPU or its libraries have it.
+    /// Nothing: it exists in the CPU or its libraries.
     System,
 }
 
-/// What is known of the functions.
+/// Facts about the functions.
 #[derive(Debug, Default)]
 pub(super) struct Facts {
-    /// The functions that are printed, callees first.
+    /// The functions to print, callees first.
     pub reached: Vec<usize>,
     pub uses: BTreeMap<usize, Use>,
-    /// The functions of function blocks, by their records.
+    /// The functions of function blocks, by record.
     pub blocks: BTreeMap<usize, usize>,
-    /// Of records of the CPU and its libraries, the names of their types.
+    /// The type names of records that exist in the CPU or its libraries, by record.
     pub systems: BTreeMap<usize, String>,
-    /// Those of them that are of several kinds.
+    /// Those system records that serve several kinds of blocks.
     pub general: BTreeSet<usize>,
-    /// The locals that calls copy out, by function.
+    /// The locals copied out by calls, by function.
     pub outs: BTreeMap<usize, BTreeSet<usize>>,
-    /// The local that is the value of a function.
+    /// The local with the return value, by function.
     pub values: BTreeMap<usize, usize>,
-    /// The parts of the instance that a method uses, as paths of member numbers, and whether it writes them.
+    /// The parts of the instance that a method uses, as paths of member indices, and whether it writes them.
     pub members: BTreeMap<usize, BTreeMap<Vec<usize>, bool>>,
 }
 
-/// Timers and the like are types of their own in TIA Portal.
+/// The timers that are types of their own in TIA Portal.
 const TIMERS: [&str; 4] = ["TON", "TOF", "TP", "TONR"];
 
-/// The program without the values for a host, and without the methods that can be no functions; and what is known of it.
+/// The program without values for an FMU's host, with methods inlined that cannot become functions; and the facts about
+/// it.
 pub(super) fn prepared(program: &Program, roots: &[usize], dialect: Dialect) -> Result<(Program, Facts), String> {
     let mut program = program.clone();
     drop_host_values(&mut program);
@@ -53,7 +54,7 @@ pub(super) fn prepared(program: &Program, roots: &[usize], dialect: Dialect) -> 
     Ok((program, facts))
 }
 
-/// The functions that are called from these, callees first.
+/// The functions reachable from the roots, callees first.
 fn reached(program: &Program, roots: &[usize]) -> Vec<usize> {
     fn visit(program: &Program, number: usize, order: &mut Vec<usize>) {
         if order.contains(&number) {
@@ -71,7 +72,7 @@ fn reached(program: &Program, roots: &[usize]) -> Vec<usize> {
     order
 }
 
-/// The functions that others call on an instance of theirs, and the roots.
+/// The roots, and the functions called on an instance other than the caller's own.
 fn called_from_outside(program: &Program, roots: &[usize], order: &[usize]) -> BTreeSet<usize> {
     let mut found: BTreeSet<usize> = roots.iter().copied().collect();
     for number in order {
@@ -110,7 +111,7 @@ fn facts(program: &Program, roots: &[usize], dialect: Dialect) -> Result<Facts, 
                 if let Some(other) = facts.systems.insert(record, name.clone())
                     && other != name
                 {
-                    // One record for several kinds: a variable of the general type says in each call which one it is.
+                    // One record for several kinds: a variable has the generic type, and each call names the kind.
                     let of = if name.ends_with("_LTIME") { "IEC_LTIMER" } else { "IEC_TIMER" };
                     let is_timer = TIMERS.iter().any(|timer| function.name.starts_with(timer));
                     facts.systems.insert(record, if is_timer { of.to_string() } else { other });
@@ -156,7 +157,7 @@ fn facts(program: &Program, roots: &[usize], dialect: Dialect) -> Result<Facts, 
     Ok(facts)
 }
 
-/// The name of the type of a block of the CPU or its libraries.
+/// The type name of a block of the CPU or its libraries.
 fn system_name(function: &Function) -> String {
     let name = function.name.as_str();
     match name.strip_suffix("_LTIME").unwrap_or(name) {
@@ -165,8 +166,8 @@ fn system_name(function: &Function) -> String {
     }
 }
 
-/// The parts of its instance that a function uses, and whether it writes them: members, and in STEP 7, where no function passes
-/// on a structure that it got, the members of structures.
+/// The parts of the instance that a function uses, and whether it writes them: members or, in STEP 7, where a function
+/// cannot pass on a structure it received, members of structures.
 fn members(program: &Program, facts: &Facts, function: &Function, dialect: Dialect) -> BTreeMap<Vec<usize>, bool> {
     let mut used: BTreeMap<Vec<usize>, bool> = BTreeMap::new();
     let Body::Code(body) = &function.body else { return used };
@@ -191,7 +192,7 @@ fn members(program: &Program, facts: &Facts, function: &Function, dialect: Diale
     used
 }
 
-/// Whether a place is the whole instance on which a function works.
+/// Whether a place is the function's whole instance.
 pub(super) fn is_self(place: &Place) -> bool {
     place.base == Base::Instance && place.steps.is_empty()
 }
@@ -201,7 +202,7 @@ pub(super) fn is_temporary(place: &Place) -> bool {
     matches!(place.base, Base::Local(_)) && place.steps.is_empty()
 }
 
-/// Takes assignments of values for a host out.
+/// Removes assignments to values for an FMU's host.
 fn drop_host_values(program: &mut Program) {
     let declared = program.docs.declared.clone();
     let is_host = |place: &Place, record: Option<usize>| match (place.base, place.steps.as_slice()) {
@@ -220,7 +221,7 @@ fn drop_host_values(program: &mut Program) {
     }
 }
 
-/// Whether a type contains an instance: a variable of such a type is no parameter of a function.
+/// Whether a type contains an instance, so that a variable of this type cannot be a parameter of a function.
 fn has_instance(program: &Program, ty: &Type) -> bool {
     match ty {
         Type::Array { of, .. } => has_instance(program, of),
@@ -232,7 +233,7 @@ fn has_instance(program: &Program, ty: &Type) -> bool {
     }
 }
 
-/// Puts methods that work on instances inside of their instance where they are called: they cannot be functions.
+/// Inlines the methods that work on inner instances, since they cannot become functions.
 fn inline(program: &mut Program, order: &[usize]) {
     for number in order {
         let Body::Code(body) = program.functions[*number].body.clone() else { continue };
@@ -289,7 +290,7 @@ fn inlined(program: &Program, list: Vec<Statement>, locals: &mut Vec<crate::prog
     all
 }
 
-/// Whether a call is one of a method on the same instance that uses instances inside and runs to its end.
+/// Whether a call is of a method on the same instance that uses inner instances and has no early exit.
 fn can_be_inlined(program: &Program, call: &Call) -> bool {
     let callee = &program.functions[call.function];
     let (Some(record), Body::Code(body)) = (callee.instance, &callee.body) else { return false };
@@ -306,7 +307,7 @@ fn can_be_inlined(program: &Program, call: &Call) -> bool {
     call.instance.as_ref().is_some_and(is_self) && uses && !leaves && by_value
 }
 
-/// A statement with the numbers of its locals moved.
+/// A statement with its local indices offset.
 fn moved(statement: &Statement, by: usize) -> Statement {
     let mut statement = statement.clone();
     walk::change_places(std::slice::from_mut(&mut statement), &mut |place| {
@@ -317,7 +318,7 @@ fn moved(statement: &Statement, by: usize) -> Statement {
     statement
 }
 
-/// Shows all statements.
+/// Calls `show` for all statements.
 pub(super) fn each(list: &[Statement], show: &mut dyn FnMut(&Statement)) {
     struct Statements<'s>(&'s mut dyn FnMut(&Statement));
     impl Look for Statements<'_> {
@@ -328,7 +329,7 @@ pub(super) fn each(list: &[Statement], show: &mut dyn FnMut(&Statement)) {
     walk::statements(list, &mut Statements(show));
 }
 
-/// Shows all calls.
+/// Calls `show` for all calls.
 pub(super) fn each_call(list: &[Statement], show: &mut dyn FnMut(&Call)) {
     struct Calls<'s>(&'s mut dyn FnMut(&Call));
     impl Look for Calls<'_> {
@@ -339,7 +340,7 @@ pub(super) fn each_call(list: &[Statement], show: &mut dyn FnMut(&Call)) {
     walk::statements(list, &mut Calls(show));
 }
 
-/// Shows all places, and whether they may be written.
+/// Calls `show` for all places, with whether they may be written.
 pub(super) fn each_place(list: &[Statement], show: &mut dyn FnMut(&Place, bool)) {
     struct Places<'s>(&'s mut dyn FnMut(&Place, bool));
     impl Look for Places<'_> {

@@ -1,18 +1,18 @@
-//! Constants.
+//! Prints constants.
 
 use super::Dialect;
 use crate::program::Value;
 use crate::types::{Class, Elementary};
 
-/// A constant of a type. Without its type it is that of what it stands beside.
+/// A constant of a type. If `is_bare`, it is printed without a type, which the context determines.
 ///
-/// A REAL is the shortest decimal that is read as the same bits; what is not a finite number is given by its bits.
+/// A REAL is printed as the shortest decimal that reads back as the same bits; infinity and NaN are printed as bits.
 ///
 /// # Errors
-/// The dialect has no such type.
+/// The dialect does not have the type.
 pub fn literal(value: Value, of: Elementary, is_bare: bool, dialect: Dialect) -> Result<String, String> {
     dialect.check(of)?;
-    // A bit string has no sign, whatever the number is that it is made of.
+    // A bit string is unsigned, even if its scalar is signed.
     let is_signed = value.ty().is_signed() && of.class() != Class::Bits;
     let value = if is_signed { value } else { Value::new(of.scalar(), value.bits()) };
     let whole: i128 = if is_signed { i128::from(value.bits() as i64) } else { i128::from(value.bits()) };
@@ -36,7 +36,7 @@ pub fn literal(value: Value, of: Elementary, is_bare: bool, dialect: Dialect) ->
             };
             format!("{prefix}#16#{whole:X}")
         }
-        // The number without its sign is none of the type.
+        // The lowest number cannot be written bare: its magnitude is out of range.
         _ if is_bare && whole > of.range().0 => whole.to_string(),
         Class::Character => format!("{}#16#{whole:X}", bits_of(of).name()),
         _ => format!("{}#{whole}", of.name()),
@@ -56,7 +56,7 @@ fn real(value: Value, of: Elementary, is_bare: bool) -> String {
             _ => format!("LWORD_TO_LREAL(LW#16#{:016X})", value.bits()),
         };
     }
-    // Debug has a point or an exponent always; SCL wants the point beside an exponent too.
+    // Debug always prints a point or an exponent; SCL requires the point even with an exponent.
     let magnitude = number.abs();
     let is_long = magnitude != 0.0 && !(1e-4..1e7).contains(&magnitude);
     let text = match (of, is_long) {

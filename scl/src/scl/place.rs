@@ -1,14 +1,14 @@
-//! Variables and parts of them.
+//! Prints variables and their parts.
 
 use super::{Printer, declared, number};
 use crate::program::{Base, Kind, Place, Step, Type};
 use crate::types::Elementary;
 
-/// Where a place begins: its text, its type, how that is declared, and the steps that are left.
+/// The printed root of a place: text, type, declared type, and the remaining steps.
 type Begun<'p> = (String, Type, Option<Kind>, &'p [Step]);
 
 impl Printer<'_> {
-    /// A place, and its type if it is elementary.
+    /// A place as text, and its type if it is elementary.
     pub(super) fn place(&mut self, place: &Place) -> Result<(String, Option<Elementary>), String> {
         let program = self.program;
         let (mut text, mut ty, mut kind, rest) = self.base(place)?;
@@ -87,7 +87,7 @@ impl Printer<'_> {
         }
     }
 
-    /// The constant text at a place, if it is one.
+    /// The constant text at a place, if there is one.
     pub(super) fn constant_text(&self, place: &Place) -> Option<String> {
         let (Base::Constants, [Step::Member(number)]) = (place.base, place.steps.as_slice()) else { return None };
         let record = &self.program.records[self.program.constants];

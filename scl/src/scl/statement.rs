@@ -1,4 +1,4 @@
-//! Statements.
+//! Prints statements.
 
 use super::facts::{self, Use};
 use super::{Dialect, Printer, WIDTH, natural, number};
@@ -6,7 +6,7 @@ use crate::program::{Argument, Base, Call, Expr, For, Place, Section, Statement,
 use crate::types::Elementary;
 
 impl Printer<'_> {
-    /// A line of the function.
+    /// Adds a line to the function.
     pub(super) fn line(&mut self, text: &str) {
         let indent = 4 * self.scope.indent;
         let mut rest = text;
@@ -14,7 +14,7 @@ impl Printer<'_> {
         loop {
             let space = indent + if first { 0 } else { 8 };
             let room = WIDTH.saturating_sub(space);
-            // A comment ends with its line.
+            // A comment must not be broken: it ends with its line.
             let breaks = |(at, _): (usize, &str)| Some(at).filter(|at| *at > 0 && *at < room);
             let end = if rest.len() <= room || rest.starts_with("//") || rest.contains('\'') {
                 None
@@ -33,7 +33,7 @@ impl Printer<'_> {
         }
     }
 
-    /// A new temporary of a type.
+    /// The name of a new temporary.
     pub(super) fn temporary(&mut self, of: &str) -> String {
         let mut count = self.scope.temporaries.len();
         let name = loop {
@@ -48,7 +48,7 @@ impl Printer<'_> {
         name
     }
 
-    /// Statements, indented; an empty list needs an empty statement.
+    /// Prints indented statements; an empty list becomes an empty statement.
     fn block(&mut self, list: &[Statement]) -> Result<(), String> {
         self.scope.indent += 1;
         let before = self.scope.lines.len();
@@ -77,7 +77,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// How many statements set inputs of an instance and then call it, and the call.
+    /// The number of statements that set inputs of an instance and then call it, and the call.
     fn supplied<'s>(&self, list: &'s [Statement]) -> Option<(usize, &'s Call)> {
         let at = list.iter().position(|statement| !matches!(statement.what, What::Assign(..)))?;
         let What::Call(call) = &list[at].what else { return None };
@@ -193,7 +193,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// Leaves the loop if a condition has this value.
+    /// Leaves the loop if a condition has the value `if_true`.
     fn leave(&mut self, condition: &Expr, if_true: bool) -> Result<(), String> {
         let condition = self.value(condition, Elementary::Bool)?;
         let condition = if if_true { condition } else { format!("NOT ({condition})") };
@@ -242,7 +242,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// Calls the function block of an instance, whose inputs these statements set.
+    /// Prints the call of a function block, with the inputs set by these statements as arguments.
     fn call_block(&mut self, inputs: &[Statement], call: &Call) -> Result<(), String> {
         let Some(instance) = &call.instance else {
             return Err("a function block is called on an instance".to_string());
@@ -267,7 +267,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// What a function block gets by reference.
+    /// Appends the arguments that a function block receives by reference.
     fn references(&mut self, call: &Call, parts: &mut Vec<String>) -> Result<(), String> {
         let callee = &self.program.functions[call.function];
         for (local, argument) in call.arguments.iter().enumerate() {
@@ -280,7 +280,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// Whether a call is no part of an expression: what it is given or gives needs variables.
+    /// Whether a call cannot be part of an expression because its arguments or outputs need variables.
     pub(super) fn needs_statements(&self, call: &Call) -> bool {
         let callee = &self.program.functions[call.function];
         let outs = self.facts.outs.get(&call.function);
@@ -290,7 +290,7 @@ impl Printer<'_> {
         is_copied_back || has_more
     }
 
-    /// The text of a call of a function that has a value, and the type of the value.
+    /// The text of a function call, and the type of its value.
     pub(super) fn called(&mut self, call: &Call) -> Result<(String, Elementary), String> {
         let callee = &self.program.functions[call.function];
         let mut parts = Vec::new();
@@ -312,7 +312,7 @@ impl Printer<'_> {
                         _ => super::literal(Value::new(*ty, 0), of, true, self.dialect)?,
                     };
                     match to {
-                        // A temporary of the caller takes the value to the call and back.
+                        // A temporary of the caller carries the value to the call and back.
                         Some(to) if facts::is_temporary(to) => {
                             let (to, _) = self.place(to)?;
                             self.line(&format!("{to} := {value};"));
@@ -387,7 +387,7 @@ impl Printer<'_> {
         Ok(())
     }
 
-    /// The dialect's label declarations.
+    /// The label declarations, if the dialect requires them.
     pub(super) fn label_section(&self) -> Option<String> {
         let labels: Vec<String> = self.scope.labels.iter().map(|label| format!("label_{label}")).collect();
         (self.dialect == Dialect::Step7 && !labels.is_empty())

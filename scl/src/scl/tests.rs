@@ -1,4 +1,4 @@
-//! Random programs, printed and read again, give the same bits.
+//! Random programs have the same results after they have been printed and parsed again.
 
 use super::{Dialect, print};
 use crate::machine::tests::random::{Of, Random};
@@ -9,12 +9,12 @@ use parameters::Source;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Programs in a run of the test; `PLCFMU_PROGRAMS` makes more.
+/// Returns the number of programs per run, which `PLCFMU_PROGRAMS` changes.
 fn programs() -> u64 {
     std::env::var("PLCFMU_PROGRAMS").map_or(200, |programs| programs.parse().expect("PLCFMU_PROGRAMS is a number"))
 }
 
-/// The memory's members as bytes, by name; what is not a number is alike.
+/// Collects the memory's members as bytes, by name; all NaNs are mapped to the same bits.
 fn values(program: &Program, ty: &Type, bytes: &[u8], name: &str, into: &mut BTreeMap<String, u64>) {
     match ty {
         Type::Scalar(ty) => {
@@ -43,7 +43,7 @@ fn values(program: &Program, ty: &Type, bytes: &[u8], name: &str, into: &mut BTr
     }
 }
 
-/// What each call leaves in the memory; `None` for a call that is stopped.
+/// Returns the memory after each call; `None` for a call that is stopped.
 fn run(program: &Program, function: usize) -> Vec<Option<BTreeMap<String, u64>>> {
     let mut machine = Machine::new(Arc::new(Code::compile(program).unwrap()));
     machine.budget = 4000;
@@ -52,7 +52,7 @@ fn run(program: &Program, function: usize) -> Vec<Option<BTreeMap<String, u64>>>
         let mut found = BTreeMap::new();
         let memory = &program.records[program.memory];
         for member in &memory.members {
-            // Numbers and arrays of the memory are in a data block of the printed program.
+            // The printed program keeps the numbers and arrays of the memory in a data block.
             let name = if member.name == "globals" { String::new() } else { format!(".{}", member.name) };
             values(program, &member.ty, &machine.state()[member.offset..], &name.to_ascii_lowercase(), &mut found);
         }
@@ -80,7 +80,8 @@ fn random_programs_give_the_same_bits_when_they_are_read_again() {
         printed += 1;
         let task = crate::Task { name: "f0".to_string(), period: 0 };
         let options = Options { calls: vec![task], ..Options::default() };
-        // A constant index outside of its array stops a program of the generator, and SCL is not compiled at all with one.
+        // The generator may produce a constant index that is out of bounds: it stops the program, whereas SCL rejects
+        // it at compile time.
         let compiled = match compile(&[Source::new("random.scl", text.clone().into_bytes())], &options) {
             Err(errors) if errors[0].to_string().contains("is outside of") => continue,
             Err(errors) => panic!("seed {seed}: {}\n{text}", errors[0]),
@@ -89,7 +90,7 @@ fn random_programs_give_the_same_bits_when_they_are_read_again() {
         let before = run(&program, entry);
         let after = run(&compiled.program, compiled.root.unwrap().cycle);
         for (call, pair) in before.iter().zip(&after).enumerate() {
-            // Statements are counted in another way where the printer adds some.
+            // The statement counts differ where the printer adds statements.
             let (Some(before), Some(after)) = pair else { break };
             for (name, value) in after {
                 assert_eq!(Some(value), before.get(name), "seed {seed}, call {call}: {name}\n{text}");

@@ -1,4 +1,4 @@
-//! Sections and members of an interface.
+//! Reads the sections and members of an interface.
 
 use super::{Reader, shown};
 use crate::syntax::{
@@ -7,7 +7,7 @@ use crate::syntax::{
 };
 use parameters::xml::Element;
 
-/// The attributes of a member that are read, by their names in SCL.
+/// The attributes of a member that are read, with their names in SCL.
 const ATTRIBUTES: [(&str, &str); 4] = [
     ("SetPoint", "S7_SETPOINT"),
     ("ExternalAccessible", "EXTERNALACCESSIBLE"),
@@ -16,7 +16,7 @@ const ATTRIBUTES: [(&str, &str); 4] = [
 ];
 
 impl Reader<'_> {
-    /// The interface of a block, of a data block or of a type.
+    /// Reads the interface of a block, a data block or a type.
     pub fn interface(&mut self, element: Element, block: &mut Block) {
         let interface = element.child("AttributeList").and_then(|list| list.child("Interface"));
         let Some(sections) = interface.and_then(|interface| interface.child("Sections")) else {
@@ -46,7 +46,7 @@ impl Reader<'_> {
                 _ => continue,
             };
             if is_instance {
-                // The values in an instance of a block of the system are those of a moment.
+                // The values in an instance of a system block are only a snapshot.
                 if !is_system(block) {
                     self.starts_of_instance(section, block);
                 }
@@ -59,7 +59,7 @@ impl Reader<'_> {
                 let is_retained = element.attribute("Remanence") == Some("Retain");
                 if is_retained { retained.push(member) } else { kept.push(member) }
             }
-            // The order counts for the addresses of a data block alone, whose members have no offsets here.
+            // The order matters only for addresses in a data block; its members have no offsets here.
             for (members, is_retained) in [(kept, false), (retained, true)] {
                 if !members.is_empty() {
                     block.sections.push(Section { kind, is_retained, members });
@@ -68,7 +68,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The start values of an instance, as its data block has them.
+    /// Reads the start values of an instance from its data block.
     fn starts_of_instance(&mut self, section: Element, block: &mut Block) {
         for element in section.children("Member") {
             let mut parts = Vec::new();
@@ -97,7 +97,7 @@ impl Reader<'_> {
         Name { text: element.attribute("Name").unwrap_or_default().to_string(), span: self.span(element) }
     }
 
-    /// A member; the values of an array's elements are told by the array.
+    /// Reads a member; the values of array elements are read with the array.
     fn member(&mut self, element: Element, is_in_array: bool) -> Option<Member> {
         let name = self.name(element);
         if name.text.is_empty() {
@@ -160,7 +160,8 @@ impl Reader<'_> {
         Type { kind: TypeKind::Struct(members), span: self.span(element) }
     }
 
-    /// The start values of a member and of what it holds, with the paths to them. A structure's own members say theirs themselves.
+    /// The start values of a member and its descendants, each with its path. The members of a structure state their
+    /// own.
     fn parts(
         &mut self,
         element: Element,
@@ -194,7 +195,7 @@ impl Reader<'_> {
         let is_structure = written.trim_end().to_ascii_uppercase().ends_with("STRUCT");
         let sections = element.children("Sections").flat_map(|sections| sections.children("Section"));
         let inner = sections.flat_map(|section| section.children("Member"));
-        // The members of an array of structures have their values at the elements.
+        // The members of an array of structures state their values per element.
         let own = element.children("Member").filter(|_| !is_structure || dimensions > 0);
         for member in inner.chain(own) {
             path.push(Part::Member(self.name(member)));
@@ -209,7 +210,7 @@ impl Reader<'_> {
 
     fn start_value(&mut self, value: Element) -> Option<ExpressionId> {
         let (text, range) = value.text();
-        // A symbolic constant may stand there: `"MAX"`.
+        // It may be a symbolic constant: `"MAX"`.
         if text.is_empty() {
             return None;
         }
@@ -218,7 +219,7 @@ impl Reader<'_> {
     }
 }
 
-/// A path with indices in place of those of its arrays.
+/// A path with the given indices in place of those of its arrays.
 fn filled(path: &[Part], arrays: &[usize], indices: &str) -> Option<Vec<Part>> {
     let indices: Option<Vec<i64>> = indices.split(',').map(|index| index.trim().parse().ok()).collect();
     let mut indices = indices?.into_iter();
@@ -233,7 +234,7 @@ fn filled(path: &[Part], arrays: &[usize], indices: &str) -> Option<Vec<Part>> {
     indices.next().is_none().then_some(filled)
 }
 
-/// How many dimensions a type has.
+/// The number of dimensions of a type.
 fn dimensions(of: &str) -> usize {
     let of = of.trim_start();
     let is_array = of.get(..5).is_some_and(|word| word.eq_ignore_ascii_case("Array"));
@@ -243,7 +244,7 @@ fn dimensions(of: &str) -> usize {
     }
 }
 
-/// Whether a data block holds an instance of a block of the system.
+/// Whether a data block is an instance of a system block.
 fn is_system(block: &Block) -> bool {
     matches!(&block.of, Some(Type { kind: TypeKind::Name(_, false), .. }))
 }

@@ -1,4 +1,4 @@
-//! The networks of a block: graphs of LAD and FBD, statements of SCL.
+//! Reads the networks of a block: graphs in LAD and FBD, statements in SCL.
 
 use super::{Reader, multilingual};
 use crate::ladder::elements::Law;
@@ -9,9 +9,9 @@ use parameters::problem::quoted;
 use parameters::xml::Element;
 use std::collections::{HashMap, HashSet};
 
-/// What a part, an access or a call is, by its UId.
+/// The meaning of a part, an access or a call, by UId.
 enum Node {
-    /// An element: its number in the network.
+    /// An element, as an index in the network.
     Element(usize),
     /// An operand.
     Operand(ExpressionId),
@@ -20,7 +20,7 @@ enum Node {
 }
 
 impl Reader<'_> {
-    /// The statements of a block's networks.
+    /// Reads the statements of a block's networks.
     pub fn networks(&mut self, block: Element, owner: &Owner) -> Vec<Statement> {
         let Some(list) = block.child("ObjectList") else { return Vec::new() };
         let mut statements = Vec::new();
@@ -105,13 +105,13 @@ impl Reader<'_> {
                 }
             }
         }
-        // Fragments are written in the order of the document.
+        // Fragments must be written in document order.
         let mut elements: Vec<(u64, &str, ladder::Element)> = Vec::new();
         for (order, uid, part) in parts {
             let element = if part.name() == "Call" { self.call(part) } else { self.part(part) };
             elements.push((order, uid, element));
         }
-        // Where no wire says another order, elements take effect in that of their numbers.
+        // Where wires do not determine the order, elements execute in the order of their UIds.
         elements.sort_by_key(|(order, ..)| *order);
         for (_, uid, element) in elements {
             nodes.insert(uid, Node::Element(network.elements.len()));
@@ -136,12 +136,12 @@ impl Reader<'_> {
                 }
                 "Equation" => {
                     let (text, range) = child.text();
-                    // `OUT := IN1 + IN2` or the sum alone.
+                    // `OUT := IN1 + IN2`, or the sum only.
                     let text = text.split_once(":=").map_or(text, |(_, value)| value);
                     let range = self.fragment(range.start.max(child.span().start), text.trim_end_matches([';', ' ']));
                     element.equation = Some(self.fragments().expression(range));
                 }
-                // How it is shown, and types that follow from the operands.
+                // Display settings, and types implied by the operands.
                 _ => {}
             }
         }
@@ -186,7 +186,7 @@ impl Reader<'_> {
         element
     }
 
-    /// One source, and what it is wired to.
+    /// Reads a wire: one source and the pins connected to it.
     fn wire(&mut self, wire: Element, nodes: &HashMap<&str, Node>, network: &mut Network) {
         let mut to = wire.elements();
         let Some(from) = to.next() else { return };
@@ -207,7 +207,7 @@ impl Reader<'_> {
                 }
                 None => return self.unknown(from),
             },
-            // An open pin gets nothing.
+            // An open pin receives no value.
             "OpenCon" | "Openbranch" => None,
             other => {
                 let message = format!("a wire begins at {}, which is no end of a wire", quoted(other));
@@ -230,7 +230,7 @@ impl Reader<'_> {
                     _ => self.unknown(end),
                 },
                 "IdentCon" => match (end.attribute("UId").and_then(|uid| nodes.get(uid)), &source) {
-                    // The variable of a coil may be drawn as what it writes.
+                    // The variable of a coil may be drawn as its output.
                     (Some(Node::Operand(target)), Source::Pin(number, pin))
                         if matches!(pin.as_str(), "OPERAND" | "BIT") =>
                     {
@@ -258,7 +258,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Whether an element at one of the ends has as many pins as it may have, which is told.
+    /// Whether an element at one end already has the maximum number of pins, which is reported as an error.
     fn is_full(&mut self, end: Element, source: &Source, nodes: &HashMap<&str, Node>, network: &Network) -> bool {
         let target = match end.attribute("UId").and_then(|uid| nodes.get(uid)) {
             Some(Node::Element(number)) => Some(*number),
@@ -287,7 +287,7 @@ impl Reader<'_> {
     }
 }
 
-/// A jump of FBD without an input is made in each call.
+/// Connects a jump of FBD without an input to TRUE, so that it always jumps.
 fn jump_always(network: &mut Network) {
     for element in network.elements.iter_mut().filter(|element| element.call.is_none() && element.inputs.is_empty()) {
         if matches!(elements::named(&element.name).map(|row| row.law), Some(Law::Jump(_) | Law::Return(_))) {

@@ -1,4 +1,4 @@
-//! Variables, constants and whole statements as SCL, at the places where the document has them.
+//! Writes variables, constants and statements as SCL fragments at the offsets of their elements in the document.
 
 use super::Reader;
 use crate::lexer::{Span, is_word};
@@ -7,7 +7,7 @@ use parameters::problem::quoted;
 use parameters::xml::Element;
 use std::ops::Range;
 
-/// What an operand may be, but for what has its own form.
+/// The scopes of operands that need no notation of their own.
 const SCOPES: [&str; 8] = [
     "",
     "Undef",
@@ -36,14 +36,14 @@ const IDLE: [&str; 9] = [
 /// span in it is one in the document.
 pub struct Written {
     text: String,
-    /// The byte after the last fragment.
+    /// The end of the last fragment.
     end: usize,
     /// Whether a fragment did not fit.
     is_full: bool,
 }
 
 impl Written {
-    /// A blank text.
+    /// Creates a blank text.
     pub fn new(length: usize) -> Written {
         Written { text: " ".repeat(length), end: 0, is_full: false }
     }
@@ -53,12 +53,12 @@ impl Written {
         &self.text
     }
 
-    /// The byte after the last fragment.
+    /// The end of the last fragment.
     pub fn end(&self) -> usize {
         self.end
     }
 
-    /// Writes a fragment to a place, or after the last one.
+    /// Writes a fragment at an offset, or after the last one.
     pub fn put(&mut self, at: usize, fragment: &str) {
         let start = at.max(self.end);
         let end = start + fragment.len();
@@ -70,20 +70,20 @@ impl Written {
         self.end = end;
     }
 
-    /// What was written since a byte, or since the last fragment.
+    /// The range written since an offset, or since the last fragment.
     pub fn since(&self, from: usize) -> Range<usize> {
         from.min(self.end)..self.end
     }
 }
 
-/// A name as a path has it, without quotation marks where it needs none.
+/// A name as written in a path, without quotation marks where it needs none.
 fn quoted_name(name: &str) -> String {
     let is_plain = name.chars().all(is_word) && !name.starts_with(|first: char| first.is_ascii_digit());
     if is_plain { name.to_string() } else { format!("\"{name}\"") }
 }
 
 impl Reader<'_> {
-    /// Writes a fragment alone; its bytes.
+    /// Writes a separate fragment; returns its byte range.
     pub fn fragment(&mut self, at: usize, fragment: &str) -> Range<usize> {
         let from = at.max(self.written.end());
         self.written.put(from, fragment);
@@ -91,7 +91,7 @@ impl Reader<'_> {
         self.written.since(from)
     }
 
-    /// A fragment that finds no place is told: a document is longer than what it says in SCL.
+    /// Reports a fragment that does not fit: a document is normally longer than its contents in SCL.
     fn check_written(&mut self, at: usize) {
         if self.written.is_full {
             self.written.is_full = false;
@@ -100,7 +100,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A variable, a constant or a label as SCL; its bytes.
+    /// Writes a variable, constant or label as SCL; returns its byte range.
     pub fn access(&mut self, access: Element) -> Range<usize> {
         let from = access.span().start.max(self.written.end());
         self.write_access(access);
@@ -140,7 +140,7 @@ impl Reader<'_> {
         }
     }
 
-    /// An absolute address, as SCL has it.
+    /// Writes an absolute address in SCL notation.
     fn write_address(&mut self, access: Element) {
         let of = |name: &str| access.child("Address").and_then(|address| address.attribute(name)).unwrap_or_default();
         let area = match of("Area") {
@@ -188,7 +188,7 @@ impl Reader<'_> {
         self.written.put(range.start.min(value.span().start), &text);
     }
 
-    /// The path of a variable: the components of a symbol or an instance.
+    /// Writes the path of a variable: the components of a symbol or an instance.
     pub fn write_path(&mut self, parent: Element, is_local: bool) {
         let mut is_first = true;
         for component in parent.elements() {
@@ -227,7 +227,7 @@ impl Reader<'_> {
                 self.report.error(self.span(component), message, Some("use the variable itself"));
             }
             if is_array && component.children("Token").any(|token| token.attribute("Text") == Some("[")) {
-                // Statements have the brackets, and what stands between, as tokens.
+                // In statements, the brackets and their contents are tokens.
                 component.elements().for_each(|child| self.write_token(child));
             } else if is_array {
                 self.written.put(at, "[");
@@ -251,7 +251,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The instance of a timer, a counter or a call; its bytes.
+    /// Writes the instance of a timer, counter or call; returns its byte range.
     pub fn instance(&mut self, instance: Element) -> Range<usize> {
         let from = instance.span().start.max(self.written.end());
         self.write_path(instance, instance.attribute("Scope") == Some("LocalVariable"));
@@ -259,7 +259,7 @@ impl Reader<'_> {
         self.written.since(from)
     }
 
-    /// Statements in tokens; their bytes.
+    /// Writes statements given as tokens; returns their byte range.
     pub fn structured(&mut self, root: Element) -> Range<usize> {
         let from = root.span().start.max(self.written.end());
         let (text, range) = root.text();

@@ -1,16 +1,17 @@
-//! What the declarations of documents have that those of SCL have not.
+//! Reads the parts of declarations that documents have and SCL does not.
 
 use super::Texts;
 use crate::lexer::Kind;
 use crate::parser::{Failed, Parsed, Parser};
 use crate::syntax::{Attribute, Block, Member, Statement, StatementKind, attribute};
 
-/// The attributes of members by which others see them, the word that hides the member, and what SCL writes for it.
+/// The attributes that control a member's visibility, the word that hides the member, and the corresponding attribute
+/// in SCL.
 const HIDING: [(&str, &str, &str); 2] =
     [("S7_VISIBILITY", "Hidden", "EXTERNALVISIBLE"), ("S7_ACCESS", "NoAccess", "EXTERNALACCESSIBLE")];
 
 impl Parser<'_> {
-    /// Takes `_.`, which stands before the name of a block, a type or a tag.
+    /// Consumes `_.`, the prefix of global names: blocks, types and tags.
     pub fn takes_global(&mut self) -> bool {
         let is_global = self.document.is_some() && self.is_word("_") && self.symbol_ahead(1) == ".";
         if is_global {
@@ -20,13 +21,13 @@ impl Parser<'_> {
         is_global
     }
 
-    /// Attributes and comment of a block, which stand before its first word, at byte `to`.
+    /// Reads the attributes and comment of a block, which precede its first word at byte offset `to`.
     pub fn document_head(&self, block: &mut Block, texts: &Texts, from: u32, to: u32) {
         block.attributes = self.attributes_within(from, to);
         block.comment = shown(&block.attributes, texts, &["S7_BLOCKTITLE", "S7_BLOCKCOMMENT"]);
     }
 
-    /// Attributes and comment of a member, which stand before its name, at byte `to`.
+    /// Reads the attributes and comment of a member, which precede its name at byte offset `to`.
     pub fn document_member(&self, member: &mut Member, texts: &Texts, from: u32, to: u32) {
         member.attributes.splice(..0, self.attributes_within(from, to));
         for (name, word, hiding) in HIDING {
@@ -40,7 +41,7 @@ impl Parser<'_> {
         }
     }
 
-    /// `a.b[1] := 5;` of a data block. `a[1] := ();` holds the place for a comment.
+    /// Parses `a.b[1] := 5;` in a data block. `a[1] := ();` is only a placeholder for a comment.
     pub fn document_starts(&mut self) -> Vec<Statement> {
         let mut statements = Vec::new();
         while !self.is_end() && !self.is_statement_end() && !self.is_exhausted() {
@@ -84,7 +85,7 @@ impl Parser<'_> {
     }
 }
 
-/// The texts of attributes, a paragraph each.
+/// The texts of attributes, one paragraph each.
 pub fn shown(attributes: &[Attribute], texts: &Texts, keys: &[&str]) -> String {
     let of_key = |key: &&str| attribute(attributes, key).map(|id| texts.shown(id).to_string());
     keys.iter().filter_map(of_key).filter(|text| !text.is_empty()).collect::<Vec<_>>().join("\n")

@@ -1,4 +1,4 @@
-//! Rungs to the graph of a network.
+//! Builds the graph of a network from its rungs.
 
 use super::rungs::{self, Connection, From, Rung, Step};
 use crate::ladder::elements::{self, Law};
@@ -8,37 +8,37 @@ use crate::parser::Parser;
 use crate::syntax::{ExpressionId, ExpressionKind, Name, Scope, Unary, attribute, key};
 use std::collections::BTreeMap;
 
-/// The variables of a block and the names of their types, in capitals.
+/// The variables of a block and their type names, in upper case.
 pub type Variables = BTreeMap<String, String>;
 
-/// So many wires may lead to each other with no element between.
+/// The maximum number of wires in a row without an element between them.
 const MOST_WIRES: usize = 100;
 
-/// What arrives at a place.
+/// The flow that arrives at a position.
 #[derive(Clone, Debug)]
 enum Flow {
     /// Nothing: a rung in FBD whose first element has no input.
     Nothing,
-    /// What one source carries.
+    /// The value of one source.
     Of(Source),
-    /// What a wire carries.
+    /// The value of a wire.
     Wire(Name),
 }
 
-/// The graph of a network as it is built.
+/// The graph of a network under construction.
 struct Graph<'p, 'a, 's> {
     parser: &'p mut Parser<'a>,
-    /// The block's variables and the names of their types, in capitals.
+    /// The block's variables and their type names, in upper case.
     variables: &'s Variables,
     network: Network,
-    /// What leads to each wire.
+    /// The flows into each wire.
     wires: BTreeMap<String, Vec<Flow>>,
-    /// The pins to which wires lead: the element and the pin.
+    /// The pins fed by wires: element, pin and wire.
     pending: Vec<(usize, String, Name)>,
 }
 
 impl Parser<'_> {
-    /// The graph of a network.
+    /// Builds the graph of a network.
     pub fn graph(&mut self, written: rungs::Network, mut network: Network, variables: &Variables) -> Network {
         network.labels = written.labels;
         let mut graph = Graph { parser: self, variables, network, wires: BTreeMap::new(), pending: Vec::new() };
@@ -77,7 +77,7 @@ impl Graph<'_, '_, '_> {
         }
     }
 
-    /// Leads a flow to a wire; the flow goes on as that of the wire.
+    /// Adds a flow to a wire; the rung continues with the flow of the wire.
     fn place(&mut self, flow: Flow, wire: Name) -> Flow {
         let into = self.wires.entry(wire.key()).or_default();
         if !matches!(flow, Flow::Nothing) {
@@ -129,7 +129,7 @@ impl Graph<'_, '_, '_> {
         self.flow(number, law, flow, span)
     }
 
-    /// The name that an element is called by, how it is written, and the instance before it.
+    /// The name by which an element is called, its notation, and the instance before it.
     fn called(&self, written: &rungs::Element) -> (Name, Scope, Option<ExpressionId>) {
         match &self.parser.tree.expressions[written.callee].kind {
             ExpressionKind::Name(scope, name) => (name.clone(), *scope, None),
@@ -139,7 +139,7 @@ impl Graph<'_, '_, '_> {
         }
     }
 
-    /// Whether an instance is of the type that a name is the beginning of: `TON` of TON_TIME.
+    /// Whether the name of an instance's type starts with a name: `TON` for TON_TIME.
     fn is_type_of(&self, instance: ExpressionId, name: &Name) -> bool {
         let of = match &self.parser.tree.expressions[instance].kind {
             ExpressionKind::Name(_, variable) => self.variables.get(&variable.key()),
@@ -195,7 +195,7 @@ impl Graph<'_, '_, '_> {
                             "put it where the wire ends",
                         );
                     }
-                    // The wire may lead nowhere.
+                    // The wire may be unconnected.
                     self.network.elements[number].open.push(name.to_string());
                     self.place(Flow::Of(Source::Pin(number, name.to_string())), wire);
                 }
@@ -226,7 +226,7 @@ impl Graph<'_, '_, '_> {
         }
     }
 
-    /// Leads the flow to the pin that it has, and gives what leaves the element.
+    /// Connects the flow to the pin that accepts it, and returns the flow that leaves the element.
     fn flow(&mut self, number: usize, law: Option<Law>, flow: Flow, span: Span) -> Flow {
         let (entrance, exit) = flow_pins(law);
         let element = &self.network.elements[number];
@@ -235,7 +235,7 @@ impl Graph<'_, '_, '_> {
         let is_rail = matches!(flow, Flow::Of(Source::Rail) | Flow::Nothing);
         let is_open = matches!(flow, Flow::Nothing);
         match (is_taken, law) {
-            // A jump of FBD without an input is made in each call.
+            // A jump of FBD without an input always jumps.
             (false, Some(Law::Jump(_) | Law::Return(_))) if is_open => {
                 self.connect(number, entrance, Flow::Of(Source::Rail));
             }
@@ -254,7 +254,7 @@ impl Graph<'_, '_, '_> {
         Flow::Of(Source::Pin(number, exit.to_string()))
     }
 
-    /// Connects the pins to which wires lead: to what leads to the wire, or where that is several, to a gate that joins it.
+    /// Connects the pins fed by wires to the source of the wire or, if there are several, to a gate that combines them.
     fn join(&mut self) {
         let mut joined: BTreeMap<String, Option<Source>> = BTreeMap::new();
         for (number, pin, wire) in std::mem::take(&mut self.pending) {
@@ -312,7 +312,7 @@ impl Graph<'_, '_, '_> {
     }
 }
 
-/// The pins by which the flow enters an element and leaves it.
+/// The pins by which the flow enters and leaves an element.
 fn flow_pins(law: Option<Law>) -> (&'static str, &'static str) {
     match law {
         None | Some(Law::Box(..) | Law::Demultiplex | Law::Statement(_) | Law::System) => ("EN", "ENO"),
@@ -328,13 +328,13 @@ fn flow_pins(law: Option<Law>) -> (&'static str, &'static str) {
     }
 }
 
-/// Whether an element needs a flow, and its law does not say so.
+/// Whether an element needs a flow although its law does not require one.
 fn needs_flow(law: Law) -> bool {
     let is_timer = matches!(law, Law::TimerCoil(_) | Law::TimerFunction(_));
     is_timer || matches!(law, Law::Gate(_) | Law::Coil(_) | Law::Set(_) | Law::EdgeCoil(_) | Law::SetField(_))
 }
 
-/// The pins of an element whose pins have no names, in their order.
+/// The pins of an element that are identified by position, in order.
 fn positions(law: Law) -> &'static [&'static str] {
     match law {
         Law::EdgeOfFlow(_) => &["BIT"],
@@ -342,7 +342,7 @@ fn positions(law: Law) -> &'static [&'static str] {
         Law::Compare(_) => &["IN1", "IN2"],
         Law::Range(_) => &["MIN", "IN", "MAX"],
         Law::SetField(_) => &["OPERAND", "N"],
-        // The one that is dominant.
+        // The dominant input.
         Law::FlipFlop(false) => &["R1"],
         Law::FlipFlop(true) => &["S1"],
         Law::TimerCoil(_) | Law::TimerFunction(_) => &["TIMER", "PT"],

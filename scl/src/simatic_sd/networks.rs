@@ -1,4 +1,4 @@
-//! The networks of a block.
+//! Reads the networks of a block.
 
 use super::declarations::shown;
 use super::graph::Variables;
@@ -11,12 +11,12 @@ use crate::syntax::{Attribute, Block, Statement, TypeKind, attribute, key};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Language {
     Scl,
-    /// LAD and FBD, which are written alike.
+    /// LAD or FBD, which have the same notation.
     Graph,
 }
 
 impl Parser<'_> {
-    /// All networks of a block.
+    /// Reads all networks of a block.
     pub fn networks(&mut self, block: &Block) -> Vec<Statement> {
         let (owner, variables) = (Owner::of(block), variables(block));
         let mut statements = Vec::new();
@@ -45,7 +45,7 @@ impl Parser<'_> {
                 Language::Graph => {
                     let before = self.report.errors();
                     let written = self.rungs();
-                    // Where a part of a network could not be read, the rest says little.
+                    // If a part of a network could not be read, checking the rest makes little sense.
                     if self.report.errors() == before {
                         let mut network = self.graph(written, network, &variables);
                         statements.extend(lower(&mut network, &owner, &mut self.tree, self.report));
@@ -68,7 +68,8 @@ impl Parser<'_> {
         statements
     }
 
-    /// The language of the network whose first word was read: its own, or that of its block, or that of its first word.
+    /// The language of the network whose first word was read: as declared for the network or the block, or as its first
+    /// word implies.
     fn language(&mut self, block: &Block, attributes: &[Attribute], begin: Span) -> Parsed<Language> {
         let of_block = || {
             let keys = ["S7_PREFERREDLANGUAGE", "S7_LANGUAGE", "S7_EDITORMODE"];
@@ -90,7 +91,7 @@ impl Parser<'_> {
     }
 }
 
-/// The variables of a block and the names of their types.
+/// The variables of a block and their type names.
 fn variables(block: &Block) -> Variables {
     let members = block.sections.iter().flat_map(|section| &section.members);
     let named = members.flat_map(|member| {

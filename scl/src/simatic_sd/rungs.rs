@@ -1,37 +1,37 @@
-//! Rungs of LAD and FBD as they are written: elements in the order of the flow, and wires between them.
+//! Parses rungs of LAD and FBD as written: elements in the order of the flow, and wires between them.
 
 use crate::ladder::MOST_PINS;
 use crate::lexer::{Kind, Span};
 use crate::parser::{Failed, Parsed, Parser};
 use crate::syntax::{Attribute, ExpressionId, Name};
 
-/// Instructions that are not read. Their pins are written in another way than those of the others.
+/// Unsupported instructions, whose pins have a notation of their own.
 const REFUSED: [&str; 2] = ["JUMPLIST", "SWITCH"];
 
-/// A network as it is written.
+/// A network as written.
 #[derive(Debug, Default)]
 pub struct Network {
     /// The labels at its start.
     pub labels: Vec<Name>,
-    /// Its rungs, in the order of the file.
+    /// Its rungs, in source order.
     pub rungs: Vec<Rung>,
 }
 
 /// `RUNG` to `END_RUNG`.
 #[derive(Debug)]
 pub struct Rung {
-    /// From where the flow comes.
+    /// The source of the flow.
     pub from: From,
-    /// What it passes.
+    /// The elements and wires that it passes.
     pub steps: Vec<Step>,
-    /// The wire to which it leads: `END_RUNG wire#w1`.
+    /// The wire it leads to: `END_RUNG wire#w1`.
     pub to: Option<Name>,
 }
 
-/// The beginning of a rung.
+/// The start of a rung.
 #[derive(Debug)]
 pub enum From {
-    /// `wire#powerrail`, or nothing: the first element of a rung in FBD has no input then.
+    /// `wire#powerrail`, or nothing, in which case the first element of a rung in FBD has no input.
     Nothing { is_rail: bool },
     /// `wire#w1`.
     Wire(Name),
@@ -39,10 +39,10 @@ pub enum From {
     Operand(ExpressionId),
 }
 
-/// What the flow passes.
+/// A station of the flow.
 #[derive(Debug)]
 pub enum Step {
-    /// `wire#w1`: here other rungs begin or end.
+    /// `wire#w1`: other rungs start or end here.
     Wire(Name),
     /// `NOT` before an element.
     Not(Span),
@@ -57,40 +57,40 @@ pub struct Element {
     pub callee: ExpressionId,
     /// Its attributes.
     pub attributes: Vec<Attribute>,
-    /// The expression in it.
+    /// The expression inside it.
     pub equation: Option<ExpressionId>,
     /// Its pins.
     pub pins: Vec<Pin>,
-    /// All of it.
+    /// The span of the whole element.
     pub span: Span,
 }
 
 /// A pin of an element.
 #[derive(Debug)]
 pub struct Pin {
-    /// Its name; `None` for the only one.
+    /// Its name; `None` if the element has only one.
     pub name: Option<Name>,
-    /// Whether it is `=>`.
+    /// Whether it is connected with `=>`.
     pub is_output: bool,
-    /// What is connected.
+    /// The connection.
     pub value: Connection,
     /// Where it stands.
     pub span: Span,
 }
 
-/// What is connected to a pin.
+/// The connection of a pin.
 #[derive(Debug)]
 pub enum Connection {
-    /// Nothing.
+    /// Unconnected.
     Open,
-    /// A wire, and whether its flow is inverted.
+    /// A wire, and whether its flow is negated.
     Wire(Name, bool),
     /// A variable, a constant or an expression.
     Operand(ExpressionId),
 }
 
 impl Parser<'_> {
-    /// The rungs of a network, up to its end. What is wrong with a rung is told, and the next one is read.
+    /// Parses the rungs of a network up to its end. Errors in a rung are reported, and the next one is parsed.
     pub fn rungs(&mut self) -> Network {
         let mut network = Network::default();
         while !self.is_end() && !self.is_statement_end() && !self.is_word("NETWORK") && !self.is_exhausted() {
@@ -111,7 +111,7 @@ impl Parser<'_> {
         network
     }
 
-    /// `Label( here )`; one without a name is none.
+    /// Parses `Label( here )`; `None` for a label without a name.
     fn label(&mut self) -> Parsed<Option<Name>> {
         self.step();
         self.expect("(")?;
@@ -152,7 +152,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Whether an element begins here: a name with members and indices, and a bracket behind it.
+    /// Whether an element starts here: a name with members and indices, followed by a bracket.
     fn is_call(&self) -> bool {
         let mut depth = 0;
         for by in 0.. {
@@ -164,7 +164,7 @@ impl Parser<'_> {
                 (Kind::Symbol, ".") => {}
                 (Kind::End, _) => return false,
                 _ if depth > 0 => {}
-                // Two names in a row: the first one was an operand.
+                // Two names in a row: the first was an operand.
                 (Kind::Word | Kind::Local | Kind::Quoted | Kind::Percent | Kind::Literal, _)
                     if by == 0 || self.symbol_ahead(by - 1) == "." => {}
                 _ => return false,
@@ -173,7 +173,7 @@ impl Parser<'_> {
         false
     }
 
-    /// Whether `wire#w1` stands there, without a blank between.
+    /// Whether `wire#w1`, without a space, is `by` tokens ahead.
     fn is_wire(&self, by: usize) -> bool {
         let [word, name] = [self.ahead(by), self.ahead(by + 1)];
         self.word_ahead(by) == "WIRE" && name.kind == Kind::Local && name.span.start == word.span.end

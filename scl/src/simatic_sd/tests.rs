@@ -1,11 +1,11 @@
-//! Damaged documents: whatever they hold, there is a tree, and what is wrong is told.
+//! Damaged documents always result in a tree and in error messages.
 
 use super::{Texts, parse};
 use crate::report::Report;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-/// Documents that are right.
+/// Valid documents.
 const DOCUMENTS: [&str; 4] = [
     include_str!("../../../examples/programs/interlock.s7dcl"),
     include_str!("../../tests/simatic_sd/data/Tank.s7dcl"),
@@ -13,14 +13,14 @@ const DOCUMENTS: [&str; 4] = [
     include_str!("../../tests/simatic_sd/data/Offsets.s7dcl"),
 ];
 
-/// How many blocks there are, and how many errors.
+/// Returns the number of blocks and the number of errors.
 fn read(text: &str) -> (usize, usize) {
     let mut report = Report::default();
     let tree = parse(text, 0, &Texts::default(), &mut report);
     (tree.blocks.len(), report.errors())
 }
 
-/// The words of a document, with what is between them.
+/// Splits a document into words with the separators after them.
 fn words(text: &str) -> Vec<&str> {
     text.split_inclusive([' ', '\n', ';', '(', ')', ',', '.', '#', '[', ']', '{', '}', '"']).collect()
 }
@@ -37,7 +37,7 @@ fn a_document_that_is_cut_anywhere_is_told() {
     }
 }
 
-/// Networks that would take the square of their size, or a level of the stack for each wire.
+/// Networks that would take quadratic time, or one stack level for each wire.
 #[test]
 fn a_network_may_be_large_but_not_deep() {
     let of = |rungs: String| {

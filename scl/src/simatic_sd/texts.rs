@@ -1,25 +1,25 @@
-//! The texts of documents: titles and comments by their number and language, as `.s7res` files hold them.
+//! The texts of documents: titles and comments by id and language, as stored in `.s7res` files.
 
 use crate::lexer::Span;
 use crate::report::Report;
 use saphyr_parser::{Event, Marker, Parser};
 use std::borrow::Cow;
 
-/// What to do with a file that does not have this form.
+/// The advice for a malformed file.
 const EXPORT: &str =
     "export the document from TIA Portal again, or leave the file out: it holds titles and comments alone";
 
 /// The texts of a document.
 #[derive(Debug, Default)]
 pub struct Texts<'a> {
-    /// All texts of all languages, by their number; those of one number in the order of the file.
+    /// All texts in all languages; those with the same id are consecutive, in file order.
     entries: Vec<Entry<'a>>,
 }
 
-/// A text in a language.
+/// A text in one language.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Entry<'a> {
-    /// Its number: `MLC_4kK`.
+    /// Its id: `MLC_4kK`.
     pub id: Cow<'a, str>,
     /// Its language: `en-US`.
     pub language: Cow<'a, str>,
@@ -28,9 +28,9 @@ pub struct Entry<'a> {
 }
 
 impl<'a> Texts<'a> {
-    /// The texts of a file; what is wrong with it is told.
+    /// Reads the texts of a file and reports errors in it.
     pub fn read(text: &'a str, file: u32, report: &mut Report) -> Texts<'a> {
-        // A document without texts comes with an empty file, or with one that holds `<root />`.
+        // A document without texts comes with an empty file, or with one that contains `<root />`.
         if text.trim().is_empty() || text.trim_start().starts_with("<root") {
             return Texts::default();
         }
@@ -45,15 +45,15 @@ impl<'a> Texts<'a> {
         texts
     }
 
-    /// The text of a number in each language.
+    /// The texts with this id in all languages.
     pub fn all(&self, id: &str) -> &[Entry<'a>] {
         let first = self.entries.partition_point(|entry| *entry.id < *id);
         let count = self.entries[first..].iter().take_while(|entry| entry.id == id).count();
         &self.entries[first..first + count]
     }
 
-    /// The text that is shown of a number: English if there is one, else the first that is not empty. What is no number is the
-    /// text itself.
+    /// The text to show for an id: the English one if there is one, else the first that is not empty. Anything that is
+    /// not an id stands for itself.
     pub fn shown<'t>(&'t self, id: &'t str) -> &'t str {
         match self.all(id) {
             [] if id.starts_with("MLC_") => "",
@@ -67,7 +67,7 @@ impl<'a> Texts<'a> {
     }
 }
 
-/// Where reading stopped, and why.
+/// The position where reading stopped, and the reason.
 type Stopped = (Marker, String);
 
 struct Reader<'a> {
@@ -84,7 +84,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// `MultiLingualTexts:` and its list. Aliases, and levels below those of the list, are refused where they stand.
+    /// Reads `MultiLingualTexts:` and its list. Aliases and deeper nesting are rejected where they occur.
     fn file(&mut self) -> Result<(), Stopped> {
         self.expect(|event| matches!(event, Event::StreamStart), "a file")?;
         match self.next()? {
@@ -112,7 +112,7 @@ impl<'a> Reader<'a> {
         if is_it(&next.0) { Ok(()) } else { unexpected(&next, what) }
     }
 
-    /// A number, and its text in each language; `false` at the end of the list.
+    /// Reads an id and its text in each language; returns `false` at the end of the list.
     fn text(&mut self) -> Result<bool, Stopped> {
         match self.next()? {
             (Event::SequenceEnd, _) => return Ok(false),

@@ -1,10 +1,10 @@
-//! Which operands decided what a truth value was: read off the values that a call noted, never guessed.
+//! Determines which operands decided a truth value, from the values recorded during a call, never by guessing.
 
 use super::{Named, Reader};
 use crate::constant::{self, Literal};
 use crate::syntax::{Binary, ExpressionId, ExpressionKind, Expressions, Scope, Statement, StatementKind, Tree, Unary};
 
-/// A condition, or the truth value that is assigned: a formula over its terms.
+/// A condition or an assigned truth value, as a formula over its terms.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Logic {
     formula: Formula,
@@ -20,46 +20,47 @@ enum Formula {
     Xor(Vec<Formula>),
 }
 
-/// What is no AND, OR, XOR or NOT: a variable, a comparison, a call. The same text is the same term.
+/// An operand of AND, OR, XOR and NOT: a variable, a comparison, a call. Equal texts are the same term.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Term {
     text: String,
-    /// The value of a literal.
+    /// The value, if it is a literal.
     fixed: Option<bool>,
-    /// The numbers under which it is noted.
+    /// The numbers under which its value is recorded.
     wires: Vec<u32>,
-    /// The variables in it, as numbers in the list of all that is read.
+    /// The variables in it, as indices into the list of all variables read.
     reads: Vec<usize>,
-    /// Whether it is a variable as a whole, and no comparison, call or bit of a word.
+    /// Whether it is a whole variable, not a comparison, call or bit of a word.
     is_variable: bool,
 }
 
-/// What a variable had to do with a truth value.
+/// The role of a variable in a truth value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Part {
-    /// None: whatever it is, the truth value stays.
+    /// None: the truth value does not depend on it.
     Idle,
-    /// It is a reason, but not alone: another one leads to the same.
+    /// A reason, but not the only one: another leads to the same truth value.
     Shared,
-    /// It decided: with the opposite the truth value is the opposite.
+    /// Decisive: with the opposite value, the truth value would be the opposite.
     Decided,
 }
 
-/// What decided a truth value.
+/// The explanation of a truth value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Decision {
     /// The truth value.
     pub truth: bool,
-    /// The part of each variable that is read.
+    /// The role of each variable read.
     pub parts: Vec<Part>,
-    /// What each of them was when it was calculated; what is no Boolean has none.
+    /// The value of each variable when it was evaluated; `None` for variables that are not Boolean.
     pub values: Vec<Option<bool>>,
-    /// The numbers of what is noted of the terms that decided, or are a reason.
+    /// The numbers under which the decisive terms and the other reasons are recorded.
     pub wires: Vec<u32>,
 }
 
 impl Logic {
-    /// That one of these arms of a CASE runs, each noted under the number of its first label. What selects is a reason as a whole.
+    /// Logic for one of several CASE arms being selected, each recorded under the number of its first label. The
+    /// selector as a whole is the reason.
     pub(super) fn of_arms(arms: &[ExpressionId], reads: usize) -> Logic {
         let term = |id: &ExpressionId| Term {
             text: String::new(),
@@ -74,11 +75,11 @@ impl Logic {
         }
     }
 
-    /// What decided, by what was noted; `None` if that does not determine the truth value.
+    /// Explains the truth value from the recorded values; `None` if they do not determine it.
     pub fn decided(&self, reads: usize, noted: &dyn Fn(u32) -> Option<bool>) -> Option<Decision> {
         let value = |term: &Term| {
             let mut values = term.wires.iter().map(|wire| noted(*wire));
-            // Of a term that stands there twice, one value counts only if the other does not contradict it.
+            // A term that occurs twice counts only if its values agree.
             let first = values.next()??;
             values.flatten().all(|other| other == first).then_some(first)
         };
@@ -110,7 +111,7 @@ impl Logic {
 }
 
 impl Formula {
-    /// The truth value; terms without a value leave it open unless the others are enough.
+    /// The truth value; unknown terms leave it undetermined unless the others suffice.
     fn truth(&self, values: &[Option<bool>]) -> Option<bool> {
         let any = |all: &[Formula], wanted: bool| {
             let mut truths = all.iter().map(|of| of.truth(values));
@@ -126,7 +127,7 @@ impl Formula {
         }
     }
 
-    /// Marks the terms that lead to the truth value: of an AND that is FALSE those that are FALSE, of one that is TRUE all.
+    /// Marks the terms that lead to the truth value: those that are FALSE in a FALSE AND, all in a TRUE one.
     fn reasons(&self, values: &[Option<bool>], reasons: &mut [bool]) {
         let truth = self.truth(values);
         match self {
@@ -143,7 +144,8 @@ impl Formula {
 }
 
 impl Reader<'_> {
-    /// A condition or a value as a formula; `None` if it is nested too deep. That the value is a truth value shows when it is noted.
+    /// A condition or value as a formula; `None` if it is nested too deeply. Only recording shows whether the value is
+    /// a truth value.
     pub(super) fn logic(&mut self, of: ExpressionId, reads: &[Named]) -> Option<Logic> {
         let mut terms = Vec::new();
         let formula = self.formula(of, reads, &mut terms)?;
@@ -191,7 +193,7 @@ impl Reader<'_> {
     }
 }
 
-/// The value of a literal; in SCL `TRUE` and `FALSE` are names.
+/// The value of a Boolean literal; in SCL, `TRUE` and `FALSE` are names.
 fn fixed(kind: &ExpressionKind) -> Option<bool> {
     let text = match kind {
         ExpressionKind::Literal(text) => text,
@@ -206,7 +208,7 @@ fn fixed(kind: &ExpressionKind) -> Option<bool> {
     }
 }
 
-/// What a chain such as `a AND b AND c` joins, from left to right. It leans to the left, and may be long.
+/// The operands of a chain such as `a AND b AND c`, from left to right. It nests to the left and may be long.
 fn chain(expressions: &Expressions, id: ExpressionId, of: Binary) -> Vec<ExpressionId> {
     let (mut parts, mut first) = (Vec::new(), id);
     while let ExpressionKind::Binary(operator, left, right) = &expressions[first].kind
@@ -220,8 +222,8 @@ fn chain(expressions: &Expressions, id: ExpressionId, of: Binary) -> Vec<Express
     parts
 }
 
-/// The terms of all conditions and values of a source, and of each arm of a CASE its first label. What ends a loop is calculated many
-/// times: what is noted is the last time.
+/// The terms to record: those of all conditions and values of a source, and the first label of each CASE arm. A loop
+/// condition is evaluated many times; the last value remains.
 pub(crate) fn terms(tree: &Tree) -> Vec<ExpressionId> {
     let mut found = Vec::new();
     tree.blocks.iter().for_each(|block| terms_of(&block.body, &tree.expressions, &mut found));

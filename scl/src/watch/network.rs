@@ -1,4 +1,4 @@
-//! The networks of a block as they are drawn: elements with their pins, and which noted value each wire carries.
+//! The networks of a block as drawn: elements with their pins, and the recorded value of each wire.
 
 use super::{path, written};
 use crate::ladder::elements::{self, Law};
@@ -11,49 +11,49 @@ use std::collections::HashMap;
 /// A network.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Network {
-    /// Its number in the block, from 1.
+    /// Its number within the block, from 1.
     pub number: u32,
-    /// Its title, or nothing.
+    /// Its title, possibly empty.
     pub title: String,
-    /// Its comment, or nothing.
+    /// Its comment, possibly empty.
     pub comment: String,
-    /// Its first line, from 1.
+    /// Its first line number, from 1.
     pub line: usize,
     /// The labels at its beginning.
     pub labels: Vec<String>,
-    /// Whether a power rail feeds it, as in LAD.
+    /// Whether it has a power rail, as in LAD.
     pub has_rail: bool,
-    /// Its elements, those before it that it needs.
+    /// Its elements, each after those it needs.
     pub elements: Vec<Element>,
 }
 
-/// How an element of LAD looks; in FBD all are boxes.
+/// The shape of an element of LAD; in FBD all are boxes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
-    /// Two bars with a sign between them, and the operand above.
+    /// Two bars around a sign, with the operand above.
     Contact,
-    /// The same with one operand above and one below.
+    /// Two bars around a sign, with one operand above and one below.
     Compare,
-    /// Round brackets with a sign between them, and the operand above.
+    /// Round brackets around a sign, with the operand above.
     Coil,
     /// A rectangle with pins.
     Box,
-    /// Wires that come together.
+    /// A junction of wires.
     Junction,
 }
 
 /// An element.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Element {
-    /// How it looks.
+    /// Its shape.
     pub shape: Shape,
-    /// The sign in it, or the title of its box.
+    /// The sign inside it, or the title of its box.
     pub sign: String,
-    /// Its line, from 1.
+    /// Its line number, from 1.
     pub line: usize,
-    /// What stands above it: its operand, its instance, or the label of a jump.
+    /// The text above it: its operand, its instance, or the label of a jump.
     pub above: Option<Operand>,
-    /// Its input pins, without what stands above it.
+    /// Its input pins, except the one drawn above it.
     pub inputs: Vec<Input>,
     /// Its output pins.
     pub outputs: Vec<Output>,
@@ -62,52 +62,52 @@ pub struct Element {
 /// A variable, a constant or a label.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Operand {
-    /// As it is written.
+    /// The text as written.
     pub text: String,
-    /// The path of a variable, and whether all blocks see it.
+    /// The path of a variable, and whether it is global.
     pub path: Option<(String, bool)>,
-    /// The number under which its value is noted, if it is read as a truth value.
+    /// The number under which its value is recorded, if it is read as a truth value.
     pub wire: Option<u32>,
 }
 
 /// An input pin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input {
-    /// Its name in capitals.
+    /// Its name in upper case.
     pub pin: String,
     /// Whether its value is negated.
     pub is_negated: bool,
-    /// What is wired to it: the OR of these.
+    /// Its sources, combined by OR.
     pub sources: Vec<From>,
 }
 
-/// What is wired to an input pin.
+/// The source of an input pin.
 #[derive(Clone, Debug, PartialEq)]
 pub enum From {
     /// The power rail.
     Rail,
     /// A variable or a constant.
     Operand(Operand),
-    /// The output pin of an element: its number in the network, and the name of the pin.
+    /// An output pin of another element: the element's index, and the name of the pin.
     Pin(usize, String),
 }
 
 /// An output pin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Output {
-    /// Its name in capitals.
+    /// Its name in upper case.
     pub pin: String,
     /// Whether its value is negated.
     pub is_negated: bool,
-    /// The variables that it is written to.
+    /// The variables it writes.
     pub targets: Vec<Operand>,
-    /// The number under which its value is noted; what is wired to nothing has none, and the power rail either.
+    /// The number under which its value is recorded; `None` if it is unconnected or carries the power rail.
     pub wire: Option<u32>,
-    /// Whether it carries what the power rail does.
+    /// Whether it carries the power rail's value.
     pub is_rail: bool,
 }
 
-/// A network as it is drawn.
+/// The network as drawn.
 pub(super) fn drawn(of: &network::Network, expressions: &Expressions, source: &Text) -> Network {
     let line = |span: Span| source.place(span.range()).line;
     let is_fed = |element: &network::Element| {
@@ -162,7 +162,7 @@ fn operand(expressions: &Expressions, id: ExpressionId) -> Operand {
     Operand { text: written(expressions, &HashMap::new(), id), path: path(expressions, id), wire: Some(id.0) }
 }
 
-/// Whether what an input pin gets stands above the element.
+/// Whether the operand of an input pin is drawn above the element.
 fn is_above(element: &network::Element, pin: &str) -> bool {
     match law(element) {
         Some(Law::Compare(_)) => pin == "IN1",
@@ -184,7 +184,7 @@ fn above(element: &network::Element, expressions: &Expressions) -> Option<Operan
     of_pin.or(element.called.filter(|_| !is_function)).map(|id| operand(expressions, id))
 }
 
-/// The output pins that lead somewhere, in the order in which they are drawn.
+/// The connected output pins, in drawing order.
 fn outputs(
     of: &network::Network,
     number: usize,
@@ -198,7 +198,7 @@ fn outputs(
         if outputs.iter().any(|output| output.pin == *pin) {
             continue;
         }
-        // What a pin carries may be set again where it is written to a variable.
+        // The value of a pin may be set again where it is written to a variable.
         let carries = carried.clone().find(|((_, own), _)| own == pin).map(|(_, carries)| *carries);
         let targets = element.outputs.iter().filter(|(own, _)| own == pin);
         outputs.push(Output {

@@ -1,5 +1,5 @@
-//! How fast the machine runs a program: nanoseconds for an operation, and the time of a call of CONT_C in SCL as a multiple of its
-//! law in Rust, both measured in turn in one run.
+//! The speed of the machine: nanoseconds per operation, and the time of a call of CONT_C in SCL as a multiple of its
+//! law in Rust, both measured alternately in one run.
 //!
 //! `cargo bench -p scl`
 
@@ -11,7 +11,7 @@ use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Ten operations in a run: five additions, five multiplications.
+/// Ten operations per run: five additions and five multiplications.
 const OPERATIONS: &str = "FUNCTION_BLOCK B VAR_INPUT x : TYPE; END_VAR VAR_OUTPUT y : TYPE; END_VAR
     VAR_TEMP a : TYPE; n : INT; END_VAR
     BEGIN
@@ -22,7 +22,7 @@ const OPERATIONS: &str = "FUNCTION_BLOCK B VAR_INPUT x : TYPE; END_VAR VAR_OUTPU
         y := a;
     END_FUNCTION_BLOCK";
 
-/// A machine for a source, the function of a cycle, and the name of the instance.
+/// Creates a machine for a source, and returns it with the function of a cycle and a lookup of member offsets.
 fn machine(name: &str, text: &str) -> (Machine, usize, impl Fn(&str) -> usize + use<>) {
     let compiled = compile(&[Source::new(name, text.into())], &Options::default()).expect("the source has no error");
     let root = compiled.root.expect("the source has a block");
@@ -31,7 +31,7 @@ fn machine(name: &str, text: &str) -> (Machine, usize, impl Fn(&str) -> usize + 
     (Machine::new(Arc::new(code)), root.cycle, offset)
 }
 
-/// The least time of a run in nanoseconds, of this many rounds with this many runs.
+/// Returns the minimum time per run in nanoseconds, over this many rounds with this many runs.
 fn least(rounds: usize, runs: usize, mut run: impl FnMut()) -> f64 {
     let round = |_| {
         let start = Instant::now();
@@ -46,7 +46,7 @@ fn main() {
         let (mut machine, cycle, offset) = machine("operations.scl", &OPERATIONS.replace("TYPE", ty));
         let x = offset("x");
         if ty.ends_with("REAL") {
-            // A number whose powers neither vanish nor overflow.
+            // A number whose powers neither underflow nor overflow.
             match ty {
                 "REAL" => machine.set(0.5_f32.into(), x),
                 _ => machine.set(0.5_f64.into(), x),

@@ -1,11 +1,11 @@
-//! Damaged documents: an error with a place or a program, and no panic.
+//! Damaged documents result in an error with a position, or in a program, and never in a panic.
 
 use super::xml::{self, From, Net, int, local, typed};
 use parameters::Source;
 use scl::random::Random;
 use scl::{Options, compile};
 
-/// A document with a network of every kind of wire.
+/// Returns a document with a network that contains every kind of wire.
 fn sample() -> String {
     let mut net = Net::new("Start");
     let a = net.part("Contact", "<Negated Name=\"operand\" />", &[("in", From::Rail), ("operand", local("s.a"))]);
@@ -69,7 +69,7 @@ fn a_document_with_other_bytes_does_no_harm() {
             match random.below(4) {
                 0 => damaged[at] = random.below(256) as u8,
                 1 => drop(damaged.remove(at)),
-                // A number or a name of another element.
+                // A character that changes a number or a name, or breaks the markup.
                 2 => damaged[at] = b"0123456789abcinoqstyQ\"<>/"[random.below(25) as usize],
                 _ => {
                     let from = random.below(damaged.len() as u64) as usize;
@@ -82,7 +82,7 @@ fn a_document_with_other_bytes_does_no_harm() {
     }
 }
 
-/// Pieces of a text, each of which begins with one of these characters.
+/// Splits a text into pieces, each of which begins with one of these characters.
 fn pieces<'t>(text: &'t str, begins: &[char]) -> Vec<&'t str> {
     let mut starts: Vec<usize> = text.char_indices().filter(|(_, at)| begins.contains(at)).map(|(at, _)| at).collect();
     starts.insert(0, 0);
@@ -90,7 +90,8 @@ fn pieces<'t>(text: &'t str, begins: &[char]) -> Vec<&'t str> {
     starts.iter().zip(ends).map(|(start, end)| &text[*start..end]).collect()
 }
 
-/// Whole tags and words that are lost, doubled, exchanged, or of another document: `DAMAGES=100000` makes more.
+/// Whole tags and words are lost, duplicated, swapped, or replaced by those of another document: `DAMAGES=100000` makes
+/// more.
 #[test]
 fn examples_with_other_pieces_are_read_or_told() {
     let count = std::env::var("DAMAGES").ok().and_then(|count| count.parse().ok()).unwrap_or(100u64);
@@ -127,7 +128,7 @@ fn examples_with_other_pieces_are_read_or_told() {
     }
 }
 
-/// Wires that meet again would double the expression with each of these.
+/// Each branch that joins another would double the expression if it were expanded.
 #[test]
 fn branches_that_meet_again_and_again_stay_small() {
     let mut net = Net::new("");

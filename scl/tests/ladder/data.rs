@@ -6,7 +6,8 @@ use scl::machine::{Code, Machine};
 use scl::program::Scalar;
 use std::sync::Arc;
 
-/// A document with a data block or a type: `SW.Blocks.GlobalDB`, what stands in its attributes, and its members.
+/// Returns a document with a data block or a type: the element such as `SW.Blocks.GlobalDB`, the content of its
+/// attributes, and its members.
 fn document(of: &str, attributes: &str, section: &str, members: &str) -> String {
     format!(
         "<Document>\n<{of} ID=\"0\"><AttributeList>{attributes}<Interface><Sections>\n<Section Name=\"{section}\">\n{members}\n\
@@ -43,7 +44,7 @@ fn start_values_reach_every_part_of_a_data_block() {
     assert_eq!(ran.get("t"), 2000);
 }
 
-/// `SW.Blocks.InstanceDB`: the instance of a block, with its own start values; one of a timer.
+/// `SW.Blocks.InstanceDB`: an instance of a block with its own start values, and an instance of a timer.
 #[test]
 fn instances_have_their_start_values() {
     let mut net = Net::new("");
@@ -75,8 +76,8 @@ fn instances_have_their_start_values() {
     assert_eq!([ran.call().get("y"), ran.call().get("y")], [0, 1]);
 }
 
-/// Exports say what calls an organization block, not how often: Main and the others that are called again and again run in each
-/// cycle, Main last; what an event calls does not run.
+/// An export states which event calls an organization block, but not how often: Main and other cyclic ones run in each
+/// cycle, Main last; blocks called by an event do not run.
 #[test]
 fn a_project_with_several_organization_blocks_runs_without_naming_them() {
     let network = |add: &str| {

@@ -1,5 +1,5 @@
-//! The law of each element, with values that one can check by hand. The documents are the pages of TIA Portal's help, V19, on the
-//! instructions of LAD for S7-1200 and S7-1500, by their titles.
+//! The behavior of each element, with values that can be checked by hand. The quoted titles are those of the pages on
+//! LAD instructions for S7-1200 and S7-1500 in TIA Portal's help, V19.
 
 use super::xml::{From, Net, int, local, typed};
 use super::{Ran, compiled, xml};
@@ -7,7 +7,7 @@ use super::{Ran, compiled, xml};
 const REAL: &str = "<TemplateValue Name=\"SrcType\" Type=\"Type\">Real</TemplateValue>";
 const INT: &str = "<TemplateValue Name=\"SrcType\" Type=\"Type\">Int</TemplateValue>";
 
-/// A contact at the power rail: the pin at which its flow leaves.
+/// Adds a contact at the power rail, and returns its output pin.
 fn contact(net: &mut Net, name: &str) -> From {
     From::Pin(net.part("Contact", "", &[("in", From::Rail), ("operand", local(name))]), "out")
 }
@@ -16,7 +16,7 @@ fn coil(net: &mut Net, name: &str, flow: From) {
     net.part("Coil", "", &[("in", flow), ("operand", local(name))]);
 }
 
-/// What a variable is after each call with these values of the inputs.
+/// Returns the value of a variable after each call with these inputs.
 fn tape<const N: usize>(ran: &mut Ran, inputs: [&str; N], values: &[[i64; N]], output: &str) -> Vec<i64> {
     let call = |values: &[i64; N]| {
         for (input, value) in inputs.iter().zip(values) {
@@ -67,8 +67,8 @@ fn edges_of_operands_update_their_memory_without_flow() {
     assert_eq!(tape(&mut ran, ["f", "a"], &values, "y"), [0, 0, 0, 1, 0, 0, 0, 0]);
 }
 
-/// "Scan RLO for positive signal edge", "Set operand on positive signal edge": the coil is TRUE for the call of the edge, and the
-/// flow goes on.
+/// "Scan RLO for positive signal edge", "Set operand on positive signal edge": the coil is TRUE for the call of the
+/// edge, and passes the flow on.
 #[test]
 fn edges_of_the_flow() {
     let mut net = Net::new("");
@@ -132,7 +132,8 @@ fn comparisons_let_the_flow_through() {
     }
 }
 
-/// "Invert RLO", "AND logic operation", "OR ...", "EXCLUSIVE OR ...": FBD; the operands stand at the pins, one of them negated.
+/// "Invert RLO", "AND logic operation", "OR ...", "EXCLUSIVE OR ...": FBD; the operands are at the pins, one of them
+/// negated.
 #[test]
 fn gates_of_function_block_diagrams() {
     let mut net = Net::new("");
@@ -254,8 +255,8 @@ fn counters_with_instances() {
     }
 }
 
-/// "Basics of the EN/ENO mechanism", "MOVE", "ADD": a box without EN leaves its output as it is; ENO is FALSE if the sum does not
-/// fit, and EN where ENO is not generated.
+/// "Basics of the EN/ENO mechanism", "MOVE", "ADD": a box whose EN is FALSE leaves its output unchanged; ENO is FALSE
+/// if the sum overflows, and equals EN where ENO is not generated.
 #[test]
 fn boxes_are_executed_with_en_and_tell_of_failures_with_eno() {
     let mut net = Net::new("");
@@ -287,8 +288,8 @@ fn boxes_are_executed_with_en_and_tell_of_failures_with_eno() {
     }
 }
 
-/// The pages of ADD to MOD, NEG, INC, DEC, ABS, MIN, MAX, LIMIT, SEL, MUX, SHL to ROR, AND to XOR, INV, SQR, CONVERT, ROUND to TRUNC,
-/// NORM_X, SCALE_X, CALCULATE: a result each of in1 = 13 and in2 = 4.
+/// The pages of ADD to MOD, NEG, INC, DEC, ABS, MIN, MAX, LIMIT, SEL, MUX, SHL to ROR, AND to XOR, INV, SQR, CONVERT,
+/// ROUND to TRUNC, NORM_X, SCALE_X, CALCULATE: one result of each for in1 = 13 and in2 = 4.
 #[test]
 fn boxes_calculate() {
     let real_to_int = format!("{REAL}<TemplateValue Name=\"DestType\" Type=\"Type\">Int</TemplateValue>");
@@ -342,7 +343,7 @@ fn boxes_calculate() {
     }
 }
 
-/// "INC: Increment", "DEC: Decrement", "SCALE_X": the operand is read and written; 0.25 of 0..200 is 50.
+/// "INC: Increment", "DEC: Decrement", "SCALE_X": the operand is read and written; 0.25 in the range 0..200 is 50.
 #[test]
 fn steps_and_scaling() {
     let mut net = Net::new("");
@@ -383,8 +384,8 @@ fn jumps_leave_networks_out_and_return_leaves_the_block() {
     assert_eq!(tape(&mut ran, ["a", "b"], &[[0, 0], [1, 0], [0, 1], [1, 1]], "n"), [11, 21, 22, 22]);
 }
 
-/// "Calling function blocks", "Calling functions": without EN an instance keeps its values and ENO is FALSE; an open input keeps the
-/// instance's value.
+/// "Calling function blocks", "Calling functions": if EN is FALSE, an instance keeps its values and ENO is FALSE; an
+/// unconnected input keeps the instance's value.
 #[test]
 fn calls_of_blocks_in_other_files() {
     let motor = "FUNCTION_BLOCK \"Motor\"\nVAR_INPUT start : BOOL; add : INT := 2; END_VAR\nVAR_OUTPUT run : BOOL; sum : INT; END_VAR\n\
@@ -417,7 +418,7 @@ fn calls_of_blocks_in_other_files() {
     }
 }
 
-/// SCL in tokens, as one network of a block among others.
+/// A network in SCL, given as tokens, among other networks of a block.
 #[test]
 fn a_network_in_scl() {
     let tokens = |attribute: &str| {
@@ -473,7 +474,7 @@ fn a_slice_in_tokens_and_an_unknown_element() {
     assert_eq!(errors[0].problems[0].message, "FB Pump, network 1: `Inverted` is not read in a statement");
 }
 
-/// What is not read is refused by name, with block, network and element, and what else is wrong is told all the same.
+/// Unsupported elements are rejected by name, with block, network and element, and other errors are still reported.
 #[test]
 fn errors_name_block_network_and_element() {
     let list =

@@ -1,4 +1,4 @@
-//! The example in LAD does what its form in SCL does.
+//! The example in LAD behaves like its form in SCL.
 
 use super::{Ran, compiled};
 use parameters::Source;
@@ -45,7 +45,7 @@ fn the_interlocks_in_lad_have_the_bits_of_those_in_scl() {
             .zip([3, 40, 5, 60, 2])
             .map(|(name, once)| (*name, i64::from(random.once_in(once))))
             .collect();
-        // The flow comes and goes for longer than the delay.
+        // The flow changes at intervals longer than the delay.
         inputs[4].1 = i64::from(call / 100 % 2 == 0);
         inputs.push(("raw", if random.once_in(50) { 3000 } else { 4148 + random.below(23_500) as i64 }));
         let states = all.each_mut().map(|ran| {

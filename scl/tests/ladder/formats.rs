@@ -1,5 +1,5 @@
-//! Elements in both formats, as SimaticML and as a document of SIMATIC SD, with values that one can check by hand. The documents are
-//! the pages of TIA Portal's help, V19, on the instructions for S7-1200 and S7-1500, by their titles.
+//! Elements in both formats, SimaticML and SIMATIC SD, with values that can be checked by hand. The quoted titles are
+//! those of the pages on instructions for S7-1200 and S7-1500 in TIA Portal's help, V19.
 
 mod boxes;
 mod calls;
@@ -9,10 +9,10 @@ mod texts;
 use crate::xml::{self, From, Net, local};
 use crate::{Ran, compiled};
 
-/// The sections of a block: names in SimaticML, and members.
+/// The sections of a block: their names in SimaticML, and their members.
 type Sections<'a> = &'a [(&'a str, &'a str)];
 
-/// A block B as a document with these networks.
+/// Returns a block B as a document with these networks.
 fn document(sections: Sections, networks: &[&str]) -> String {
     let section = |(name, text): &(&str, &str)| {
         let keyword = match *name {
@@ -27,7 +27,7 @@ fn document(sections: Sections, networks: &[&str]) -> String {
     format!("FUNCTION_BLOCK \"B\"\n{sections}{networks}END_FUNCTION_BLOCK\n")
 }
 
-/// Both formats of a block, beside other sources.
+/// Runs a block in both formats, together with other sources.
 #[track_caller]
 pub fn both(sections: Sections, nets: Vec<Net>, networks: &[&str], others: &str) -> [(&'static str, Ran); 2] {
     let of = |name: &'static str, text: String| {
@@ -41,7 +41,7 @@ pub fn both(sections: Sections, nets: Vec<Net>, networks: &[&str], others: &str)
     [of("b.xml", drawn), of("b.s7dcl", document(sections, networks))]
 }
 
-/// Calls with these inputs, 100 ms apart, and what the outputs are after each.
+/// Makes calls with these inputs, 100 ms apart, and checks the outputs after each.
 #[track_caller]
 fn tape<const N: usize, const M: usize>(
     both: [(&'static str, Ran); 2],
@@ -110,7 +110,7 @@ fn coils_of_timers() {
         ["off", "pulse", "sum", "on"],
         &[
             ([1, 0, 0], [1, 1, 0, 0]),
-            // 200 ms from here on became 400 ms of the start.
+            // From here on, the 200 ms have become the 400 ms of the start value.
             ([1, 0, 1], [1, 1, 0, 0]),
             ([1, 0, 0], [1, 0, 1, 0]),
             ([1, 0, 0], [1, 0, 1, 0]),
@@ -159,7 +159,7 @@ fn counters() {
             ([0, 1, 0, 0], [1, 0, 0, 1, 0]),
             ([1, 1, 0, 0], [1, 0, 0, 0, 1]),
             ([0, 0, 0, 0], [1, 0, 0, 0, 1]),
-            // Both edges: no change; a counter counts below 0.
+            // Both edges: no change. A counter may count below 0.
             ([1, 1, 0, 0], [1, -1, 0, 0, 1]),
             ([0, 0, 1, 0], [1, -1, 0, 1, 0]),
         ],
@@ -203,7 +203,7 @@ fn instances_of_the_system() {
     );
 }
 
-/// "TON: Generate on-delay", "CTU: Count up": of LTIME and DINT, in the block and in data blocks that no file declares.
+/// "TON: Generate on-delay", "CTU: Count up" with LTIME and DINT, in the block and in undeclared data blocks.
 #[test]
 fn timers_and_counters_of_other_types() {
     let sections: Sections = &[
@@ -239,7 +239,7 @@ fn timers_and_counters_of_other_types() {
     );
 }
 
-/// "SR: Set/reset flip-flop", "RS: Reset/set flip-flop": the input with the 1 wins.
+/// "SR: Set/reset flip-flop", "RS: Reset/set flip-flop": the input marked 1 is dominant.
 #[test]
 fn flip_flops() {
     let sections: Sections =
@@ -261,7 +261,8 @@ fn flip_flops() {
     );
 }
 
-/// "SET_BF: Set bit field", "RESET_BF: Reset bit field": elements of an array, also from an index on, and bits of a word.
+/// "SET_BF: Set bit field", "RESET_BF: Reset bit field": elements of an array, also starting at an index, and bits of a
+/// word.
 #[test]
 fn fields_of_bits() {
     let sections: Sections = &[
@@ -326,7 +327,7 @@ fn jumps() {
     );
 }
 
-/// "JMP: Jump if RLO = 1" in FBD: without an input it jumps in each call.
+/// "JMP: Jump if RLO = 1" in FBD: without an input, it jumps in each call.
 #[test]
 fn a_jump_without_an_input() {
     let mut one = Net::new("");
@@ -343,7 +344,7 @@ fn a_jump_without_an_input() {
     assert_eq!([ran.get("y"), ran.get("z")], [0, 1]);
 }
 
-/// "RET: Return": ENO of the block has the value of the operand; without a return it is TRUE.
+/// "RET: Return": the block's ENO is set to the value of the operand; without a return it is TRUE.
 #[test]
 fn a_return_with_a_value_sets_eno_of_the_block() {
     let sections: Sections = &[("Input", "leave : Bool; good : Bool"), ("Output", "n : Int")];
@@ -372,7 +373,7 @@ fn a_return_with_a_value_sets_eno_of_the_block() {
     }
 }
 
-/// "RET: Return", the options True and False: ENO of the block has this value.
+/// "RET: Return", the options True and False: the block's ENO is set to this value.
 #[test]
 fn a_return_with_a_constant_sets_eno_of_the_block() {
     let caller = "FUNCTION_BLOCK \"B\"\nVAR_INPUT leave : BOOL; END_VAR\nVAR_OUTPUT eno_of : BOOL; END_VAR\n\
@@ -388,7 +389,7 @@ fn a_return_with_a_constant_sets_eno_of_the_block() {
     }
 }
 
-/// "Programming examples, inverting binary inputs": a negated pin takes the inverted value, whichever pin it is.
+/// "Programming examples, inverting binary inputs": any pin may be negated.
 #[test]
 fn every_pin_may_be_negated() {
     let sections: Sections = &[

@@ -1,4 +1,4 @@
-//! Ladder and function block diagrams, written as SimaticML by a writer of the tests: what each element does.
+//! Ladder and function block diagrams, written as SimaticML by a writer of the tests: the behavior of each element.
 
 mod damaged;
 mod data;
@@ -21,7 +21,7 @@ use xml::Net;
 struct Ran {
     compiled: Compiled,
     machine: Machine,
-    /// The same program, watched: it does the same.
+    /// The same program with watching enabled, which must behave identically.
     watched: Option<Machine>,
     now: i64,
 }
@@ -35,7 +35,7 @@ type Compile = fn(&[Source], &Options) -> Result<Compiled, Vec<Problems>>;
 fn compiled_as(compile: Compile, sources: &[(&str, String)]) -> Result<Compiled, Vec<Problems>> {
     let sources: Vec<Source> =
         sources.iter().map(|(name, text)| Source::new(*name, text.clone().into_bytes())).collect();
-    // What no random network happens to call must not be run in its place.
+    // Constructs that no random network happens to call must not be run in its place.
     let has_it = sources
         .iter()
         .any(|source| source.text.contains("FUNCTION_BLOCK \"B\"") || source.text.contains("<Name>B</Name>"));
@@ -61,7 +61,7 @@ impl Ran {
         Ran { compiled, machine, watched: None, now: 0 }
     }
 
-    /// A function block with these sections and networks in LAD.
+    /// Creates a function block with these sections and networks in LAD.
     #[track_caller]
     fn of(sections: &[(&str, &str)], networks: Vec<Net>) -> Ran {
         Ran::new(&[("b.xml", xml::block("FB", "B", sections, networks, "LAD"))])
@@ -86,7 +86,7 @@ impl Ran {
         self
     }
 
-    /// A call 100 ms after the last one.
+    /// Makes a call 100 ms after the last one.
     fn call(&mut self) -> &mut Ran {
         let cycle = self.compiled.root.as_ref().unwrap().cycle;
         if let Some(watched) = &mut self.watched {
@@ -99,13 +99,13 @@ impl Ran {
         self
     }
 
-    /// The bits of a variable.
+    /// Returns the bits of a variable.
     fn bits(&self, name: &str) -> i64 {
         let (offset, of) = self.place(name);
         self.machine.get(of, offset).bits() as i64
     }
 
-    /// A variable, as a whole number.
+    /// Returns a variable as an integer.
     fn get(&self, name: &str) -> i64 {
         let (offset, of) = self.place(name);
         let value = self.machine.get(of, offset);

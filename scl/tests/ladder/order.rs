@@ -1,4 +1,4 @@
-//! In which order elements take effect.
+//! The order in which elements take effect.
 
 use super::Ran;
 use super::formats::both;
@@ -7,7 +7,8 @@ use super::xml::{From, Net, int, local, typed};
 const BOOLS: &[(&str, &str)] =
     &[("Input", "a : Bool; b : Bool"), ("Output", "x : Bool; y : Bool"), ("Static", "m : Bool")];
 
-/// TIA Portal's help on networks: "from top to bottom and from left to right". A coil above writes what a contact below reads.
+/// TIA Portal's help on networks: "from top to bottom and from left to right". A contact below reads what a coil above
+/// writes.
 #[test]
 fn a_contact_after_a_coil_reads_its_new_value_one_before_it_the_old_one() {
     let mut net = Net::new("order");
@@ -28,7 +29,7 @@ const NUMBERS: &[(&str, &str)] = &[("Output", "x : Bool"), ("Static", "n : Int :
 const ADD: &str = "{ S7_Templates := \"SrcType := Int\" } Add( in1 := #n, in2 := 1, out => #n )";
 const MUL: &str = "{ S7_Templates := \"SrcType := Int\" } Mul( in1 := #n, in2 := 2, out => #n )";
 
-/// n + 1 and n * 2, drawn in this order, as boxes with these UIds.
+/// Adds n + 1 and n * 2, in this drawing order, as boxes with these UIds.
 fn sum_and_product(net: &mut Net, sum: u32, product: u32) {
     for (uid, name, by) in [(sum, "Add", 1), (product, "Mul", 2)] {
         let of = "<TemplateValue Name=\"SrcType\" Type=\"Type\">Int</TemplateValue>";
@@ -37,8 +38,9 @@ fn sum_and_product(net: &mut Net, sum: u32, product: u32) {
     }
 }
 
-/// The specification's order, "by UId of the coil or box": where wires meet is neither, and SIMATIC SD has no element for it. So
-/// the product waits for its place although a junction with a lower UId needs it: (1 + 1) * 2, not 1 * 2 + 1.
+/// The specification's order is "by UId of the coil or box": a junction is neither, and SIMATIC SD has no element for
+/// it. The product therefore waits for its turn, although a junction with a lower UId needs it: (1 + 1) * 2, not 1 * 2
+/// + 1.
 #[test]
 fn a_box_comes_no_earlier_because_a_junction_needs_it() {
     let mut net = Net::new("junction");
@@ -56,7 +58,7 @@ fn a_box_comes_no_earlier_because_a_junction_needs_it() {
     }
 }
 
-/// In FBD an OR gate has TRUE where a junction has the power rail. The order stays: (1 + 1) * 2.
+/// In FBD an OR gate has TRUE where a junction has the power rail. The order is the same: (1 + 1) * 2.
 #[test]
 fn a_constant_at_a_gate_makes_no_box_come_earlier() {
     let mut net = Net::new("gate");
@@ -68,7 +70,8 @@ fn a_constant_at_a_gate_makes_no_box_come_earlier() {
     assert_eq!(Ran::of(NUMBERS, vec![net]).call().get("n"), 4);
 }
 
-/// The same order holds for what one element needs: a flip-flop stands before both boxes, and its second pin leads to the first.
+/// The same order holds for the inputs of one element: a flip-flop precedes both boxes, and its second pin leads to the
+/// first.
 #[test]
 fn what_an_element_needs_keeps_its_order_whichever_pins_ask() {
     let mut net = Net::new("pins");

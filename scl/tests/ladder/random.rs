@@ -1,7 +1,9 @@
-//! Random networks, written as LAD and as FBD in SimaticML and in SIMATIC SD, and as SCL by a writer that shares nothing with the
-//! product: equal bits of all variables in each call. What `plcfmu show` prints of them gives the same bits, too.
+//! Random networks, written as LAD and as FBD in SimaticML and in SIMATIC SD, and as SCL by a writer that shares no
+//! code with the product, have equal bits in all variables after each call. So does the SCL that `plcfmu show` prints
+//! of them.
 //!
-//! `LADDER_NETWORKS=100000 cargo test --release -p scl --test ladder random` makes more; `LADDER_PROGRAM=3941` runs that one alone.
+//! `LADDER_NETWORKS=100000 cargo test --release -p scl --test ladder random` tests more; `LADDER_PROGRAM=3941` runs
+//! only that program.
 
 mod document;
 mod drawing;
@@ -16,7 +18,7 @@ const BOOLS: usize = 6;
 const BITS: usize = 8;
 const NUMBERS: usize = 4;
 const WORDS: usize = 3;
-/// Networks of a program, and elements of a network.
+/// The number of networks of a program, and of elements of a network.
 const NETWORKS: usize = 10;
 const ELEMENTS: u64 = 14;
 const CALLS: usize = 12;
@@ -31,13 +33,13 @@ const SECTIONS: [(&str, &str); 2] = [
     ),
 ];
 
-/// The blocks that the networks call.
+/// The blocks called by the networks.
 const OTHERS: &str = "FUNCTION_BLOCK \"Sub\"\nVAR_INPUT x : BOOL; k : INT := 2; END_VAR\nVAR_OUTPUT y : BOOL; n : INT; END_VAR\nBEGIN\n\
                       IF #x THEN #n := #n + #k; END_IF;\n#y := #n > 3 AND #x;\nEND_FUNCTION_BLOCK\n\
                       FUNCTION \"Fun\" : INT\nVAR_INPUT x : BOOL; k : INT; END_VAR\nVAR_OUTPUT y : BOOL; END_VAR\nBEGIN\n\
                       #y := #x OR #k > 100;\nIF #x THEN #Fun := #k * 3; ELSE #Fun := #k - 7; END_IF;\nEND_FUNCTION\n";
 
-/// Where a flow comes from: the power rail, or an element.
+/// The source of a flow: the power rail, or an element.
 type Flow = Option<usize>;
 
 #[derive(Clone, Debug)]
@@ -62,7 +64,7 @@ enum Kind {
     Counter(String, i64),
     Move(Number, usize),
     Calculate(usize, bool, Number, Number, usize),
-    /// `(IN1 + IN2) * IN3 - IN1`, and whether ENO tells of an overflow.
+    /// `(IN1 + IN2) * IN3 - IN1`, and whether ENO reports an overflow.
     Formula(bool, [Number; 3], usize),
     /// INC or DEC, with ENO.
     Step(bool, usize),
@@ -71,11 +73,11 @@ enum Kind {
     Words(usize, Vec<usize>, usize),
     /// SHL, SHR, ROL, ROR.
     Shift(usize, usize, u64, usize),
-    /// A call of an instance, of which y or ENO goes on.
+    /// A call of an instance that passes on y or ENO.
     Call(usize, String, Number, bool),
-    /// A call of a function: its value is written, and y or ENO goes on.
+    /// A call of a function that writes its value, and passes on y or ENO.
     Function(String, Number, usize, bool),
-    /// A jump to a network, if the flow is TRUE, or FALSE.
+    /// A jump to a network, if the flow is TRUE, or if it is FALSE.
     Jump(bool, usize),
 }
 
@@ -83,7 +85,7 @@ enum Kind {
 struct Element {
     kind: Kind,
     flow: Flow,
-    /// Its place in the order of the file: elements may stand after what needs them.
+    /// The position in the file: elements may come after those that need them.
     place: u64,
 }
 
@@ -101,7 +103,7 @@ fn network(random: &mut Random, number: usize) -> Vec<Element> {
         let flow = |random: &mut Random| match at {
             0 => None,
             _ if random.once_in(4) => None,
-            // Most often the flow of one of the last elements goes on.
+            // Usually the flow of one of the last elements is passed on.
             _ => Some(at - 1 - random.below(at.min(4) as u64) as usize),
         };
         let from = flow(random);
@@ -158,7 +160,7 @@ fn network(random: &mut Random, number: usize) -> Vec<Element> {
     elements
 }
 
-/// The networks to which others jump.
+/// Returns which networks are targets of jumps.
 fn labels(networks: &[Vec<Element>]) -> Vec<bool> {
     let mut is_label = vec![false; networks.len()];
     for element in networks.iter().flatten() {
@@ -215,7 +217,7 @@ fn random_networks_give_the_same_bits_in_every_language() {
     }
 }
 
-/// A block of many sections as SCL and documents declare it.
+/// Returns a block's sections as declared in SCL and in documents.
 fn declarations() -> String {
     let section = |(name, text): &(&str, &str)| {
         let keyword = if *name == "Input" { "VAR_INPUT" } else { "VAR" };

@@ -1,4 +1,4 @@
-//! A block that two files have, in two formats.
+//! A block that is defined in two files, in two formats.
 
 use super::compiled;
 use super::xml::{self, From, Net, local};
@@ -45,7 +45,7 @@ fn another_program_of_the_same_name_is_an_error_that_names_both_files() {
              of several PLCs, give the folder of one";
         assert!(found.contains(expected), "{to}\n{found}");
     }
-    // A text counts to its end.
+    // The whole text is compared.
     let of = |text: &str| {
         format!("FUNCTION_BLOCK \"B\"\nVAR_OUTPUT s : STRING; END_VAR\nBEGIN\n#s := '{text}';\nEND_FUNCTION_BLOCK\n")
     };

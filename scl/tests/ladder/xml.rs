@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-/// Where a wire begins.
+/// The source of a wire.
 #[derive(Clone, Debug, PartialEq)]
 pub enum From {
     Rail,
@@ -10,7 +10,7 @@ pub enum From {
     Local(String),
     /// A global variable, such as `Data.a`.
     Global(String),
-    /// A constant: its type, or nothing for a typed one such as `T#1s`; and its value.
+    /// A constant: its type, empty for a typed literal such as `T#1s`, and its value.
     Constant(&'static str, String),
     /// A pin of a part, by its UId.
     Pin(u32, &'static str),
@@ -21,7 +21,7 @@ pub fn local(name: &str) -> From {
     From::Local(name.to_string())
 }
 
-/// A constant without a type of its own.
+/// A constant without a separate type.
 pub fn typed(value: &str) -> From {
     From::Constant("", value.to_string())
 }
@@ -48,7 +48,7 @@ impl Net {
         Net { title: title.to_string(), uid: 20, ..Net::default() }
     }
 
-    /// A network in another language, by the content of its source.
+    /// Creates a network in another language from the content of its source.
     pub fn of_source(title: &str, source: &str) -> Net {
         Net { scl: Some(source.to_string()), ..Net::new(title) }
     }
@@ -63,14 +63,14 @@ impl Net {
         write!(self.labels, "<LabelDeclaration UId=\"{uid}\"><Label Name=\"{name}\" /></LabelDeclaration>").unwrap();
     }
 
-    /// A part with what stands in it, and what its pins get.
+    /// Adds a part with its content and the sources of its pins.
     pub fn part(&mut self, name: &str, inner: &str, inputs: &[(&str, From)]) -> u32 {
         let uid = self.next();
         self.part_at(uid, name, inner, inputs);
         uid
     }
 
-    /// A part with a UId that was given out before.
+    /// Adds a part with a reserved UId.
     pub fn part_at(&mut self, uid: u32, name: &str, inner: &str, inputs: &[(&str, From)]) {
         let (name, attributes) = name.split_once(' ').unwrap_or((name, ""));
         writeln!(self.parts, "<Part Name=\"{name}\" UId=\"{uid}\" {attributes}>{inner}</Part>").unwrap();
@@ -79,14 +79,14 @@ impl Net {
         }
     }
 
-    /// A call: BlockType, name and what stands in CallInfo.
+    /// Adds a call: BlockType, name and the content of CallInfo.
     pub fn call(&mut self, of: &str, name: &str, inner: &str, inputs: &[(&str, From)]) -> u32 {
         let uid = self.next();
         self.call_at(uid, of, name, inner, inputs);
         uid
     }
 
-    /// A call with a UId that was given out before.
+    /// Adds a call with a reserved UId.
     pub fn call_at(&mut self, uid: u32, of: &str, name: &str, inner: &str, inputs: &[(&str, From)]) {
         writeln!(
             self.parts,
@@ -99,7 +99,7 @@ impl Net {
     }
 
     pub fn wire(&mut self, from: From, to: &str) {
-        // Operands have an access for each use, pins and the power rail a wire for all.
+        // Operands have an access for each use; pins and the power rail have one wire for all.
         let is_shared = matches!(from, From::Rail | From::Pin(..));
         match self.wires.iter_mut().find(|(own, _)| is_shared && *own == from) {
             Some((_, targets)) => targets.push(to.to_string()),
@@ -107,13 +107,13 @@ impl Net {
         }
     }
 
-    /// Writes a pin to a variable.
+    /// Connects an output pin to a variable.
     pub fn write(&mut self, uid: u32, pin: &'static str, target: From) {
         let access = self.access(&target);
         self.wire(From::Pin(uid, pin), &format!("<IdentCon UId=\"{access}\" />"));
     }
 
-    /// A jump's label.
+    /// Sets the label that a jump leads to.
     pub fn jump_to(&mut self, uid: u32, label: &str) {
         let access = self.next();
         writeln!(self.accesses, "<Access Scope=\"Label\" UId=\"{access}\"><Label Name=\"{label}\" /></Access>")
@@ -190,7 +190,7 @@ fn access(of: &From, uid: &str) -> String {
     }
 }
 
-/// A component: `a`, `a[3]`, `a[i]`, `a[b[i]]`, `a%X3`.
+/// Writes a component: `a`, `a[3]`, `a[i]`, `a[b[i]]`, `a%X3`.
 fn component(name: &str) -> String {
     if let Some((name, slice)) = name.split_once('%') {
         return format!("<Component Name=\"{name}\" SliceAccessModifier=\"{}\" />", slice.to_lowercase());
@@ -207,7 +207,7 @@ fn component(name: &str) -> String {
     }
 }
 
-/// Members of a section: `a : Bool := TRUE`, one after the other, separated by `;`.
+/// Writes the members of a section, given as `a : Bool := TRUE`, separated by `;`.
 fn members(text: &str) -> String {
     let mut all = String::new();
     for member in text.split(';').map(str::trim).filter(|member| !member.is_empty()) {
@@ -221,7 +221,7 @@ fn members(text: &str) -> String {
     all
 }
 
-/// A block: `FB`, `FC` or `OB`, its name, its sections and its networks in a language.
+/// Writes a block: `FB`, `FC` or `OB`, its name, its sections and its networks in a language.
 pub fn block(of: &str, name: &str, sections: &[(&str, &str)], networks: Vec<Net>, language: &str) -> String {
     let section = |(name, text): &(&str, &str)| format!("<Section Name=\"{name}\">\n{}</Section>\n", members(text));
     let sections: String = sections.iter().map(section).collect();

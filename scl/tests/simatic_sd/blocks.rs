@@ -1,11 +1,11 @@
-//! Declarations, data, texts and networks in SCL: what is read is the program that the same blocks are in SCL.
+//! Declarations, data, texts and networks in SCL: the result is the same as from the same blocks in SCL.
 
 use super::problems;
 use parameters::Source;
 use scl::{Compiled, Options, compile};
 
-/// A block with what documents have that sources have not: attributes before what they belong to, texts apart, `_.` before names of
-/// other blocks, networks.
+/// A block with constructs that documents have and sources lack: attributes before the item they belong to, separate
+/// texts, `_.` before the names of other blocks, networks.
 const BLOCK: &str = include_str!("data/Tank.s7dcl");
 
 const TYPE: &str = include_str!("data/Sample.s7dcl");
@@ -21,17 +21,17 @@ fn options() -> Options {
     Options { constants: vec![("COUNT".to_string(), "2".to_string())], ..Options::default() }
 }
 
-/// Files with their names as a program.
+/// Compiles files with their names.
 fn compiled(files: &[(&str, &str)]) -> Result<Compiled, String> {
     let sources: Vec<Source> = files.iter().map(|(name, text)| Source::new(*name, text.as_bytes().to_vec())).collect();
     compile(&sources, &options()).map_err(|errors| problems(&errors))
 }
 
-/// A program as C without comments and the numbers of lines, and the bytes of its memory before the first call.
+/// Returns a program as C without comments and line numbers, and its memory before the first call.
 fn printed(compiled: &Compiled) -> (String, &[u8]) {
     let program = &compiled.program;
     let text = scl::c::print(program).unwrap();
-    // The titles of networks are comments.
+    // Titles of networks are printed as comments.
     let text: String = text.lines().filter(|line| !line.trim().starts_with("/*")).collect();
     let parts: Vec<&str> =
         text.split(')').map(|part| part.trim_end_matches(|last: char| last.is_ascii_digit())).collect();
@@ -63,7 +63,7 @@ fn texts_describe_variables_and_pragmas_say_what_is_set_and_hidden() {
     assert_eq!(of("gain").comment.text, "Factor");
     assert_eq!(of("gain").role, scl::interface::Role::Parameter);
     assert!(of("inner").is_hidden && !of("gain").is_hidden);
-    // The texts of another document are not these.
+    // The texts of another document do not apply.
     let alone = compiled(&[files[0], ("b/Tank.s7res", TEXTS), files[2], files[3]]).unwrap().root.unwrap();
     assert_eq!(alone.variables.iter().find(|variable| variable.name == "level").unwrap().comment.text, "");
 }

@@ -1,9 +1,10 @@
-//! Each element as a document writes it, against the statements of SCL that have its law. Forms of SIMATIC SD, LADDER format
-//! description (entry 109994073, 09/2025); laws of TIA Portal's help, V19, on the instructions of S7-1200 and S7-1500.
+//! Each element as written in a document, compared with equivalent SCL statements. The syntax is that of SIMATIC SD,
+//! LADDER format description (entry 109994073, 09/2025); the behavior is that in TIA Portal's help, V19, on the
+//! instructions of S7-1200 and S7-1500.
 
 use super::{compare, pair};
 
-/// Blocks that the others call.
+/// Blocks called by others.
 const OTHERS: &str = r#"
 FUNCTION "Double" : Int
 VAR_INPUT value : Int; END_VAR
@@ -63,7 +64,7 @@ fn contacts_branches_and_coils() {
          RUNG wire#powerrail Contact( #y ) END_RUNG wire#w1",
         "#y := (#a OR #b OR #y) AND NOT #c; #z := NOT #y;",
     );
-    // Two places, a branch between them, and one that begins at the second.
+    // Two positions, a branch between them, and one that begins at the second.
     same(
         "",
         "RUNG wire#powerrail Contact( #a ) wire#w1 Contact( #b ) wire#w2 Coil( #y ) END_RUNG
@@ -73,7 +74,7 @@ fn contacts_branches_and_coils() {
         "#y := (#a OR #c) AND #b OR (#a OR #c) AND NOT #s; #z := NOT #y AND #r;",
     );
     same("", "RUNG wire#powerrail Coil( #y ) END_RUNG RUNG wire#powerrail END_RUNG", "#y := TRUE;");
-    // What stands later reads what was written before; the branch of a coil is calculated before it.
+    // A later element reads what an earlier one wrote; the branch of a coil is evaluated before it.
     same(
         "",
         "RUNG wire#powerrail Contact( #a ) Coil( #y ) END_RUNG
@@ -99,7 +100,7 @@ fn coils_set_reset_and_bits_of_fields() {
     );
 }
 
-/// A flow that reads what an element writes goes on as it was before.
+/// A flow that reads a variable keeps its value when an element then writes to the variable.
 #[test]
 fn the_flow_passes_what_is_written() {
     same(
@@ -183,7 +184,7 @@ fn gates_of_function_block_diagrams() {
          RUNG { S7_Templates := \"SrcType := Int\" } EQ_Contact( in1 := #i, in2 := #j ) A( in2 := #s ) Coil( #z ) END_RUNG",
         "#y := NOT #a AND #b; IF #c AND NOT #a THEN #n := #i; END_IF; #z := #i = #j AND #s;",
     );
-    // Boxes without an input are executed; a rung begins at a member or a constant.
+    // Boxes without an input are executed; a rung may begin at a member or a constant.
     same_in_fbd(
         "",
         "RUNG Move( in := #i, out1 => #n ) Move( in := #j, out1 => #k ) END_RUNG
@@ -241,7 +242,7 @@ fn timers() {
         "#t.TON(IN := #a, PT := T#200ms); #u.TOF(IN := #b, PT := T#200ms); IF #r THEN RESET_TIMER(#t); END_IF;
          IF #s THEN PRESET_TIMER(PT := T#400ms, TIMER := #t); END_IF; #y := #t.Q; #z := #u.Q;",
     );
-    // A data block of a timer that no file declares.
+    // A timer in an undeclared data block.
     same(
         "",
         "RUNG wire#powerrail Contact( #a ) { S7_Templates := \"time_type := Time\" } \"T_DB\".TON( PT := T#200ms, et => #et )
@@ -362,7 +363,7 @@ fn boxes_with_two_types() {
 
 #[test]
 fn eno_and_what_hangs_on_it() {
-    // Without S7_GenerateENO it is EN; with it, it is FALSE if the sum does not fit.
+    // Without S7_GenerateENO, ENO equals EN; with it, ENO is FALSE if the sum overflows.
     same(
         "",
         "RUNG wire#powerrail Contact( #a ) { S7_Templates := \"SrcType := Int\" } Add( in1 := #i, in2 := #j, out => #n ) Coil( #y )

@@ -1,8 +1,8 @@
-//! What is wrong with a network is said with the block, the network, the element, the line and the column.
+//! Errors in a network name the block, the network, the element, the line and the column.
 
 use super::{compiled, pair};
 
-/// The errors of rungs, without the name of the file.
+/// Returns the errors of rungs, without the file name.
 fn errors(rungs: &str) -> String {
     let networks = format!(
         "    {{ S7_Language := \"LAD\"; S7_NetworkTitle := \"Start\" }}\n    NETWORK\n{rungs}\n    END_NETWORK"

@@ -11,12 +11,12 @@ use scl::program::Type;
 use scl::{Compiled, Options, compile};
 use std::sync::Arc;
 
-/// What is wrong with a program, a line each.
+/// Formats the errors of a program, one per line.
 fn problems(errors: &[Problems]) -> String {
     errors.iter().map(|errors| format!("{errors}\n")).collect()
 }
 
-/// Files with their names as a program.
+/// Compiles files with their names.
 fn compiled(files: &[(&str, &str)]) -> Result<Compiled, String> {
     let sources: Vec<Source> = files.iter().map(|(name, text)| Source::new(*name, text.as_bytes().to_vec())).collect();
     compile(&sources, &Options { block: Some("B".to_string()), ..Options::default() })
@@ -42,7 +42,7 @@ impl Ran {
         self.machine.set(scl::program::Value::new(of, bits), offset);
     }
 
-    /// A call at a time in milliseconds, and what all variables of the block are after it.
+    /// Makes a call at a time in milliseconds, and returns all variables of the block after it.
     fn call(&mut self, milliseconds: i64) -> Vec<(String, u64)> {
         let root = self.compiled.root.as_ref().unwrap();
         self.machine.call(root.cycle, milliseconds * 1_000_000).unwrap();
@@ -54,7 +54,7 @@ impl Ran {
     }
 }
 
-/// Numbers that look random and are the same in each run.
+/// A deterministic pseudorandom number generator.
 struct Random(u64);
 
 impl Random {
@@ -64,12 +64,13 @@ impl Random {
     }
 }
 
-/// The inputs and outputs that the blocks of the tests have.
+/// The inputs and outputs of the blocks in the tests.
 const HEAD: &str =
     "    VAR_INPUT a : Bool; b : Bool; c : Bool; s : Bool; r : Bool; i : Int; j : Int; x : Real; w : Word; END_VAR
     VAR_OUTPUT y : Bool; z : Bool; n : Int; k : Int; q : Real; v : Word; et : Time; cv : Int; END_VAR\n";
 
-/// A block in a document with these sections and networks, and the same in SCL; other blocks come after them.
+/// Returns a block with these sections and networks as a document, and the same block in SCL; other blocks are
+/// appended.
 fn pair(sections: &str, networks: &str, statements: &str) -> (String, String) {
     let head = format!("FUNCTION_BLOCK \"B\"\n{HEAD}{sections}\n");
     (

@@ -1,17 +1,17 @@
-//! Random ladder networks, written as a document and as SCL: equal bits after each call.
+//! Random ladder networks, written as a document and as SCL, have equal bits after each call.
 
 use super::{Random, compare, pair};
 
-/// This many blocks are compared, each with this many networks.
+/// The number of blocks compared, and of networks in each.
 const BLOCKS: u64 = 40;
 const NETWORKS: u64 = 10;
 
-/// What both writers have written.
+/// The output of both writers.
 #[derive(Default)]
 struct Written {
     document: String,
     source: String,
-    /// How many bits for edges, temporaries and instances there are.
+    /// The number of bits for edges, temporaries and instances.
     bits: u32,
     flows: u32,
     instances: u32,
@@ -36,13 +36,13 @@ impl Written {
         format!("f{}", self.flows)
     }
 
-    /// An element: as the document has it, and the statements by which the flow passes it.
+    /// Adds an element: as written in the document, and the statements that compute its flow.
     fn element(&mut self, document: &str, source: &str) {
         self.document += &format!(" {document}");
         self.source += &format!("{source}\n");
     }
 
-    /// An element that lets the flow through, or does not.
+    /// Adds an element that passes or blocks the flow.
     fn pass(&mut self, random: &mut Random, f: &str) {
         let (v, i, j) = (of(random, &VARIABLES), of(random, &NUMBERS), of(random, &NUMBERS));
         let bit = self.bit();
@@ -72,7 +72,7 @@ impl Written {
         }
     }
 
-    /// An element that writes something.
+    /// Adds an element that writes to a variable.
     fn act(&mut self, random: &mut Random, f: &str) {
         let v = of(random, &WRITTEN);
         let (bit, n) = (self.bit(), of(random, &["n", "k"]));
@@ -106,8 +106,8 @@ impl Written {
         }
     }
 
-    /// A main rung with two places, branches to them, and a rung that begins at the second. A document has the branches after the
-    /// main rung, whose coils need them; in SCL they come first.
+    /// Adds a main rung with two positions, branches to them, and a rung that begins at the second. In a document the
+    /// branches follow the main rung, whose coils need them; in SCL they come first.
     fn network(&mut self, random: &mut Random) {
         self.document += "    { S7_Language := \"LAD\" }\n    NETWORK\n";
         let (first, second) = (self.flow(), self.flow());

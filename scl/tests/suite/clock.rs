@@ -41,7 +41,7 @@ fn the_functions_of_step_7_take_a_date_and_time_apart() {
         BEGIN result := READ_CLK(CDT := now); day := DT_DAY(IN := now); date := DT_DATE(IN := now); time := DT_TOD(IN := now);
         END_FUNCTION_BLOCK";
     let mut ran = Ran::new(compiled(source).unwrap());
-    // Days since 1990-01-01, of which a DATE counts: 2000-01-01 is the 3652nd and a Saturday.
+    // Days since 1990-01-01, the epoch of a DATE: 2000-01-01 is the 3652nd and a Saturday.
     for (day, weekday) in [(0, 7), (1, 1), (59, 3)] {
         ran.call((day * 86_400 + 3_723) * 1_000_000_000 + 5_000_000).unwrap();
         let get = |name: &str| ran.get(name).bits();

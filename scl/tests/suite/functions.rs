@@ -1,4 +1,4 @@
-//! Functions of the CPU, with values that one can check by hand.
+//! Functions of the CPU, with values that can be checked by hand.
 
 use super::{Ran, is_y_true};
 use parameters::Source;
@@ -12,7 +12,7 @@ const VARIABLES: &str = "VAR_OUTPUT y : Bool; END_VAR
         on : TON_TIME; off : TON_TIME;
     END_VAR";
 
-/// A program with these statements.
+/// Compiles a program with these statements.
 fn program(statements: &str) -> Compiled {
     let source = format!(
         "FUNCTION \"Checked\" : Int VAR_INPUT a : Int; END_VAR BEGIN #Checked := #a * 2; ENO := #a < 10; END_FUNCTION
@@ -26,7 +26,7 @@ fn program(statements: &str) -> Compiled {
     compiled.unwrap_or_else(|errors| panic!("{statements}: {}", errors[0]))
 }
 
-/// Whether `y` is TRUE behind statements.
+/// Whether `y` is TRUE after the statements.
 fn runs(statements: &str) -> bool {
     is_y_true(program(statements))
 }
@@ -145,7 +145,7 @@ fn clocks_count_the_time_of_the_calls() {
         let is_over = ["on.Q", "off.Q"].map(|name| ran.get(name) == true.into());
         seen.push((numbers, is_over));
     }
-    // RESET_TIMER clears the memory of IN, too: the timer starts again in the next call.
+    // RESET_TIMER also clears the memory of IN: the timer starts again in the next call.
     let expected = [
         ([0.0, 0.0, 0.0, 0.0], [false; 2]),
         ([3000.0, 3.0, 0.0, 3000.0], [false; 2]),

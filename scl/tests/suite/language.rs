@@ -1,11 +1,12 @@
-//! The tables of docs/scl.md: each row has samples, which compile, are refused with what the row says, or give what is decided.
+//! The tables of docs/scl.md: each row has samples that compile, are rejected with the stated message, or have the
+//! decided result.
 
 use super::{Ran, is_y_true};
 use parameters::Source;
 use parameters::tags::Tag;
 use scl::{Compiled, Options, compile};
 
-/// What every sample may use.
+/// Declarations available to every sample.
 const AROUND: &str = r#"
 TYPE "Pair" STRUCT x : Int; y : Int; END_STRUCT; END_TYPE
 DATA_BLOCK "D" STRUCT a : Int; b : Array[1..3] of Pair; END_STRUCT; BEGIN a := 3; END_DATA_BLOCK
@@ -15,7 +16,7 @@ FUNCTION_BLOCK "Sub" VAR_INPUT a : Int; END_VAR VAR_OUTPUT b : Int; END_VAR VAR_
 BEGIN #b := #a; END_FUNCTION_BLOCK
 "#;
 
-/// The variables of the block that a sample of statements stands in.
+/// The variables of the block that contains a sample of statements.
 const VARIABLES: &str = r#"
 VAR_OUTPUT y : Bool; END_VAR
 VAR i : Int; n : Int; small : SInt; d : DInt; wide : LInt; w : Word; r : Real; zero : Real; one : Real := 1.0; s : String;
@@ -29,9 +30,9 @@ VAR CONSTANT TEN : Int := 10; END_VAR
 /// A row of the table "The language".
 struct Row {
     what: &'static str,
-    /// Statements, or whole sources: those that begin with a word of a block.
+    /// Statements, or whole sources, which begin with a block keyword.
     works: &'static [&'static str],
-    /// What is refused, and what is said.
+    /// Rejected samples, with their messages.
     refused: &'static [(&'static str, &'static str)],
 }
 
@@ -167,7 +168,7 @@ const ROWS: &[Row] = &[
     },
 ];
 
-/// What is decided: the row, and statements behind which `y` is TRUE.
+/// Decided behavior: the row, and statements after which `y` is TRUE.
 const DECIDED: &[(&str, &str)] = &[
     ("AND, OR", "#y := FALSE AND \"Count\"(); #y := \"D\".a = 4;"),
     ("FOR, after the loop", "FOR #i := 1 TO 3 DO ; END_FOR; #y := #i = 4;"),
@@ -207,7 +208,7 @@ const DECIDED: &[(&str, &str)] = &[
     ("the type of an untyped constant: `3`, `2.5`", "#wide := 2147483647 + 1; #y := #wide = LINT#2147483648;"),
 ];
 
-/// The first cells of a table of the page, behind a title.
+/// Returns the first cells of the table that follows a title on the page.
 fn rows(title: &str) -> Vec<String> {
     let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/scl.md")).unwrap();
     let section = page.split(&format!("\n## {title}\n")).nth(1).unwrap_or_else(|| panic!("{title}"));

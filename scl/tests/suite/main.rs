@@ -1,4 +1,5 @@
-//! What the language and its functions do, with values that one can check by hand: small programs, and what they leave behind.
+//! The behavior of the language and its functions, with values that can be checked by hand: small programs and their
+//! results.
 
 mod clock;
 mod functions;
@@ -12,7 +13,7 @@ use scl::program::{Scalar, Type, Value};
 use scl::{Compiled, Options, compile};
 use std::sync::Arc;
 
-/// A source as a program.
+/// Compiles a source.
 fn compiled(source: &str) -> Result<Compiled, Vec<Problems>> {
     compile(&[Source::new("b.scl", source.into())], &Options::default())
 }
@@ -24,18 +25,18 @@ struct Ran {
 }
 
 impl Ran {
-    /// A program before its first call.
+    /// Creates a program before its first call.
     fn new(compiled: Compiled) -> Ran {
         let machine = Machine::new(Arc::new(Code::compile(&compiled.program).unwrap()));
         Ran { compiled, machine }
     }
 
-    /// One call, at a time in nanoseconds.
+    /// Makes one call, at a time in nanoseconds.
     fn call(&mut self, now: i64) -> Result<(), Stop> {
         self.machine.call(self.compiled.root.as_ref().unwrap().cycle, now)
     }
 
-    /// A variable of the block that is run.
+    /// Returns a variable of the block that is run.
     fn get(&self, name: &str) -> Value {
         let path = format!("{}.{name}", self.compiled.root.as_ref().unwrap().instance);
         match self.compiled.program.find(&path) {
@@ -45,7 +46,7 @@ impl Ran {
     }
 }
 
-/// Whether `y` is TRUE behind one call.
+/// Whether `y` is TRUE after one call.
 fn is_y_true(compiled: Compiled) -> bool {
     let mut ran = Ran::new(compiled);
     ran.call(0).unwrap();
@@ -54,7 +55,7 @@ fn is_y_true(compiled: Compiled) -> bool {
     y == true.into()
 }
 
-/// The same of a source.
+/// Compiles a source and returns whether `y` is TRUE after one call.
 #[track_caller]
 fn runs(source: &str) -> bool {
     is_y_true(compiled(source).unwrap_or_else(|errors| panic!("{source}: {}", errors[0])))

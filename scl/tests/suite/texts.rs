@@ -1,8 +1,8 @@
-//! Functions of texts.
+//! Text functions.
 
 use super::{Ran, compiled};
 
-/// Whether `y` is TRUE behind statements with the text `s` = 'Valve 7' and the character `c` = 'x'.
+/// Whether `y` is TRUE after statements with the text `s` = 'Valve 7' and the character `c` = 'x'.
 fn runs(statements: &str) -> bool {
     super::runs(&format!(
         "FUNCTION_BLOCK \"B\" {{ S7_Optimized_Access := 'TRUE' }} VAR_OUTPUT y : Bool; n : DInt; END_VAR
@@ -119,7 +119,7 @@ fn val_strg_writes_a_number_into_a_text() {
         let check = format!("#y := #s = 'Current Temp = {field} C';");
         assert!(runs(&(of(value, 10, prec, format) + &check)), "{value}, {prec}, {format}: {field}");
     }
-    // Blanks fill what the text is too short for.
+    // A shorter text is padded with blanks.
     assert!(runs(
         "#s := 'a'; VAL_STRG(IN := 5, SIZE := 2, PREC := 0, FORMAT := 0, P := 4, OUT => #s); #y := #s = 'a   5';"
     ));
@@ -159,7 +159,7 @@ fn texts_are_moved_to_arrays_and_back() {
         "Strg_TO_Chars(Strg := #s, pChars := 0, Cnt => #u, Chars := #bytes);
         Chars_TO_Strg(Chars := #bytes, pChars := 1, Cnt := 3, Strg => #s); #y := #s = 'alv';"
     ));
-    // To the first character of 0.
+    // Up to the first NUL character.
     assert!(runs(
         "Strg_TO_Chars(Strg := #w, pChars := 0, Cnt => #u, Chars := #chars); #chars[3] := WORD_TO_WCHAR(0);
         Chars_TO_Strg(Chars := #chars, pChars := 0, Cnt := 0, Strg => #w); #y := #u = 7 AND #w = 'Grö';"

@@ -21,7 +21,7 @@ fn source(statements: &str) -> String {
     )
 }
 
-/// Whether `y` is TRUE behind statements.
+/// Whether `y` is TRUE after the statements.
 fn holds(statements: &str) -> bool {
     runs(&source(statements))
 }
@@ -32,9 +32,10 @@ fn the_highest_byte_of_a_number_comes_first() {
         "#bytes[0] = 16#11 AND #bytes[1] = 16#22 AND #bytes[3] = 16#44",
         "#words[1] = 16#1122 AND #words[2] = 16#3344",
         "#first = 16#11",
-        // Bit 0 of an array is the lowest one of byte 0, which is the highest byte of the number: 16#11 has the bits 0 and 4.
+        // Bit 0 of an array is the lowest bit of byte 0, which is the highest byte of the number: 16#11 has the bits 0
+        // and 4.
         "#bits[0] AND NOT #bits[1] AND #bits[4] AND NOT #bits[8] AND #bits[9] AND #bits[13] AND #bits[26] AND NOT #bits[31]",
-        // BOOLs fill a byte, INT begins at the next even one.
+        // BOOLs share a byte, and an INT begins at the next even one.
         "#s.a AND NOT #s.b AND #s.c = 16#22 AND #s.n = 16#3344",
     ] {
         assert!(holds(&format!("#dw := 16#11223344; #y := {condition};")), "{condition}");
@@ -51,7 +52,7 @@ fn what_is_written_to_a_view_is_written_to_the_variable_behind_it() {
         ("#words[1] := 0;", "#dw = 16#00003344"),
         ("#bits[8] := TRUE;", "#dw = 16#11233344"),
         ("#r := 1.0;", "#dw = 16#3F800000 AND #bytes[0] = 16#3F"),
-        // The rest of the variable keeps its bits.
+        // The remaining bits of the variable are unchanged.
         ("#first := 16#55;", "#dw = 16#55223344"),
         ("#s.n := -2; #s.b := TRUE;", "#dw = 16#1322FFFE"),
         ("#bytes[2] += 1;", "#dw = 16#11223444"),
@@ -73,7 +74,7 @@ fn a_string_has_its_room_its_length_and_its_characters() {
         ("#head.length := 2;", "#text = 'Pu' AND LEN(#text) = 2"),
         ("#chars[2] := 16#4C;", "#text = 'Lump'"),
         ("#head.letters[5] := 's'; #head.length := 5;", "#text = 'Pumps'"),
-        // What is behind the room of a text does not become a part of it, and the room stays.
+        // Characters beyond the capacity of a text do not become part of it, and the capacity is unchanged.
         ("#head.length := 200; #head.letters[5] := 'x';", "LEN(#text) = 5 AND #text = 'Pumpx' AND #chars[1] = 5"),
         ("#chars[0] := 99;", "#chars[0] = 5 AND #text = 'Pump'"),
         ("FOR #i := 2 TO 5 DO #chars[#i] := #chars[#i] AND 16#DF; END_FOR;", "#text = 'PUMP'"),

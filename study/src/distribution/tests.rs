@@ -1,6 +1,6 @@
 use super::*;
 
-/// AS 241 is right to about one part in 10^16; the operations round.
+/// AS 241 is accurate to about one part in 10^16; rounding of the operations adds to that.
 fn close(value: f64, expected: f64) -> bool {
     (value - expected).abs() <= 1e-15 * expected.abs()
 }
@@ -11,7 +11,7 @@ fn whole_numbers_of_a_uniform_distribution_are_equally_likely() {
     let rolls: Vec<f64> = (0..12).map(|place| die.quantile_of((f64::from(place) + 0.5) / 12.0, true)).collect();
     assert_eq!(rolls, [1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 4.0, 5.0, 5.0, 6.0, 6.0]);
     let normal = Distribution::Normal { mean: 3.0, deviation: 1.0 };
-    // 84 % of the distribution is below 3.99.
+    // The share 84 % lies below 3.99.
     assert_eq!((normal.quantile_of(0.84, true), normal.quantile_of(0.5, true)), (4.0, 3.0));
 }
 

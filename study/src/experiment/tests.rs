@@ -12,7 +12,7 @@ use run::test_home::{Lag, Linked, Pid, TestHome};
 use std::cell::Cell;
 use std::rc::Rc;
 
-/// The controller C and the plant P in a loop of 60 s, with a setpoint step at 5 s.
+/// A controller C and a plant P in a loop of 60 s, with a setpoint step at 5 s.
 fn job(axes: Vec<Axis>) -> Job {
     let system = System {
         members: ["C", "P"].map(|name| Member { name: name.into(), path: format!("{name}.fmu").into() }).into(),
@@ -91,7 +91,7 @@ fn axes_of_a_group_go_together_and_the_others_span_a_grid_with_them() {
     );
     let apart = Axis { group: None, ..named(&axes[2], ["TIC1", "TIC2"]) };
     assert!(error(vec![named(&axes[0], ["TIC1", "TIC2"]), apart]).contains("give both the same group"));
-    // Three runs of each loop, one behind the other.
+    // Three runs of each loop, one after the other.
     let loops = self::experiment(vec![named(&axes[0], ["TIC1", "TIC2"]), axes[1].clone()]).loops.unwrap();
     assert_eq!([0, 2, 3, 5].map(|run| loops.of(run)), ["TIC1", "TIC1", "TIC2", "TIC2"]);
 }
@@ -162,7 +162,7 @@ fn the_figures_are_those_of_the_signals_that_the_first_fmu_tells_and_of_single_v
         ("pulses", "-"),
     ];
     assert_eq!(names, [&of_step[..], &of_variables].concat());
-    // The mean of pulses does not travel, unless the user names it; what is set of the plant disturbs the loop.
+    // The mean of pulses has no travel figure unless the user names it; what is set in the plant disturbs the loop.
     job.study.signals.manipulated_value = Some("C.OUT".into());
     job.study.axes.push(Axis { time: Some(40.0), ..axis("P.LOAD", values(&[5.0])) });
     let figures = resolved(&job).unwrap().figures;
@@ -208,14 +208,14 @@ fn the_values_of_a_point_are_what_the_fmus_get() {
 
 #[test]
 fn an_axis_replaces_what_the_loop_sets_for_its_variable_then() {
-    // The loop sets SP at 5 s and GAIN at the start; SP at the start is another thing.
+    // The loop sets SP at 5 s and GAIN at the start; SP at the start is a different setting.
     let sp = |time| Axis { time, ..axis("C.SP", values(&[10.0])) };
     let experiment = experiment(vec![axis("C.GAIN", values(&[1.0])), sp(Some(5.0)), sp(None)]);
     let controller = &experiment.plan.members[0];
     assert_eq!(controller.events.len(), 1);
     assert_eq!(controller.inputs.iter().map(|of| of.value).collect::<Vec<_>>(), [10.0]);
     assert_eq!(controller.parameters.iter().map(|of| of.value).collect::<Vec<_>>(), [10.0, 1.0], "TI and GAIN");
-    // What the loop sets at another time stays.
+    // What the loop sets at other times is kept.
     let events = self::experiment(vec![sp(None)]).plan.members[0].events.clone();
     assert_eq!(events.iter().map(|(time, of)| (*time, of.value)).collect::<Vec<_>>(), [(5.0, 40.0)]);
 }
@@ -396,7 +396,7 @@ fn values_outside_of_the_declared_range_are_a_warning_for_each_axis() {
     let warning =
         "axis 1 (C.SP): values such as C.SP = 160 are outside of the range that the FMU declares, -100.0 to 100.0";
     assert_eq!(resolved(&job).unwrap().warnings, [warning]);
-    // What the axis replaces does not count, what the loop sets otherwise does.
+    // Settings that the axis replaces are ignored; other settings of the loop are not.
     job.system.settings.push("C.SP=-500@30".parse().unwrap());
     job.study.axes.remove(0);
     let warning = "C.SP = -500.0 is outside of the range that the FMU declares, -100.0 to 100.0";
@@ -424,13 +424,13 @@ fn a_mistake_of_the_loop_is_not_said_to_be_one_of_an_axis() {
     assert_eq!(error(&job), "C has no variable TIM; did you mean C.TI?");
 }
 
-/// A controller with faults.
+/// A controller with a fault.
 struct Faulty {
     inner: Linked<Pid>,
-    /// TI as it was set; below 1 s it refuses to step from 10 s on.
+    /// The TI that was set; below 1 s, the controller refuses to step from 10 s on.
     ti: f64,
     fault: Fault,
-    /// What is left of the run before, added to its manipulated value.
+    /// The residue of the previous run, which is added to the manipulated value.
     residue: f64,
     instances: Rc<Cell<usize>>,
     /// The value references of OUT and TI.
@@ -442,7 +442,7 @@ enum Fault {
     None,
     ResetKeepsState,
     ResetRefused,
-    /// There can be one instance at a time.
+    /// Only one instance can exist at a time.
     OneInstance,
 }
 
@@ -506,12 +506,12 @@ impl Reset for Faulty {
     }
 }
 
-/// Makes controllers with a fault, and counts them.
+/// Returns a factory of controllers with a fault, and the number of instances that it has made.
 fn faulty(fault: Fault) -> (Rc<Cell<usize>>, impl FnMut(usize) -> Made) {
     let instances = Rc::new(Cell::new(0));
     let count = Rc::clone(&instances);
     let make = move |member| {
-        // The test and this closure hold the other two.
+        // The test and this closure hold the other two references.
         if fault == Fault::OneInstance && member == 0 && Rc::strong_count(&count) > 2 {
             bail!("there is an instance already");
         }
@@ -526,7 +526,8 @@ fn a_run_that_an_fmu_refuses_is_a_row_with_its_reason_and_the_next_run_is_not_ha
     let (instances, mut make) = faulty(Fault::None);
     let mut executor = Executor::new(experiment.clone());
     let mut rows = points(&experiment).into_iter().map(|point| executor.row(&point, &mut make)).collect::<Vec<_>>();
-    // One for the first run, one for the failed run to see whether reset instances were to blame, one for the third.
+    // One for the first run, one for the failed run, to find out whether resetting the instance caused the failure, and
+    // one for the third.
     assert_eq!(instances.get(), 3);
     assert_eq!(rows[1].error.as_deref(), Some("C: the step returned an error: TI is too short in instance 2"));
     assert!(rows[1].figures.iter().all(|figure| figure.is_nan()) && rows[1].figures.len() == experiment.figures.len());
@@ -584,7 +585,7 @@ fn there_are_never_two_instances_of_an_fmu() {
     }
 }
 
-/// A run with new instances: its recording in one piece, and its figures.
+/// Runs with new instances, and returns the recording in one piece and the figures.
 fn recorded_run(executor: &mut Executor<Box<dyn Reset>>, point: &[f64]) -> (Recording, Option<Vec<f64>>) {
     let mut pieces = Vec::new();
     let piece = |recording| {
@@ -602,7 +603,7 @@ fn recorded_run(executor: &mut Executor<Box<dyn Reset>>, point: &[f64]) -> (Reco
 #[test]
 fn a_long_recording_comes_in_pieces_or_with_its_extremes_alone() {
     let mut job = job(vec![axis("C.GAIN", values(&[0.5]))]);
-    // More values than a piece has, and more rows than a picture needs.
+    // More values than fit into a piece, and more rows than a picture needs.
     (job.system.step, job.system.stop) = (Some(0.5), Some(100_000.0));
     let mut executor = Executor::new(resolved(&job).unwrap());
     let mut received = |detail| {
@@ -617,7 +618,7 @@ fn a_long_recording_comes_in_pieces_or_with_its_extremes_alone() {
     let all = received(Detail::All);
     assert_eq!(all.iter().sum::<usize>(), 200_001);
     assert!(all.len() > 1 && all.iter().all(|rows| *rows <= PIECE), "{all:?}");
-    // Of 21 rows each, two: 2 * ceil(200 001 / 21).
+    // Two of every 21 rows: 2 * ceil(200 001 / 21).
     assert_eq!(received(Detail::Drawn), [19_048]);
 }
 
@@ -658,7 +659,7 @@ fn values_and_violations_are_those_of_the_steps_of_the_whole_run() {
     let row = executor.row(&[], instantiate);
     let (recording, _) = recorded_run(&mut executor, &[]);
     let column = recording.columns.iter().position(|column| column.name == "P.TEMP").unwrap();
-    // A row for each step, and one for the end.
+    // One row for each step, and one for the end.
     assert_eq!(recording.times.len(), 121);
     let temperatures: Vec<f64> = recording.column(column).take(120).collect();
     let violated = temperatures.iter().filter(|value| **value < 5.0 || **value > 41.0).count() as f64 * 0.5;
@@ -757,7 +758,7 @@ fn signals_can_be_named_and_have_to_be_where_no_fmu_tells_them() {
     assert_eq!(names, of_loop.chain(["P.TEMP.max"]).collect::<Vec<_>>());
     job.study.signals.pulses = Some(vec!["C.OUT".into()]);
     assert_eq!(message(&job), "signals: pulses: C.OUT is Real: name Boolean variables");
-    // What is named goes before what the table says, which fills in the rest.
+    // Named signals take precedence over the table, which supplies the rest.
     job.study.signals.pulses = None;
     let signals = resolved(&job).unwrap().signals;
     assert_eq!(signals.process_value.as_deref(), Some("P.TEMP"));

@@ -6,7 +6,7 @@ use crate::results::Row;
 use serde_json::{Value as Json, json};
 use std::fs;
 
-/// A small study with all that a report needs.
+/// A small study with everything that a report needs.
 pub(crate) struct Sample {
     job: Job,
     table: Table,
@@ -35,7 +35,7 @@ pub(crate) fn recording(top: f64) -> Recording {
 }
 
 impl Sample {
-    /// Four runs, one of which failed, with what is expected of them.
+    /// Creates four runs, one of which failed, with the given expectations.
     pub(crate) fn new(expected: &[&str]) -> Sample {
         let axis = |variable: &str, along: Along| Axis { variables: vec![variable.into()], along, ..Axis::default() };
         let axes = vec![
@@ -275,7 +275,7 @@ fn a_report_is_a_page_a_file_for_programs_and_pictures() {
 #[test]
 fn pictures_that_cannot_be_written_cost_nothing_but_themselves() {
     let folder = tempfile::tempdir().unwrap();
-    // A file is in the place of their folder.
+    // A file is at the path of the pictures' folder.
     fs::write(folder.path().join("pictures"), "").unwrap();
     let problems = write(folder.path(), &Sample::new(&[]).report()).unwrap();
     // Curves, the scatter plot and two histograms, each as SVG and PNG.

@@ -1,4 +1,4 @@
-//! The report's section on the study itself: the loop, how to run it again, and the axes.
+//! The section of the report on the study itself: the loop, how to repeat it, and the axes.
 
 use super::{Report, printable, seen};
 use crate::ran::{Ran, RanFmu, Set};
@@ -7,25 +7,25 @@ use modeldescription::digits::short;
 use run::system::Value;
 use std::fmt::Write as _;
 
-/// At most this many rows of an axis are written out.
+/// The maximum number of rows listed for an axis.
 const MOST_ROWS: usize = 40;
 
-/// What was run, and how to run it again.
+/// The loop that was run, and how to repeat it.
 pub(super) struct RanPart<'a> {
     pub(super) of: &'a Ran,
-    /// From when to when, in which steps.
+    /// The time span and the steps.
     pub(super) span: String,
     /// The FMUs: name, model, version or tool, hash.
     pub(super) fmus: Vec<[String; 4]>,
-    /// Whether any of them says a version or a tool.
+    /// Whether any of them declares a version or a tool.
     pub(super) has_versions: bool,
     pub(super) connections: Vec<String>,
     pub(super) settings: Vec<String>,
     pub(super) events: Vec<(String, String)>,
-    /// In which folder the commands work.
+    /// The folder in which the commands work.
     pub(super) folder: String,
     pub(super) command: String,
-    /// The same with the curves of the worst run.
+    /// The command that also records the curves of the worst run.
     pub(super) curves: String,
     pub(super) fingerprint: &'a str,
 }
@@ -69,7 +69,7 @@ impl<'a> RanPart<'a> {
     }
 }
 
-/// A word of a command as a shell takes it.
+/// A word of a command, quoted for a shell where necessary.
 fn quoted(text: &str) -> String {
     let is_plain = |letter: char| letter.is_alphanumeric() || "._-/:=@%+,".contains(letter);
     if !text.is_empty() && text.chars().all(is_plain) {
@@ -79,7 +79,7 @@ fn quoted(text: &str) -> String {
     }
 }
 
-/// How axes depend on each other, a sentence; none if they do not.
+/// A sentence on the correlations between axes; `None` if there are none.
 pub(super) fn correlation_text(correlations: &[Correlation]) -> Option<String> {
     let one = |of: &Correlation| format!("{} and {} {}", of.variables[0], of.variables[1], short(of.rank));
     let all = correlations.iter().map(one).collect::<Vec<_>>().join(", ");
@@ -96,7 +96,7 @@ pub(super) fn is_sampled(along: &Along) -> bool {
     !matches!(along, Along::Values(_) | Along::Rows(_) | Along::Range { .. })
 }
 
-/// An axis in words.
+/// The description of an axis.
 pub(super) fn axis_part(axis: &Axis) -> AxisPart {
     let value = |value: &Value| match value {
         Value::Boolean(value) => value.to_string(),

@@ -7,7 +7,7 @@ fn samples(sampling: Sampling, seed: u64, count: u64, axis: usize) -> Vec<f64> {
     (0..count).map(|sample| sampler.probability(axis, sample)).collect()
 }
 
-/// How many samples are in each of this many intervals of the same width.
+/// Returns the number of samples in each of this many intervals of equal width.
 fn histogram(samples: &[f64], count: usize) -> Vec<usize> {
     let mut histogram = vec![0; count];
     samples.iter().for_each(|sample| histogram[(sample * count as f64) as usize] += 1);
@@ -43,7 +43,7 @@ fn probabilities_are_above_0_and_below_1() {
 fn a_sample_depends_on_seed_axis_and_number_alone() {
     for sampling in ALL {
         let one = Sampler::new(sampling, 7, 64, 3);
-        // Another number of axes, and another order of the questions.
+        // A sampler with another number of axes, queried in another order.
         let other = Sampler::new(sampling, 7, 64, 5);
         for axis in 0..3 {
             for sample in (0..64).rev() {
@@ -53,14 +53,14 @@ fn a_sample_depends_on_seed_axis_and_number_alone() {
         assert_ne!(samples(sampling, 7, 64, 0), samples(sampling, 8, 64, 0), "{sampling:?}: another seed");
         assert_ne!(samples(sampling, 7, 64, 0), samples(sampling, 7, 64, 1), "{sampling:?}: another axis");
     }
-    // More random samples go on where fewer end.
+    // A larger number of random samples continues a smaller one.
     assert_eq!(samples(Sampling::Random, 7, 100, 0)[..50], samples(Sampling::Random, 7, 50, 0));
 }
 
 #[test]
 fn random_samples_are_spread_evenly() {
     let samples = samples(Sampling::Random, 1, 20_000, 0);
-    // Chi-square with 99 degrees of freedom: between 60 and 149 but for one seed in a thousand.
+    // Chi-square with 99 degrees of freedom: between 60 and 149 except for one seed in a thousand.
     let expected = 200.0;
     let counts = histogram(&samples, 100);
     let square: f64 = counts.iter().map(|count| (*count as f64 - expected).powi(2) / expected).sum();
@@ -83,7 +83,7 @@ fn the_order_of_the_strata_tells_nothing_of_another_axis() {
     let [one, other] = [0, 1].map(|axis| samples(Sampling::LatinHypercube, 3, count, axis));
     let covariance: f64 = one.iter().zip(&other).map(|(one, other)| (one - 0.5) * (other - 0.5)).sum();
     let correlation = 12.0 * covariance / count as f64;
-    // The standard deviation of independent ones is 1/sqrt(2000) = 0.022.
+    // The standard deviation for independent samples is 1/sqrt(2000) = 0.022.
     assert!(correlation.abs() < 0.07, "{correlation}");
     let neighbours: f64 = one.windows(2).map(|pair| (pair[0] - 0.5) * (pair[1] - 0.5)).sum();
     assert!((12.0 * neighbours / count as f64).abs() < 0.07);
@@ -120,7 +120,7 @@ fn the_samples_do_not_change_with_a_new_version() {
         let sampler = Sampler::new(sampling, 42, 1000, 2);
         [(0, 0), (0, 999), (1, 500)].map(|(axis, sample)| sampler.probability(axis, sample).to_bits())
     };
-    // The first row agrees with an implementation of ChaCha8 of its own, 8 rounds, key (42, axis, 0, 0), nonce 0.
+    // The first row agrees with an independent implementation of ChaCha8: 8 rounds, key (42, axis, 0, 0), nonce 0.
     let expected = [
         [4_599_945_214_697_038_826, 4_604_414_193_286_394_059, 4_602_017_942_603_493_078],
         [4_604_510_417_419_585_454, 4_604_045_145_233_759_928, 4_588_586_272_519_389_970],

@@ -1,4 +1,4 @@
-//! A table of loops as Apache Parquet.
+//! Reads a table of loops from Apache Parquet.
 
 use super::{Given, NAMES};
 use anyhow::{Context, Result, bail, ensure};
@@ -8,7 +8,7 @@ use run::system::Value;
 use std::fs::File;
 use std::path::Path;
 
-/// Reads the rows of a file that is called `shown` in errors.
+/// Reads the rows of a file; errors name it `shown`.
 pub(super) fn read(path: &Path, shown: &str) -> Result<Given> {
     let file = File::open(path).with_context(|| format!("{shown} cannot be read"))?;
     let reader = SerializedFileReader::new(file).with_context(|| format!("{shown} is not a Parquet file"))?;
@@ -37,7 +37,7 @@ pub(super) fn read(path: &Path, shown: &str) -> Result<Given> {
     Ok(given)
 }
 
-/// The value of a variable.
+/// Converts a field to the value of a variable.
 fn value(field: &Field) -> Result<Value> {
     let number = match field {
         Field::Bool(value) => return Ok(Value::Boolean(*value)),
@@ -61,7 +61,7 @@ fn value(field: &Field) -> Result<Value> {
     Ok(Value::Number(number))
 }
 
-/// The name of a loop.
+/// Converts a field to the name of a loop.
 fn name(field: &Field) -> Result<String> {
     match field {
         Field::Str(text) => Ok(text.clone()),

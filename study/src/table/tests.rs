@@ -55,7 +55,7 @@ fn two_loops_have_two_names() {
 const SOURCE: &str = "DATA_BLOCK \"TIC1\"\n FB 41\nBEGIN\n GAIN := 1.5;\nEND_DATA_BLOCK\n\
                       DATA_BLOCK \"VALVE1\"\n FB 42\nBEGIN\n GAIN := 2.5;\nEND_DATA_BLOCK\n";
 
-/// The rows of a source of STEP 7 for an FMU of a loop.
+/// Returns the rows of a STEP 7 source for the FMU of a loop.
 fn of_source(text: &str, file: &str, fmu: Option<&str>) -> Result<Rows> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plant.awl");
@@ -87,7 +87,7 @@ fn loops_of_another_block_than_the_fmus_are_left_out_with_a_remark_or_refused() 
     assert_eq!(of_source(alone, &format!("{other}.fmu"), None).unwrap().axis.names, ["VALVE1"]);
 }
 
-/// Writes a Parquet file of one column of each kind; nulls where `is_there` is 0.
+/// Writes a Parquet file with one column of each kind; values are null where `is_there` is 0.
 fn parquet_file(path: &Path, names: &[&str], is_there: &[i16]) {
     use ::parquet::basic::Compression;
     use ::parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, FloatType, Int32Type, Int64Type};

@@ -1,12 +1,14 @@
-//! Ms, the largest sensitivity of a loop, for candidates of a search: how robust the loop is against a plant that changes.
+//! Ms, the maximum sensitivity of a loop, for candidates of a search: how robust the loop is against changes of the
+//! plant.
 //!
-//! It needs to know each plant. So the loop is run in manual mode, with all its events left out, the manual value steps, and the
-//! process value is recorded: what it does from call to call is the plant, see [`margins`]. Its gain is that between the manual
-//! value and the process value as the controller sees it; what the block does to its manipulated value after the manual value,
-//! what is between the FMUs, and pulses with an actuator are in it. Pulses whose period is longer than the time between two calls
-//! count by their mean. If the process value is noisy, a lag with dead time is identified from it instead.
+//! Each plant must be known for this. The loop is therefore run in manual mode, without its events; the manual value
+//! steps, and the process value is recorded: its response from call to call is the plant, see [`margins`]. The gain is
+//! that from the manual value to the process value as the controller sees it; it includes what the block does to its
+//! manipulated value after the manual value, everything between the FMUs, and pulses with an actuator. Pulses with a
+//! period longer than the time between two calls count by their mean. If the process value is noisy, a lag with dead
+//! time is identified instead.
 //!
-//! The controller is the law that is computed in each call, see [`Law`], with the candidate's GAIN, TI, TD and TM_LAG.
+//! The controller is the law computed in each call, see [`Law`], with the candidate's GAIN, TI, TD and TM_LAG.
 
 use crate::Job;
 use anyhow::{Context, Result, bail};
@@ -22,64 +24,64 @@ use run::system::{self, Setting, Value, own_name};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// By how much the manual value steps by default, in its unit.
+/// The default height of the step of the manual value, in its unit.
 const HEIGHT: f64 = 20.0;
-/// When it steps by default, in parts of the run.
+/// The default time of the step, as a share of the run.
 const SHARE: f64 = 0.1;
-/// With more noise in the record than this part of the answer, the plant is identified.
+/// The relative noise in a recording above which the plant is identified as a lag with dead time.
 const NOISE: f64 = 0.005;
 
 /// The step of the manual value by which the plants are identified.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(default, deny_unknown_fields)]
 pub struct Step {
-    /// The manual value before the step; by default what the loop sets, else its start value.
+    /// The manual value before the step; by default the loop's setting, else its start value.
     pub from: Option<f64>,
-    /// The manual value after it; by default 20 more.
+    /// The manual value after the step; by default 20 more.
     pub to: Option<f64>,
-    /// When it is, in seconds; by default after a tenth of the run.
+    /// The time of the step in seconds; by default a tenth of the run.
     pub time: Option<f64>,
     /// The end of the run in seconds; by default that of the study.
     pub stop: Option<f64>,
-    /// Whether the plant integrates.
+    /// Whether the plant is integrating.
     pub is_integrating: bool,
 }
 
-/// A controller whose linear form is known.
+/// A controller with a known linear form.
 pub struct Linear {
     controller: Controller,
-    /// The period in seconds of a pulse former that is another FMU, by its name `FMU.VARIABLE`.
+    /// The period, in seconds, of a pulse former in another FMU, with its name `FMU.VARIABLE`.
     period: Option<(String, f64)>,
-    /// The time in seconds between two exchanges of values, if the loop says it.
+    /// The communication step in seconds, if the loop specifies it.
     step: f64,
 }
 
-/// How the plants are identified: a job to run with the points of the study, and what to look at.
+/// The identification of the plants: a job to run with the points of the study, and the signals to evaluate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identification {
     /// The loop in manual mode.
     pub job: Job,
-    /// `FMU.VARIABLE` of the manual value.
+    /// The manual value, `FMU.VARIABLE`.
     manual: String,
-    /// `FMU.VARIABLE` of the process value.
+    /// The process value, `FMU.VARIABLE`.
     process_value: String,
     is_integrating: bool,
 }
 
-/// A plant for Ms, with what the user should know of it.
+/// A plant for Ms, with remarks for the user.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identified {
     /// The plant.
     pub plant: Plant,
-    /// How well a lag with dead time fits, in percent, if it is taken for a noisy record.
+    /// The fit of a lag with dead time, in percent, if one is used because of noise.
     pub fit: Option<f64>,
 }
 
 impl Linear {
-    /// The controller is the first member of the loop, with this table.
+    /// Creates the controller: the first member of the loop, with this table.
     ///
     /// # Errors
-    /// Why it has no linear form, and the remedy.
+    /// It has no linear form; the message names the reason and the remedy.
     pub fn of(job: &Job, table: &Arc<Table>) -> Result<Linear> {
         let member = job.system.members.first().context("there is no controller")?;
         let values = of_member(job, &member.name);
@@ -93,7 +95,8 @@ impl Linear {
         Ok(linear)
     }
 
-    /// The same with the pulse former that the controller is connected to, if there is one. The tables are those of the members.
+    /// Adds the pulse former to which the controller is connected, if there is one. The tables are those of the
+    /// members.
     ///
     /// # Errors
     /// A table is damaged.
@@ -120,7 +123,7 @@ impl Linear {
         Ok(self)
     }
 
-    /// Whether Ms depends on a variable of the loop, other than through the model of the plant.
+    /// Whether Ms depends on a variable of the loop other than through the plant model.
     pub fn has(&self, variable: &str) -> bool {
         let Controller { table, roles, .. } = &self.controller;
         let is_period = || self.period.as_ref().is_some_and(|(name, _)| name == variable);
@@ -129,8 +132,8 @@ impl Linear {
         is_period() || own.is_some_and(|own| own == table.variables[table.cycle].name || names.any(|name| name == own))
     }
 
-    /// The loop in manual mode, to identify the plants with. Axes that act later than the start are left out of its points: see
-    /// [`Identification::is_in_point`].
+    /// The loop in manual mode, for identifying the plants. Axes that act after the start are left out of its points:
+    /// see [`Identification::is_in_point`].
     ///
     /// # Errors
     /// The controller has no manual mode.
@@ -147,7 +150,7 @@ impl Linear {
         let [switch, manual, process_value] = [switch, manual, process_value].map(|of| format!("{name}.{of}"));
         let to = step.to.unwrap_or(from + HEIGHT);
         let stop = step.stop.unwrap_or(stop);
-        // The step is in a call of the controller, at the beginning of a period.
+        // The step coincides with a call of the controller and the start of a period.
         let (sampling, period) = (self.controller.sampling(), self.period(&Values::new()));
         let grid = sampling.max(period);
         let time = step.time.unwrap_or(start + SHARE * (stop - start));
@@ -179,19 +182,19 @@ impl Linear {
         Ok(Identification { job, manual, process_value, is_integrating: step.is_integrating })
     }
 
-    /// Ms with a plant, for settings of the controller on top of the loop's; infinite if the loop is unstable.
+    /// Ms with a plant, for settings of the controller that override the loop's; infinite if the loop is unstable.
     ///
     /// # Errors
-    /// Why these settings have no linear form.
+    /// These settings have no linear form, with the reason.
     pub fn sensitivity(&self, plant: &Plant, settings: &Values) -> Result<f64> {
         let margins = margins::of(plant, &self.law(settings)?, self.delay_of_pulses(settings));
         Ok(margins.sensitivity.unwrap_or(f64::INFINITY))
     }
 
-    /// The plant from the recorded step of an identification, with settings of the controller on top of the loop's.
+    /// The plant from the recorded step of an identification, with settings of the controller that override the loop's.
     ///
     /// # Errors
-    /// Why the record says nothing about the plant, and what to do.
+    /// The recording does not reveal the plant; the message names the reason and the remedy.
     pub fn identified(&self, of: &Identification, recording: &Recording, settings: &Values) -> Result<Identified> {
         let place = |name: &String| {
             let place = recording.columns.iter().position(|column| column.name == *name);
@@ -217,18 +220,18 @@ impl Linear {
         Ok(Identified { plant, fit: None })
     }
 
-    /// A plant whose model is known.
+    /// The plant given by a model.
     pub fn modelled(&self, model: &Model) -> Plant {
         Plant::of_model(model, self.controller.sampling().max(self.step))
     }
 
-    /// By how much pulses delay a manipulated value, in seconds: half of their period, unless there is one value a period.
+    /// The delay of a manipulated value by pulses, in seconds: half their period, unless there is one value per period.
     fn delay_of_pulses(&self, settings: &Values) -> f64 {
         let (period, sampling) = (self.period(settings), self.with(settings).sampling().max(self.step));
         if period > sampling * (1.0 + 1e-9) { period / 2.0 } else { 0.0 }
     }
 
-    /// The period of the pulses in seconds; 0 without.
+    /// The period of the pulses in seconds; 0 without pulses.
     fn period(&self, settings: &Values) -> f64 {
         let period = self.period.as_ref().map(|(name, value)| match settings.get(name) {
             Some(Value::Number(value)) => *value,
@@ -237,14 +240,14 @@ impl Linear {
         period.or(self.with(settings).own_period()).unwrap_or_default()
     }
 
-    /// The name by which [`sensitivity`](Linear::sensitivity) takes a variable of the loop: that of the controller without the
-    /// name of the FMU, the pulse former's period with it; none for others.
+    /// The name under which [`sensitivity`](Linear::sensitivity) takes a variable of the loop: the bare name for a
+    /// variable of the controller, `FMU.NAME` for the pulse former's period, `None` otherwise.
     pub fn own_name<'a>(&self, variable: &'a str) -> Option<&'a str> {
         let is_period = self.period.as_ref().is_some_and(|(name, _)| name == variable);
         if is_period { Some(variable) } else { own_name(variable, &self.controller.member.name) }
     }
 
-    /// The controller with other settings.
+    /// The controller with settings overridden.
     fn with(&self, settings: &Values) -> Controller {
         let Controller { member, table, roles, groups } = &self.controller;
         let mut values = member.values.clone();
@@ -253,7 +256,7 @@ impl Linear {
         Controller { member, table: table.clone(), roles: roles.clone(), groups: groups.clone() }
     }
 
-    /// What the block computes with its settings.
+    /// The linear law that the block computes with its settings.
     fn law(&self, values: &Values) -> Result<Law> {
         let controller = self.with(values);
         let fmu = &controller.member.fmu;
@@ -273,22 +276,22 @@ impl Linear {
     }
 }
 
-/// The remedy without a linear form.
+/// The remedy if there is no linear form.
 const SENSITIVITY_UNKNOWN: &str = "Ms is not known for it; remove the constraint of ms, and bound overshoot instead";
 
 impl Identification {
-    /// For each coordinate of a study's point, whether the point of this job has it.
+    /// For each coordinate of a study's point, whether this job's points have it.
     pub fn is_in_point(job: &Job) -> Vec<bool> {
         job.study.axes.iter().flat_map(|axis| axis.variables.iter().map(|_| axis.time.is_none())).collect()
     }
 }
 
-/// What the loop sets of a member at the start.
+/// The settings of a member at the start.
 fn of_member(job: &Job, name: &str) -> Values {
     let own = |setting: &&Setting| setting.time.is_none();
     let mut values = Values::new();
     let mut settings: Vec<&Setting> = job.system.settings.iter().filter(own).collect();
-    // Other settings take precedence over those of a parameter file.
+    // Other settings override those of a parameter file.
     settings.sort_by_key(|setting| !setting.is_preliminary);
     for setting in settings {
         if let Some(variable) = own_name(&setting.variable, name) {

@@ -1,9 +1,10 @@
-//! The search: a start design that fills the space; Nelder and Mead's method from the best candidates, after a while
-//! only from the best one; then, if there is a front, the same for its other end, and for bounds on the second figure between both.
+//! The search: a space-filling start design; the Nelder-Mead method from the best candidates, and after a while only
+//! from the best one; then, if there is a front, the same for its other end, and for bounds on the second figure in
+//! between.
 //!
-//! Several simplices are at work at once, each wanting one candidate at a time; these are evaluated together. A simplex does not
-//! wait: it is computed anew from its beginning, with what is known of all candidates, up to the first one that is not known. So
-//! the search has no threads, and which candidates it tries follows from the problem and the figures alone.
+//! Several simplices work at once, each requesting one candidate at a time; these are evaluated together. A simplex
+//! does not wait: it is replayed from its start, with all known candidates, up to the first unknown one. So the search
+//! has no threads, and the candidates it tries depend only on the problem and the figures.
 
 use crate::Sampling;
 use crate::results::Row;
@@ -16,39 +17,39 @@ use std::cell::{Cell, RefCell};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-/// How many candidates of the start design are evaluated at once.
+/// The number of candidates of the start design evaluated at once.
 const BATCH: usize = 64;
-/// The standard deviation of the costs of a simplex that has converged; they are from -1 to 1 for feasible candidates.
+/// The standard deviation of a simplex' costs at which it has converged; feasible costs are between -1 and 1.
 const TOLERANCE: f64 = 1e-5;
-/// The most iterations of a simplex.
+/// The maximum number of iterations of a simplex.
 const ITERATIONS: u64 = 300;
-/// The edge of a simplex that begins, in parts of the ranges.
+/// The initial edge of a simplex, as a share of the ranges.
 const EDGE: f64 = 0.1;
-/// How many simplices look for the best settings.
+/// The number of simplices that search for the best settings.
 const STARTS: usize = 3;
-/// How often the best settings begin a new, smaller simplex.
+/// The number of times that the best settings start a new, smaller simplex.
 const RESTARTS: usize = 3;
-/// How many bounds on the second figure fill the front.
+/// The number of bounds on the second figure that fill the front.
 const LEVELS: usize = 14;
 
-/// What was found.
+/// The outcome of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// All that was tried, in this order.
+    /// All candidates tried, in order.
     pub candidates: Vec<Candidate>,
-    /// The best by Deb's rule; it is feasible if there is a feasible one.
+    /// The best candidate by Deb's rule; it is feasible if any is.
     pub best: usize,
-    /// The candidates that no other one beats in both figures, by the first figure; empty if there is only one figure.
+    /// The Pareto-optimal candidates, ordered by the first figure; empty if there is only one figure.
     pub front: Vec<usize>,
 }
 
-/// Searches. `evaluate` gives a row for each plant for each candidate of a batch, or nothing to end the search with what is
-/// known. `progress` gets the number of candidates that are evaluated, and the best one, after each batch.
+/// Searches. `evaluate` returns, for each candidate of a batch, a row for each plant, or `None` to end the search with
+/// what is known. `progress` receives the number of evaluated candidates and the best one after each batch.
 ///
-/// `first` are settings to begin with: those that the loop has now.
+/// `first` are the settings to start with: the loop's present ones.
 ///
 /// # Errors
-/// Those of `evaluate`; it ends the search before a candidate is known.
+/// `evaluate` fails, or it ends the search before any candidate is known.
 pub fn search(
     problem: &Problem,
     first: Option<&[f64]>,
@@ -78,27 +79,27 @@ pub fn search(
     Ok(Outcome { candidates: archive.candidates, best, front })
 }
 
-/// What a simplex goes for.
+/// The aim of a simplex.
 #[derive(Clone, Debug, PartialEq)]
 enum Aim {
     /// The lowest objective.
     Objective,
     /// The lowest second figure.
     Second,
-    /// The lowest objective with a second figure that does not pass this.
+    /// The lowest objective with a second figure not exceeding this bound.
     Within(f64),
 }
 
-/// A run of Nelder and Mead's method.
+/// A run of the Nelder-Mead method.
 #[derive(Clone, Debug, PartialEq)]
 struct Simplex {
     aim: Aim,
-    /// Its vertices at the beginning, with coordinates from 0 to 1.
+    /// Its initial vertices, with coordinates from 0 to 1.
     vertices: Vec<Vec<f64>>,
 }
 
 impl Simplex {
-    /// One vertex, and others beside it along each axis, towards the middle.
+    /// A simplex of one vertex and a neighbour along each axis, towards the middle.
     fn at(place: Vec<f64>, edge: f64, aim: Aim) -> Simplex {
         let beside = |axis: usize| {
             let mut vertex = place.clone();
@@ -110,15 +111,15 @@ impl Simplex {
     }
 }
 
-/// All candidates that are known, and how others are evaluated.
+/// All known candidates, and the means to evaluate others.
 struct Archive<'a, E, P> {
     problem: &'a Problem,
     candidates: Vec<Candidate>,
-    /// Where a candidate is, by the bits of its values.
+    /// The index of each candidate, by the bits of its values.
     known: BTreeMap<Vec<u64>, usize>,
-    /// What counts as half of the way to infinity, of the objective and of the second figure.
+    /// The scales of the objective and of the second figure: the value that counts as half-way to infinity.
     scales: (f64, f64),
-    /// No more is evaluated.
+    /// Whether evaluation has ended.
     has_ended: bool,
     evaluate: E,
     progress: P,
@@ -133,7 +134,7 @@ where
     E: FnMut(&[Vec<f64>]) -> Result<Option<Vec<Vec<Row>>>>,
     P: FnMut(usize, &Candidate),
 {
-    /// The values at a place with coordinates from 0 to 1.
+    /// The values at a position with coordinates from 0 to 1.
     fn values(&self, place: &[f64]) -> Vec<f64> {
         self.problem.search.iter().zip(place).map(|(search, place)| search.value(*place)).collect()
     }
@@ -147,7 +148,7 @@ where
         self.known.get(&key(&self.values(place))).map(|number| &self.candidates[*number])
     }
 
-    /// Evaluates those of the candidates that are not known, up to `limit` candidates in all.
+    /// Evaluates the unknown ones among the candidates, up to `limit` candidates in total.
     fn add(&mut self, wanted: Vec<Vec<f64>>, limit: usize) -> Result<()> {
         let mut batch: Vec<Vec<f64>> = Vec::new();
         for values in wanted {
@@ -173,7 +174,7 @@ where
         Ok(())
     }
 
-    /// The start design.
+    /// Evaluates the start design.
     fn explore(&mut self, first: Option<&[f64]>) -> Result<()> {
         let (axes, limit) = (self.problem.search.len(), self.problem.evaluations);
         let count = (limit / 6).max(4 * axes + 1).min(limit / 2);
@@ -194,7 +195,7 @@ where
         Ok(())
     }
 
-    /// Goes for the lowest objective.
+    /// Searches for the lowest objective.
     fn descend(&mut self, limit: usize) -> Result<()> {
         let mut starts: Vec<Vec<f64>> = Vec::new();
         let mut taken = Vec::new();
@@ -209,7 +210,7 @@ where
         }
         let mut simplices: Vec<Simplex> =
             starts.into_iter().map(|place| Simplex::at(place, EDGE, Aim::Objective)).collect();
-        // After a third of the evaluations only the best one continues.
+        // After a third of the evaluations, only the best one continues.
         let known = self.candidates.len();
         self.polish(&simplices, known + limit.saturating_sub(known) / 3)?;
         let costs = simplices.iter().map(|simplex| Ok(self.replay(simplex)?.1)).collect::<Result<Vec<f64>>>()?;
@@ -227,13 +228,13 @@ where
         Ok(())
     }
 
-    /// Goes for the other end of the front.
+    /// Searches for the other end of the front.
     fn descend_to_end(&mut self, limit: usize) -> Result<()> {
         let end = self.best(&Aim::Second, &[]);
         self.polish(&[Simplex::at(self.place(end), EDGE, Aim::Second)], limit)
     }
 
-    /// Fills the front between its ends, by bounds on the second figure.
+    /// Fills the front between its ends, using bounds on the second figure.
     fn fill_front(&mut self) -> Result<()> {
         let ends = [Aim::Objective, Aim::Second].map(|aim| &self.candidates[self.best(&aim, &[])]);
         let [(Some(high), true), (Some(low), true)] = ends.map(|end| (end.second, end.is_feasible())) else {
@@ -255,7 +256,7 @@ where
         Ok(())
     }
 
-    /// Lets simplices move until they have converged or `limit` candidates are known.
+    /// Advances simplices until they have converged or `limit` candidates are known.
     fn polish(&mut self, simplices: &[Simplex], limit: usize) -> Result<()> {
         loop {
             let mut wanted = Vec::new();
@@ -269,7 +270,7 @@ where
         }
     }
 
-    /// The places that a simplex needs to continue, empty if it has converged, and the lowest cost so far.
+    /// The positions that a simplex needs to continue, empty if it has converged, and its lowest cost so far.
     fn replay(&self, simplex: &Simplex) -> Result<(Vec<Vec<f64>>, f64)> {
         let unknown: Vec<Vec<f64>> =
             simplex.vertices.iter().filter(|place| self.find(place).is_none()).cloned().collect();
@@ -296,7 +297,7 @@ where
         }
     }
 
-    /// What is minimized: from -1 to 1 for feasible candidates, from 1 on for others.
+    /// The cost to minimize: from -1 to 1 for feasible candidates, from 1 for others.
     fn cost(&self, aim: &Aim, candidate: &Candidate) -> f64 {
         let (value, scale) = match aim {
             Aim::Second => (candidate.second, self.scales.1),
@@ -312,7 +313,7 @@ where
         }
     }
 
-    /// The best candidate but some; the first one of equal ones.
+    /// The best candidate not in `but`; the first of equals.
     fn best(&self, aim: &Aim, but: &[usize]) -> usize {
         let costs = self.candidates.iter().enumerate().filter(|(number, _)| !but.contains(number));
         let costs = costs.map(|(number, candidate)| (number, self.cost(aim, candidate)));
@@ -320,7 +321,7 @@ where
     }
 }
 
-/// A function as argmin takes it.
+/// A cost function for argmin.
 struct Cost<F>(F);
 
 impl<F: Fn(&Vec<f64>) -> Result<f64>> CostFunction for Cost<F> {
@@ -332,13 +333,13 @@ impl<F: Fn(&Vec<f64>) -> Result<f64>> CostFunction for Cost<F> {
     }
 }
 
-/// Places that fill the unit cube evenly.
+/// Positions that evenly fill the unit cube.
 fn design(count: usize, axes: usize, seed: u64) -> Vec<Vec<f64>> {
     let sampler = Sampler::new(Sampling::Sobol, seed, count as u64, axes);
     (0..count as u64).map(|sample| (0..axes).map(|axis| sampler.probability(axis, sample)).collect()).collect()
 }
 
-/// The candidates that no feasible one beats in both figures, by the first figure.
+/// The Pareto-optimal feasible candidates, ordered by the first figure.
 fn front(candidates: &[Candidate]) -> Vec<usize> {
     let figures = |candidate: &Candidate| Some((candidate.objective?, candidate.second?));
     let mut feasible: Vec<(usize, (f64, f64))> = candidates

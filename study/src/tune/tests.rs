@@ -29,7 +29,7 @@ fn row(figures: &[f64]) -> Row {
     Row { figures: figures.to_vec(), error: None }
 }
 
-/// Searches, with figures as a function of the values and of the number of one of three plants.
+/// Searches with figures that depend on the values and on the number of one of three plants.
 fn searched(problem: &Problem, figures: impl Fn(&[f64], f64) -> Vec<f64>) -> Outcome {
     let plants = |values: &Vec<f64>| [-1.0, 0.0, 1.0].map(|plant| row(&figures(values, plant))).to_vec();
     let evaluate = |batch: &[Vec<f64>]| Ok(Some(batch.iter().map(plants).collect()));
@@ -55,7 +55,7 @@ fn the_lowest_value_of_a_curved_valley_is_found_in_logarithmic_ranges() {
 
 #[test]
 fn the_best_settings_are_those_of_the_worst_plant() {
-    // Each plant has its optimum elsewhere: the worst of all is the lowest in the middle of the outer ones.
+    // Each plant has a different optimum: the worst of all is lowest in the middle between the outer ones.
     let problem =
         Problem { search: vec![Search { linear: true, ..problem(&[(0.5, 9.0)]).search.remove(0) }], ..problem(&[]) };
     let outcome = searched(&problem, |values, plant| vec![(values[0] - 4.0 - 2.0 * plant).powi(2)]);
@@ -66,7 +66,7 @@ fn the_best_settings_are_those_of_the_worst_plant() {
 
 #[test]
 fn the_optimum_on_a_constraint_keeps_it_and_says_that_it_is_active() {
-    // The largest product of two numbers whose sum is below 10 at the worst plant: 4.5 and 4.5.
+    // The maximum product of two numbers whose sum is below 10 for the worst plant: 4.5 and 4.5.
     let constraint = upper(1, 10.0);
     let problem =
         Problem { constraints: vec![constraint.clone(), upper(2, 100.0)], ..problem(&[(0.1, 50.0), (0.1, 50.0)]) };
@@ -94,7 +94,7 @@ fn an_optimum_at_the_end_of_a_range_is_found_there() {
 
 #[test]
 fn the_front_of_two_figures_is_filled_and_lies_where_it_is_known_to_be() {
-    // Schaffer's problem: the front is where the roots of both figures add up to 2.
+    // Schaffer's problem: on the front, the roots of both figures add up to 2.
     let mut problem = Problem { front: Some(1), ..problem(&[(0.01, 10.0), (0.01, 10.0)]) };
     problem.search.iter_mut().for_each(|search| search.linear = true);
     let outcome = searched(&problem, |values, _| {
@@ -238,7 +238,7 @@ fn a_constraint_is_of_each_plant_or_of_all_together() {
         let constraint = Constraint(Expectation { text: String::new(), figure: 0, of, comparison, bound: 10.0 });
         (constraint.value(&rows), constraint.holds(&rows), constraint.violation(&rows))
     };
-    // Only the last plant passes the bound, by 0.3.
+    // Only the last plant satisfies the bound, with a margin of 0.3.
     assert_eq!(of(Of::Each, Comparison::AtMost), (13.0, false, 0.3 / 1.3 / 3.0));
     assert_eq!(of(Of::Each, Comparison::AtLeast), (8.0, false, (0.2 / 1.2 + 0.1 / 1.1) / 3.0));
     assert_eq!(of(Of::Percentile(50.0), Comparison::Less), (9.0, true, 0.0));

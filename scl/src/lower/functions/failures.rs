@@ -1,4 +1,4 @@
-//! Whether a box of LAD or FBD fails, which its ENO says: functions whose names no source can write.
+//! Detects whether a box of LAD or FBD fails, as its ENO reports: functions with names that no source can spell.
 
 use super::Given;
 use crate::compiler::Operand;
@@ -17,7 +17,7 @@ impl Lowerer<'_, '_> {
         let target = given.all().iter().find(|argument| is_target(argument));
         let to = match target {
             None => Elementary::named(to.trim_start_matches('_')),
-            // Only its type counts: what it calculates is thrown away.
+            // Only its type matters: the code is discarded.
             Some(target) => match self.aside(|lowerer| lowerer.operand(target.value, None)).1 {
                 Operand::Value(of, _) => Some(of),
                 _ => None,
@@ -58,7 +58,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Whether the sum of SCALE_X does not fit the type of its result.
+    /// Whether the result of SCALE_X overflows its type.
     fn scaling_fails(&mut self, to: Option<Elementary>, given: &Given) -> Operand {
         let span = given.span;
         let names = ["MIN", "VALUE", "MAX"];
@@ -78,7 +78,7 @@ impl Lowerer<'_, '_> {
         Operand::Value(Elementary::Bool, binary(operation, ty, left, right, at))
     }
 
-    /// Whether a floating-point number is infinite or none; other numbers are valid.
+    /// Whether a floating-point number is infinite or NaN; numbers of other types are valid.
     fn invalid(&mut self, of: Elementary, value: Expr, span: Span) -> Operand {
         if of.class() != Class::Real {
             return truth(false);
@@ -91,7 +91,7 @@ impl Lowerer<'_, '_> {
         Operand::Value(Elementary::Bool, unary(Unary::Not, Scalar::Bool, valid))
     }
 
-    /// Whether a sum, a product or the like leaves its type at any of its steps.
+    /// Whether a sum, product or similar operation overflows its type at any step.
     fn overflow(&mut self, kind: &str, values: Vec<(Elementary, Expr)>, span: Span) -> Operand {
         let at = self.at(span);
         let mut values = values.into_iter();
@@ -181,12 +181,12 @@ fn truth(truth: bool) -> Operand {
     Operand::Value(Elementary::Bool, Expr::Const(truth.into()))
 }
 
-/// The lowest number of a type.
+/// The lowest value of a type.
 fn low(of: Elementary) -> Expr {
     Expr::Const(Value::new(of.scalar(), of.range().0 as u64))
 }
 
-/// Whether an operation on whole numbers, which gave a result, left the type.
+/// Whether an integer operation with this result has overflowed its type.
 fn wraps(operation: Binary, of: Elementary, left: Expr, right: Expr, result: Expr, at: crate::program::At) -> Expr {
     let ty = of.scalar();
     let zero = || Expr::Const(Value::new(ty, 0));
@@ -195,7 +195,7 @@ fn wraps(operation: Binary, of: Elementary, left: Expr, right: Expr, result: Exp
     let or = |one: Expr, other: Expr| binary(Binary::Or, Scalar::Bool, one, other, at);
     let xor = |one: Expr, other: Expr| binary(Binary::Xor, ty, one, other, at);
     let is = |operation: Binary, one: Expr, other: Expr| binary(operation, ty, one, other, at);
-    // The one quotient that does not fit.
+    // The only quotient that overflows.
     let extreme = |left: Expr, right: Expr| and(is(Binary::Eq, left, low(of)), is(Binary::Eq, right, minus_one()));
     match operation {
         Binary::Add if ty.is_signed() => {

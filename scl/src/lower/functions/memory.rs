@@ -1,4 +1,4 @@
-//! Functions of arrays, timers and the clock: what they change is more than their value.
+//! Functions of arrays, timers and the clock, which have side effects.
 
 use super::super::Lowerer;
 use super::super::convert::{binary, convert, zero};
@@ -32,7 +32,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// How many elements an array has.
+    /// The number of elements in an array.
     pub(super) fn count(&mut self, given: &Given) -> Operand {
         match self.argument(given, "IN", 0) {
             Operand::Variable(Type::Array(array), _) => {
@@ -138,7 +138,7 @@ impl Lowerer<'_, '_> {
         self.elements(from.as_ref(), fill, count, &to, given.span);
     }
 
-    /// MOVE_BLK_VARIANT of arrays: as MOVE_BLK, from elements that are counted from 0.
+    /// MOVE_BLK_VARIANT of arrays: like MOVE_BLK, but elements are counted from 0.
     pub(super) fn elements_of_arrays(&mut self, given: &Given) -> Operand {
         let named = ["SRC", "COUNT", "SRC_INDEX", "DEST_INDEX", "DEST"];
         let found: Vec<ExpressionId> = (0..).zip(named).filter_map(|(at, name)| given.find(name, at)).collect();
@@ -163,7 +163,7 @@ impl Lowerer<'_, '_> {
         is_done.map_or(Operand::Wrong(None), |()| no_error(code))
     }
 
-    /// The element of an array with a number that is counted from 0.
+    /// The element of an array at a zero-based index.
     fn element_of(&mut self, array: ExpressionId, number: ExpressionId, given: &Given) -> Option<Variable> {
         let variable = self.target(array)?;
         let at = self.at(given.span);
@@ -188,7 +188,7 @@ impl Lowerer<'_, '_> {
         Some(Variable::whole(of, self.frozen(place, given.span)))
     }
 
-    /// BLKMOV of variables of one type: an assignment.
+    /// BLKMOV between variables of one type: an assignment.
     pub(super) fn copied_block(&mut self, given: &Given) -> Operand {
         let (Some(from), Some(to)) = (given.find("SRCBLK", 0), given.find("DSTBLK", 1)) else {
             return self.error(given.span, format!("{} needs SRCBLK and DSTBLK", given.name), None);
@@ -208,7 +208,7 @@ impl Lowerer<'_, '_> {
         is_done.map_or(Operand::Wrong(None), |()| no_error(code))
     }
 
-    /// Copies elements one by one, from an element and those behind it, or fills them with a value.
+    /// Copies consecutive elements one by one, or fills them with a value.
     fn elements(&mut self, from: Option<&Variable>, fill: Option<Operand>, count: Expr, to: &Variable, span: Span) {
         let number = self.temp(program::Type::Scalar(Scalar::I32));
         let at = self.at(span);
@@ -239,7 +239,7 @@ impl Lowerer<'_, '_> {
         self.push(span, What::For(Box::new(For { variable: number, first, last, step, body })));
     }
 
-    /// SCATTER, GATHER: the bits of a bit string, and as many BOOL of an array or a structure.
+    /// SCATTER, GATHER: between the bits of a bit string and as many BOOLs of an array or structure.
     pub(super) fn bits_of_elements(&mut self, given: &Given) {
         let (Some(input), Some(output)) = (given.find("IN", 0), given.find("OUT", 1)) else {
             self.error(given.span, format!("{} is called without IN or OUT", given.name), None);
@@ -267,7 +267,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The places of the elements of an array of BOOL, or of the members of a structure of them; none if it is neither.
+    /// The places of the BOOLs in an array or structure; empty if it contains anything else.
     fn booleans(&self, variable: &Variable, span: Span) -> Vec<program::Place> {
         let boolean = Type::Elementary(Elementary::Bool);
         match &variable.of {
@@ -279,7 +279,7 @@ impl Lowerer<'_, '_> {
                     place.steps.push(Step::Index(vec![Expr::Const(index.into())], at));
                     place
                 };
-                // No bit string is longer.
+                // No bit string is longer than 64 bits.
                 (low..=high).take(65).map(element).collect()
             }
             Type::Structure(structure) if structure.fields.iter().all(|field| field.of == boolean) => {
@@ -289,7 +289,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// DECO: a bit string with one bit set, DWORD if nothing says its type.
+    /// DECO: a bit string with one bit set, DWORD if the context does not determine a type.
     pub(super) fn decoded(&mut self, given: &Given, expected: Option<Elementary>) -> Operand {
         let of = expected.filter(|of| of.class() == Class::Bits).unwrap_or(Elementary::DWord);
         let number = self.argument(given, "IN", 0);
@@ -304,8 +304,8 @@ impl Lowerer<'_, '_> {
     }
 }
 
-/// The value of a function that gives the number of an error, and runs statements: 0, since what would be an error on a CPU is told
-/// before, or stops the program.
+/// The value of a function that returns an error code, after these statements: always 0, since what would be an error
+/// on a CPU is reported beforehand or stops the program.
 fn no_error(code: Vec<Statement>) -> Operand {
     Operand::Value(Elementary::Int, Expr::After(code, Box::new(Expr::Const(0_i16.into()))))
 }

@@ -1,4 +1,4 @@
-//! Dates and times of day: all are calculated as nanoseconds.
+//! Dates and times of day, all computed in nanoseconds.
 
 use super::super::Lowerer;
 use super::super::convert::{binary, convert, zero};
@@ -13,16 +13,16 @@ use crate::types::{Class, Elementary, Type};
 const MILLISECOND: i64 = 1_000_000;
 const DAY: i64 = 86_400_000 * MILLISECOND;
 
-/// From 1970-01-01, with which LDT begins, to 1990-01-01, with which DATE and DT begin.
+/// From 1970-01-01, the epoch of LDT, to 1990-01-01, that of DATE and DT.
 const TO_DATE: i64 = 7305 * DAY;
 
-/// 2000-01-01, the clock at the start, as in the library.
+/// 2000-01-01, the initial value of the clock, as in the library.
 const START_OF_CLOCK: i64 = 10_957 * DAY;
 
-/// What is calculated with nanoseconds.
+/// A type that is computed in nanoseconds.
 #[derive(Clone, Copy, PartialEq)]
 enum Moment {
-    /// A date with time, as a structure.
+    /// DTL, a structure with date and time of day.
     Dtl,
     /// An elementary type.
     Of(Elementary),
@@ -32,7 +32,7 @@ fn constant(number: i64) -> Expr {
     Expr::Const(number.into())
 }
 
-/// An operation on nanoseconds.
+/// An operation on nanoseconds with a constant.
 fn with(operation: program::Binary, left: Expr, right: i64, at: At) -> Expr {
     binary(operation, Scalar::I64, left, constant(right), at)
 }
@@ -46,7 +46,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The nanoseconds of a moment: since 1970-01-01, or since midnight.
+    /// A moment in nanoseconds: since 1970-01-01, or since midnight.
     fn nanoseconds(&mut self, operand: Operand, span: Span) -> Option<Expr> {
         let at = self.at(span);
         match operand {
@@ -73,7 +73,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A moment of a type from nanoseconds.
+    /// Converts nanoseconds to a moment of a type.
     fn as_moment(&mut self, nanoseconds: Expr, to: Moment, span: Span) -> Option<Operand> {
         use program::Binary::{Add, Div, Rem, Sub};
         let at = self.at(span);
@@ -86,7 +86,7 @@ impl Lowerer<'_, '_> {
             Elementary::Tod => with(Div, in_day(nanoseconds), MILLISECOND, at),
             Elementary::LTod => in_day(nanoseconds),
             Elementary::Date => with(Div, with(Sub, nanoseconds, TO_DATE, at), DAY, at),
-            // It counts milliseconds.
+            // DT counts milliseconds.
             Elementary::Dt => {
                 let milliseconds = with(Div, with(Sub, nanoseconds, TO_DATE, at), MILLISECOND, at);
                 with(program::Binary::Mul, milliseconds, MILLISECOND, at)
@@ -96,7 +96,7 @@ impl Lowerer<'_, '_> {
         Some(Operand::Value(of, convert(value, Scalar::I64, of.scalar(), Convert::Value, at)))
     }
 
-    /// A moment plus or minus a duration, or the duration between two; `None` if there is no moment.
+    /// A moment plus or minus a duration, or the duration between two moments; `None` if neither operand is a moment.
     pub fn moments(
         &mut self,
         operator: syntax::Binary,
@@ -125,7 +125,7 @@ impl Lowerer<'_, '_> {
         self.as_moment(binary(operation, Scalar::I64, left, right, at), to, span)
     }
 
-    /// The nanoseconds of two dates with time that are compared; `None` if they are not such dates.
+    /// The nanoseconds of two DTLs to compare; `None` if they are not both DTLs.
     pub fn compared_moments(&mut self, left: &Operand, right: &Operand, span: Span) -> Option<[Operand; 2]> {
         let are = [left, right].map(|operand| self.moment_of(operand) == Some(Moment::Dtl));
         if are != [true, true] {
@@ -136,7 +136,7 @@ impl Lowerer<'_, '_> {
         Some([left, right].map(|value| Operand::Value(Elementary::LInt, value)))
     }
 
-    /// `DTL_TO_TOD` and the like; `None` if it is no conversion between two moments.
+    /// `DTL_TO_TOD` and similar; `None` if it does not convert between two moments.
     pub(super) fn moment_conversion(&mut self, from: &str, to: &str, given: &Given) -> Option<Operand> {
         let named = |name: &str| match name {
             "DTL" => Some(Moment::Dtl),
@@ -172,11 +172,11 @@ impl Lowerer<'_, '_> {
         self.as_moment(nanoseconds, to, given.span)
     }
 
-    /// T_CONV: a duration, a date or a time of day in the type of what it is assigned to.
+    /// T_CONV: a duration, a date or a time of day in the type of the variable it is assigned to.
     pub(super) fn converted_moment(&mut self, given: &Given, expected: Option<Elementary>) -> Operand {
         let operand = self.argument(given, "IN", 0);
         let Some(to) = expected else {
-            // Only a DTL is expected without an elementary type.
+            // Of the supported targets only DTL is not an elementary type.
             return match self.moment_of(&operand) {
                 Some(_) => self.between(operand, Moment::Dtl, given.span),
                 None if matches!(operand, Operand::Wrong(_)) => operand,
@@ -206,7 +206,7 @@ impl Lowerer<'_, '_> {
         nanoseconds.and_then(|value| self.as_moment(value, to, span)).unwrap_or(Operand::Wrong(None))
     }
 
-    /// DT_DATE, DT_TOD and DT_DAY of STEP 7: the date, the time of day and the day of the week of a DT, from 1 on Sundays.
+    /// DT_DATE, DT_TOD and DT_DAY of STEP 7: the date, the time of day and the day of the week (1 is Sunday) of a DT.
     pub(super) fn part_of_moment(&mut self, given: &Given) -> Operand {
         let operand = match self.argument(given, "IN", 0) {
             Operand::Wrong(name) => return Operand::Wrong(name),
@@ -226,7 +226,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// RD_SYS_T, RD_LOC_T and STEP 7's READ_CLK: the clock in a DTL, an LDT or a DT; the value is 0.
+    /// RD_SYS_T, RD_LOC_T and STEP 7's READ_CLK: store the clock in a DTL, an LDT or a DT; their value is 0.
     pub(super) fn clock(&mut self, given: &Given) -> Operand {
         let output = given.find(if given.name == "READ_CLK" { "CDT" } else { "OUT" }, 0);
         let (_, target) = self.aside(|lowerer| output.and_then(|output| lowerer.target(output)));
@@ -249,14 +249,14 @@ impl Lowerer<'_, '_> {
         Operand::Value(Elementary::Int, zero(Elementary::Int))
     }
 
-    /// T_CONV with the variable at OUT.
+    /// T_CONV with its result at OUT.
     pub(super) fn convert_moment(&mut self, given: &Given) {
         let Some(to) = given.find("OUT", 1).and_then(|output| self.target(output)) else { return };
         let value = self.converted_moment(given, to.of.elementary());
         self.assign(&to, value, given.span);
     }
 
-    /// `T_COMBINE`: a date and a time of day as DTL.
+    /// `T_COMBINE`: a date and a time of day combined to a DTL.
     pub(super) fn combined(&mut self, given: &Given) -> Operand {
         let (date, time) = (self.argument(given, "IN1", 0), self.argument(given, "IN2", 1));
         match self.moments(syntax::Binary::Add, &date, &time, given.span) {

@@ -1,4 +1,4 @@
-//! Functions of numbers: mathematics, limits, scales, shifts, and the choice among values.
+//! Numeric functions: mathematics, limits, scaling, shifts, and selection.
 
 use super::super::Lowerer;
 use super::super::convert::{binary, convert, unary, zero};
@@ -9,7 +9,7 @@ use crate::lexer::Span;
 use crate::program::{Arm, Binary, Convert, Expr, Scalar, Statement, Unary, Value, What};
 use crate::types::{Class, Elementary, Type};
 
-/// This many inputs has MIN, MAX or MUX.
+/// The maximum number of inputs of MIN, MAX and MUX.
 const MOST_INPUTS: usize = 32;
 
 impl Lowerer<'_, '_> {
@@ -114,7 +114,7 @@ impl Lowerer<'_, '_> {
         Operand::Value(of, unary(Unary::Swap, of.scalar(), value))
     }
 
-    /// The floating-point type of an operation on these.
+    /// The floating-point type of an operation on these operands.
     pub(super) fn real_of(&self, operands: &[Operand], expected: Option<Elementary>) -> Elementary {
         let is_wide = operands.iter().any(|operand| matches!(operand, Operand::Value(Elementary::LReal, _)));
         if is_wide || expected == Some(Elementary::LReal) { Elementary::LReal } else { Elementary::Real }
@@ -213,7 +213,7 @@ impl Lowerer<'_, '_> {
         Operand::Value(of, Expr::Select(of.scalar(), Box::new([condition, yes, no])))
     }
 
-    /// SEL of two texts or structures: a copy of one of them.
+    /// SEL of two texts or structures: copies one of them.
     fn selected_variable(&mut self, condition: Expr, operands: Vec<Operand>, span: Span) -> Operand {
         let (chosen, mut copies) = self.copies(operands, span);
         let (yes, no) = (copies.pop().unwrap_or_default(), copies.pop().unwrap_or_default());
@@ -221,7 +221,7 @@ impl Lowerer<'_, '_> {
         Operand::Variable(chosen.of, chosen.place)
     }
 
-    /// A temporary for one of several texts or structures, and what copies each of them there.
+    /// A temporary for one of several texts or structures, and the statements that copy each of them there.
     fn copies(&mut self, operands: Vec<Operand>, span: Span) -> (Variable, Vec<Vec<Statement>>) {
         let mut of = Type::Text { capacity: 254, wide: false };
         for operand in &operands {
@@ -243,7 +243,7 @@ impl Lowerer<'_, '_> {
         (chosen, copies)
     }
 
-    /// MUX of texts or structures; without INELSE an empty one.
+    /// MUX of texts or structures; empty if K selects none and INELSE is absent.
     fn multiplexed_variable(
         &mut self,
         number: Expr,

@@ -1,6 +1,6 @@
-//! Functions of the CPU that are refused by name, and why.
+//! Built-in functions that are rejected by name, with reasons.
 
-/// Functions that need the hardware or the system, by the beginning of their names.
+/// Functions that need hardware or the operating system, by prefix.
 const HARDWARE: [&str; 57] = [
     "T_CONFIG",
     "TSEND",
@@ -61,7 +61,7 @@ const HARDWARE: [&str; 57] = [
     "SI_CLASSIC",
 ];
 
-/// Functions that work on memory or pointers.
+/// Functions that use memory addresses or pointers.
 const POINTERS: [&str; 15] = [
     "REF",
     "PEEK",
@@ -80,10 +80,10 @@ const POINTERS: [&str; 15] = [
     "WRITE_LITTLE",
 ];
 
-/// Functions that ask a VARIANT, of which there is none here.
+/// Functions of VARIANT, which is not supported.
 const VARIANTS: [&str; 5] = ["VARIANTGET", "VARIANTPUT", "TYPEOF", "TYPEOFELEMENTS", "IS_ARRAY"];
 
-/// Functions of texts and of the clock, which do not exist here yet.
+/// Functions of texts and of the clock that are not implemented yet.
 const LATER: [&str; 23] = [
     "T_COMP",
     "FILTER_PT1",
@@ -110,16 +110,16 @@ const LATER: [&str; 23] = [
     "TIME_TO_S5TIME",
 ];
 
-/// Words that a machine's own blocks begin with, too.
+/// Prefixes that a user's own blocks commonly have, too.
 const ORDINARY: [&str; 13] =
     ["CALCULATE", "DEVICE", "FILE", "FILL", "GEN_", "GET", "JOIN", "LED", "PUT", "SEG", "SPLIT", "STP", "WAIT"];
 
-/// Whether a name in quotation marks is rather a block of the machine than a function of the CPU.
+/// Whether a quoted name is more likely a user's block than a built-in function.
 pub fn is_ordinary(name: &str) -> bool {
     ORDINARY.iter().any(|word| name.starts_with(word))
 }
 
-/// Why a function or a type is refused, and what to do; `None` if it is not known to be.
+/// The reason why a function or type is rejected, and advice; `None` if the name is not listed.
 pub fn refused(name: &str) -> Option<(String, String)> {
     if name.starts_with("PID_") {
         let available = crate::library::natives().join(", ");

@@ -1,4 +1,4 @@
-//! Functions of texts.
+//! Text functions.
 
 use super::super::Lowerer;
 use super::super::convert::{binary, convert, unary, zero};
@@ -9,12 +9,12 @@ use crate::program::{self, Binary, Convert, Expr, Scalar, Unary, What};
 use crate::syntax::Argument;
 use crate::types::{Class, Elementary, Type};
 
-/// The settings of VAL_STRG, of which STRG_VAL has the last two.
+/// The format parameters of VAL_STRG; STRG_VAL has only the last two.
 const FORMATTED: [(&str, Elementary); 4] =
     [("SIZE", Elementary::DInt), ("PREC", Elementary::DInt), ("FORMAT", Elementary::Word), ("P", Elementary::DInt)];
 
 impl Lowerer<'_, '_> {
-    /// LEN, LEFT, CONCAT and so on of STRING or WSTRING; `None` if it is none of them.
+    /// LEN, LEFT, CONCAT and so on, for STRING or WSTRING; `None` for any other function.
     pub(super) fn function_of_texts(&mut self, given: &Given) -> Option<Operand> {
         let suffix = ["_STRING", "_WSTRING"].into_iter().find(|suffix| given.name.ends_with(suffix)).unwrap_or("");
         let base = &given.name[..given.name.len() - suffix.len()];
@@ -30,7 +30,7 @@ impl Lowerer<'_, '_> {
         Some(self.text_function(&given).unwrap_or(Operand::Wrong(None)))
     }
 
-    /// Whether an argument is a WSTRING or a WCHAR. Only its type counts: what it calculates is thrown away.
+    /// Whether an argument is a WSTRING or WCHAR. Only the types matter: the code is discarded.
     fn is_wide(&mut self, given: &Given) -> bool {
         given.arguments.iter().any(|argument| {
             let (_, operand) = self.aside(|lowerer| lowerer.operand(argument.value, None));
@@ -43,7 +43,7 @@ impl Lowerer<'_, '_> {
         })
     }
 
-    /// A function of texts, of which the library has one for two texts.
+    /// A text function; the library implements it for two texts.
     pub(super) fn text_function(&mut self, given: &Given) -> Option<Operand> {
         let block = self.compiler.system_block(given.name)?;
         let is_input = |member: &&Parameter| member.section == crate::syntax::SectionKind::Input;
@@ -51,7 +51,7 @@ impl Lowerer<'_, '_> {
         let mut passed = Vec::new();
         for (position, parameter) in inputs.iter().enumerate() {
             let position = if given.arguments.len() == 1 { 0 } else { position };
-            // Of a single argument the name does not matter: S in STEP 7, IN in TIA.
+            // The name of a single argument is ignored: it is S in STEP 7, IN in TIA Portal.
             let name = if inputs.len() == 1 { given.arguments.first()?.name.as_ref() } else { None };
             let name = name.map_or(parameter.key.clone(), |name| name.key());
             passed.push(self.text_argument(given, &name, position, &parameter.of)?);
@@ -84,7 +84,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// `INT_TO_STRING` and back; `None` if no type is a text.
+    /// `INT_TO_STRING` and the reverse; `None` if neither type is a text.
     pub(super) fn text_conversion(&mut self, from: &str, to: &str, given: &Given) -> Option<Operand> {
         let is_text = |name: &str| matches!(name, "STRING" | "WSTRING" | "CHARS" | "STRG");
         if !is_text(from) && !is_text(to) {
@@ -110,25 +110,25 @@ impl Lowerer<'_, '_> {
         Some(converted.unwrap_or(Operand::Wrong(None)))
     }
 
-    /// The one argument of a function, a text.
+    /// The single argument of a function, a text.
     fn text_argument_of(&mut self, given: &Given, wide: bool) -> Option<program::Argument> {
         self.text_argument(given, "IN", 0, &Type::Text { capacity: 254, wide })
     }
 
-    /// A text in the characters of the other kind.
+    /// A text converted to the other character width.
     fn other_width(&mut self, given: &Given, wide: bool) -> Option<Operand> {
         let text = self.text_argument_of(given, !wide)?;
         self.of_library(if wide { "STRING_TO_WSTRING" } else { "WSTRING_TO_STRING" }, vec![text], given.span)
     }
 
-    /// S_CONV: a number to a text, a text to a number, or a text as it is; the variable at OUT says which.
+    /// S_CONV: number to text, text to number, or text unchanged, depending on the variable at OUT.
     pub(super) fn text_or_number(&mut self, given: &Given) {
         let (Some(_), Some(output)) = (given.find("IN", 0), given.find("OUT", 1)) else {
             self.error(given.span, "S_CONV is called without IN or OUT", None);
             return;
         };
         let Some(to) = self.target(output) else { return };
-        // Only its type: what it calculates is thrown away.
+        // Only its type matters: the code is discarded.
         let (_, operand) = self.aside(|lowerer| lowerer.argument(given, "IN", 0));
         let value = match (&operand, to.of.elementary()) {
             (Operand::Variable(Type::Text { wide, .. }, _) | Operand::Text(_, Some(wide)), Some(of)) => {
@@ -145,7 +145,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// A number as a text: as wide as the longest one of its type, right-aligned.
+    /// A number as text: as wide as the longest number of its type, right-aligned.
     fn number_to_text(&mut self, of: Elementary, wide: bool, given: &Given) -> Option<Operand> {
         let span = given.span;
         let operand = self.argument(given, "IN", 0);
@@ -190,7 +190,7 @@ impl Lowerer<'_, '_> {
         self.of_library("__WHOLE_TO_TEXT", passed, span)
     }
 
-    /// A whole number without its sign, and whether it is negative.
+    /// The absolute value of an integer, and whether it is negative.
     fn amount(&mut self, of: Elementary, value: Expr, span: Span) -> [Expr; 2] {
         let at = self.at(span);
         let is_minus = if of.scalar().is_signed() {
@@ -203,7 +203,7 @@ impl Lowerer<'_, '_> {
         [convert(wide, Scalar::I64, Scalar::U64, Convert::Value, at), is_minus]
     }
 
-    /// The number with which a text begins; 0 if it has none or it does not fit.
+    /// The number at the start of a text; 0 if there is none or it does not fit.
     fn text_to_number(&mut self, of: Elementary, wide: bool, given: &Given) -> Option<Operand> {
         let (span, at) = (given.span, self.at(given.span));
         let text = self.text_argument_of(given, wide)?;
@@ -220,7 +220,7 @@ impl Lowerer<'_, '_> {
         self.number_at(of, place, span)
     }
 
-    /// The number with which a STRING begins.
+    /// The number at the start of a STRING.
     fn number_at(&mut self, of: Elementary, place: program::Place, span: Span) -> Option<Operand> {
         let (text, at) = (program::Argument::Copy(place), self.at(span));
         if of.class() == Class::Real {
@@ -240,7 +240,7 @@ impl Lowerer<'_, '_> {
         Some(Operand::Value(of, Expr::After(code, Box::new(fitting))))
     }
 
-    /// VAL_STRG: a number into a text, from a position on.
+    /// VAL_STRG: writes a number into a text, from a position on.
     pub(super) fn number_in_text(&mut self, given: &Given) {
         let span = given.span;
         let Some(output) = given.find("OUT", 5) else {
@@ -269,7 +269,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Passes on how a number stands in a text: the parameters behind IN.
+    /// Passes the number format of a text: the parameters after IN.
     fn pass_format(&mut self, given: &Given, parameters: &[(&str, Elementary)], passed: &mut Vec<program::Argument>) {
         for (number, (name, of)) in (1..).zip(parameters) {
             let operand = self.argument(given, name, number);
@@ -278,7 +278,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// STRG_VAL: the number in a text, from a position on.
+    /// STRG_VAL: reads a number from a text, from a position on.
     pub(super) fn number_of_text(&mut self, given: &Given) {
         let span = given.span;
         let Some(output) = given.find("OUT", 3) else {
@@ -300,7 +300,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Strg_TO_Chars and Chars_TO_Strg: the elements of the array say which one of the library it is.
+    /// Strg_TO_Chars and Chars_TO_Strg: the element type of the array selects the library function.
     pub(super) fn text_and_array(&mut self, given: &Given) {
         let Some(array) = given.find("CHARS", 3) else {
             self.error(given.span, format!("{} is called without Chars", given.name), None);
@@ -332,13 +332,13 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// Calls a function of the library.
+    /// Calls a library function.
     pub(super) fn of_library(&mut self, name: &str, passed: Vec<program::Argument>, span: Span) -> Option<Operand> {
         let block = self.compiler.system_block(name)?;
         Some(self.text_call(block, passed, span))
     }
 
-    /// Calls a function of the library; a text is calculated before the statement.
+    /// Calls a library function; a text result is computed before the statement.
     fn text_call(&mut self, block: usize, passed: Vec<program::Argument>, span: Span) -> Operand {
         let function = self.compiler.blocks[block].function;
         let of = self.compiler.blocks[block].result.clone();
@@ -357,7 +357,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The most characters of a text.
+    /// The capacity of a text in characters.
     pub(super) fn capacity(&mut self, given: &Given) -> Operand {
         match self.argument(given, "IN", 0) {
             Operand::Variable(Type::Text { capacity, .. }, _) => {

@@ -8,7 +8,7 @@ use crate::program::walk::runs_statements;
 use crate::program::{Binary, Expr, Place, Scalar, Type};
 
 impl Compiler<'_> {
-    /// A number of a certain type, in any register; only `into`, if given, and free registers are changed.
+    /// Compiles a number of the given type to any register; writes only to `into`, if given, and to free registers.
     pub(super) fn typed(
         &mut self,
         scope: &mut Scope,
@@ -23,14 +23,14 @@ impl Compiler<'_> {
         self.expr(scope, expr, into)
     }
 
-    /// An integer of any type.
+    /// Compiles an integer of any type.
     pub(super) fn integer(&mut self, scope: &mut Scope, expr: &Expr) -> Result<Register, String> {
         let ty = expr.ty();
         if ty.is_integer() { self.expr(scope, expr, None) } else { Err(wrong_type("an integer", ty)) }
     }
 
     fn expr(&mut self, scope: &mut Scope, expr: &Expr, into: Option<Register>) -> Result<Register, String> {
-        // The registers that the parts take are free again behind the operation, so that the result may lie in one of them.
+        // Operand registers are free again after the operation, so the result may reuse one of them.
         let begin = scope.next;
         let op = |compiler: &mut Self, scope: &mut Scope, op: &dyn Fn(Register) -> Op| {
             scope.next = begin;
@@ -130,7 +130,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// The two sides of an operation. A variable on the left side is copied if statements on the right side may change it.
+    /// Compiles both operands. A variable on the left is copied if statements on the right may change it.
     fn operands(
         &mut self,
         scope: &mut Scope,
@@ -145,7 +145,7 @@ impl Compiler<'_> {
         Ok((a, b))
     }
 
-    /// Three numbers in registers that follow one another.
+    /// Compiles three numbers to consecutive registers.
     fn three(&mut self, scope: &mut Scope, parts: &[Expr; 3], types: [Scalar; 3]) -> Result<Register, String> {
         let registers = [scope.take()?, scope.take()?, scope.take()?];
         for ((part, ty), register) in parts.iter().zip(types).zip(registers) {
@@ -154,7 +154,7 @@ impl Compiler<'_> {
         Ok(registers[0])
     }
 
-    /// The addresses of two texts, their capacities, and whether they are wide.
+    /// The addresses and capacities of two texts, and whether they are wide.
     #[allow(clippy::type_complexity)]
     fn texts(
         &mut self,
@@ -172,7 +172,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// What the instruction before warns of.
+    /// Records the warning of the preceding instruction.
     fn warn(&mut self, by_zero: bool, ty: Scalar) {
         let warning = warning(by_zero, ty);
         self.code.warnings.insert((self.code.ops.len() - 1) as u32, warning);

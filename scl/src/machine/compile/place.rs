@@ -4,7 +4,7 @@ use super::{Compiler, Home, LARGEST_MEMORY, Scope, wrong_type};
 use crate::machine::code::{Bounds, Op, Register, ZERO};
 use crate::program::{At, Base, Expr, Place, Scalar, Step, Type};
 
-/// Where a variable is, when the code runs.
+/// The location of a variable at run time.
 #[derive(Clone, Copy)]
 pub(super) enum Location {
     Register(Register),
@@ -12,7 +12,7 @@ pub(super) enum Location {
 }
 
 impl Compiler<'_> {
-    /// A variable; the registers that its address takes stay in use.
+    /// Compiles a variable; the registers of its address stay in use.
     pub(super) fn place(&mut self, scope: &mut Scope, place: &Place) -> Result<(Location, Type), String> {
         let program = self.program;
         let (mut location, mut ty) = match place.base {
@@ -50,7 +50,7 @@ impl Compiler<'_> {
         Ok((location, ty))
     }
 
-    /// An element of an array, or a character of a text.
+    /// Compiles an element of an array, or a character of a text.
     fn element(
         &mut self,
         scope: &mut Scope,
@@ -75,7 +75,7 @@ impl Compiler<'_> {
             return Err(format!("an array has {} indices", bounds.len()));
         }
         let mut stride = self.program.size(&of);
-        // The last index runs fastest, but the first one is calculated first.
+        // The last index varies fastest, but the first one is evaluated first.
         let mut strides = Vec::new();
         for (low, high) in bounds.iter().rev() {
             strides.push(stride);
@@ -125,7 +125,7 @@ impl Compiler<'_> {
         Ok((Location::Memory { base: number, offset: 0 }, *of))
     }
 
-    /// A place in the memory.
+    /// A variable that must be in memory: base register, offset and type.
     pub(super) fn in_memory(&mut self, scope: &mut Scope, place: &Place) -> Result<((Register, usize), Type), String> {
         match self.place(scope, place)? {
             (Location::Memory { base, offset }, ty) => Ok(((base, offset), ty)),
@@ -133,13 +133,13 @@ impl Compiler<'_> {
         }
     }
 
-    /// The address of a place in the memory, and its type.
+    /// The register with the address of a variable in memory, and the variable's type.
     pub(super) fn address(&mut self, scope: &mut Scope, place: &Place) -> Result<(Register, Type), String> {
         let (at, ty) = self.in_memory(scope, place)?;
         Ok((self.address_of(scope, at)?, ty))
     }
 
-    /// A register with an address.
+    /// A register that holds an address.
     pub(super) fn address_of(&mut self, scope: &mut Scope, at: (Register, usize)) -> Result<Register, String> {
         if at.1 == 0 {
             return Ok(at.0);
@@ -149,12 +149,12 @@ impl Compiler<'_> {
         Ok(to)
     }
 
-    /// An address to a register.
+    /// Computes an address into a register.
     pub(super) fn address_to(&mut self, scope: &Scope, (base, offset): (Register, usize), to: Register) {
         self.emit(scope, Op::Address { to, base, offset: offset as u32 });
     }
 
-    /// A number to a variable.
+    /// Stores a number in a variable.
     pub(super) fn store(&mut self, scope: &mut Scope, to: Location, ty: Scalar, from: Register) {
         match to {
             Location::Register(to) if to == from => {}
@@ -165,7 +165,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// Copies a variable from an address to another.
+    /// Copies a variable from one address to another.
     pub(super) fn copy(
         &mut self,
         scope: &Scope,
@@ -195,7 +195,7 @@ impl Compiler<'_> {
 }
 
 impl Scope<'_> {
-    /// A free register.
+    /// Allocates a register.
     pub(super) fn take(&mut self) -> Result<Register, String> {
         let register = Register::try_from(self.next).map_err(|_| "an expression is too large".to_string())?;
         self.next += 1;

@@ -76,7 +76,7 @@ impl Compiler<'_> {
                 self.here(scope, again);
                 self.unless(scope, condition, end)?;
                 self.looped(scope, body, (end, next))?;
-                // Every way back leads through the instruction that looks at the budget.
+                // Every way back passes the instruction that checks the budget.
                 self.here(scope, next);
                 self.emit(scope, Op::Back { to: again as Target });
                 self.here(scope, end);
@@ -126,7 +126,7 @@ impl Compiler<'_> {
     fn assign(&mut self, scope: &mut Scope, to: &Place, value: &Expr) -> Result<(), String> {
         writable(to)?;
         let ty = value.ty();
-        // A variable in a register takes the result at once.
+        // A variable in a register receives the result directly.
         let into = match (to.base, to.steps.is_empty()) {
             (Base::Local(local), true) => match scope.homes.get(local) {
                 Some(Home::Register(register)) => Some(*register),
@@ -189,7 +189,7 @@ impl Compiler<'_> {
         Ok(())
     }
 
-    /// A call: first everything that is passed, then where the outputs go to, at last the body.
+    /// Compiles a call: first all arguments are evaluated, then the places of the outputs, then the function is called.
     fn call(&mut self, scope: &mut Scope, call: &Call) -> Result<(), String> {
         let callee = &self.program.functions[call.function];
         let (instance, homes) = self.homes[call.function].clone();
@@ -213,8 +213,8 @@ impl Compiler<'_> {
         if call.arguments.len() != callee.parameters {
             return Err(format!("{} has {} parameters", callee.name, callee.parameters));
         }
-        // What is passed is calculated before the first parameter is written: an argument, the index of a variable that is passed or
-        // that of an output may call the same function, or another one in the same registers.
+        // All arguments are evaluated before the first parameter is written: an argument, or an index in the place of a
+        // variable or output, may call the same function or another one that uses the same registers.
         let apart = call_runs_statements(call);
         let mut passed = Vec::new();
         for ((argument, local), home) in call.arguments.iter().zip(&callee.locals).zip(&homes) {
@@ -250,7 +250,7 @@ impl Compiler<'_> {
                 (Argument::Start, Home::Memory(to), _) => self.start_values(scope, *to, &local.ty),
                 (_, Home::Memory(to), Some((_, ty))) => {
                     if matches!(local.ty, Type::Text { .. }) {
-                        // What stands behind the text is not that of an earlier call.
+                        // Bytes beyond the text must not remain from an earlier call.
                         self.start_values(scope, *to, &local.ty);
                     }
                     let to = self.address_of(scope, (0, *to))?;
@@ -320,7 +320,7 @@ impl Compiler<'_> {
         Ok(())
     }
 
-    /// Goes to a label if a condition is FALSE.
+    /// Jumps to a label if a condition is FALSE.
     fn unless(&mut self, scope: &mut Scope, condition: &Expr, to: usize) -> Result<(), String> {
         let condition = self.typed(scope, condition, Scalar::Bool, None)?;
         scope.run = None;
@@ -328,7 +328,7 @@ impl Compiler<'_> {
         Ok(())
     }
 
-    /// Statements that begin a run of their own.
+    /// Compiles statements that start a new run.
     fn block(&mut self, scope: &mut Scope, list: &[Statement]) -> Result<(), String> {
         scope.run = None;
         self.statements(scope, list)?;
@@ -344,7 +344,7 @@ impl Compiler<'_> {
         done
     }
 
-    /// The place of a label.
+    /// Places a label here.
     fn here(&mut self, scope: &mut Scope, label: usize) {
         scope.labels[label] = Some(self.code.ops.len() as Target);
         scope.run = None;
@@ -352,14 +352,14 @@ impl Compiler<'_> {
 }
 
 impl Scope<'_> {
-    /// A new label.
+    /// Creates a label.
     fn label(&mut self) -> usize {
         self.labels.push(None);
         self.labels.len() - 1
     }
 }
 
-/// Refuses to write a constant.
+/// Rejects writes to a constant.
 fn writable(place: &Place) -> Result<(), String> {
     if place.base == Base::Constants { Err("a constant is written".to_string()) } else { Ok(()) }
 }

@@ -1,4 +1,4 @@
-//! Random programs: whatever they are, they neither panic nor hang.
+//! Random programs neither panic nor hang.
 
 use super::{Code, Machine};
 use crate::c::is_endless;
@@ -11,7 +11,7 @@ use parameters::Source;
 use proptest::prelude::*;
 use std::sync::{Arc, LazyLock};
 
-/// For what programs are made: SCL has no words for some constructs.
+/// The target of the programs: SCL cannot express some constructs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Of {
     Machine,
@@ -19,32 +19,32 @@ pub(crate) enum Of {
     Scl,
 }
 
-/// Makes random programs.
+/// A generator of random programs.
 pub(crate) struct Random {
     seed: u64,
     of: Of,
-    /// How often a part is of the wrong type or does not exist: once in this many; never if 0.
+    /// How often a part has the wrong type or does not exist: once in this many parts; never if 0.
     wrong: u64,
     /// Whether the program has loops and jumps.
     has_loops: bool,
-    /// Whether indices of what is written have calls in them, too.
+    /// Whether the indices of assigned elements may contain calls, too.
     is_deep: bool,
     program: Program,
-    /// The functions of the library that are called.
+    /// The library functions that are called.
     library: Vec<usize>,
-    /// The first function that is made; each calls only earlier ones.
+    /// The first generated function; each calls only earlier ones.
     first: usize,
-    /// The function whose statements are made.
+    /// The function being generated.
     function: usize,
-    /// It writes to nothing but its own locals.
+    /// Whether the function writes only to its own locals.
     is_pure: bool,
     line: u32,
     labels: usize,
-    /// The variables that the function sees.
+    /// The variables visible to the function.
     ways: Vec<Way>,
 }
 
-/// A variable that can be reached.
+/// A reachable variable.
 #[derive(Clone)]
 struct Way {
     base: Base,
@@ -55,21 +55,21 @@ struct Way {
 #[derive(Clone)]
 enum Part {
     Member(usize),
-    /// To an element, with the lowest and highest index of each dimension.
+    /// An element, with the inclusive bounds of each dimension.
     Element(Vec<(i32, i32)>),
     Length,
 }
 
-/// What a function that is made is like.
+/// The form of a generated function.
 #[derive(Clone, Copy)]
 enum Form {
-    /// It has a value of this type, and parameters of these.
+    /// A function with a value of this type and parameters of these types.
     Value(Scalar, &'static [Scalar]),
-    /// It belongs to a function block.
+    /// A method of a function block.
     Instance,
-    /// It takes and gives all kinds of variables.
+    /// A function whose parameters are of all kinds.
     Procedure,
-    /// It can be called from outside.
+    /// An entry point.
     Entry,
 }
 
@@ -105,7 +105,7 @@ static LIBRARY: LazyLock<Program> = LazyLock::new(|| {
     let compiled = compile(&[Source::new("library.scl", source.into())], &Options::default());
     let compiled = compiled.unwrap_or_else(|errors| panic!("{}", errors[0]));
     let mut program = compiled.program;
-    // What is made calls the library in its own way.
+    // The generated functions call the library themselves, so the bodies of its callers are removed.
     for function in &mut program.functions {
         if function.name == "Library" || function.parameters == 0 && function.instance.is_none() {
             function.body = Body::Code(Vec::new());
@@ -116,12 +116,12 @@ static LIBRARY: LazyLock<Program> = LazyLock::new(|| {
 });
 
 impl Random {
-    /// A program. The same seed gives the same one.
+    /// Generates a program, which is determined by the seed.
     pub(crate) fn program(seed: u64, wrong: u64, of: Of) -> Program {
         Random::of(seed, wrong, of, false)
     }
 
-    /// A program for C in which indices of what is written have calls in them, too.
+    /// Generates a program for C in which the indices of assigned elements may contain calls, too.
     pub(crate) fn deep_program(seed: u64) -> Program {
         Random::of(seed, 0, Of::C, true)
     }
@@ -151,7 +151,7 @@ impl Random {
         random.program
     }
 
-    /// The function of a program that can be called from outside.
+    /// Returns the entry point of a program.
     pub(crate) fn entry(program: &Program) -> usize {
         program.functions.len() - 1
     }
@@ -213,7 +213,7 @@ impl Random {
         self.library = (0..self.first).filter(is_called).collect();
     }
 
-    /// Makes a function.
+    /// Generates a function.
     fn make(&mut self, number: usize, form: Form) {
         let record = |name: &str| self.program.records.iter().position(|record| record.name == name);
         let pair = Type::Record(record("pair").unwrap());
@@ -275,7 +275,7 @@ impl Random {
         self.program.functions[number].body = Body::Code(body);
     }
 
-    /// Collects the variables that the function sees.
+    /// Collects the variables visible to the function.
     fn see(&mut self) {
         fn add(program: &Program, base: Base, ty: &Type, parts: &mut Vec<Part>, into: &mut Vec<Way>) {
             into.push(Way { base, parts: parts.clone(), ty: ty.clone() });
@@ -305,7 +305,7 @@ impl Random {
         all(Base::Memory, &Type::Record(program.memory));
         all(Base::Constants, &Type::Record(program.constants));
         let function = &program.functions[self.function];
-        // What belongs to the function is taken more often than all that is in the memory.
+        // The function's own variables are chosen more often than those in the memory.
         for _ in 0..4 {
             for (number, local) in function.locals.iter().enumerate() {
                 all(Base::Local(number), &local.ty);
@@ -432,7 +432,7 @@ impl Random {
         body
     }
 
-    /// A call of an earlier function; `None` if there is none that fits.
+    /// Generates a call of an earlier function; `None` if none fits.
     fn call(&mut self) -> Option<Call> {
         let own = self.function - self.first;
         if self.is_pure || own == 0 && self.library.is_empty() {
@@ -475,7 +475,7 @@ impl Random {
         Some(Call { function, instance, arguments, outputs })
     }
 
-    /// What is passed for a parameter; `None` if there is no such variable.
+    /// Generates an argument for a parameter; `None` if there is no suitable variable.
     fn argument(&mut self, parameter: &Local) -> Option<Argument> {
         if parameter.by_reference {
             let fits = |ty: &Type| match (&parameter.ty, ty) {
@@ -497,7 +497,7 @@ impl Random {
         function.checked_sub(self.first).map(|own| FORMS[own])
     }
 
-    /// The value of an earlier function.
+    /// Generates a call of an earlier function for its value.
     fn value_of(&mut self, ty: Scalar) -> Option<Expr> {
         let function =
             (self.first..self.function).find(|it| matches!(self.form(*it), Some(Form::Value(of, _)) if of == ty))?;
@@ -518,12 +518,12 @@ impl Random {
         Some(Expr::After(vec![call], Box::new(Expr::Load(ty, to))))
     }
 
-    /// How deep the indices of what is written and passed are.
+    /// Returns the nesting depth of indices in assignments and arguments.
     fn depth(&self) -> usize {
         if self.is_deep { 2 } else { 1 }
     }
 
-    /// A variable whose type fits, and its type.
+    /// Selects a variable with a suitable type, and returns its type too.
     fn find(&mut self, fits: impl Fn(&Type) -> bool, depth: usize, is_written: bool) -> Option<(Place, Type)> {
         let function = &self.program.functions[self.function];
         let is_own = |base: Base| match base {
@@ -554,7 +554,7 @@ impl Random {
         Some((place, way.ty))
     }
 
-    /// A number that is written.
+    /// Selects a number to be assigned to.
     fn written(&mut self, ty: Scalar, depth: usize) -> Place {
         self.number(ty, depth, true)
     }
@@ -566,7 +566,7 @@ impl Random {
         if let Some((place, _)) = self.find(|it| *it == Type::Scalar(ty), depth, is_written) {
             return place;
         }
-        // A function that writes to nothing but its own locals gets one.
+        // A function that writes only to its own locals is given a new one.
         let locals = &mut self.program.functions[self.function].locals;
         locals.push(Local { name: format!("l{}", locals.len()), ty: Type::Scalar(ty), by_reference: false });
         let base = Base::Local(locals.len() - 1);
@@ -574,7 +574,7 @@ impl Random {
         Place::of(base)
     }
 
-    /// An index, which mostly lies within the bounds.
+    /// Generates an index, usually within the bounds.
     fn index(&mut self, (low, high): (i32, i32), depth: usize) -> Expr {
         let ty = self.one_of(&[Scalar::I16, Scalar::I32, Scalar::I64]);
         let count = (high - low + 1).max(1) as usize;
@@ -628,7 +628,7 @@ impl Random {
                 if self.of != Of::C || how != Convert::Bits || !from.is_float() {
                     return bits;
                 }
-                // The bits of what is not a number are the processor's, and compilers may choose others.
+                // The bits of a NaN depend on the processor, and compilers may choose others.
                 let is_number = Expr::Binary(Binary::Eq, from, a.clone(), a, at);
                 Expr::Select(ty, Box::new([is_number, bits, Expr::Const(Value::new(ty, 0))]))
             }
@@ -665,7 +665,7 @@ impl Random {
         }
     }
 
-    /// A comparison of texts, structures or arrays.
+    /// Generates a comparison of texts, structures or arrays.
     fn comparison(&mut self, depth: usize) -> Option<Expr> {
         if self.below(2) == 0 {
             let (a, ty) = self.find(|ty| matches!(ty, Type::Text { .. }), depth - 1, false)?;
@@ -678,7 +678,7 @@ impl Random {
         Some(Expr::Same(a, b))
     }
 
-    /// A bound of an array whose bounds come from the caller.
+    /// Generates a bound of an array whose bounds come from the caller.
     fn bound(&mut self) -> Option<Expr> {
         let locals = &self.program.functions[self.function].locals;
         let (local, dimensions) = locals.iter().enumerate().find_map(|(number, local)| match local.ty {
@@ -692,7 +692,7 @@ impl Random {
         Box::new(self.expr(ty, depth - 1))
     }
 
-    /// A number, often one at an end of its type.
+    /// Generates a number, often at an end of its type's range.
     fn value(&mut self, ty: Scalar) -> Value {
         match (ty, self.below(6)) {
             (Scalar::F32, choice) => Value::from([0.5, -0.0, f32::INFINITY, -3e9, 1e-45, 7.25][choice]),
@@ -707,7 +707,7 @@ impl Random {
 
 const COMPARISONS: [Binary; 6] = [Binary::Eq, Binary::Ne, Binary::Lt, Binary::Le, Binary::Gt, Binary::Ge];
 
-/// First those that are printed as SCL.
+/// Unary operations, those that can be printed as SCL first.
 const UNARIES: [Unary; 15] = [
     Unary::Neg,
     Unary::Not,
@@ -746,7 +746,7 @@ const OF_INTEGERS: [Binary; 14] = [
     Binary::Max,
 ];
 
-/// Whether a variable is copied to one of another type as a whole.
+/// Whether a variable may be copied as a whole to one of another type.
 fn is_copied(from: &Type, to: &Type) -> bool {
     match (from, to) {
         (Type::Text { wide: a, .. }, Type::Text { wide: b, .. }) => a == b,
@@ -754,7 +754,7 @@ fn is_copied(from: &Type, to: &Type) -> bool {
     }
 }
 
-/// Runs a program for some calls, from random bytes on if it is said.
+/// Runs a program for some calls, starting from random bytes if given.
 fn run(program: &Program, bytes: &[u8]) -> Option<bool> {
     let mut machine = Machine::new(Arc::new(Code::compile(program).ok()?));
     machine.budget = 2000;
@@ -773,7 +773,7 @@ proptest! {
     fn random_programs_run_or_stop(seed in any::<u64>(), bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
         let program = Random::program(seed, 0, Of::Machine);
         program.text(Random::entry(&program));
-        // Without wrong parts every program compiles.
+        // Every program without wrong parts compiles.
         prop_assert!(Code::compile(&program).is_ok(), "{:?}", Code::compile(&program).err());
         run(&program, &bytes);
     }

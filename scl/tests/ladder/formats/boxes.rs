@@ -1,19 +1,19 @@
-//! Boxes that calculate, and when their ENO is FALSE.
+//! Boxes that compute, and the conditions under which their ENO is FALSE.
 
 use super::{Sections, both, coil, contact, of_type, tape};
 use crate::xml::{self, From, Net, int, local};
 
-/// A box: its types, its inputs as pins and variables or constants, and the pin of its result.
+/// A box: its types, its inputs as pins with variables or constants, and the pin of its result.
 struct Boxed {
     part: &'static str,
-    /// Its name in a document, if that is another one.
+    /// The name in a document, if it differs.
     name: &'static str,
     types: &'static [(&'static str, &'static str)],
     pins: &'static [(&'static str, &'static str)],
     out: &'static str,
 }
 
-/// A variable of the block, or a constant with its type before it: `Int 5`.
+/// Parses an operand: a variable of the block, or a constant preceded by its type: `Int 5`.
 fn drawn(of: &'static str) -> From {
     match of.split_once(' ') {
         Some((ty, value)) => From::Constant(ty, value.to_string()),
@@ -42,7 +42,7 @@ impl Boxed {
     }
 }
 
-/// In both formats, the result and ENO for each of these values of the inputs `a` and `b`.
+/// Checks, in both formats, the result and ENO for each of these values of the inputs `a` and `b`.
 #[track_caller]
 fn gives(boxed: &Boxed, inputs: [&str; 2], output: &str, rows: &[([i64; 2], [i64; 2])]) {
     let sections = [
@@ -62,7 +62,7 @@ fn gives(boxed: &Boxed, inputs: [&str; 2], output: &str, rows: &[([i64; 2], [i64
             ran.set("a", values[0]).set("b", values[1]).set("en", 1).call();
             assert_eq!([ran.get("y"), ran.get("ok")], *expected, "{format} {} of {values:?}", boxed.part);
         }
-        // Without EN the result stays.
+        // If EN is FALSE, the result remains unchanged.
         let before = ran.get("y");
         ran.set("a", 1).set("b", 1).set("en", 0).call();
         assert_eq!([ran.get("y"), ran.get("ok")], [before, 0], "{format} {} without EN", boxed.part);
@@ -83,7 +83,7 @@ fn of(
     Boxed { part, name: "", types, pins, out: "out" }
 }
 
-/// "ADD" to "MOD", "NEG", "ABS": ENO is FALSE if the result does not fit, or if a divisor is 0.
+/// "ADD" to "MOD", "NEG", "ABS": ENO is FALSE if the result overflows, or if a divisor is 0.
 #[test]
 fn arithmetic() {
     let int = ["Int", "Int"];
@@ -101,7 +101,7 @@ fn arithmetic() {
         "Int",
         &[([3, 4], [14, 1]), ([32767, -7], [32767, 1]), ([32760, 1], [-32768, 0])],
     );
-    // A box whose type follows from its operands calculates in the wider one.
+    // A box whose type follows from its operands computes in the wider type.
     gives(
         &of("Add", &[], PAIR),
         ["Int", "DInt"],
@@ -110,7 +110,7 @@ fn arithmetic() {
     );
 }
 
-/// "SQR", "SQRT", "LN", "EXPT", "FRAC": ENO is FALSE if the result is no valid floating-point number.
+/// "SQR", "SQRT", "LN", "EXPT", "FRAC": ENO is FALSE if the result is not a valid floating-point number.
 #[test]
 fn floating_point() {
     let real = ["Real", "Real"];
@@ -148,7 +148,7 @@ fn floating_point() {
     }
 }
 
-/// "SIN" to "ATAN": angles in radians; ENO is FALSE outside of what ACOS and ASIN are defined for.
+/// "SIN" to "ATAN": angles in radians; ENO is FALSE outside the domain of ACOS and ASIN.
 #[test]
 fn angles() {
     for (part, rows) in [
@@ -163,7 +163,7 @@ fn angles() {
     }
 }
 
-/// "CONVERT", "ROUND", "CEIL", "FLOOR", "TRUNC": ENO is FALSE if the number does not fit.
+/// "CONVERT", "ROUND", "CEIL", "FLOOR", "TRUNC": ENO is FALSE if the number is out of range.
 #[test]
 fn conversions() {
     const TO_INT: &[(&str, &str)] = &[("SrcType", "DInt"), ("DestType", "Int")];
@@ -181,7 +181,7 @@ fn conversions() {
     }
 }
 
-/// "NORM_X: Normalize", "SCALE_X: Scale": ENO is FALSE if MIN is not below MAX, or if the result does not fit its type.
+/// "NORM_X: Normalize", "SCALE_X: Scale": ENO is FALSE if MIN is not below MAX, or if the result overflows.
 #[test]
 fn scales() {
     const NORM: &[(&str, &str)] = &[("SrcType", "Int"), ("DestType", "Real")];
@@ -201,11 +201,11 @@ fn scales() {
         pins: &[("min", "Int 0"), ("value", "a"), ("max", "b")],
         out: "out",
     };
-    // 2 * 20000 is no INT.
+    // 2 * 20000 exceeds an INT.
     gives(&scale, ["Real", "Int"], "Int", &[([1, 20000], [20000, 1]), ([2, 20000], [-25536, 0]), ([0, 0], [0, 0])]);
 }
 
-/// "MIN", "MAX", "LIMIT", "SEL", "MUX": LIMIT and MUX tell of limits and numbers that cannot be.
+/// "MIN", "MAX", "LIMIT", "SEL", "MUX": ENO of LIMIT and MUX reports invalid limits and selectors.
 #[test]
 fn choices() {
     const VALUE: &[(&str, &str)] = &[("value_type", "Int")];
@@ -239,8 +239,8 @@ fn choices() {
     gives(&with_else, int, "Int", &[([0, 5], [5, 1]), ([1, 5], [20, 1]), ([2, 5], [-1, 0]), ([-1, 5], [-1, 0])]);
 }
 
-/// "DEMUX: Demultiplex": the other outputs keep their values; ELSE gets the value, and ENO is FALSE, if K is the number of no output,
-/// of which one is open here.
+/// "DEMUX: Demultiplex": the other outputs keep their values; if K matches no output, ELSE receives the value and ENO
+/// is FALSE. One output is unconnected here.
 #[test]
 fn the_selected_output_alone_is_written() {
     let sections: Sections = &[
@@ -285,7 +285,7 @@ fn words() {
     const SHIFT: &[(&str, &str)] = &[("in", "a"), ("n", "b")];
     gives(&of("Shl", WORD, SHIFT), word, "Word", &[([0x8001, 1], [2, 1]), ([0x8001, 16], [0, 1])]);
     gives(&of("Shr", WORD, SHIFT), word, "Word", &[([0x8001, 1], [0x4000, 1]), ([0x8001, 20], [0, 1])]);
-    // A number with a sign is filled with it.
+    // A signed number is sign-extended.
     gives(&of("Shr", INT, SHIFT), ["Int", "Int"], "Int", &[([-8, 1], [-4, 1]), ([-8, 20], [-1, 1])]);
     gives(&of("Rol", WORD, SHIFT), word, "Word", &[([0x8001, 1], [3, 1]), ([0x8001, 17], [3, 1])]);
     gives(&of("Ror", WORD, SHIFT), word, "Word", &[([0x8001, 1], [0xc000, 1])]);
@@ -306,7 +306,7 @@ fn words() {
     gives(&of("Enco", WORD, ONE), ["Word", "Int"], "Int", &[([0x28, 0], [3, 1])]);
 }
 
-/// "CALCULATE": in the type of the box; ENO tells of a step that does not fit.
+/// "CALCULATE": computed in the type of the box; ENO reports an intermediate overflow.
 #[test]
 fn an_expression() {
     let sections: Sections = &[("Input", "a : Int; b : Int"), ("Output", "y : Int; ok : Bool; z : Int; sure : Bool")];
@@ -356,7 +356,8 @@ fn steps() {
     );
 }
 
-/// "MOVE: Move value", "Addressing array elements", "Slice access": structures, several outputs, an index that is an element itself.
+/// "MOVE: Move value", "Addressing array elements", "Slice access": structures, several outputs, an index that is
+/// itself an element.
 #[test]
 fn variables() {
     let sections: Sections = &[

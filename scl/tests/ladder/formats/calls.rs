@@ -1,4 +1,4 @@
-//! Calls of blocks: outputs on wires, negated and open ones, in-outs.
+//! Calls of blocks: outputs on wires, negated and unconnected ones, in-outs.
 
 use super::{Sections, both, coil, contact, document, instance, tape};
 use crate::xml::{self, From, Net, local};
@@ -10,7 +10,7 @@ const OTHERS: &str = "FUNCTION_BLOCK \"Motor\"\nVAR_INPUT start : BOOL; END_VAR\
                       VAR_IN_OUT count : INT; END_VAR\nBEGIN\n#half := #x / 2; #odd := #x MOD 2 <> 0; #name := 'ab'; \
                       #count := #count + 1; #Split := #x * 2;\nEND_FUNCTION\n";
 
-/// "Calling function blocks", "Calling functions": results on wires, at variables and open ones.
+/// "Calling function blocks", "Calling functions": results on wires, at variables and unconnected.
 #[test]
 fn outputs_of_calls() {
     let sections: Sections = &[
@@ -25,7 +25,7 @@ fn outputs_of_calls() {
     let mut net = Net::new("");
     let flow = contact(&mut net, "f");
     let split = net.call("FC", "Split", parameters, &[("en", flow), ("x", local("x"))]);
-    // The variable of an in-out at the side of the outputs, an open output, and one that goes to two places.
+    // The variable of an in-out at the output side, an unconnected output, and one with two targets.
     net.write(split, "count", local("count"));
     net.wire(From::Pin(split, "name"), "<OpenCon UId=\"900\" />");
     net.write(split, "half", local("half"));
@@ -82,7 +82,7 @@ fn negated_outputs_of_calls() {
     }
 }
 
-/// "Supplying block parameters": a function has all its inputs.
+/// "Supplying block parameters": a function requires all its inputs.
 #[test]
 fn an_open_input_of_a_function_is_an_error() {
     let mut net = Net::new("Call");
@@ -101,7 +101,7 @@ fn an_open_input_of_a_function_is_an_error() {
     }
 }
 
-/// The message is about the block alone, not about the wires at its outputs.
+/// The message concerns only the block, not the wires at its outputs.
 #[test]
 fn a_function_that_no_source_declares() {
     let mut net = Net::new("");

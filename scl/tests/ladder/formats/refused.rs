@@ -1,10 +1,10 @@
-//! What is not read, and what is drawn wrong: an error with block, network, element and line.
+//! Unsupported elements and drawing errors: an error with block, network, element and line.
 
 use super::{Sections, document};
 use crate::compiled;
 use crate::xml::{self, From, Net, int, local};
 
-/// The first error of a network with one element, without its file; and the line that it names.
+/// Returns the first error of a network with one element, without its file, and the line that it names.
 fn error(name: &str, text: String) -> (String, String) {
     let errors = compiled(&[(name, text.clone())]).unwrap_err();
     let problem = &errors[0].problems[0];
@@ -12,7 +12,7 @@ fn error(name: &str, text: String) -> (String, String) {
     (problem.message.clone(), text.lines().nth(line.saturating_sub(1)).unwrap_or_default().to_string())
 }
 
-/// A part, what stands in it, what its pins get, the pin that is written, and the message.
+/// A part, its content, the sources of its pins, the output pin, and the message.
 type Case<'a> = (&'a str, String, Vec<(&'a str, From)>, &'a str, &'a str);
 
 const SECTIONS: Sections = &[("Input", "a : Bool; n : Int"), ("Output", "y : Bool; k : Int"), ("Static", "w : Word")];
@@ -110,7 +110,7 @@ fn pins_that_an_element_does_not_have_and_inputs_that_are_open_are_told() {
     }
 }
 
-/// What an output of DEMUX gives while another one is selected no wire can carry.
+/// No wire can carry the value of a DEMUX output while another one is selected.
 #[test]
 fn an_output_of_demux_that_leads_to_an_element_is_told() {
     let mut net = Net::new("");

@@ -1,10 +1,10 @@
-//! Boxes of texts, of blocks of memory, and of times.
+//! Boxes for texts, memory blocks and times.
 
 use super::{Sections, both, coil, of_type, tape};
 use crate::xml::{From, Net, int, local, typed};
 
-/// "LEN", "LEFT", "RIGHT", "MID", "CONCAT", "FIND", "DELETE", "INSERT", "REPLACE": ENO is FALSE if a text is cut, or if a place or a number
-/// of characters is none of the text.
+/// "LEN", "LEFT", "RIGHT", "MID", "CONCAT", "FIND", "DELETE", "INSERT", "REPLACE": ENO is FALSE if a text is truncated,
+/// or if a position or a number of characters is outside the text.
 #[test]
 fn functions_of_texts() {
     let sections: Sections = &[
@@ -43,7 +43,7 @@ fn functions_of_texts() {
          INSERT( in1 := #v, in2 := 'Z', p := 3, out => #v ) END_RUNG
          RUNG wire#powerrail {{ S7_Templates := \"SrcType := String\" }} Eq_Contact( in1 := #v, in2 := '-efZ' ) Coil( #same ) END_RUNG"
     );
-    // `abc` + `xyz` + `cd` are 8 characters, `abcd` + `xyz` + `de` are 9.
+    // `abc` + `xyz` + `cd` has 8 characters, `abcd` + `xyz` + `de` has 9.
     tape(
         both(sections, vec![net], &[&rungs], ""),
         ["n"],
@@ -52,7 +52,7 @@ fn functions_of_texts() {
     );
 }
 
-/// "MOVE_BLK: Move block", "FILL_BLK: Fill block", "UMOVE_BLK" and "UFILL_BLK", which nothing interrupts.
+/// "MOVE_BLK: Move block", "FILL_BLK: Fill block", and the uninterruptible "UMOVE_BLK" and "UFILL_BLK".
 #[test]
 fn blocks_of_memory() {
     let sections: Sections = &[
@@ -125,7 +125,8 @@ fn what_variables_and_the_clock_tell() {
     }
 }
 
-/// "S_MOVE: Move character string", "T_CONV: Convert times and extract": the part's types have other names than those of CONVERT.
+/// "S_MOVE: Move character string", "T_CONV: Convert times and extract": the names of the part's types differ from
+/// those of CONVERT.
 #[test]
 fn moves_and_conversions_of_texts_and_times() {
     let sections: Sections = &[
@@ -156,7 +157,7 @@ fn moves_and_conversions_of_texts_and_times() {
     tape(both(sections, vec![net], &[rungs], ""), ["t"], ["ms", "hour", "len"], &[([1500], [1500, 1, 3])]);
 }
 
-/// "T_ADD: Add times", "T_SUB: Subtract times": ENO is FALSE if the sum is no TIME.
+/// "T_ADD: Add times", "T_SUB: Subtract times": ENO is FALSE if the sum exceeds a TIME.
 #[test]
 fn times() {
     let sections: Sections = &[("Input", "t : Time"), ("Output", "y : Time; ok : Bool; z : Time")];
@@ -177,7 +178,7 @@ fn times() {
     );
 }
 
-/// "RD_LOC_T: Read local time", "BITSUM": a function that is no box of a formula gives its value at RET_VAL.
+/// "RD_LOC_T: Read local time", "BITSUM": a function that is not a box in a formula returns its value at RET_VAL.
 #[test]
 fn functions_with_a_value() {
     let sections: Sections =

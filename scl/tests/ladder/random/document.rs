@@ -1,4 +1,4 @@
-//! Random networks as a document of SIMATIC SD: a rung for each element, from the wire of its flow to a wire of its own.
+//! Random networks as a document of SIMATIC SD: one rung for each element, from the wire of its flow to its own wire.
 
 use super::{COMPARISONS, Element, Flow, Kind, Number, OF_WORDS, OPERATIONS, SHIFTS, TIMERS, declarations, labels};
 use std::fmt::Write;
@@ -19,7 +19,7 @@ fn wire(from: Flow, is_fbd: bool) -> String {
     from.map_or(rail.to_string(), |at| format!("wire#f{at}"))
 }
 
-/// An element as it stands in its rung, which ends with its wire unless one of its pins leads there.
+/// Returns an element as written in its rung, which ends with its wire unless one of its pins leads there.
 fn element(kind: &Kind, own: &str, is_fbd: bool) -> (String, bool) {
     let text = match kind {
         Kind::Contact(name, is_negated) if is_fbd => {
@@ -92,7 +92,7 @@ fn element(kind: &Kind, own: &str, is_fbd: bool) -> (String, bool) {
     (text, true)
 }
 
-/// All networks as a document in a language.
+/// Returns all networks as a document in a language.
 pub fn document(networks: &[Vec<Element>], language: &str) -> String {
     let is_fbd = language == "FBD";
     let mut all = format!(

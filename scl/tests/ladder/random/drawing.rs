@@ -1,4 +1,4 @@
-//! Random networks as parts and wires; in FBD gates take the place of contacts, and a constant that of the power rail.
+//! Random networks as parts and wires; in FBD, gates replace contacts, and a constant replaces the power rail.
 
 use super::{COMPARISONS, Element, Flow, Kind, Number, OF_WORDS, OPERATIONS, SECTIONS, SHIFTS, TIMERS, labels};
 use crate::xml::{self, From, Net, int, local, typed};
@@ -17,7 +17,7 @@ fn negated(is: bool, pin: &str) -> String {
     if is { format!("<Negated Name=\"{pin}\" />") } else { String::new() }
 }
 
-/// A part whose ENO tells of failures, or is EN.
+/// Returns a part whose ENO reports failures, or equals EN.
 fn with_eno(name: &str, has_eno: bool) -> String {
     format!("{name}{}", if has_eno { "" } else { " DisabledENO=\"true\"" })
 }
@@ -26,7 +26,7 @@ fn instance(name: &str, net: &mut Net) -> String {
     format!("<Instance Scope=\"LocalVariable\" UId=\"{}\"><Component Name=\"{name}\" /></Instance>", net.next())
 }
 
-/// The pin at which the flow leaves.
+/// Returns the pin at which the flow leaves.
 fn exit(kind: &Kind) -> &'static str {
     match kind {
         Kind::FlipFlop(..) => "q",
@@ -148,7 +148,7 @@ fn boxed(net: &mut Net, uid: u32, kind: &Kind, f: From) {
 
 fn drawn(elements: &[Element], is_fbd: bool) -> Net {
     let mut net = Net::new("random");
-    // The UIds follow the order in the file, in which an element may come before what it needs: numbers are given out first.
+    // The UIds follow the order in the file, where an element may precede those it needs, so they are assigned first.
     let mut places: Vec<usize> = (0..elements.len()).collect();
     places.sort_by_key(|at| elements[*at].place);
     let mut uids = vec![0; elements.len()];
@@ -166,7 +166,7 @@ fn drawn(elements: &[Element], is_fbd: bool) -> Net {
     net
 }
 
-/// All networks as a document in a language.
+/// Returns all networks as a document in a language.
 pub fn document(networks: &[Vec<Element>], language: &str) -> String {
     let is_label = labels(networks);
     let nets = networks.iter().enumerate().map(|(number, elements)| {

@@ -1,10 +1,11 @@
-//! Random networks in SCL: a flag for the flow of each element, a statement or two for each law.
+//! Random networks in SCL: a flag for the flow of each element, and a statement or two for its behavior.
 
 use super::{COMPARISONS, Element, Flow, Kind, Number, OF_WORDS, OPERATIONS, SHIFTS, TIMERS, declarations, labels};
 use std::fmt::Write;
 
-/// The elements in the order in which they take effect: by their places, each after what it needs, of which the earlier comes first.
-/// Where wires meet nothing takes effect: that is as early as the first of them, and comes when it is needed.
+/// Returns the elements in the order in which they take effect: by their positions, each after those it needs, the
+/// earlier of these first. A junction has no effect: it has the position of its first input, and comes when it is
+/// needed.
 fn order(elements: &[Element]) -> Vec<usize> {
     fn place(elements: &[Element], at: usize) -> (u64, usize) {
         let (mut own, mut first) = ((elements[at].place, at), None);
@@ -44,7 +45,7 @@ fn value(of: &Number) -> String {
     }
 }
 
-/// What an element does: `f` is the flow that arrives, `e` the one that leaves.
+/// Returns the statements of an element: `f` is its input flow, `e` its output flow.
 fn statement(kind: &Kind, f: &str, e: &str, flow: impl Fn(Flow) -> String) -> String {
     match kind {
         Kind::Contact(name, true) => format!("{e} := {f} AND NOT #{name};"),
@@ -94,7 +95,7 @@ fn statement(kind: &Kind, f: &str, e: &str, flow: impl Fn(Flow) -> String) -> St
     }
 }
 
-/// What a box does.
+/// Returns the statements of a box.
 fn boxed(kind: &Kind, f: &str, e: &str) -> String {
     match kind {
         Kind::Move(from, to) => format!("IF {f} THEN #n{to} := {}; END_IF; {e} := {f};", value(from)),
@@ -103,7 +104,7 @@ fn boxed(kind: &Kind, f: &str, e: &str) -> String {
             format!("IF {f} THEN #n{to} := {sum}; END_IF; {e} := {f};")
         }
         Kind::Calculate(which, true, left, right, to) => {
-            // What overflows in INT does not in DINT.
+            // An overflow in INT does not occur in DINT.
             let (left, right) = (value(left), value(right));
             let wide = format!("INT_TO_DINT({left}) {} INT_TO_DINT({right})", OPERATIONS[*which].1);
             let has_quotient = if *which > 2 { format!("{right} <> 0") } else { "TRUE".to_string() };
@@ -145,7 +146,7 @@ fn boxed(kind: &Kind, f: &str, e: &str) -> String {
     }
 }
 
-/// All networks as a source in SCL.
+/// Returns all networks as a source in SCL.
 pub fn source(networks: &[Vec<Element>]) -> String {
     let mut all = format!("FUNCTION_BLOCK \"B\"\n{}VAR_TEMP\nwide : DINT;\ntruth : BOOL;\n", declarations());
     for (number, elements) in networks.iter().enumerate() {

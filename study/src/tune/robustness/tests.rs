@@ -16,7 +16,7 @@ fn switch(variable: &str, value: bool) -> Setting {
     Setting { value: Value::Boolean(value), ..self::value(variable, 0.0, None) }
 }
 
-/// A loop of a PI controller with a lag, and a study of it.
+/// A loop of a PI controller and a lag, with a study of it.
 fn job(settings: Vec<Setting>) -> Job {
     let member = |name: &str, fmu: &str| system::Member { name: name.into(), path: format!("{fmu}.fmu").into() };
     let connection = |from: &str, to: &str| Connection { from: from.into(), to: to.into(), place: None };
@@ -51,7 +51,7 @@ fn recorded(job: &Job) -> Recording {
     master::run(&plan, &mut components, |_| {}).unwrap()
 }
 
-/// Ms of a loop with the plant that its step of the manual value shows, and the plant.
+/// Returns Ms of a loop with the plant identified from a step of the manual value, and that plant.
 fn recorded_sensitivity(job: &Job, settings: &Values) -> (f64, Identified) {
     let linear = linear(job).unwrap();
     let identification = linear.identification(job, &Step::default(), 0.0, 100.0).unwrap();
@@ -65,7 +65,7 @@ fn the_plant_is_that_of_a_step_of_the_manual_value_without_the_events_of_the_loo
     let job = job([own, vec![value("C.GAIN", 5.0, None), value("C.TI", 8.0, None)]].concat());
     let (ms, identified) = recorded_sensitivity(&job, &Values::new());
     assert_eq!(identified.fit, None);
-    // The lag of the plant, with the step that it takes until the controller sees it.
+    // The lag of the plant, with the one step of delay until the controller reads it.
     let model = Model { gain: 1.8, time_constant: 10.0, ..Model::default() };
     let expected = linear(&job).unwrap().sensitivity(&Plant::of_model(&model, 0.1), &Values::new()).unwrap();
     assert!((ms / expected - 1.0).abs() < 0.002, "{ms} {expected}");
@@ -77,7 +77,7 @@ fn a_noisy_process_value_gives_a_lag_with_dead_time() {
     let linear = linear(&job).unwrap();
     let of = linear.identification(&job, &Step::default(), 0.0, 100.0).unwrap();
     let recording = recorded(&of.job);
-    // Up and down by half a unit, of an answer of 36.
+    // Noise of half a unit in both directions, on a response of 36.
     let mut noisy = Recording::empty(recording.columns.clone());
     for (number, (time, row)) in recording.rows().enumerate() {
         noisy.push(time, &[row[0], row[1] + if number % 3 == 0 { 0.5 } else { -0.25 }]);
@@ -150,7 +150,7 @@ fn ms_is_that_of_the_law_with_the_settings_of_a_candidate() {
     assert_eq!(with(&[]), expected(2.0, 8.0, 0.1, 1));
     assert_eq!(with(&[("GAIN", 3.0), ("TI", 6.0)]), expected(3.0, 6.0, 0.1, 1));
     assert_eq!(with(&[("CYCLE", 0.5)]), expected(2.0, 8.0, 0.5, 1));
-    // Two calls between two exchanges of values.
+    // Two calls per exchange of values.
     assert_eq!(with(&[("CYCLE", 0.05)]), expected(2.0, 8.0, 0.05, 2));
     // The block raises TI to half of CYCLE.
     assert_eq!(with(&[("GAIN", 0.01), ("TI", 0.01)]), expected(0.01, 0.05, 0.1, 1));
