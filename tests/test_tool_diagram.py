@@ -364,6 +364,26 @@ def test_a_session_with_a_plant_becomes_a_test_that_plcfmu_test_runs(open_tool, 
     assert run_case(command, tmp_path, none).returncode == 0
 
 
+def test_in_a_parallel_loop_a_call_has_what_it_left(open_tool, command, tmp_path):
+    """A row of the recording has the outputs of the call before; the source, the diagram and the test have those of the call."""
+    page = open_tool(LAPTOP)
+    drop(page, *(PROGRAMS / name for name in ("tank_loop.toml", "tank.scl", "tank_plant.scl")))
+    until(page, "async () => (await moduleOf('tool/store.js')).store.loop?.connections.length === 5")
+    assert page.evaluate("async () => (await moduleOf('tool/store.js')).store.loop.exchange") == "parallel"
+    run_calls(page, 60, 0.5)
+    # It starts in the first call.
+    page.keyboard.press("Home")
+    step = "async () => (await moduleOf('tool/moment.js')).momentValues()['FILLING.step']"
+    until(page, f"async () => (await ({step})()) === 10")
+    show_tab(page, "Log")
+    page.get_by_role("button", name="Save as test").click()
+    _, content = saved(page, "Save TankFilling_test.toml", "#done")
+    for source in ("tank.scl", "tank_plant.scl"):
+        shutil.copy(PROGRAMS / source, tmp_path)
+    done = run_case(command, tmp_path, content)
+    assert done.returncode == 0 and ": ok" in done.stdout, done.stdout + done.stderr + content.decode()
+
+
 def test_same_again_after_the_program_was_changed_marks_what_differs(open_tool):
     page = open_tool(LAPTOP)
     drop(page, ("blink.scl", BLINK))

@@ -324,7 +324,8 @@ impl Compiler<'_> {
             |block: usize| self.calls.iter().any(|(caller, callee, _)| *callee == block && *caller != block);
         let is_asked = |block: usize, name: &str| match only {
             Some(names) => names.iter().any(|of| key(of) == key(name)),
-            None => is_called(block),
+            // What is run is no stub; beside organization blocks it is not a block that nobody calls.
+            None => is_called(block) || self.blocks.iter().any(|of| of.kind == BlockKind::OrganizationBlock),
         };
         let stub = |(number, interface): (usize, &Interface)| {
             let (file, index) = interface.source.filter(|(file, _)| *file != self.library_file())?;

@@ -319,8 +319,10 @@ pub struct State {
     pub time: f64,
     /// The communication step in seconds.
     pub step: f64,
-    /// The values of all variables after the last call, by `MEMBER.VARIABLE`.
+    /// The values of all variables in the row of the last call, by `MEMBER.VARIABLE`.
     pub values: Values,
+    /// The values after the last call, where members act in parallel: the outputs in its row are those of the call before.
+    pub after: Option<Values>,
     /// What is forced, by `MEMBER.VARIABLE`.
     pub forced: Values,
     /// What has ended the run: which FMU failed, and its messages.

@@ -509,12 +509,18 @@ impl Present {
     fn state(&mut self) -> State {
         let record = &self.record;
         let columns = self.of_plan.iter().zip(&self.wired.plan.columns);
+        let is_parallel = record.setup.exchange == system::Exchange::Parallel;
+        let after = is_parallel.then(|| {
+            let present = self.wired.plan.columns.iter().zip(self.run.values(&self.wired.plan));
+            present.map(|(of, value)| (of.name.clone(), shown(of.kind, value))).collect()
+        });
         State {
             run: record.number,
             calls: record.calls(),
             time: record.time(record.calls().saturating_sub(1)),
             step: record.step,
             values: columns.map(|(place, of)| (of.name.clone(), shown(of.kind, self.row[*place]))).collect(),
+            after,
             forced: self.forced.iter().map(|(column, of)| (record.columns[*column].name.clone(), of.shown())).collect(),
             failure: record.failure.clone(),
             is_met: false,

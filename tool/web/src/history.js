@@ -9,6 +9,7 @@
  */
 
 import { ask } from "tool/engine.js";
+import { isLate } from "tool/moment.js";
 
 /** At most this many values of a request: more would hold the page up. */
 const MOST_VALUES = 200_000;
@@ -27,10 +28,11 @@ export function forgetTracks() {
  * The tracks of signals in a run, up to its last call.
  *
  * @param {string[]} names
- * @param {{ run: number, calls: number, step: number, time: number }} of time is that of the last call
+ * @param {{ run: number, calls: number, step: number, time: number, after?: import("./messages").Values | null }} of time is that of the
+ *   last call, and `after` what a program left then, which stands in the row of the next call
  * @returns {Promise<Map<string, Track>>}
  */
-export async function tracks(names, { run, calls, step, time }) {
+export async function tracks(names, { run, calls, step, time, after }) {
   const known = runs.get(run) ?? new Map();
   runs.delete(run);
   runs.set(run, known);
@@ -42,6 +44,11 @@ export async function tracks(names, { run, calls, step, time }) {
     if (waiting.length === 0) return known;
     // Those that are known up to the same call are asked for together.
     const first = Math.min(...waiting.map((name) => known.get(name).until));
+    const late = waiting.filter((name) => known.get(name).until === first && after && isLate(name));
+    if (late.length > 0) {
+      await extendLate(late, known, { run, calls, step, start, first, after });
+      continue;
+    }
     const variables = waiting.filter((name) => known.get(name).until === first);
     const next = Math.min(...waiting.map((name) => known.get(name).until).filter((until) => until > first), calls);
     const count = Math.min(next - first, Math.max(Math.floor(MOST_VALUES / variables.length), 1));
@@ -49,6 +56,32 @@ export async function tracks(names, { run, calls, step, time }) {
     const { times, values } = await ask({ do: "view", run, variables, from, to, points: Math.max(count, 2) });
     const numbers = times.map((one) => Math.round((one - start) / step));
     for (const [at, name] of variables.entries()) extend(known.get(name), numbers, values[at], first + count);
+  }
+}
+
+/**
+ * Extends the tracks of what stands in the row after its call.
+ *
+ * @param {string[]} names
+ * @param {Map<string, Track>} known
+ * @param {{ run: number, calls: number, step: number, start: number, first: number, after?: import("./messages").Values | null }} of
+ */
+async function extendLate(names, known, { run, calls, step, start, first, after }) {
+  const most = Math.max(Math.floor(MOST_VALUES / names.length), 2);
+  const rows = Math.min(calls - 1 - first, most);
+  if (rows > 0) {
+    const [from, to] = [start + (first + 1) * step, start + (first + rows) * step];
+    const { times, values } = await ask({ do: "view", run, variables: names, from, to, points: Math.max(rows, 2) });
+    const numbers = times.map((one) => Math.round((one - start) / step) - 1);
+    for (const [at, name] of names.entries())
+      extend(/** @type {Track} */ (known.get(name)), numbers, values[at], first + rows);
+  }
+  if (first + Math.max(rows, 0) < calls - 1) return;
+  for (const name of names) {
+    const value = after?.[name];
+    // Of an earlier run, nothing is known after its last call.
+    const is = value === undefined ? [] : [calls - 1];
+    extend(/** @type {Track} */ (known.get(name)), is, [value === "NaN" ? null : Number(value)], calls);
   }
 }
 

@@ -1131,8 +1131,10 @@ calls: number,
 time: number,
 /** The communication step in seconds. */
 step: number,
-/** The values of all variables after the last call, by `MEMBER.VARIABLE`. */
+/** The values of all variables in the row of the last call, by `MEMBER.VARIABLE`. */
 values: Values,
+/** The values after the last call, where members act in parallel: the outputs in its row are those of the call before. */
+after: Values | null,
 /** What is forced, by `MEMBER.VARIABLE`. */
 forced: Values,
 /** What has ended the run: which FMU failed, and its messages. */

@@ -11,7 +11,8 @@
  */
 
 import { ask } from "tool/engine.js";
-import { store } from "tool/store.js";
+import { programOf } from "tool/program.js";
+import { variable as fullName, isSettable, store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
 /** A part of the run that the user has chosen; without it the last part is shown and moves on. @type {[number, number] | undefined} */
@@ -57,8 +58,20 @@ export function lookAt(time) {
 
 /** All values at the cursor, or now. Those at the cursor take a moment; until then they are those of before. @returns {Values} */
 export function momentValues() {
-  const now = store.isLive() ? (store.state?.values ?? {}) : {};
-  return cursor === undefined ? now : (got?.values ?? now);
+  const { values = {}, after } = (store.isLive() && store.state) || {};
+  if (cursor !== undefined) return got?.values ?? values;
+  return after ? { ...values, ...Object.fromEntries(Object.entries(after).filter(([name]) => isLate(name))) } : values;
+}
+
+/**
+ * Whether a variable is a result of the shown program in a run whose members act in parallel: its row has it one call later.
+ *
+ * @param {string} name
+ */
+export function isLate(name) {
+  const loop = store.loop;
+  if (!loop || !programOf(loop) || !store.state?.after || !name.startsWith(`${loop.member}.`)) return false;
+  return !loop.description.variables.some((one) => fullName(loop, one.name) === name && isSettable(one));
 }
 
 /** The time at the cursor as text, `at 12.3 s`; now has none. */
@@ -94,13 +107,22 @@ async function fetchValues() {
 
 /** All values of a call. @param {number} call @returns {Promise<Values>} */
 export async function valuesAt(call) {
-  const [time, all] = [timeOf(call), Object.entries(store.state?.values ?? {})];
-  const { values } = await ask({ do: "view", variables: all.map(([name]) => name), from: time, to: time, points: 2 });
-  const typed = all.map(([name, now], at) => [
-    name,
-    typeof now === "boolean" ? values[at][0] === 1 : (values[at][0] ?? "NaN"),
-  ]);
-  return Object.fromEntries(typed);
+  const { calls = 0, values: now = {}, after } = store.state ?? {};
+  const names = Object.keys(now);
+  const late = after ? names.filter(isLate) : [];
+  const found = await row(call, late.length > 0 ? names.filter((name) => !late.includes(name)) : names);
+  if (late.length === 0) return found;
+  if (call + 1 < calls) return { ...found, ...(await row(call + 1, late)) };
+  return { ...found, ...Object.fromEntries(late.map((name) => [name, after?.[name]])) };
+}
+
+/** Values in the row of a call. @param {number} call @param {string[]} variables @returns {Promise<Values>} */
+async function row(call, variables) {
+  const time = timeOf(call);
+  const { values } = await ask({ do: "view", variables, from: time, to: time, points: 2 });
+  const typed = (/** @type {number | null} */ value, /** @type {string} */ name) =>
+    typeof store.state?.values[name] === "boolean" ? value === 1 : (value ?? "NaN");
+  return Object.fromEntries(variables.map((name, at) => [name, typed(values[at][0], name)]));
 }
 
 /** When the first call was, in seconds. */

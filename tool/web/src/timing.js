@@ -25,6 +25,7 @@ import {
   follow,
   lookAt,
   momentText,
+  isLate,
   momentValues,
   range,
   timeOf,
@@ -265,7 +266,7 @@ async function fetchSignals() {
   before =
     other === undefined || calls === undefined
       ? new Map()
-      : await tracks(differing, { ...state, run: other, calls, time: timeOf(calls - 1) });
+      : await tracks(differing, { ...state, run: other, calls, time: timeOf(calls - 1), after: state.after && {} });
   const variables = of(true);
   const [from, to] = range();
   // The line goes on to what lies just outside.
@@ -456,8 +457,9 @@ function panel({ signals }, x, height, across) {
   const [bottom, top, choices] = numberings(low, high, 3);
   const y = (/** @type {number} */ value) => MARGIN + ((top - value) / (top - bottom)) * (height - 2 * MARGIN);
   const { times, is_exact: isExact } = curves;
-  const lines = of.map(({ values, isStepped, colour, isDashed }) => {
-    const { stroke, fill } = outline(times, values, { isExact, isStepped }, x, y);
+  const lines = of.map(({ name, values, isStepped, colour, isDashed }) => {
+    const at = isLate(name) ? times.map((time) => time - (store.state?.step ?? 0)) : times;
+    const { stroke, fill } = outline(at, values, { isExact, isStepped }, x, y);
     const dash = isDashed ? { "stroke-dasharray": "5 3" } : {};
     const style = `color: ${palette[colour % palette.length]}`;
     return svg(
