@@ -27,7 +27,7 @@ const BAND: f64 = 0.02;
 /// may only be crossing the band.
 const STAY: f64 = 0.1;
 /// The end of the reason why a figure is absent.
-const NOT_FINITE: &str = "is not a number in some calls";
+const NOT_FINITE: &str = "is NaN in some calls";
 
 /// The reason why there is no step.
 const NO_CHANGE: &str = "the setpoint does not change in this part of the run";
@@ -134,7 +134,7 @@ pub static FIGURES: [&Figure; 11] = [
         meaning: "How far the manipulated value moves in all",
         unit: Unit::ManipulatedValue,
         is_lower_better: true,
-        absent: "the manipulated value is not a number in some calls",
+        absent: "the manipulated value is NaN in some calls",
         needs: Needs::ManipulatedValue,
         of: |window| window.travel(),
     },
@@ -208,7 +208,7 @@ pub static SETTLING: Figure = Figure {
 const NO_DISTURBANCE: &str = "nothing disturbs the loop in this part of the run";
 
 const NO_CALL: &str = "there is no call in this part of the run";
-const NO_DEVIATION: &str = "the setpoint or the process value is not a number in some calls";
+const NO_DEVIATION: &str = "the setpoint or the process value is NaN in some calls";
 
 /// Returns the figure with this name.
 pub fn find(key: &str) -> Option<&'static Figure> {

@@ -377,7 +377,7 @@ impl<'r, 'a> Body<'r, 'a> {
         let Var::Place(place, Ty::Struct(record)) = &var else { return self.store(&var, from) };
         // A struct gets all its fields at once, and they may be computed from its old ones.
         let syn::Expr::Struct(it) = from else {
-            return Err(self.error(from.span(), "a struct is given as Name { field: value, ... }"));
+            return Err(self.error(from.span(), "write a struct as Name { field: value, ... }"));
         };
         let fields = self.reader.fields[record].clone();
         if it.rest.is_some() || it.fields.len() != fields.len() {

@@ -28,7 +28,7 @@ pub fn plc_value(number: f64, kind: Kind) -> Result<Value, &'static str> {
     const ROUNDING: f64 = 1e-3;
     let value = from_number(number, kind)?;
     match value {
-        Value::Real(0.0) if number != 0.0 => Err("a REAL takes 0 and amounts of at least 1.4e-45"),
+        Value::Real(0.0) if number != 0.0 => Err("a REAL takes 0 and magnitudes of at least 1.4e-45"),
         Value::Time(_) if (number * 1000.0 - (number * 1000.0).round()).abs() > ROUNDING => {
             Err("a TIME has whole milliseconds")
         }

@@ -589,7 +589,7 @@ pub fn value(kind: Type, value: Value) -> Result<f64> {
             None if value as f64 as i128 == value => self::value(kind, Value::Number(value as f64)),
             None => bail!("it is {}, which does not hold {value}; the nearest number is {}", kind.name(), value as f64),
             Some((low, high)) if (low..=high).contains(&value) => {
-                bail!("it is {}, {value} has more digits than a number has here", kind.name())
+                bail!("it is {}, {value} has more digits than a number holds here", kind.name())
             }
             Some((low, high)) => bail!("it is {}, {value} is not a whole number from {low} to {high}", kind.name()),
         },

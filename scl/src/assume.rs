@@ -244,7 +244,7 @@ impl<'a> Declared<'a> {
                 (what, format!("VAR_GLOBAL\n   \"{name}\" : {of};\nEND_VAR\n"))
             }
             Kind::Constant => (
-                format!("constant {constant}: nothing tells its value, correct it"),
+                format!("constant {constant}: its value is unknown, correct it"),
                 format!("VAR_GLOBAL CONSTANT\n   \"{name}\" : INT := {constant};\nEND_VAR\n"),
             ),
             Kind::Structure => {

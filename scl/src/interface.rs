@@ -65,7 +65,7 @@ const MOST: usize = 100_000;
 const MOST_ELEMENTS: usize = 1000;
 
 /// The advice given for a variable that is not shown.
-const COPY: &str = "give the block an output with what a host is to read of them";
+const COPY: &str = "give the block an output with the values that a host reads";
 
 /// The shown variables of a block, or the global ones.
 #[derive(Debug, Default)]

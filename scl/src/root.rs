@@ -179,7 +179,7 @@ impl Compiler<'_> {
             if let Type::Open(..) = ty {
                 let span = self.name_of(of);
                 let message =
-                    format!("the bounds of the parameter {name} come from a caller: this block is not run alone");
+                    format!("the bounds of the parameter {name} come from the caller: this block cannot run alone");
                 self.warn(span, message, Some("call it from another block"));
                 return None;
             }
@@ -275,16 +275,16 @@ impl Compiler<'_> {
             let others = cyclic.iter().copied().filter(|block| self.event(*block) != Some(PROGRAM_CYCLE));
             for block in others.collect::<Vec<_>>() {
                 let message = format!(
-                    "{} is called as often as {}: the sources do not have its period",
+                    "{} is called as often as {}: the sources do not give its period",
                     self.blocks[block].name, self.blocks[main].name
                 );
-                self.warn(self.name_of(block), message, Some("name both as what is called, each with its cycle"));
+                self.warn(self.name_of(block), message, Some("name both blocks to call, each with its cycle"));
             }
             cyclic.push(main);
         }
         for block in events {
             let message = format!("{} is not called: its event does not happen here", self.blocks[block].name);
-            self.warn(self.name_of(block), message, Some("name it as what is called, if it is to be"));
+            self.warn(self.name_of(block), message, Some("name it among the blocks to call, if it is needed"));
         }
         Some(cyclic.into_iter().map(Target::Function).collect())
     }

@@ -198,8 +198,8 @@ fn types_that_do_not_fit_are_refused() {
 #[test]
 fn calls_that_do_not_fit_are_refused() {
     refused("#sub(c := 1, p := #pair);", "Sub has no parameter c; it has a, b, p");
-    refused("#sub(a => #i, p := #pair);", "a is supplied with :=");
-    refused("#sub(b := #i, p := #pair);", "b is supplied with =>");
+    refused("#sub(a => #i, p := #pair);", "a must be passed with :=");
+    refused("#sub(b := #i, p := #pair);", "b must be passed with =>");
     refused("#sub(a := 1);", "the in-out parameter p is missing");
     refused("#sub(a := 1, p := #array);", "p is a \"Pair\", not an ARRAY[1..3] OF INT");
     refused("#i := \"Twice\"();", "Twice is called without a; a function needs all its parameters");
@@ -324,11 +324,11 @@ fn what_may_surprise_is_told() {
     );
     warned("#i := #i / 0;", "this divides by 0: the result is 0");
     warned("#i := #i MOD 0;", "this divides by 0: the result is 0");
-    warned("WHILE TRUE DO #i := 1; END_WHILE;", "this loop does not end; leave it with EXIT or RETURN");
-    warned("REPEAT #i := 1; UNTIL FALSE END_REPEAT;", "this loop does not end");
+    warned("WHILE TRUE DO #i := 1; END_WHILE;", "this loop never ends; leave it with EXIT or RETURN");
+    warned("REPEAT #i := 1; UNTIL FALSE END_REPEAT;", "this loop never ends");
     silent("WHILE TRUE DO IF #flag THEN EXIT; END_IF; END_WHILE;");
     silent("REPEAT #i := 1; UNTIL TRUE END_REPEAT;");
-    warned("#in := 1;", "an input is written: the caller does not see it");
+    warned("#in := 1;", "an input is written to, which the caller does not see");
     warned(
         "FOR #i := 1 TO 32767 DO ; END_FOR;",
         "the loop goes to the limit of INT: here it ends, a CPU may count for ever",
@@ -353,7 +353,7 @@ fn the_dialect_of_step_7_has_its_own_rules() {
     let text = "FUNCTION_BLOCK FB1\nVAR_TEMP\n i : INT;\nEND_VAR\nBEGIN\nFOR i := 1 TO 3 DO\n i := i;\nEND_FOR;\nEND_FUNCTION_BLOCK";
     let (errors, warnings) = told(text, None);
     assert_eq!(errors, Vec::<String>::new());
-    assert_eq!(warnings, ["a.scl:7:2: the loop variable i is written in its loop: the new value counts"]);
+    assert_eq!(warnings, ["a.scl:7:2: the loop variable i is written inside its loop: the new value is used"]);
     let (errors, _) = told(text, Some(Cpu::S71500));
     assert_eq!(errors.len(), 1);
 }

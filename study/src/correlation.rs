@@ -53,7 +53,7 @@ pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
         (matrix[first][second], matrix[second][first]) = (normal, normal);
     }
     cholesky(&matrix).context(
-        "correlations: they cannot be true together: give values nearer to 0, or the missing ones between their axes",
+        "correlations: they contradict each other: give values nearer to 0, or the missing ones between their axes",
     )
 }
 
@@ -133,8 +133,7 @@ mod tests {
     fn correlations_that_cannot_be_or_name_nothing_are_refused() {
         let error = |pairs: &[(usize, usize, f64)]| format!("{:#}", mixing(&study(pairs)).unwrap_err());
         assert!(
-            error(&[(0, 1, 0.95), (1, 2, 0.95), (0, 2, -0.9)])
-                .starts_with("correlations: they cannot be true together")
+            error(&[(0, 1, 0.95), (1, 2, 0.95), (0, 2, -0.9)]).starts_with("correlations: they contradict each other")
         );
         assert!(error(&[(0, 1, 1.0)]).contains("rank = 1.0: give a number above -1 and below 1"));
         assert_eq!(

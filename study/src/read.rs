@@ -563,7 +563,7 @@ mod tests {
         };
         let wrong = format!("{:#}", crate::correlation::mixing(&reading.job.study).unwrap_err());
         assert_eq!(place(&wrong), "study.toml:12:1: ");
-        assert_eq!(place("correlations: they cannot be true together"), "study.toml:9:1: ");
+        assert_eq!(place("correlations: they contradict each other"), "study.toml:9:1: ");
         assert_eq!(place("sampling = \"saltelli\" needs independent axes"), "study.toml:2:12: ");
         assert_eq!(place("1200 axes have distributions: a Sobol sequence has 256 at most"), "study.toml:2:12: ");
     }

@@ -51,7 +51,7 @@ const MOST_LOGGED: usize = 3;
 const LINES: usize = 3;
 
 /// The description of a process that is terminated because its output did not come from this program.
-const DISTURBED: &str = "disturbed its process, by what it wrote to its output or by closing it; the process was ended";
+const DISTURBED: &str = "corrupted the output of its process by writing to it or closing it; the process was ended";
 
 /// The subject in place of an FMU's name if no FMU was being called, before the text of [`End::Ended`].
 pub const OWN: &str = "a process of plcfmu (the library of no FMU was called)";

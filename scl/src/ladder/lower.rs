@@ -156,7 +156,7 @@ impl Lowerer<'_> {
         let mut needed: Vec<Vec<usize>> = elements.iter().map(needed).collect();
         let (any, circles) = each_after_its_needs(0..elements.len(), &needed);
         for number in circles {
-            let message = "the wires form a circle: this element needs its own result";
+            let message = "the wires form a cycle: this element depends on its own result";
             let help = "put a variable between: a coil writes it, a contact reads it";
             self.report.error(elements[number].span, message, Some(help));
         }
@@ -225,7 +225,7 @@ impl Lowerer<'_> {
                 // A box with unconnected EN runs, as do comparisons in FBD. A coil without a source is an error unless
                 // one was already reported.
                 if pins == ["IN"] || pins.first() == Some(&"IN") && !self.report.has_errors() {
-                    let message = format!("{} has no flow: nothing is wired to its input", element.name);
+                    let message = format!("{} has no flow: its input is not connected", element.name);
                     self.report.error(element.span, message, Some("wire it, or delete it"));
                 }
                 Value::TRUE

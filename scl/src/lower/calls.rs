@@ -453,7 +453,7 @@ impl Lowerer<'_, '_> {
         let is_wrong_way = argument.name.is_some() && argument.is_output != (found.section == SectionKind::Output);
         if is_wrong_way {
             let arrow = if argument.is_output { ":=" } else { "=>" };
-            self.error(argument.span, format!("{} is supplied with {arrow}", found.name), None);
+            self.error(argument.span, format!("{} must be passed with {arrow}", found.name), None);
             return None;
         }
         Some(found)
@@ -686,7 +686,7 @@ impl Lowerer<'_, '_> {
                     let name = member.map(|member| member.name.clone()).unwrap_or_default();
                     if !self.compiler.report.has_errors() {
                         let message = format!("the in-out parameter {name} is missing");
-                        self.error(span, message, Some("a structured in-out is supplied in each call"));
+                        self.error(span, message, Some("every call must pass a structured in-out parameter"));
                     }
                     passed.push(program::Argument::Start);
                 }

@@ -90,7 +90,7 @@ impl Lowerer<'_, '_> {
     pub fn target(&mut self, id: ExpressionId) -> Option<Variable> {
         let span = self.span(id);
         if matches!(self.expressions()[id].kind, ExpressionKind::Call(..) | ExpressionKind::Literal(_)) {
-            self.error(span, "nothing can be written here", Some("write a variable"));
+            self.error(span, "this cannot be assigned to", Some("write a variable"));
             return None;
         }
         match self.path(id) {

@@ -264,7 +264,7 @@ impl Lowerer<'_, '_> {
         let mut leaves = Leaves(false);
         walk::statements(body, &mut leaves);
         if !leaves.0 && *condition == Expr::Const(runs_on.into()) {
-            self.warn(span, "this loop does not end", Some("leave it with EXIT or RETURN, or count with FOR"));
+            self.warn(span, "this loop never ends", Some("leave it with EXIT or RETURN, or count with FOR"));
         }
     }
 
@@ -273,7 +273,7 @@ impl Lowerer<'_, '_> {
         if variable.section == Some(SectionKind::Input) && self.file != self.compiler.library_file() {
             self.warn(
                 span,
-                "an input is written: the caller does not see it",
+                "an input is written to, which the caller does not see",
                 Some("use a static or temporary variable"),
             );
         }
@@ -281,7 +281,11 @@ impl Lowerer<'_, '_> {
         if counted {
             let name = self.compiler.text(span).trim_start_matches('#').to_string();
             if self.compiler.cpu == Cpu::S7300 {
-                self.warn(span, format!("the loop variable {name} is written in its loop: the new value counts"), None);
+                self.warn(
+                    span,
+                    format!("the loop variable {name} is written inside its loop: the new value is used"),
+                    None,
+                );
             } else {
                 let message = format!("the loop variable {name} must not be written in its loop");
                 self.error(span, message, Some("use WHILE, or EXIT to leave the loop"));

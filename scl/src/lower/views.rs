@@ -158,7 +158,7 @@ impl Image {
                 Ok(())
             }
             Type::Text { wide: true, .. } => Err("a WSTRING".to_string()),
-            Type::Text { .. } => Err("a STRING, whose length a view cannot have,".to_string()),
+            Type::Text { .. } => Err("a STRING, because a view has no length field,".to_string()),
             Type::Open(..) => Err("an array whose bounds the caller gives".to_string()),
             Type::Instance(_) | Type::Void | Type::Wrong | Type::Missing(_) => Err("an instance".to_string()),
         }

@@ -178,12 +178,9 @@ impl<'a> Compiler<'a> {
         let mut next = space.registers;
         let mut take = |count: usize| {
             next += count;
-            Register::try_from(next).map(|_| (next - count) as Register).map_err(|_| {
-                format!(
-                    "{} has too many variables, or is called by too many functions inside one another",
-                    function.name
-                )
-            })
+            Register::try_from(next)
+                .map(|_| (next - count) as Register)
+                .map_err(|_| format!("{} has too many variables, or its calls are nested too deeply", function.name))
         };
         let instance = take(1)?;
         let mut homes = Vec::new();
@@ -203,7 +200,7 @@ impl<'a> Compiler<'a> {
         let mut labels = Labels::default();
         walk::statements(body, &mut labels);
         if labels.0 > body.len() + 100_000 {
-            return Err(format!("{}: a label has too great a number", function.name));
+            return Err(format!("{}: a label number is too large", function.name));
         }
         let labels = vec![None; labels.0];
         Ok(Scope {

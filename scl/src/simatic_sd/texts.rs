@@ -7,7 +7,7 @@ use std::borrow::Cow;
 
 /// The advice for a malformed file.
 const EXPORT: &str =
-    "export the document from TIA Portal again, or leave the file out: it holds titles and comments alone";
+    "export the document from TIA Portal again, or leave the file out: it contains only titles and comments";
 
 /// The texts of a document.
 #[derive(Debug, Default)]

@@ -154,7 +154,7 @@ fn circles_entities_and_deep_elements_are_refused() {
     let dtd = "<!DOCTYPE Document [<!ENTITY a \"aaaa\">]><Document />".to_string();
     let deep = format!("<Document>{}", "<a>".repeat(100_000));
     for (text, message) in [
-        (circle, "FB B, network 1: Contact #a: the wires form a circle: this element needs its own result"),
+        (circle, "FB B, network 1: Contact #a: the wires form a cycle: this element depends on its own result"),
         (dtd, "a document type definition (DTD) is not read: remove it"),
         (deep, "elements are nested more than 64 deep"),
         ("<Document />".into(), "no block is declared here"),

@@ -103,7 +103,7 @@ fn a_project_with_several_organization_blocks_runs_without_naming_them() {
     assert_eq!(root.block, "Main");
     let warned: Vec<String> = compiled.warnings.iter().map(ToString::to_string).collect();
     for (file, says) in [
-        ("Fast.xml", "Fast is called as often as Main: the sources do not have its period; name both"),
+        ("Fast.xml", "Fast is called as often as Main: the sources do not give its period; name both"),
         ("Edge.xml", "Edge is not called: its event does not happen here"),
         ("data.scl", "Diagnostic error interrupt is not called"),
     ] {

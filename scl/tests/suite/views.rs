@@ -100,7 +100,7 @@ fn what_has_no_bytes_of_a_cpu_is_refused() {
         ("s : WString; x AT s : Array[0..3] of Byte;", "a WSTRING cannot be seen through AT"),
         (
             "a : Array[0..9] of Byte; x AT a : Struct n : Int; s : String[4]; END_STRUCT;",
-            "a STRING, whose length a view cannot have, cannot be a view",
+            "a STRING, because a view has no length field, cannot be a view",
         ),
         ("s : String[9]; x AT s : Array[0..12] of Byte;", "the view has 14 bytes, the variable behind it only 12"),
         ("a : Byte; x AT a : Word;", "the view has 2 bytes, the variable behind it only 1"),

@@ -72,7 +72,7 @@ fn pins_that_an_element_does_not_have_and_inputs_that_are_open_are_told() {
             String::new(),
             vec![("operand", local("y"))],
             "out",
-            "Coil #y: Coil has no flow: nothing is wired to its input",
+            "Coil #y: Coil has no flow: its input is not connected",
         ),
         (
             "SBitfield",
