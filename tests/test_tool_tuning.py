@@ -30,7 +30,12 @@ def test_the_step_test_finds_the_plant_and_all_rules_are_told(tool):
     simc = next(row for row in rows if row[0].strip() == "SIMC")
     # GAIN = T/(K (lambda + L)), TI = min(T, 4 (lambda + L)), with the dead time longer by half of CYCLE: L = 2.5 s, lambda = 1.5 L.
     assert [float(cell) for cell in simc[1:3]] == pytest.approx([1.6, 20], rel=0.03)
-    assert re.fullmatch(r"1\.\d+", simc[4].strip())
+    # No column for TD, which PI does not have.
+    assert re.fullmatch(r"1\.\d+", simc[3].strip())
+    # Each column is in sight on a laptop, and more than the first rule of the table is.
+    table = tool.locator("#tune .rules")
+    assert table.evaluate("of => of.scrollWidth <= of.clientWidth + 1")
+    assert bottom(table.locator("tbody tr").nth(1).bounding_box()) <= tool.viewport_size["height"]
     # A longer lambda is calmer.
     tool.locator("#tune-speed").fill("0.5")
     gain = "Number(document.querySelector('#tune .rules .is-now td:nth-child(2)')?.innerText)"

@@ -33,8 +33,11 @@ const FIGURES = [
     "phase margin",
   ],
 ];
-/** What a narrow table says of the chosen rule only, beside it. */
-const DETAILS = new Set(["travel", "recovers", "gain margin", "phase margin"]);
+/** What a narrow table leaves out, and what a very narrow one does: the list of the chosen rule has it. @type {Record<string, string>} */
+const DETAILS = {
+  ...{ travel: "detail", recovers: "detail", "gain margin": "detail", "phase margin": "detail" },
+  "load: deviation": "detail is-last",
+};
 
 /**
  * All rules side by side.
@@ -46,11 +49,13 @@ const DETAILS = new Set(["travel", "recovers", "gain margin", "phase margin"]);
  * @param {(rule: import("./messages").Rule) => void} choose
  */
 export function rulesTable(loop, rows, chosen, units, choose) {
-  const settings = loop.description.roles.controller.slice(0, 3);
+  // What no rule sets of this structure, such as TD of PI, takes no room.
+  const isSet = (/** @type {string} */ name) => rows.some(({ tuned }) => typeof tuned?.values[name] === "number");
+  const settings = loop.description.roles.controller.slice(0, 3).filter(isSet);
   const names = settings.map((name) => name.slice(name.lastIndexOf(".") + 1));
   const body = rows.map(({ rule, name, tuned, refusal }) => {
     const pressed = String(rule === chosen);
-    const of = { type: "button", class: "plain", "aria-pressed": pressed, "data-rule": rule };
+    const of = { type: "button", class: "plain", title: name, "aria-pressed": pressed, "data-rule": rule };
     const button = element("td", {}, element("button", { ...of, onclick: () => choose(rule) }, name));
     if (!tuned) {
       return element("tr", {}, button, element("td", { class: "faint", colspan: 12, title: refusal }, refusal ?? ""));
@@ -67,16 +72,15 @@ export function rulesTable(loop, rows, chosen, units, choose) {
       ...[number(predicted.load?.recovery ?? null, " s"), number(predicted.load?.iae ?? null, ` ${units.iae}`)],
       ...[number(tuned.gain_margin), number(tuned.phase_margin, "°")],
     ];
-    const isDetail = (/** @type {number} */ at) => DETAILS.has(FIGURES[at - settings.length]);
     return element(
       "tr",
       { class: rule === chosen && "is-now" },
       button,
-      cells.map((cell, at) => element("td", { class: isDetail(at) ? "number detail" : "number" }, cell)),
+      cells.map((cell, at) => element("td", { class: `number ${DETAILS[FIGURES[at - settings.length]] ?? ""}` }, cell)),
     );
   });
   const head = tableHead(["Rule", ...names, ...FIGURES], (at) => at > 0);
-  for (const cell of head.querySelectorAll("th")) cell.classList.toggle("detail", DETAILS.has(cell.textContent ?? ""));
+  for (const cell of head.querySelectorAll("th")) cell.className += ` ${DETAILS[cell.textContent ?? ""] ?? ""}`;
   return element("table", {}, head, element("tbody", {}, body));
 }
 

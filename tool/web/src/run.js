@@ -54,6 +54,8 @@ const MOST_UNRESTING = 20_000;
 let runButton;
 /** Makes the test of the run again, with the settings that were applied since it began. @type {HTMLButtonElement} */
 let againButton;
+/** When settings were applied last in the run, and when the step began that the metrics belong to, in seconds. */
+let [applied, stepped] = [0, 0];
 /** How long to run, in seconds; empty is until Pause. @type {HTMLInputElement} */
 let duration;
 /** @type {HTMLElement} */
@@ -162,8 +164,15 @@ export function mount(content) {
     const { loop, state } = store;
     const isSetting = names.some((name) => loop?.settings[name]?.variable.is_stimulus === false);
     if (!loop || !isSetting || !store.isLive() || made() === 0) return;
+    const time = store.state?.time ?? 0;
     const isOffered = await isAnotherTest(loop);
-    if (store.loop === loop && store.state?.run === state?.run) offerAgain(isOffered);
+    if (store.loop !== loop || store.state?.run !== state?.run) return;
+    applied = time;
+    offerAgain(isOffered);
+  });
+  store.on("figures", (/** @type {import("./messages").Figures} */ { from, step }) => {
+    stepped = step?.start ?? from;
+    showFormer();
   });
   for (const what of ["run", "loop"]) store.on(what, () => offerAgain(false));
   store.on("run", () => {
@@ -356,10 +365,14 @@ async function oneCall() {
 /** @param {boolean} isOffered */
 function offerAgain(isOffered) {
   againButton.hidden = !isOffered;
-  // The metrics in the bar are not those of the settings in force.
-  byId("glance").classList.toggle("is-former", isOffered);
+  showFormer();
   runButton.classList.toggle("primary", !isOffered);
   showButton();
+}
+
+/** The metrics in the bar are of former settings, if the step that they belong to was made before others were applied. */
+function showFormer() {
+  byId("glance").classList.toggle("is-former", !againButton.hidden && stepped <= applied);
 }
 
 async function runAgain() {
