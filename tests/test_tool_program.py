@@ -333,10 +333,12 @@ def test_a_word_is_shown_in_hexadecimal_and_a_function_has_no_values_of_another_
     digits = line(page, 100).locator(".line-number")
     parts = "one => { const text = new Range(); text.selectNodeContents(one); return text.getClientRects().length; }"
     assert digits.inner_text() == "100" and digits.evaluate(parts) == 1
-    # The source has more room than the values, and its longest comment needs no second row.
-    comment = line(page, row("// the outlet opens when the level is above its setpoint"))
-    code, values = (comment.locator(part).evaluate("one => one.getBoundingClientRect().width") for part in ("code", ".values"))
-    assert code > 350 and code > values and comment.evaluate("one => one.getBoundingClientRect().height") == 20
+    # A comment that is too long wraps: its number stands at its first row, and the next line below its last one.
+    number = row("// the outlet opens when the level is above its setpoint")
+    line(page, number).scroll_into_view_if_needed()
+    height = line(page, number).evaluate("one => one.getBoundingClientRect().height")
+    assert height > 20 and line(page, number + 1).evaluate(place) - line(page, number).evaluate(place) == height
+    assert line(page, number).locator(".line-number").evaluate(place) == line(page, number).evaluate(place)
     set_input(page, "eStopOk", False)
     page.get_by_role("button", name="One cycle").click()
     # Values stand beside the lines that are in sight.
