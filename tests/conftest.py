@@ -122,7 +122,7 @@ def packer():
 
 
 @pytest.fixture(scope="session")
-def packed(packer, tmp_path_factory):
+def packed(request, tmp_path_factory):
     """The folder of all FMUs in FMI 3.0 with these types. PLCFMU_FMI3 names one with native types, as PLCFMU_FMUS does for FMI 2.0."""
     folders = {}
     if given := os.environ.get("PLCFMU_FMI3"):
@@ -131,6 +131,7 @@ def packed(packer, tmp_path_factory):
     def packed(types="native"):
         if types not in folders:
             folders[types] = tmp_path_factory.mktemp(f"fmi3_{types}")
+            packer = request.getfixturevalue("packer")
             command = [packer, "fmu", "--fmi", "3", "--types", types, "--out", str(folders[types])]
             done = subprocess.run(command, capture_output=True, text=True)
             assert done.returncode == 0, done.stderr
