@@ -35,7 +35,7 @@ size_t plcfmu_interface(char *buffer, size_t size) {
 def sources(path):
     """The names of the C files in an FMU."""
     with zipfile.ZipFile(path) as fmu:
-        return [name for name in fmu.namelist() if name.startswith("sources/") and not name.endswith("/")]
+        return [name for name in fmu.namelist() if name.startswith("sources/") and name.endswith(".c")]
 
 
 def told(library):
@@ -53,7 +53,8 @@ def compiled(path, folder, compiler=("gcc", "-std=c99")):
     name, unpacked = path.stem, folder / f".{path.stem}"
     unpacked.mkdir(parents=True)
     fmpy.extract(str(path), str(unpacked))
-    binaries = unpacked / "binaries" / fmpy.platform
+    is_newer = fmpy.read_model_description(str(unpacked)).fmiVersion.startswith("3")
+    binaries = unpacked / "binaries" / (fmpy.platform_tuple if is_newer else fmpy.platform)
     library = binaries / f"{name}{fmpy.sharedLibraryExtension}"
     text = ",".join(str(byte) for byte in told(library))
     (unpacked / "told.c").write_text(TOLD % text)

@@ -18,11 +18,14 @@ import fmpy
 import fmpy.build
 import fmpy.fmi1
 import fmpy.fmi2
+import fmpy.fmi3
 import fmpy.validation
 import pytest
+from lxml import etree
 
 import c_builds
 import host
+import newer
 
 ROOT = pathlib.Path(__file__).parents[1]
 # The programs with the periods of their calls.
@@ -53,18 +56,18 @@ def run(*words, **options):
 
 
 @pytest.fixture(scope="module")
-def packed(command, tmp_path_factory):
-    """Packs the programs; a native one has the C as its library."""
+def programs(command, tmp_path_factory):
+    """Packs the programs; a native one has the C as its library. In FMI 3.0 they have `types`."""
 
     @functools.cache
-    def packed(native):
+    def programs(native, types=None):
         folder = tmp_path_factory.mktemp("native" if native else "packed")
-        more = ["--native"] if native else []
+        more = [*(["--native"] if native else []), *(["--fmi=3", f"--types={types}"] if types else [])]
         for source, cycle in PROGRAMS.items():
             run(command, "build", source, f"--cycle={cycle}", f"--out={folder}", *more, env=host.environment())
         return folder
 
-    return packed
+    return programs
 
 
 @pytest.fixture(scope="module")
@@ -76,8 +79,16 @@ def blocks(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def native(packed, tmp_path_factory):
-    return host.Fmu(packed(True) / "Mixer.fmu", tmp_path_factory.mktemp("unpacked"))
+def newer_blocks(packed, tmp_path_factory):
+    """The same of FMI 3.0, with the types of the PLC."""
+    folder = tmp_path_factory.mktemp("newer_blocks")
+    c_builds.all_compiled(packed(), folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def native(programs, tmp_path_factory):
+    return host.Fmu(programs(True) / "Mixer.fmu", tmp_path_factory.mktemp("unpacked"))
 
 
 class InRust(host.Fmu):
@@ -92,16 +103,19 @@ class InRust(host.Fmu):
 
 
 @pytest.fixture(scope="module")
-def both(packed, blocks, tmp_path_factory):
+def both(programs, blocks, packed, newer_blocks, tmp_path_factory):
     """An FMU by its name, in Rust and in C."""
 
     @functools.cache
     def both(name):
-        if name in BLOCKS:
-            of = [(host.FOLDER, "rust"), (blocks, "c")]
-            return tuple(host.Fmu(folder / f"{name}.fmu", tmp_path_factory.mktemp(door)) for folder, door in of)
-        native = host.Fmu(packed(True) / f"{name}.fmu", tmp_path_factory.mktemp("c"))
-        return InRust(native, packed(False) / f"{name}.fmu", tmp_path_factory.mktemp("rust")), native
+        own, is_newer = name.removeprefix(host.NEWER), name.startswith(host.NEWER)
+        if own in BLOCKS:
+            of = [(packed(), "rust"), (newer_blocks, "c")] if is_newer else [(host.FOLDER, "rust"), (blocks, "c")]
+            return tuple(host.Fmu(folder / f"{own}.fmu", tmp_path_factory.mktemp(door)) for folder, door in of)
+        # Types of all widths, and no arrays, which FMI 2.0 does not have.
+        types = "wide" if is_newer else None
+        native = host.Fmu(programs(True, types) / f"{own}.fmu", tmp_path_factory.mktemp("c"))
+        return InRust(native, programs(False, types) / f"{own}.fmu", tmp_path_factory.mktemp("rust")), native
 
     return both
 
@@ -109,6 +123,13 @@ def both(packed, blocks, tmp_path_factory):
 @pytest.fixture(scope="module")
 def source(native):
     return native.folder / "sources" / "Mixer.c"
+
+
+@pytest.fixture(scope="module")
+def newer_source(programs, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("newer")
+    fmpy.extract(str(programs(False, "wide") / "Mixer.fmu"), folder)
+    return folder / "sources" / "Mixer.c"
 
 
 def compiler(words):
@@ -126,12 +147,58 @@ def compiler(words):
 # --- The file in the package ---------------------------------------------------------------------------------------
 
 
-def test_an_fmu_has_its_sources_without_headers_of_fmi(packed):
-    for folder in (packed(False), packed(True)):
+def test_an_fmu_has_its_sources_without_headers_of_fmi(programs):
+    for folder in (programs(False), programs(True)):
         with zipfile.ZipFile(folder / "Mixer.fmu") as fmu:
             assert [name for name in fmu.namelist() if name.startswith("sources/")] == ["sources/Mixer.c"]
             assert b'<SourceFiles>\n      <File name="Mixer.c"/>' in fmu.read("modelDescription.xml")
         assert fmpy.validation.validate_fmu(str(folder / "Mixer.fmu")) == []
+
+
+BUILD = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiBuildDescription fmiVersion="3.0">
+  <BuildConfiguration modelIdentifier="{name}">
+    <SourceFileSet language="C99">
+      <SourceFile name="{name}.c"/>
+      <PreprocessorDefinition name="FMI3_OVERRIDE_FUNCTION_PREFIX" optional="true" value="" description="No prefix, for a shared library"/>
+    </SourceFileSet>
+  </BuildConfiguration>
+</fmiBuildDescription>
+"""
+
+
+@pytest.mark.parametrize("name", ["Mixer", *BLOCKS])
+def test_an_fmu_of_fmi_3_has_its_c_and_a_description_of_how_it_is_built(name, programs, packed):
+    path = (packed() if name in BLOCKS else programs(False, "wide")) / f"{name}.fmu"
+    with zipfile.ZipFile(path) as fmu:
+        found = [file for file in fmu.namelist() if file.startswith("sources/")]
+        assert found == [f"sources/{name}.c", "sources/buildDescription.xml"]
+        text, build = fmu.read(f"sources/{name}.c").decode("ascii"), fmu.read("sources/buildDescription.xml").decode()
+        assert f"<code>sources/{name}.c</code>" in fmu.read("documentation/index.html").decode()
+    assert build == BUILD.format(name=name)
+    schema = etree.XMLSchema(etree.parse(pathlib.Path(fmpy.__file__).parent / "schema/fmi3/fmi3BuildDescription.xsd"))
+    schema.assertValid(etree.fromstring(build.encode()))
+    assert sorted(re.findall(r"#include (.*)", text)) == ['"fmi3Functions.h"', "<stddef.h>", "<stdlib.h>", "<string.h>"]
+    assert "fmi2" not in text and f"#define FMI3_FUNCTION_PREFIX {name}_\n" in text
+    assert fmpy.validation.validate_fmu(str(path)) == []
+
+
+@pytest.mark.parametrize(
+    "options, prefix",
+    [
+        ([], "Mixer_"),
+        (["-DDISABLE_PREFIX"], ""),
+        (["-DFMI3_FUNCTION_PREFIX=A_"], "A_"),
+        (["-DFMI3_OVERRIDE_FUNCTION_PREFIX"], ""),
+        (["-DFMI3_OVERRIDE_FUNCTION_PREFIX", "-DFMI3_ACTUAL_FUNCTION_PREFIX=B_"], "B_"),
+    ],
+    ids=["its own", "none", "another", "overridden by none", "overridden by another"],
+)
+@pytest.mark.parametrize("headers", [HEADERS, ROOT / "fmu/src/v3/c"], ids=["of the standard", "of plcfmu"])
+def test_the_names_of_the_functions_of_fmi_3_have_the_prefix_that_is_asked_for(headers, options, prefix, newer_source, tmp_path):
+    run("gcc", "-std=c99", *options, "-I", headers, "-c", newer_source, "-o", tmp_path / "out.o")
+    symbols = {line.split()[-1] for line in run("nm", "--defined-only", "--extern-only", tmp_path / "out.o").splitlines()}
+    assert symbols == {prefix + name for name in host.FMI3}
 
 
 @pytest.mark.parametrize("name", BLOCKS)
@@ -160,8 +227,8 @@ def test_a_preset_has_no_c(make_preset, open_fmu, tmp_path):
     assert fmpy.validation.validate_fmu(str(preset)) == []
 
 
-def test_a_source_file_that_is_missing_is_found_by_check(packed, command, tmp_path):
-    with zipfile.ZipFile(packed(False) / "Mixer.fmu") as original, zipfile.ZipFile(tmp_path / "Mixer.fmu", "w") as changed:
+def test_a_source_file_that_is_missing_is_found_by_check(programs, command, tmp_path):
+    with zipfile.ZipFile(programs(False) / "Mixer.fmu") as original, zipfile.ZipFile(tmp_path / "Mixer.fmu", "w") as changed:
         for name in original.namelist():
             if not name.startswith("sources/"):
                 changed.writestr(name, original.read(name))
@@ -182,8 +249,9 @@ def test_a_source_file_that_is_missing_is_found_by_check(packed, command, tmp_pa
         "zig cc -target aarch64-linux-musl",
     ],
 )
-def test_the_file_compiles_without_a_warning(words, source, tmp_path):
-    run(*compiler(words), *WARNINGS, "-O2", "-I", HEADERS, "-c", source, "-o", tmp_path / "out.o")
+def test_the_file_compiles_without_a_warning(words, source, newer_source, tmp_path):
+    for file in (source, newer_source):
+        run(*compiler(words), *WARNINGS, "-O2", "-isystem", HEADERS, "-c", file, "-o", tmp_path / "out.o")
 
 
 @pytest.mark.parametrize(
@@ -208,25 +276,25 @@ def test_options_that_change_results_do_not_compile(words, why, source, tmp_path
 # --- The same suites ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("suite", SUITES)
-def test_the_suites_of_the_c_interface_pass_over_the_c(suite, packed):
-    environment = {**host.environment(), "PLCFMU_FMUS": str(packed(True))}
-    tests = [sys.executable, "-m", "pytest", suite, "-q", "-p", "no:cacheprovider", "-k", "Mixer and not preset and not (FMI and 3.0)"]
-    done = subprocess.run(tests, cwd=ROOT / "tests", env=environment, capture_output=True, text=True)
+def passes(suite, which, **variables):
+    """Runs a suite over other FMUs. Which versions it is run over it says itself."""
+    tests = [sys.executable, "-m", "pytest", suite, "-q", "-p", "no:cacheprovider", "-k", which]
+    done = subprocess.run(tests, cwd=ROOT / "tests", env={**host.environment(), **variables}, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout[-5000:]
     assert re.search(r"[1-9]\d* passed", done.stdout) and "failed" not in done.stdout, done.stdout[-500:]
+
+
+@pytest.mark.parametrize("suite", SUITES)
+def test_the_suites_of_the_c_interface_pass_over_the_c(suite, programs):
+    passes(suite, "Mixer and not preset", PLCFMU_FMUS=str(programs(True)), PLCFMU_FMI3=str(programs(True, "wide")))
 
 
 @pytest.mark.parametrize("suite", SUITES_OF_BLOCKS)
-def test_the_suites_pass_over_the_c_of_the_blocks(suite, blocks):
-    # Presets and FMI 3.0 have no C, and advice on settings is not told; its tests name no FMU.
-    environment = {**host.environment(), "PLCFMU_FMUS": str(blocks), "PLCFMU_RANDOM": "0.25"}
+def test_the_suites_pass_over_the_c_of_the_blocks(suite, blocks, newer_blocks):
+    # Presets have no C, and advice on settings is not told; its tests name no FMU.
     others = [name for name in host.names() if name not in BLOCKS]
-    left_out = " and ".join(f"not {text}" for text in ["preset", "says_what_it_will_do", "advice_is_given_only", "(FMI and 3.0)", *others])
-    tests = [sys.executable, "-m", "pytest", suite, "-q", "-p", "no:cacheprovider", "-k", left_out]
-    done = subprocess.run(tests, cwd=ROOT / "tests", env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout[-5000:]
-    assert re.search(r"[1-9]\d* passed", done.stdout) and "failed" not in done.stdout, done.stdout[-500:]
+    left_out = " and ".join(f"not {text}" for text in ["preset", "says_what_it_will_do", "advice_is_given_only", *others])
+    passes(suite, left_out, PLCFMU_FMUS=str(blocks), PLCFMU_FMI3=str(newer_blocks), PLCFMU_RANDOM="0.25")
 
 
 def test_hostile_calls_are_refused_by_the_c_of_the_blocks_as_the_standard_says(packer, blocks, tmp_path):
@@ -258,17 +326,21 @@ def answer(instance, function, *given):
 
 def change(generator, fmu):
     """Some call that sets something, as (function, arguments)."""
-    types = [type for type in ("Real", "Real", "Integer", "Boolean") if fmu.of("input", "parameter", type=type)]
+    def of(type):
+        """Times are whole milliseconds in FMI 3.0, where what is not a number cannot be given."""
+        return [name for name in fmu.of("input", "parameter", type=type) if not fmu.is_newer or fmu.kinds[name] != "TIME"]
+
+    types = [type for type in ("Real", "Real", "Integer", "Boolean") if of(type)]
     type = generator.choice(types)
-    names = generator.sample(list(fmu.variables), 2) if generator.random() < 0.2 else [
-        generator.choice(fmu.of("input", "parameter", type=type))
+    names = generator.sample([name for name in fmu.variables if not fmu.is_newer or fmu.kinds[name] != "TIME"], 2) if generator.random() < 0.2 else [
+        generator.choice(of(type))
     ]
     number = generator.choice(ODD) if generator.random() < 0.3 else generator.uniform(-50, 50)
     values = [number if type == "Real" else int(min(max(number if number == number else 0, -1e9), 1e9)) for _ in names]
     return f"fmi2Set{type}", (host.references(fmu, names), len(names), (host.C_TYPES[type] * len(names))(*values))
 
 
-@pytest.mark.parametrize("name", ["Mixer", "Kinds", "Conveyor", "TankFilling", *BLOCKS])
+@pytest.mark.parametrize("name", host.versions(["Mixer", "Kinds", "Conveyor", "TankFilling", *BLOCKS]))
 @pytest.mark.parametrize("seed", range(4))
 def test_both_doors_answer_alike_and_have_the_same_states(seed, name, both):
     """Random calls, refused ones among them: status, message, all values and the bytes of the saved state are equal; and each
@@ -282,7 +354,7 @@ def test_both_doors_answer_alike_and_have_the_same_states(seed, name, both):
     for _ in range(300):
         function, given = change(generator, native)
         if generator.random() < 0.4:
-            h = generator.choice([0.1, 0.1, 0.1, 0.05, 0.3, 1.0, 0.1 + 1e-9, 0.0, -1.0, float("nan")])
+            h = generator.choice([0.1, 0.1, 0.1, 0.05, 0.3, 1.0, 0.1 + 1e-9, 0.2 if rust.is_newer else 0.0, -1.0, float("nan")])
             tc = time if generator.random() < 0.9 else generator.choice([time + 0.25, time - 1.0, float("inf")])
             function, given = "fmi2DoStep", (tc, h, 1)
         answers = [answer(instance, function, *given) for instance in pair]
@@ -297,6 +369,145 @@ def test_both_doors_answer_alike_and_have_the_same_states(seed, name, both):
             for instance, content in zip(pair, reversed(contents)):
                 instance.restore(instance.deserialize(content))
     assert refused > 10
+
+
+ARRAYS = """FUNCTION_BLOCK Arrays
+VAR_INPUT table : ARRAY[0..2] OF INT := [1, 2, 3]; mask : DWORD; word : WORD; wait : TIME := T#-1s; long : LINT; big : ULINT;
+  small : USINT; x : REAL; y : LREAL; on : BOOL; name : STRING[8] := 'a'; END_VAR
+VAR_OUTPUT sum : LINT; turned : ARRAY[1..3] OF INT; told : STRING[8]; left : TIME; z : REAL; calls : UDINT; END_VAR
+VAR i : INT; END_VAR
+BEGIN calls := calls + 1; sum := sum + long + table[0] + table[1] + table[2]; told := name; left := wait; z := x + 1.0;
+FOR i := 1 TO 3 DO turned[i] := table[3 - i]; END_FOR; END_FUNCTION_BLOCK"""
+
+
+class Events:
+    """An instance with Event Mode, called as by C: each call gives the status and what was said."""
+
+    def __init__(self, path, folder, may_return_early):
+        fmpy.extract(str(path), str(folder))
+        self.description = fmpy.read_model_description(str(path))
+        self.variables = self.description.modelVariables
+        library = folder / "binaries" / fmpy.platform_tuple / f"{path.stem}{fmpy.sharedLibraryExtension}"
+        self.dll, self.said = ctypes.CDLL(str(library)), []
+        self.log = fmpy.fmi3.fmi3LogMessageCallback(lambda _, status, category, text: self.said.append((status, category, text)))
+        self.dll.fmi3InstantiateCoSimulation.restype = ctypes.c_void_p
+        given = (b"x", self.description.instantiationToken.encode(), str(folder / "resources").encode() + b"/", False, True, True)
+        self.component = ctypes.c_void_p(
+            self.dll.fmi3InstantiateCoSimulation(*given, may_return_early, None, ctypes.c_size_t(0), None, self.log, None)
+        )
+        assert self.component, self.said
+
+    def call(self, function, *given):
+        self.said.clear()
+        status = getattr(self.dll, f"fmi3{function}")(self.component, *given)
+        # Advice is not the same in both.
+        return status, [message for message in self.said if message[1] != b"logAdvice"]
+
+    def set(self, type, references, values):
+        return self.call(f"Set{type}", references, ctypes.c_size_t(len(references)), values, ctypes.c_size_t(len(values)))
+
+    def get(self, type, references, count):
+        values = (newer.C_TYPES.get(type, ctypes.c_char_p) * count)()
+        answer = self.call(f"Get{type}", references, ctypes.c_size_t(len(references)), values, ctypes.c_size_t(count))
+        return answer, [repr(value) for value in values]
+
+    def values(self):
+        """All variables."""
+        found = []
+        for variable in self.variables:
+            count = int(variable.dimensions[0].start) if variable.dimensions else 1
+            found.append(self.get(variable.type, (ctypes.c_uint * 1)(variable.valueReference), count))
+        return found
+
+    def step(self, tc, h):
+        flags, last = [ctypes.c_bool(True) for _ in range(3)], ctypes.c_double()
+        given = (ctypes.c_double(tc), ctypes.c_double(h), True, *map(ctypes.byref, flags), ctypes.byref(last))
+        return self.call("DoStep", *given), [flag.value for flag in flags], last.value
+
+    def event(self):
+        flags, following = [ctypes.c_bool(True) for _ in range(5)], ctypes.c_double()
+        return self.call("UpdateDiscreteStates", *map(ctypes.byref, flags), ctypes.byref(following)), [of.value for of in flags], following.value
+
+    def content(self):
+        state, size = ctypes.c_void_p(), ctypes.c_size_t()
+        assert self.call("GetFMUState", ctypes.byref(state))[0] == self.call("SerializedFMUStateSize", state, ctypes.byref(size))[0] == 0
+        buffer = ctypes.create_string_buffer(size.value)
+        assert self.call("SerializeFMUState", state, buffer, size)[0] == self.call("FreeFMUState", ctypes.byref(state))[0] == 0
+        return buffer.raw
+
+    def restore(self, content):
+        state = ctypes.c_void_p()
+        answers = [self.call("DeserializeFMUState", content, ctypes.c_size_t(len(content)), ctypes.byref(state)), self.call("SetFMUState", state)]
+        self.call("FreeFMUState", ctypes.byref(state))
+        return answers
+
+    def depends(self, reference):
+        count = ctypes.c_size_t()
+        answer = self.call("GetNumberOfVariableDependencies", reference, ctypes.byref(count))
+        sizes = [(ctypes.c_size_t * count.value)() for _ in range(2)]
+        independents, kinds = (ctypes.c_uint * count.value)(), (ctypes.c_int * count.value)()
+        more = self.call("GetVariableDependencies", reference, sizes[0], independents, sizes[1], kinds, count)
+        return answer, more, list(independents), list(kinds)
+
+
+def random_set(generator, variables):
+    """A call that sets variables, some of them wrongly, as (type, references, values)."""
+    variable = generator.choice(variables)
+    type, count = variable.type, int(variable.dimensions[0].start) if variable.dimensions else 1
+    if generator.random() < 0.1:
+        type = generator.choice([of.type for of in variables])
+    if generator.random() < 0.1:
+        count = generator.choice([0, 1, 2, 3])
+    reference = variable.valueReference + (generator.choice([1, 2, 100]) if generator.random() < 0.1 else 0)
+    if type == "String":
+        values = (ctypes.c_char_p * count)(*[generator.choice([b"b", b"longer than eight", "\u20ac".encode(), None])] * count)
+    elif type in ("Float32", "Float64"):
+        values = (newer.C_TYPES[type] * count)(*(generator.choice(ODD) for _ in range(count)))
+    else:
+        values = (newer.C_TYPES[type] * count)(*(generator.choice([0, 1, -1, 2**15, 2**31, 2**53 + 1, 2**63]) for _ in range(count)))
+    return type, (ctypes.c_uint * 1)(reference), values
+
+
+@pytest.mark.parametrize("early", [False, True], ids=["whole steps", "early return"])
+def test_both_doors_answer_alike_in_event_mode_with_arrays_and_exact_types(early, command, tmp_path):
+    (tmp_path / "arrays.scl").write_text(ARRAYS)
+    pair = []
+    for more in ([], ["--native"]):
+        folder = tmp_path / f"of{len(more)}"
+        run(command, "build", "arrays.scl", "--fmi=3", "--cycle=100ms", f"--out={folder}", *more, cwd=tmp_path, env=host.environment())
+        pair.append(Events(folder / "Arrays.fmu", folder, early))
+    generator, time, refused = random.Random(1), 0.0, 0
+
+    def same(ask):
+        answers = [ask(of) for of in pair]
+        assert answers[0] == answers[1]
+        return answers[0]
+
+    initialization = (False, ctypes.c_double(0.0), ctypes.c_double(0.0), False, ctypes.c_double(0.0))
+    for function, given in [("EnterStepMode", ()), ("EnterInitializationMode", initialization), ("ExitInitializationMode", ())]:
+        same(lambda of: of.call(function, *given))
+        same(Events.values)
+        for variable in pair[0].variables:
+            same(lambda of: of.depends(variable.valueReference))
+    assert same(Events.event)[1:] == ([False, False, False, False, True], 0.1)
+    for _ in range(300):
+        given = random_set(generator, pair[0].variables)
+        refused += same(lambda of: of.set(*given))[0] != 0
+        what = generator.choice(["EnterEventMode", "event", "EnterStepMode", "step", "step", "step", "restore"])
+        if what == "event":
+            same(Events.event)
+        elif what == "step":
+            h = generator.choice([0.1, 0.05, 0.2, 0.35, 0.0, -1.0])
+            (status, _), _, last = same(lambda of: of.step(time, h))
+            time = last if status == 0 else time
+        elif what == "restore":
+            contents = [of.content() for of in pair]
+            assert contents[0] == contents[1]
+            same(lambda of: of.restore(contents[0]))
+        else:
+            same(lambda of: of.call(what))
+        same(Events.values)
+    assert refused > 30 and time > 2.0
 
 
 def test_a_stop_is_told_alike_and_is_in_the_state(command, tmp_path):
@@ -392,11 +603,11 @@ def test_a_static_pool_has_as_many_instances_as_it_says(source, native, tmp_path
 
 
 @pytest.fixture(scope="module")
-def program(packed, blocks, tmp_path_factory):
+def program(programs, blocks, tmp_path_factory):
     """The folder of a program that links all FMUs statically, each under its prefix, and its C files."""
     folder = tmp_path_factory.mktemp("program")
     header, runs = [], []
-    for path in sorted([*packed(True).glob("*.fmu"), *(blocks / f"{name}.fmu" for name in BLOCKS)]):
+    for path in sorted([*programs(True).glob("*.fmu"), *(blocks / f"{name}.fmu" for name in BLOCKS)]):
         fmu = host.Fmu(path, folder / path.stem)
         letters = ""
         for name, variable in fmu.variables.items():
@@ -454,12 +665,13 @@ def test_every_compiler_option_and_platform_gives_the_same_states(build, program
     assert hashes(program, BUILDS[build], RUNNERS.get(build.split(" by")[0], []), tmp_path) == expected
 
 
-def test_fmpy_compiles_an_fmu_that_has_sources_alone(packed, tmp_path):
+@pytest.mark.parametrize("types", [None, "wide"], ids=["FMI 2.0", "FMI 3.0"])
+def test_fmpy_compiles_an_fmu_that_has_sources_alone(types, programs, tmp_path):
     cmake = pathlib.Path(sys.executable).parent
     if not (cmake / "cmake").exists() and not shutil.which("cmake"):
         pytest.skip("cmake is missing: pip install cmake")
     unpacked = tmp_path / "unpacked"
-    fmpy.extract(str(packed(False) / "Mixer.fmu"), unpacked)
+    fmpy.extract(str(programs(False, types) / "Mixer.fmu"), unpacked)
     shutil.rmtree(unpacked / "binaries")
     path = os.environ["PATH"]
     os.environ["PATH"] = f"{cmake}{os.pathsep}{path}"

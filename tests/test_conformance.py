@@ -419,7 +419,8 @@ def test_a_value_reference_of_another_type_is_refused(fmu, access, type):
     instance = instance_in(fmu, "instantiated")
     c_type = host.C_TYPES.get(type, c_char_p)
     for name, variable in fmu.variables.items():
-        if variable.type != type:
+        # As Reals there are all of them.
+        if variable.type != type and type != "Real":
             refused(
                 instance,
                 f"fmi2{access}{type}",
@@ -428,6 +429,25 @@ def test_a_value_reference_of_another_type_is_refused(fmu, access, type):
                 (c_type * 1)(),
                 saying=[name],
             )
+
+
+def test_integers_and_booleans_are_reals_for_a_host_that_knows_no_other_type(fmu):
+    """Some hosts read and write all variables as Reals."""
+    instance = instance_in(fmu, "stepComplete")
+    names = list(fmu.variables)
+    values = (c_double * len(names))()
+    instance.do("fmi2GetReal", host.references(fmu, names), len(names), values)
+    assert list(values) == [float(value) for value in instance.get(names).values()]
+    others = [name for name in fmu.of("input") if fmu.variables[name].type != "Real"]
+    for name in others:
+        reference = host.references(fmu, [name])
+        instance.do("fmi2SetReal", reference, 1, (c_double * 1)(1.0))
+        assert instance[name] == 1
+        refused(instance, "fmi2SetReal", reference, 1, (c_double * 1)(0.5), saying=[f"{name} = 0.5: "])
+        assert instance[name] == 1
+    # It is said once.
+    count = [message.text for message in instance.advice if "counts as a Real" in message.text]
+    assert len(count) == (1 if {fmu.variables[name].type for name in names} - {"Real"} else 0)
 
 
 @pytest.mark.parametrize("state", STATES[:3])

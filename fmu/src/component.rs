@@ -80,6 +80,7 @@ pub struct Component<B> {
     /// The texts that the last call gave out: the host copies them before its next call.
     pub texts: Vec<CString>,
     is_step_advised: bool,
+    is_conversion_advised: bool,
     /// The states that were given out. They end with the component.
     saved: Vec<Box<Instance<B>>>,
     origin: Origin<B>,
@@ -99,6 +100,7 @@ impl<B: Cyclic> Component<B> {
             advice: Vec::new(),
             texts: Vec::new(),
             is_step_advised: false,
+            is_conversion_advised: false,
             saved: Vec::new(),
             origin,
         }
@@ -143,6 +145,14 @@ impl<B: Cyclic> Component<B> {
             self.is_step_advised = !self.advice.is_empty();
         }
         Ok(reached)
+    }
+
+    /// Says once in the component's life that a variable is used as one of another type.
+    pub fn advise_on_conversion(&mut self, advice: impl FnOnce() -> String) {
+        if !self.is_conversion_advised && self.logged.contains(&Category::ADVICE) {
+            self.advice.push(advice());
+            self.is_conversion_advised = true;
+        }
     }
 
     /// Makes the call that is due in Event Mode, and gives the time of the next one.

@@ -68,6 +68,7 @@ pub mod preset;
 pub mod refusal;
 pub mod resources;
 pub mod session;
+pub mod sources;
 pub mod state;
 pub mod table;
 #[cfg(test)]
@@ -76,7 +77,16 @@ pub mod texts;
 pub mod v2;
 pub mod v3;
 
-pub use v2::{describe, sources};
+pub use v2::describe;
+
+/// The door in C of FMI 3.0 with these types, or of FMI 2.0.
+pub fn door(types: Option<blocks::Types>) -> &'static sources::Door {
+    match types {
+        None => &v2::sources::DOOR,
+        Some(blocks::Types::Native) => &v3::sources::NATIVE,
+        Some(blocks::Types::Wide) => &v3::sources::WIDE,
+    }
+}
 
 /// The last line of an FMU's library: gives it the C functions of FMI for co-simulation over one block, and
 /// `plcfmu_interface`, from which the packer reads what the library says of itself. `export!(functions LIBRARY)` leaves

@@ -9,6 +9,7 @@ use plcfmu::build::platform::Platform;
 use plcfmu::build::workspace::{self, Workspace};
 use plcfmu::command::{output, run};
 use plcfmu::package::pack;
+use plcfmu::package::version::{Fmi, Version};
 use plcfmu::tool::make;
 use std::ffi::OsString;
 use std::fs;
@@ -40,13 +41,16 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     let environment = Environment::ready(workspace)?;
     steps.begin("FMUs");
     pack::run(workspace, &pack::Options::default())?;
+    let newer = workspace.target.join("fmu3");
+    let version = Version { fmi: Fmi::Three, types: None };
+    pack::run(workspace, &pack::Options { version, out: Some(newer.clone()), ..pack::Options::default() })?;
     steps.begin("Rust tests");
     // All packages, including new ones.
     let mut tests = workspace::cargo();
     tests.args(["test", "--workspace"]).env("PLCFMU_LIBRARIES", libraries(workspace)?);
     run(tests.current_dir(&workspace.root))?;
     steps.begin("the parameter tool");
-    let files = [("PLCFMU_FMUS", workspace.fmus()), ("PLCFMU_TOOL", make::place(workspace))];
+    let files = [("PLCFMU_FMUS", workspace.fmus()), ("PLCFMU_FMI3", newer), ("PLCFMU_TOOL", make::place(workspace))];
     let variables: Vec<_> =
         libclang(&environment)?.into_iter().chain(files.map(|(name, path)| (name, path.into_os_string()))).collect();
     page(workspace)?;

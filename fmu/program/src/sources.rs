@@ -4,16 +4,17 @@ use crate::table::Held;
 use crate::{Loaded, Program};
 use blocks::table::number::number;
 use fmu::cyclic::Cyclic;
-use fmu::sources::{self, Given, Of, Parts, Variable};
+use fmu::sources::{self, Door, Given, Of, Parts, Variable};
 use std::sync::Arc;
 
 impl Loaded {
-    /// The FMU of the program as one file of C. `with_laws` adds the laws of this project's blocks, of which the program may have instances.
+    /// The FMU of the program as one file of C, for a version of FMI. `with_laws` adds the laws of this project's blocks, of which the program may have instances.
     ///
     /// # Errors
     /// What of the program cannot be printed as C.
     pub fn sources(
         self: &Arc<Self>,
+        door: &'static Door,
         with_laws: impl FnOnce(&scl::program::Program) -> Result<scl::program::Program, String>,
     ) -> Result<String, String> {
         let linked = with_laws(&self.program)?;
@@ -32,6 +33,7 @@ impl Loaded {
         program.restart();
         let Ok(tape) = sources::tape(&variables, &mut program);
         Ok(sources::file(&Parts {
+            door,
             name: table.name,
             variables: &variables,
             cycle: (table.cycle, (number(table.rows[table.cycle].start) * 1000.0).round()),
@@ -39,6 +41,7 @@ impl Loaded {
             law: &law,
             call: &scl::c::name(&linked, self.cycle),
             places: &places,
+            layout: self.layout.as_ref(),
             texts: &texts,
             memory: self.program.records[self.program.memory].start.len(),
             tape,

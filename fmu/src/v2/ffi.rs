@@ -10,10 +10,13 @@
 #![allow(clippy::missing_safety_doc, clippy::too_many_arguments)]
 
 use super::Fmi2;
+use super::value::AnyReal;
 pub use super::value::Boolean;
 pub use crate::component::StateAddress;
 use crate::component::{Component, Library};
+use crate::cyclic::Cyclic;
 use crate::door::{Door, Host};
+use crate::host_type::Version as _;
 use crate::interface;
 use crate::log::{self, Category};
 pub use crate::pointers::Status;
@@ -25,7 +28,7 @@ use crate::preset::{Argument, Identity};
 use crate::refusal::{Answer, Refusal};
 use crate::state::{Function, State};
 use crate::table::{Code, Guid};
-use blocks::Block;
+use blocks::{Block, Class};
 use std::ffi::c_void;
 use std::ffi::{CStr, CString};
 pub use std::ffi::{c_char, c_int};
@@ -99,6 +102,14 @@ fn no_status<T>(kind: c_int) -> Result<T, Refusal> {
     Err(Refusal::new(Answer::Discard, reason))
 }
 
+/// Says once that a variable of another type was read or written as a Real.
+fn tell_conversion<B: Cyclic>(c: &mut Component<B>, references: &[u32]) {
+    let other = references.iter().filter_map(|reference| c.instance.block().table().rows.get(*reference as usize));
+    let Some(row) = other.into_iter().find(|row| row.kind.class() != Class::Real) else { return };
+    let (name, kind) = (row.full_name(), Fmi2::name_of(row));
+    c.advise_on_conversion(|| format!("{name} is {kind}, and counts as a Real here (TRUE is 1)"));
+}
+
 // FMI 2.0, section 4.2.4, in its order. Two rows are more lenient because real hosts need it: in state instantiated, Get
 // works too and gives the start values, and inputs may be set.
 functions! {
@@ -143,7 +154,11 @@ functions! {
 
     fmi2GetReal[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, value: *mut f64,
-    ) -> Status, ordinary |c| get_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| get::<Fmi2, _, _>(c, vr, count, value);
+    ) -> Status, ordinary |c| get_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| {
+        get::<Fmi2, _, AnyReal>(c, vr, count, value.cast())?;
+        tell_conversion(c, array(vr, count, "vr")?);
+        Ok(())
+    };
     fmi2GetInteger[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, value: *mut c_int,
     ) -> Status, ordinary |c| get_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| get::<Fmi2, _, _>(c, vr, count, value);
@@ -155,7 +170,11 @@ functions! {
     ) -> Status => |c| get_strings::<Fmi2, _>(c, vr, count, value);
     fmi2SetReal[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, value: *const f64,
-    ) -> Status, ordinary |c| set_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| set::<Fmi2, _, _>(c, vr, count, value);
+    ) -> Status, ordinary |c| set_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| {
+        set::<Fmi2, _, AnyReal>(c, vr, count, value.cast())?;
+        tell_conversion(c, array(vr, count, "vr")?);
+        Ok(())
+    };
     fmi2SetInteger[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, value: *const c_int,
     ) -> Status, ordinary |c| set_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| set::<Fmi2, _, _>(c, vr, count, value);

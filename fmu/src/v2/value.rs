@@ -83,6 +83,39 @@ impl HostType<Fmi2> for c_int {
     }
 }
 
+/// A Real in which a host has variables of every type, as some read and write all of them: TRUE is 1.
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AnyReal(pub f64);
+
+impl HostType<Fmi2> for AnyReal {
+    fn holds(_kind: Kind) -> bool {
+        true
+    }
+
+    fn to_plc(self, kind: Kind) -> Result<Value, &'static str> {
+        number::to_value(self.0, kind)
+    }
+
+    fn set_ordinary<B: Cyclic>(_block: &mut B, _references: &[u32], _values: &[Self]) -> bool {
+        false
+    }
+
+    fn get_ordinary<B: Cyclic>(_block: &B, _references: &[u32], _values: &mut [Self]) -> bool {
+        false
+    }
+
+    fn from_plc(value: Value) -> Option<AnyReal> {
+        // An integer is the number that it is as an Integer.
+        let integer = <c_int as HostType<Fmi2>>::from_plc(value).map(f64::from);
+        Some(AnyReal(integer.unwrap_or_else(|| number::number(value))))
+    }
+
+    fn text(self) -> String {
+        format!("{:?}", self.0)
+    }
+}
+
 /// FMI's Boolean: an int, not 0 is true.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,6 +160,19 @@ mod tests {
     use crate::host_type::Version;
     use blocks::Row;
     use blocks::Time;
+
+    #[test]
+    fn every_value_is_a_real_for_those_who_read_it_as_one() {
+        let real = |value| <AnyReal as HostType<Fmi2>>::from_plc(value).map(|real| real.0);
+        assert_eq!(real(Value::Bool(true)), Some(1.0));
+        assert_eq!(real(Value::Int(-5)), Some(-5.0));
+        assert_eq!(real(Value::Whole(Kind::DWord, 0xffff_ffff)), Some(-1.0));
+        assert_eq!(real(Value::Time(Time::ms(1500))), Some(1.5));
+        let plc = |real, kind| HostType::<Fmi2>::to_plc(AnyReal(real), kind).ok();
+        assert_eq!([1.0, 0.0].map(|real| plc(real, Kind::Bool)), [true, false].map(|bool| Some(Value::Bool(bool))));
+        assert_eq!(plc(-5.0, Kind::Int), Some(Value::Int(-5)));
+        assert_eq!([plc(0.5, Kind::Int), plc(0.5, Kind::Bool), plc(f64::NAN, Kind::Word)], [None; 3]);
+    }
 
     #[test]
     fn a_real_is_rounded_to_binary32_and_what_has_none_is_refused() {

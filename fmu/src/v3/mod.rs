@@ -7,6 +7,7 @@
 pub mod access;
 #[allow(missing_docs)] // the standard documents its functions
 pub mod ffi;
+pub mod sources;
 pub mod value;
 
 use crate::host_type::Version;

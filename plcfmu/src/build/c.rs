@@ -3,6 +3,7 @@
 use crate::build::zig::is_on_path;
 use crate::command::output;
 use anyhow::{Context, Result};
+use fmu::sources::Door;
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -29,13 +30,13 @@ fn compiler() -> Result<Command> {
     Ok(command)
 }
 
-/// Compiles the file of an FMU, and what its library says of itself (JSON), in a folder, to a library there.
+/// Compiles the file of an FMU with this door, and what its library says of itself (JSON), in a folder, to a library there.
 ///
 /// # Errors
 /// No compiler, or it refuses the file, with its message.
-pub fn compile(source: &Path, interface: &str, folder: &Path, suffix: &str) -> Result<PathBuf> {
-    let (header, about) = (folder.join(fmu::sources::HEADER_NAME), folder.join("interface.c"));
-    fs::write(&header, fmu::sources::HEADER)?;
+pub fn compile(source: &Path, door: &Door, interface: &str, folder: &Path, suffix: &str) -> Result<PathBuf> {
+    let (header, about) = (folder.join(door.header_name), folder.join("interface.c"));
+    fs::write(&header, door.header)?;
     fs::write(&about, told(interface))?;
     let library = folder.join(format!("library{suffix}"));
     let mut command = compiler()?;

@@ -340,31 +340,32 @@ fn begin(workspace: &Workspace, folder: &Path) -> Result<File> {
 fn pack(workspace: &Workspace, built: &Built, plan: &Plan, version: Version, path: &Path) -> Result<usize> {
     let interface = version.of(&built.interface);
     let mut xml = ModelDescription::of(&interface)?.with_license(built.fmu_crate.license.clone());
-    let sources = if version.has_sources() { sources(workspace, built)? } else { None };
-    if let Some((file, _)) = &sources {
+    let name = &interface.table.name;
+    let source = source(workspace, built, version)?;
+    let file = source.as_ref().map(|_| format!("{name}.c"));
+    if let Some(file) = &file {
         xml = xml.with_sources(std::slice::from_ref(file));
     }
-    let mut files = files(built, &xml, version, sources.as_ref().map(|(file, _)| file.as_str()))?;
-    files.extend(sources.map(|(file, text)| (format!("sources/{file}"), text.into_bytes())));
+    let mut files = files(built, &xml, version, file.as_deref())?;
+    files.extend(source.map(|text| version.sources(name, text)).unwrap_or_default());
     let bytes = archive::write(&version.placed(files))?;
     temporary::place(path, |file| Ok(file.write_all(&bytes)?), |packed| check::packed(packed, &xml, plan.has_host))?;
     Ok(bytes.len())
 }
 
-/// The FMU in C: name and content of the file. A law that cannot be read is reported, and the FMU has no C.
-fn sources(workspace: &Workspace, built: &Built) -> Result<Option<(String, String)>> {
+/// The FMU in C. A law that cannot be read is reported, and the FMU has no C.
+fn source(workspace: &Workspace, built: &Built, version: Version) -> Result<Option<String>> {
     let Built { fmu_crate, here, interface, .. } = built;
     if fmu_crate.without_sources {
         return Ok(None);
     }
-    let name = &interface.table.name;
-    match sources::of(workspace, fmu_crate, &Library::open(here)?, interface) {
-        Ok(text) => Ok(Some((format!("{name}.c"), text))),
+    match sources::of(workspace, fmu_crate, &Library::open(here)?, interface, version.door()) {
+        Ok(text) => Ok(Some(text)),
         Err(why) => {
             eprintln!(
-                "note: {name} is packed without C: {why:#}; write the law so that it can be read, or say that it has none: \
+                "note: {} is packed without C: {why:#}; write the law so that it can be read, or say that it has none: \
                  sources = false under [package.metadata.plcfmu] in the Cargo.toml of {}",
-                fmu_crate.name
+                interface.table.name, fmu_crate.name
             );
             Ok(None)
         }

@@ -12,6 +12,7 @@ use crate::page;
 use crate::program::Parts;
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use fmu::cyclic::Cyclic as _;
+use fmu::sources::Door;
 use host::fmu::platforms;
 use host::library::Library;
 use host::package::{DESCRIPTION, Package, archive, temporary};
@@ -250,6 +251,13 @@ pub fn stops(stop: &str) -> String {
     )
 }
 
+/// Compiles the C of a program to a library in a folder.
+fn compile_natively(folder: &Path, file: &str, text: &str, door: &Door, told: &str) -> Result<PathBuf> {
+    let suffix = platforms(OS, ARCH).first().and_then(|host| platform::system(host)).map_or("", |(_, suffix)| suffix);
+    fs::write(folder.join(file), text)?;
+    c::compile(&folder.join(file), door, told, folder, suffix)
+}
+
 /// Packs the program whose sources are these files, as `NAME.fmu` in a folder, and gives the path. Warnings are for the user. A native one has
 /// the library that this machine's C compiler makes of it; any other that of all programs.
 ///
@@ -257,10 +265,6 @@ pub fn stops(stop: &str) -> String {
 /// All that is wrong with the sources, with file, line and column; the library of programs is missing.
 pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) -> Result<(PathBuf, Vec<String>)> {
     version.check()?;
-    ensure!(
-        !native || version.has_sources(),
-        "--native compiles a program through C, which there is of FMI 2.0 alone: leave out --native or --fmi 3"
-    );
     ensure!(
         manifest.cycle.is_some(),
         "give the time between two calls with --cycle, such as --cycle 100ms: it is the period of the OB, which sources do not have"
@@ -276,18 +280,26 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
     let host = *platforms(OS, ARCH).first().context("FMI has no platform for this machine")?;
     let compiled = temporary::Folder::new()?;
     let mut libraries = if native { BTreeMap::new() } else { program_library::find(compiled.path())? };
-    match loaded.sources(laws::with_laws) {
-        _ if !version.has_sources() => {}
+    let mut source = None;
+    // The reference results are made through FMI 2.0, which a library of C has alone or not at all.
+    let mut recorded = None;
+    match loaded.sources(version.door(), laws::with_laws) {
         Ok(text) => {
             let file = format!("{name}.c");
             if native {
-                let suffix = platform::system(host).map_or("", |(_, suffix)| suffix);
-                fs::write(compiled.path().join(&file), &text)?;
                 let told = fmu::describe(loaded.table, &loaded.guid());
-                libraries.insert(host, c::compile(&compiled.path().join(&file), &told, compiled.path(), suffix)?);
+                libraries.insert(host, compile_natively(compiled.path(), &file, &text, version.door(), &told)?);
+                if version != Version::default() {
+                    let text =
+                        loaded.sources(Version::default().door(), laws::with_laws).map_err(anyhow::Error::msg)?;
+                    let folder = compiled.path().join("recorded");
+                    fs::create_dir(&folder)?;
+                    recorded = Some(compile_natively(&folder, &file, &text, Version::default().door(), &told)?);
+                }
             }
-            contents.insert(format!("sources/{file}"), text.into_bytes());
-            xml = xml.with_sources(&[file]);
+            contents.extend(version.sources(name, text));
+            xml = xml.with_sources(std::slice::from_ref(&file));
+            source = Some(file);
         }
         Err(reason) => {
             ensure!(!native, "{name} has no form in C: {reason}; leave out --native");
@@ -303,7 +315,8 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
         fs::write(unpacked.path().join(file), &text)?;
         contents.insert(format!("resources/{file}"), text);
     }
-    let here = libraries.get(host).with_context(|| format!("there is no library of programs for {host}"))?;
+    let here = recorded.as_ref().or_else(|| libraries.get(host));
+    let here = here.with_context(|| format!("there is no library of programs for {host}"))?;
     let resources = unpacked.path().display().to_string();
     let response = &interface.table.responses[0];
     let mut recordings = reference::Recordings { responses: Vec::new(), characteristics: Vec::new() };
@@ -315,7 +328,7 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
     }
     contents.insert(
         "documentation/index.html".into(),
-        page::html(&interface.table, &interface.guid, &recordings, None, xml.sources().first().copied())?.into_bytes(),
+        page::html(&interface.table, &interface.guid, &recordings, None, source.as_deref())?.into_bytes(),
     );
     for (platform, library) in &libraries {
         let suffix = platform::system(platform).map_or("", |(_, suffix)| suffix);

@@ -5,27 +5,33 @@ use crate::build::workspace::{FmuCrate, Workspace};
 use anyhow::{Context, Result, anyhow, ensure};
 use blocks::table::fingerprint;
 use blocks::table::number::{number, to_value};
-use fmu::sources::{self, Check, Field, Given, Of, Parts, Subject, Variable};
+use fmu::sources::{self, Check, Door, Field, Given, Of, Parts, Subject, Variable};
 use host::instance::{Instance, Type};
 use host::library::Library;
 use laws::{Law, Sources};
-use modeldescription::Interface;
+use modeldescription::{Interface, Row, Table};
 use scl::machine::{Code, Machine};
 use scl::program::{self, Program, Scalar};
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The file of a block's FMU in C.
+/// The file of a block's FMU in C, for a version of FMI.
 ///
 /// # Errors
 /// What of the law is not known, with file, line and column; the law is not that of the library.
-pub fn of(workspace: &Workspace, fmu_crate: &FmuCrate, library: &Library, interface: &Interface) -> Result<String> {
+pub fn of(
+    workspace: &Workspace,
+    fmu_crate: &FmuCrate,
+    library: &Library,
+    interface: &Interface,
+    door: &'static Door,
+) -> Result<String> {
     let table = &interface.table;
     let law = laws::read_whole(&rust(workspace, fmu_crate)?, &table.name)?;
     let printed = scl::c::print(&law.program).map_err(anyhow::Error::msg)?;
     let name = |function: usize| scl::c::name(&law.program, function);
-    let variables: Vec<Variable> = table.variables.iter().map(variable).collect();
+    let variables: Vec<Variable> = table.variables.iter().map(|row| variable(table, row)).collect();
     let mut places = Vec::new();
     for row in &table.variables {
         let path = format!("{}.{}", law.name, row.name);
@@ -48,6 +54,7 @@ pub fn of(workspace: &Workspace, fmu_crate: &FmuCrate, library: &Library, interf
         "the law that was read gives other values than the library: they are made of different sources"
     );
     Ok(sources::file(&Parts {
+        door,
         name: &table.name,
         variables: &variables,
         cycle: (table.cycle, (table.variables[table.cycle].start * 1000.0).round()),
@@ -55,6 +62,7 @@ pub fn of(workspace: &Workspace, fmu_crate: &FmuCrate, library: &Library, interf
         law: &printed,
         call: &call,
         places: &places,
+        layout: None,
         texts: &[],
         memory: law.program.records[law.program.memory].start.len(),
         tape: expected,
@@ -72,8 +80,17 @@ pub fn of(workspace: &Workspace, fmu_crate: &FmuCrate, library: &Library, interf
     }))
 }
 
-fn variable(row: &modeldescription::Row) -> Variable {
-    Variable { name: row.name.clone(), kind: row.kind, role: row.role, range: (row.min, row.max), start: row.start }
+fn variable(table: &Table, row: &Row) -> Variable {
+    let place = |name: &String| table.variables.iter().position(|other| other.name == *name);
+    Variable {
+        name: row.name.clone(),
+        kind: row.kind,
+        role: row.role,
+        range: (row.min, row.max),
+        start: row.start,
+        is_analog: row.analog,
+        from: row.from.iter().filter_map(place).collect(),
+    }
 }
 
 /// Where a number or a structure lies in the memory.

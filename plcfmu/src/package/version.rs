@@ -6,7 +6,27 @@ use crate::package::terminals;
 use anyhow::{Result, ensure};
 use blocks::{Class, Kind, Types};
 use draw::{diagram, picture};
+use fmu::sources::Door;
 use modeldescription::{Interface, Row, Table};
+
+/// Where FMI 3.0 has what is said of the C.
+const BUILD_DESCRIPTION: &str = "sources/buildDescription.xml";
+
+/// How the one file of an FMU is compiled. A shared library has no prefix; a host that links several FMUs leaves that definition out.
+fn build_description(name: &str, file: &str) -> String {
+    format!(
+        r#"<?xml version="1.0" encoding="UTF-8"?>
+<fmiBuildDescription fmiVersion="3.0">
+  <BuildConfiguration modelIdentifier="{name}">
+    <SourceFileSet language="C99">
+      <SourceFile name="{file}"/>
+      <PreprocessorDefinition name="FMI3_OVERRIDE_FUNCTION_PREFIX" optional="true" value="" description="No prefix, for a shared library"/>
+    </SourceFileSet>
+  </BuildConfiguration>
+</fmiBuildDescription>
+"#
+    )
+}
 
 /// A version of FMI.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -60,9 +80,20 @@ impl Version {
         Interface { version, types: self.types.unwrap_or(Types::Native), ..interface.clone() }
     }
 
-    /// Whether an FMU has its C, which there is of FMI 2.0 alone.
-    pub fn has_sources(self) -> bool {
-        self.fmi == Fmi::Two
+    /// The door of its FMUs in C.
+    pub fn door(self) -> &'static Door {
+        let types = (self.fmi == Fmi::Three).then(|| self.types.unwrap_or(Types::Native));
+        fmu::door(types)
+    }
+
+    /// The C of an FMU, a file with its name and content, as what lies in the folder `sources` says of it.
+    pub fn sources(self, name: &str, text: String) -> Files {
+        let file = format!("{name}.c");
+        let mut files = Files::from([(format!("sources/{file}"), text.into_bytes())]);
+        if self.fmi == Fmi::Three {
+            files.insert(BUILD_DESCRIPTION.into(), build_description(name, &file).into_bytes());
+        }
+        files
     }
 
     /// The picture of the model, and what else shows it where the version has a place for that.

@@ -1,16 +1,28 @@
 //! The packed FMUs in other people's importers, written in Rust: see `tests/`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A packed FMU: in the folder that `PLCFMU_FMUS` names, or where `cargo xtask fmu` puts it.
 ///
 /// # Panics
 /// It is not there.
 pub fn packed(name: &str) -> PathBuf {
-    let built = concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/fmu");
-    let folder = PathBuf::from(std::env::var_os("PLCFMU_FMUS").unwrap_or_else(|| built.into()));
+    found(name, "PLCFMU_FMUS", "fmu", "cargo xtask fmu")
+}
+
+/// The same of FMI 3.0, with the types of the PLC: in the folder that `PLCFMU_FMI3` names, or where `cargo xtask fmu --fmi 3` puts it.
+///
+/// # Panics
+/// It is not there.
+pub fn packed_fmi3(name: &str) -> PathBuf {
+    found(name, "PLCFMU_FMI3", "fmu3", "cargo xtask fmu --fmi 3")
+}
+
+fn found(name: &str, variable: &str, folder: &str, command: &str) -> PathBuf {
+    let target = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../target"));
+    let folder = std::env::var_os(variable).map_or_else(|| target.join(folder), PathBuf::from);
     let path = folder.join(format!("{name}.fmu"));
-    assert!(path.is_file(), "{} is not there: make it with 'cargo xtask fmu'", path.display());
+    assert!(path.is_file(), "{} is not there: make it with '{command}'", path.display());
     path
 }
 

@@ -3,7 +3,7 @@
 use fmi::fmi2::import::Fmi2Import;
 use fmi::fmi2::instance::{CoSimulation, Common};
 use fmi::traits::{FmiImport, FmiStatus};
-use importers::{INTEGRAL, packed};
+use importers::{INTEGRAL, packed, packed_fmi3};
 
 fn reference(fmu: &Fmi2Import, name: &str) -> u32 {
     let variables = &fmu.model_description().model_variables.variables;
@@ -71,4 +71,39 @@ fn a_state_of_cont_c_is_saved_serialized_and_restored() {
     let mut value = [0.0];
     other.get_real(&[lmn_i], &mut value).unwrap();
     assert_eq!(value[0], f64::from(INTEGRAL[4]));
+}
+
+#[test]
+fn cont_c_of_fmi_3_is_imported_and_makes_its_calls_as_events() {
+    use fmi::EventFlags;
+    use fmi::fmi3::import::Fmi3Import;
+    use fmi::fmi3::{CoSimulation, Common, Fmi3Model, GetSet};
+
+    let fmu: Fmi3Import = fmi::import::from_path(packed_fmi3("CONT_C")).unwrap();
+    let [man_on, sp_int, lmn_i, lmn_per, lmn] = ["MAN_ON", "SP_INT", "LMN_I", "LMN_PER", "LMN"].map(|name| {
+        let variable = fmu.model_description().model_variables.find_by_name(name);
+        variable.unwrap_or_else(|| panic!("{name} is not there")).value_reference()
+    });
+    let mut slave = fmu.instantiate_cs("controller", false, true, true, false, &[]).unwrap();
+    slave.enter_initialization_mode(None, 0.0, None).unwrap();
+    slave.set_boolean(&[man_on], &[false]).unwrap();
+    slave.set_float32(&[sp_int], &[1.0]).unwrap();
+    slave.exit_initialization_mode().unwrap();
+    for (k, expected) in INTEGRAL.into_iter().enumerate() {
+        let mut flags = EventFlags::default();
+        slave.update_discrete_states(&mut flags).unwrap();
+        assert_eq!(flags, EventFlags { next_event_time: Some((k + 1) as f64), ..EventFlags::default() }, "call {k}");
+        let mut values = [0.0; 2];
+        slave.get_float32(&[lmn_i, lmn], &mut values).unwrap();
+        assert_eq!(values, [expected, 2.0 + expected], "call {k}");
+        slave.enter_step_mode().unwrap();
+        let ([mut event, mut end, mut early], mut last) = ([false; 3], 0.0);
+        slave.do_step(k as f64, 1.0, true, &mut event, &mut end, &mut early, &mut last).unwrap();
+        assert_eq!((event, early, last), (true, false, (k + 1) as f64), "call {k}");
+        slave.enter_event_mode().unwrap();
+    }
+    let mut word = [0];
+    slave.get_int16(&[lmn_per], &mut word).unwrap();
+    assert_eq!(word, [677], "2.45 * 276.48");
+    slave.terminate().unwrap();
 }

@@ -105,9 +105,9 @@ pub fn held(kind: Kind, value: f64) -> Option<f64> {
         Kind::Real => Some(f64::from(value as f32)).filter(|held| held.is_finite()),
         Kind::LReal => Some(value).filter(|held| held.is_finite()),
         Kind::Time if (0.0..=2147483.647).contains(&value) => Some((value * 1000.0).round().abs() / 1000.0),
-        Kind::Word if (-32768.0..=32767.0).contains(&value) => Some(value),
+        Kind::Word if (-32768.0..=32767.0).contains(&value) => Some(value + 0.0),
         Kind::Word if (32768.0..=65535.0).contains(&value) => Some(value - 65536.0),
-        Kind::Int if (-32768.0..=32767.0).contains(&value) => Some(value),
+        Kind::Int if (-32768.0..=32767.0).contains(&value) => Some(value + 0.0),
         Kind::Time | Kind::Word | Kind::Int => None,
         Kind::Bool => Some(f64::from(u8::from(value != 0.0))),
         Kind::LTime => Some((value * 1e9).round()).filter(|whole| whole.abs() <= EXACT).map(|whole| whole / 1e9),
@@ -137,6 +137,17 @@ pub fn is_of(kind: Kind, function: &str) -> bool {
         "Integer" => kind.class() == Class::Integer,
         _ => kind.class() == Class::Boolean,
     }
+}
+
+/// Whether a function has access to a variable of this PLC type: its own, and as Reals all of them.
+pub fn has_access(kind: Kind, function: &str) -> bool {
+    is_of(kind, function) || function.ends_with("Real")
+}
+
+/// Whether a function can set a variable to a value: as a Real, an integer is whole, and a truth value 0 or 1.
+pub fn takes(kind: Kind, function: &str, value: f64) -> bool {
+    let is_one = is_of(kind, function) || value.fract() == 0.0 && (kind != Kind::Bool || value == 0.0 || value == 1.0);
+    has_access(kind, function) && is_one && held(kind, value).is_some()
 }
 
 /// The count that goes with an array of this length, and whether NULL stands for the array.

@@ -1,41 +1,9 @@
 
 /* --- The 34 functions of FMI 2.0 for co-simulation ----------------------------------------------------------------------- */
 
-/* All that follows of an instance that is new or reset. */
-static void plcfmu_fresh(plcfmu_component_t *c) {
-    memset(&c->instance, 0, sizeof c->instance);
-    plcfmu_start(&c->instance.block);
-    c->instance.clock = plcfmu_clock(0.0, PLCFMU_INFINITY, plcfmu_cycle(&c->instance.block));
-    c->instance.state = PLCFMU_INSTANTIATED;
-    c->ordinary_below = 0;
-}
-
 const char *fmi2GetTypesPlatform(void) { return "default"; }
 
 const char *fmi2GetVersion(void) { return "2.0"; }
-
-static fmi2Status plcfmu_set_debug_logging(plcfmu_component_t *c, fmi2Boolean on, size_t count, const fmi2String names[]) {
-    int selected = count == 0 ? PLCFMU_ALL : 0, category;
-    size_t i;
-    if (plcfmu_array(&c->text, names, count, sizeof *names, "categories") != fmi2OK) {
-        return fmi2Error;
-    }
-    for (i = 0; i < count; i += 1) {
-        if (names[i] == NULL) {
-            return plcfmu_refuse(&c->text, "a category is NULL");
-        }
-        for (category = 0; category < 4 && strcmp(names[i], plcfmu_categories[category]) != 0; category += 1) {
-        }
-        if (category == 4) {
-            plcfmu_say(&c->text, "category ");
-            plcfmu_say_quoted(&c->text, names[i]);
-            return plcfmu_refuse(&c->text, " is unknown: there are logStatusError, logStatusDiscard, logStatusFatal, logAdvice");
-        }
-        selected |= 1 << category;
-    }
-    c->logged = on ? selected : 0;
-    return fmi2OK;
-}
 
 fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t count, const fmi2String names[]) {
     plcfmu_component_t *c = (plcfmu_component_t *)component;
@@ -46,89 +14,30 @@ fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t c
 
 /* Why there is no instance. */
 static fmi2Status plcfmu_check_arguments(plcfmu_component_t *c, fmi2String name, fmi2Type type, fmi2String guid) {
-    if (name == NULL || name[0] == '\0') {
-        return plcfmu_refuse(&c->text, "instanceName is NULL or empty: give the instance a name");
+    if (plcfmu_check_name(c, name) != fmi2OK) {
+        return fmi2Error;
     }
     if (type != fmi2CoSimulation) {
         plcfmu_say(&c->text, "fmuType = ");
         plcfmu_say_whole(&c->text, (i64_t)(int)type);
         return plcfmu_refuse(&c->text, ": this FMU is for co-simulation (1) only");
     }
-    if (guid == NULL || strcmp(guid, PLCFMU_GUID) != 0) {
-        plcfmu_say(&c->text, "fmuGUID = ");
-        if (guid == NULL) {
-            plcfmu_say(&c->text, "NULL");
-        } else {
-            plcfmu_say_quoted(&c->text, guid);
-        }
-        return plcfmu_refuse(&c->text, ": this library is " PLCFMU_GUID "; take the modelDescription.xml that came with it");
-    }
-    plcfmu_fresh(c);
-    if (!plcfmu_is_strict() || !plcfmu_is_exact(c)) {
-        return plcfmu_refuse(&c->text, "this library was compiled with options that change its results (-ffast-math, fused "
-                                       "multiplication and addition, x87 or such): its self-test differs; compile it without them");
-    }
-    return fmi2OK;
+    return plcfmu_begin(c, "fmuGUID", guid);
 }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging_on) {
     plcfmu_component_t *c;
-    size_t length = name == NULL ? 0 : strlen(name);
     (void)resources;
     (void)visible;
     if (callbacks == NULL || callbacks->logger == NULL) {
         return NULL;
     }
-    c = plcfmu_new_component();
-    if (c == NULL) {
-        callbacks->logger(callbacks->componentEnvironment, length == 0 ? "" : name, fmi2Error, "logStatusError", "%s",
-                          "fmi2Instantiate: there is no memory for another instance; free one, or compile with a larger "
-                          "PLCFMU_MAX_INSTANCES");
-        return NULL;
-    }
-    c->logger = callbacks->logger;
-    c->environment = callbacks->componentEnvironment;
-    length = length < sizeof c->name ? length : sizeof c->name - 1;
-    if (length > 0) {
-        memcpy(c->name, name, length);
-    }
-    c->logged = PLCFMU_ERROR | PLCFMU_FATAL;
-    if (plcfmu_leave(c, PLCFMU_INSTANTIATE, plcfmu_check_arguments(c, name, type, guid)) != fmi2OK) {
-        plcfmu_free_component(c);
-        return NULL;
-    }
-    c->logged = logging_on ? PLCFMU_ALL : PLCFMU_ERROR | PLCFMU_FATAL;
-    return c;
+    c = plcfmu_make(name, callbacks->logger, callbacks->componentEnvironment);
+    return c == NULL ? NULL : plcfmu_made(c, plcfmu_check_arguments(c, name, type, guid), logging_on);
 }
 
-void fmi2FreeInstance(fmi2Component component) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    while (c != NULL && c->saved != NULL) {
-        plcfmu_saved_t *next = c->saved->next;
-        plcfmu_free_state(c->saved);
-        c->saved = next;
-    }
-    if (c != NULL) {
-        plcfmu_free_component(c);
-    }
-}
-
-static fmi2Status plcfmu_setup(plcfmu_component_t *c, double start, int has_stop, double stop) {
-    if (!(plcfmu_abs_f64(start) <= 1.7976931348623157e308)) {
-        plcfmu_say_named(&c->text, "startTime = ", start, ": must be finite");
-        return fmi2Error;
-    }
-    if (has_stop && !(stop >= start)) {
-        plcfmu_say_named(&c->text, "stopTime = ", stop, ": must not lie before startTime = ");
-        plcfmu_say_number(&c->text, start, 0);
-        return fmi2Error;
-    }
-    c->instance.has_experiment = 1;
-    c->instance.start = start;
-    c->instance.stop = has_stop ? stop : PLCFMU_INFINITY;
-    return fmi2OK;
-}
+void fmi2FreeInstance(fmi2Component component) { plcfmu_free((plcfmu_component_t *)component); }
 
 fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
                                fmi2Boolean has_stop, fmi2Real stop) {
@@ -149,24 +58,6 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component component) {
         c->instance.state = PLCFMU_INITIALIZATION;
     }
     return plcfmu_leave(c, PLCFMU_ENTER_INITIALIZATION, status);
-}
-
-static fmi2Status plcfmu_exit_initialization(plcfmu_component_t *c) {
-    plcfmu_instance_t *instance = &c->instance;
-    if (plcfmu_cycle(&instance->block) < 1) {
-        plcfmu_say_named(&c->text, PLCFMU_CYCLE_NAME " = ", (double)plcfmu_cycle(&instance->block) / 1000.0,
-                         " s: the time between two calls must be at least 0.001 s");
-        return fmi2Error;
-    }
-    if (plcfmu_check_settings(&instance->block, &c->text) != fmi2OK) {
-        return fmi2Error;
-    }
-    plcfmu_restart(&instance->block, &c->other, &c->before, &c->text);
-    memcpy(&instance->block, &c->other, sizeof c->other);
-    instance->clock = plcfmu_clock(instance->start, instance->stop, plcfmu_cycle(&instance->block));
-    instance->state = PLCFMU_STEP_COMPLETE;
-    c->ordinary_below = 0;
-    return fmi2OK;
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component component) {
@@ -194,29 +85,51 @@ fmi2Status fmi2Reset(fmi2Component component) {
     return plcfmu_leave(c, PLCFMU_RESET, status);
 }
 
-/* --- Reading and writing variables: of class 0 Real, 1 Integer, 2 Boolean */
+/* --- Reading and writing variables: of type 0 Real, 1 Integer, 2 Boolean. As Reals, there are all of them: TRUE is 1 */
+
+static fmi2Status plcfmu_check_type(plcfmu_component_t *c, u32_t row, int of, const char *access) {
+    return of == 0 && row < PLCFMU_ROWS ? fmi2OK : plcfmu_check(&c->text, row, of, access);
+}
+
+/* Says once that a variable of another type was read or written as a Real. */
+static fmi2Status plcfmu_tell_conversion(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count, int of) {
+    size_t i;
+    for (i = 0; of == 0 && i < count && !c->is_conversion_advised && (c->logged & PLCFMU_ADVICE); i += 1) {
+        if (plcfmu_rows[vr[i]].type != 0) {
+            plcfmu_say(&c->text, plcfmu_rows[vr[i]].name);
+            plcfmu_say(&c->text, " is ");
+            plcfmu_say(&c->text, plcfmu_types[plcfmu_rows[vr[i]].type]);
+            plcfmu_say(&c->text, ", and counts as a Real here (TRUE is 1)");
+            c->is_conversion_advised = 1;
+        }
+    }
+    return fmi2OK;
+}
 
 static fmi2Status plcfmu_get(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count, int of, void *values) {
     const plcfmu_block_t *block;
     size_t i;
     if (plcfmu_array(&c->text, vr, count, sizeof *vr, "vr") != fmi2OK
-        || plcfmu_array(&c->text, values, count, of == 0 ? sizeof(fmi2Real) : sizeof(int), "value") != fmi2OK
-        || plcfmu_check(&c->text, vr, count, of, "Get") != fmi2OK) {
+        || plcfmu_array(&c->text, values, count, of == 0 ? sizeof(fmi2Real) : sizeof(int), "value") != fmi2OK) {
         return fmi2Error;
     }
-    block = plcfmu_shown(c, vr, count);
     for (i = 0; i < count; i += 1) {
-        const plcfmu_row_t *row = &plcfmu_rows[vr[i]];
-        int kind = row->kind, is_set = vr[i] == PLCFMU_CYCLE_ROW || plcfmu_is_settable(row);
-        i64_t bits = plcfmu_bits(is_set ? &c->instance.block : block, vr[i]);
+        if (plcfmu_check_type(c, vr[i], of, "Get") != fmi2OK) {
+            return fmi2Error;
+        }
+    }
+    block = plcfmu_shown(c, plcfmu_walk(vr, count));
+    for (i = 0; i < count; i += 1) {
+        int kind = plcfmu_rows[vr[i]].kind;
+        i64_t bits = plcfmu_bits_shown(c, block, vr[i]);
         if (of == 0) {
-            ((fmi2Real *)values)[i] = plcfmu_number(kind, bits);
+            ((fmi2Real *)values)[i] = kind == PLCFMU_DWORD ? (double)(i32_t)(u32_t)bits : plcfmu_number(kind, bits);
         } else {
             /* A WORD is the integer of its 16 bits with sign, a DWORD that of its 32 bits. */
             ((int *)values)[i] = kind == PLCFMU_WORD ? (i16_t)(u16_t)bits : (i32_t)(u32_t)bits;
         }
     }
-    return fmi2OK;
+    return plcfmu_tell_conversion(c, vr, count, of);
 }
 
 /* The number that a host gives for a variable. */
@@ -236,7 +149,7 @@ static fmi2Status plcfmu_set(plcfmu_component_t *c, const fmi2ValueReference vr[
     }
     for (i = 0; i < count; i += 1) {
         const char *range;
-        if (plcfmu_check(&c->text, vr + i, 1, of, "Set") != fmi2OK || plcfmu_may_set(c, vr[i]) != fmi2OK) {
+        if (plcfmu_check_type(c, vr[i], of, "Set") != fmi2OK || plcfmu_may_set(c, vr[i]) != fmi2OK) {
             return fmi2Error;
         }
         range = plcfmu_bits_of(plcfmu_given(values, i, of), plcfmu_rows[vr[i]].kind, &bits);
@@ -251,15 +164,8 @@ static fmi2Status plcfmu_set(plcfmu_component_t *c, const fmi2ValueReference vr[
     for (i = 0; i < count; i += 1) {
         plcfmu_put_number(&c->instance.block, vr[i], plcfmu_given(values, i, of));
     }
-    return fmi2OK;
+    return plcfmu_tell_conversion(c, vr, count, of);
 }
-
-/* What is not inlined: a control cycle does not go there, and need not save the registers that it takes. */
-#if defined(__GNUC__)
-#define PLCFMU_APART __attribute__((noinline))
-#else
-#define PLCFMU_APART
-#endif
 
 /* The REAL in the memory that a host may read, or set, in a control cycle without any check; NULL of anything else. */
 static char *plcfmu_real(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count, const fmi2Real value[], int is_set) {
@@ -355,30 +261,11 @@ fmi2Status fmi2SetString(fmi2Component component, const fmi2ValueReference vr[],
     return plcfmu_leave(c, PLCFMU_SET_STRING, status);
 }
 
-static fmi2Status plcfmu_get_state(plcfmu_component_t *c, fmi2FMUstate *state) {
-    plcfmu_saved_t *saved;
-    if (plcfmu_target(&c->text, state, "FMUstate") != fmi2OK || (saved = plcfmu_keep(c, state)) == NULL) {
-        return fmi2Error;
-    }
-    memcpy(&saved->instance, &c->instance, sizeof c->instance);
-    return fmi2OK;
-}
-
 fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state) {
     plcfmu_component_t *c = (plcfmu_component_t *)component;
     fmi2Status status = plcfmu_enter(c, PLCFMU_GET_STATE);
     status = status == fmi2OK ? plcfmu_get_state(c, state) : status;
     return plcfmu_leave(c, PLCFMU_GET_STATE, status);
-}
-
-static fmi2Status plcfmu_set_state(plcfmu_component_t *c, fmi2FMUstate state) {
-    plcfmu_saved_t **link, *saved = plcfmu_find(c, state, &link);
-    if (saved == NULL) {
-        return fmi2Error;
-    }
-    memcpy(&c->instance, &saved->instance, sizeof c->instance);
-    c->ordinary_below = 0;
-    return fmi2OK;
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state) {
@@ -388,39 +275,11 @@ fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state) {
     return plcfmu_leave(c, PLCFMU_SET_STATE, status);
 }
 
-/* Frees a saved state and sets it to NULL. NULL is left alone. */
-static fmi2Status plcfmu_drop_state(plcfmu_component_t *c, fmi2FMUstate *state) {
-    plcfmu_saved_t **link, *saved;
-    if (plcfmu_target(&c->text, state, "FMUstate") != fmi2OK) {
-        return fmi2Error;
-    }
-    if (*state == NULL) {
-        return fmi2OK;
-    }
-    saved = plcfmu_find(c, *state, &link);
-    if (saved == NULL) {
-        return fmi2Error;
-    }
-    *link = saved->next;
-    plcfmu_free_state(saved);
-    *state = NULL;
-    return fmi2OK;
-}
-
 fmi2Status fmi2FreeFMUstate(fmi2Component component, fmi2FMUstate *state) {
     plcfmu_component_t *c = (plcfmu_component_t *)component;
     fmi2Status status = plcfmu_enter(c, PLCFMU_FREE_STATE);
     status = status == fmi2OK ? plcfmu_drop_state(c, state) : status;
     return plcfmu_leave(c, PLCFMU_FREE_STATE, status);
-}
-
-static fmi2Status plcfmu_size_of_state(plcfmu_component_t *c, fmi2FMUstate state, size_t *size) {
-    plcfmu_saved_t **link, *saved;
-    if (plcfmu_target(&c->text, size, "size") != fmi2OK || (saved = plcfmu_find(c, state, &link)) == NULL) {
-        return fmi2Error;
-    }
-    *size = plcfmu_serialized_size(&saved->instance);
-    return fmi2OK;
 }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate state, size_t *size) {
@@ -430,64 +289,11 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate stat
     return plcfmu_leave(c, PLCFMU_SERIALIZED_SIZE, status);
 }
 
-static fmi2Status plcfmu_serialize_state(plcfmu_component_t *c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    plcfmu_saved_t **link, *saved;
-    size_t length;
-    if (plcfmu_array(&c->text, bytes, size, 1, "serializedState") != fmi2OK || (saved = plcfmu_find(c, state, &link)) == NULL) {
-        return fmi2Error;
-    }
-    length = plcfmu_serialized_size(&saved->instance);
-    if (size < length) {
-        plcfmu_say(&c->text, "size = ");
-        plcfmu_say_whole(&c->text, (i64_t)size);
-        plcfmu_say(&c->text, ": the state takes ");
-        plcfmu_say_whole(&c->text, (i64_t)length);
-        return plcfmu_refuse(&c->text, " bytes");
-    }
-    plcfmu_serialize(&saved->instance, (unsigned char *)bytes, length);
-    return fmi2OK;
-}
-
 fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
     plcfmu_component_t *c = (plcfmu_component_t *)component;
     fmi2Status status = plcfmu_enter(c, PLCFMU_SERIALIZE);
     status = status == fmi2OK ? plcfmu_serialize_state(c, state, bytes, size) : status;
     return plcfmu_leave(c, PLCFMU_SERIALIZE, status);
-}
-
-static fmi2Status plcfmu_deserialize_state(plcfmu_component_t *c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-    plcfmu_saved_t *saved, **link;
-    int is_new;
-    if (plcfmu_array(&c->text, bytes, size, 1, "serializedState") != fmi2OK
-        || plcfmu_target(&c->text, state, "FMUstate") != fmi2OK) {
-        return fmi2Error;
-    }
-    /* What is refused changes nothing: it is read to a state of its own, which takes the place of the old one. */
-    is_new = *state == NULL;
-    if (!is_new && plcfmu_find(c, *state, &link) == NULL) {
-        return fmi2Error;
-    }
-    {
-        fmi2FMUstate read = NULL;
-        saved = plcfmu_keep(c, &read);
-        if (saved == NULL) {
-            return fmi2Error;
-        }
-        if (plcfmu_deserialize(&c->text, (const unsigned char *)bytes, size, &saved->instance) != fmi2OK) {
-            c->saved = saved->next;
-            plcfmu_free_state(saved);
-            return fmi2Error;
-        }
-        if (is_new) {
-            *state = read;
-        } else {
-            plcfmu_saved_t *old = plcfmu_find(c, *state, &link);
-            memcpy(&old->instance, &saved->instance, sizeof saved->instance);
-            c->saved = saved->next;
-            plcfmu_free_state(saved);
-        }
-    }
-    return fmi2OK;
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
@@ -541,7 +347,7 @@ static fmi2Status plcfmu_set_derivatives(plcfmu_component_t *c, const fmi2ValueR
     }
     for (i = 0; i < count; i += 1) {
         const plcfmu_row_t *row;
-        if (plcfmu_check(&c->text, vr + i, 1, 0, "Set") != fmi2OK) {
+        if (plcfmu_check(&c->text, vr[i], 0, "Set") != fmi2OK) {
             return fmi2Error;
         }
         row = &plcfmu_rows[vr[i]];

@@ -2,7 +2,7 @@
 
 use crate::calls::{Answer, Turn};
 use crate::host::Host;
-use crate::model::{Expected, Model, count_of, good_array, held, holds, is_of, ok_if};
+use crate::model::{Expected, Model, count_of, good_array, has_access, held, holds, ok_if, takes};
 use crate::numbers::{any_integer, any_real};
 use std::ffi::{CStr, c_char, c_int};
 use std::ptr;
@@ -194,22 +194,20 @@ pub fn any_text(random: &mut Random) -> Option<&'static CStr> {
     ])
 }
 
-/// All are variables of this function's type.
+/// All are variables that this function reads.
 fn get_expected(turn: &Turn, fmu: &Fmu, references: &[u32], count: usize, null: bool) -> Expected {
     let fit = references.iter().take(count).all(|reference| {
-        fmu.variables.get(*reference as usize).is_some_and(|variable| is_of(variable.kind, turn.name))
+        fmu.variables.get(*reference as usize).is_some_and(|variable| has_access(variable.kind, turn.name))
     });
     ok_if(turn.allowed && good_array(count, references.len(), null) && fit)
 }
 
-/// All are variables of this function's type that may be set now, and can hold their values.
+/// All are variables that may be set now, by this function, to their values.
 fn set_expected(turn: &Turn, fmu: &Fmu, references: &[u32], count: usize, null: bool, given: &[f64]) -> Expected {
     let fit = references.iter().zip(given).take(count).all(|(reference, value)| {
-        fmu.variables.get(*reference as usize).is_some_and(|variable| {
-            is_of(variable.kind, turn.name)
-                && may_be_set(variable.role, &turn.model)
-                && held(variable.kind, *value).is_some()
-        })
+        fmu.variables
+            .get(*reference as usize)
+            .is_some_and(|variable| may_be_set(variable.role, &turn.model) && takes(variable.kind, turn.name, *value))
     });
     ok_if(turn.allowed && good_array(count, references.len(), null) && fit)
 }

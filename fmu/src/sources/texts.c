@@ -72,35 +72,38 @@ static const plcfmu_text_row_t *plcfmu_text_row(plcfmu_component_t *c, u32_t ref
     return &plcfmu_text_rows[reference - PLCFMU_ROWS];
 }
 
-static fmi2Status plcfmu_get_strings(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count, fmi2String value[]) {
+static plcfmu_status_t plcfmu_get_strings(plcfmu_component_t *c, const plcfmu_reference_t vr[], size_t count, const char *value[]) {
     const plcfmu_block_t *block = &c->instance.block;
+    plcfmu_walk_t walk = plcfmu_walk(vr, count);
     int is_asked = 0;
+    u32_t reference;
     size_t i;
-    if (plcfmu_array(&c->text, vr, count, sizeof *vr, "vr") != fmi2OK
-        || plcfmu_array(&c->text, value, count, sizeof(fmi2String), "value") != fmi2OK) {
-        return fmi2Error;
+    if (plcfmu_array(&c->text, vr, count, sizeof *vr, PLCFMU_REFERENCES_NAME) != PLCFMU_OK
+        || plcfmu_array(&c->text, value, count, sizeof(const char *), PLCFMU_VALUES_NAME) != PLCFMU_OK) {
+        return PLCFMU_REFUSED;
     }
-    for (i = 0; i < count; i += 1) {
-        const plcfmu_text_row_t *row = plcfmu_text_row(c, vr[i], "Get");
+    while (plcfmu_next_value(&walk, &reference)) {
+        const plcfmu_text_row_t *row = plcfmu_text_row(c, reference, "Get");
         if (row == NULL) {
-            return fmi2Error;
+            return PLCFMU_REFUSED;
         }
         is_asked |= !plcfmu_is_given(row);
     }
     if (is_asked && c->instance.state == PLCFMU_INITIALIZATION) {
         block = plcfmu_restarted(c);
     }
-    for (i = 0; i < count; i += 1) {
-        const plcfmu_text_row_t *row = &plcfmu_text_rows[vr[i] - PLCFMU_ROWS];
+    walk = plcfmu_walk(vr, count);
+    for (i = 0; plcfmu_next_value(&walk, &reference); i += 1) {
+        const plcfmu_text_row_t *row = &plcfmu_text_rows[reference - PLCFMU_ROWS];
         char *text = c->given + row->given;
         plcfmu_encode(row, plcfmu_is_given(row) ? &c->instance.block.memory : &block->memory, text);
         value[i] = text;
     }
-    return fmi2OK;
+    return PLCFMU_OK;
 }
 
-/* Why a text is refused; fmi2OK if it is not. */
-static fmi2Status plcfmu_check_text(plcfmu_component_t *c, const plcfmu_text_row_t *row, fmi2String given) {
+/* Why a text is refused; PLCFMU_OK if it is not. */
+static plcfmu_status_t plcfmu_check_text(plcfmu_component_t *c, const plcfmu_text_row_t *row, const char *given) {
     u32_t units = 0, code = 0;
     const char *at, *outside = NULL;
     size_t size = 1;
@@ -119,7 +122,7 @@ static fmi2Status plcfmu_check_text(plcfmu_component_t *c, const plcfmu_text_row
     if (size != 0 && units <= row->most && outside == NULL) {
         c->text.length = 0;
         c->text.text[0] = '\0';
-        return fmi2OK;
+        return PLCFMU_OK;
     }
     plcfmu_say(&c->text, " = ");
     plcfmu_say_quoted(&c->text, given);
@@ -133,7 +136,7 @@ static fmi2Status plcfmu_check_text(plcfmu_component_t *c, const plcfmu_text_row
         plcfmu_say_whole(&c->text, row->most);
         plcfmu_say(&c->text, " characters, not ");
         plcfmu_say_whole(&c->text, units);
-        return fmi2Error;
+        return PLCFMU_REFUSED;
     }
     {
         char character[5] = {0, 0, 0, 0, 0};
@@ -167,21 +170,24 @@ static void plcfmu_put_text(const plcfmu_text_row_t *row, memory_t *memory, cons
     memcpy(to, &length, sizeof length);
 }
 
-static fmi2Status plcfmu_set_strings(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count,
-                                     const fmi2String value[]) {
+static plcfmu_status_t plcfmu_set_strings(plcfmu_component_t *c, const plcfmu_reference_t vr[], size_t count,
+                                     const char *const value[]) {
+    plcfmu_walk_t walk = plcfmu_walk(vr, count);
+    u32_t reference;
     size_t i;
-    if (plcfmu_array(&c->text, vr, count, sizeof *vr, "vr") != fmi2OK
-        || plcfmu_array(&c->text, value, count, sizeof(fmi2String), "value") != fmi2OK) {
-        return fmi2Error;
+    if (plcfmu_array(&c->text, vr, count, sizeof *vr, PLCFMU_REFERENCES_NAME) != PLCFMU_OK
+        || plcfmu_array(&c->text, value, count, sizeof(const char *), PLCFMU_VALUES_NAME) != PLCFMU_OK) {
+        return PLCFMU_REFUSED;
     }
-    for (i = 0; i < count; i += 1) {
-        const plcfmu_text_row_t *row = plcfmu_text_row(c, vr[i], "Set");
-        if (row == NULL || plcfmu_check_text(c, row, value[i]) != fmi2OK) {
-            return fmi2Error;
+    for (i = 0; plcfmu_next_value(&walk, &reference); i += 1) {
+        const plcfmu_text_row_t *row = plcfmu_text_row(c, reference, "Set");
+        if (row == NULL || plcfmu_check_text(c, row, value[i]) != PLCFMU_OK) {
+            return PLCFMU_REFUSED;
         }
     }
-    for (i = 0; i < count; i += 1) {
-        plcfmu_put_text(&plcfmu_text_rows[vr[i] - PLCFMU_ROWS], &c->instance.block.memory, value[i]);
+    walk = plcfmu_walk(vr, count);
+    for (i = 0; plcfmu_next_value(&walk, &reference); i += 1) {
+        plcfmu_put_text(&plcfmu_text_rows[reference - PLCFMU_ROWS], &c->instance.block.memory, value[i]);
     }
-    return fmi2OK;
+    return PLCFMU_OK;
 }

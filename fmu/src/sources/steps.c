@@ -68,8 +68,14 @@ static void plcfmu_say_step(plcfmu_text_t *text, double tc, double h) {
     plcfmu_say_number(text, h, 0);
 }
 
+static plcfmu_status_t plcfmu_no_resolution(plcfmu_text_t *text, const char *name, double time, double period) {
+    plcfmu_say_named(text, name, time, ": this far from 0, a double no longer distinguishes one CYCLE of ");
+    plcfmu_say_number(text, period, 1);
+    return plcfmu_refuse(text, " s from the next; start nearer to 0");
+}
+
 /* Goes from tc to tc + h and says which calls lie in between. What is refused leaves the clock where it is. */
-static fmi2Status plcfmu_advance(plcfmu_clock_t *clock, double tc, double h, plcfmu_calls_t *calls, plcfmu_text_t *text) {
+static plcfmu_status_t plcfmu_advance(plcfmu_clock_t *clock, double tc, double h, plcfmu_calls_t *calls, plcfmu_text_t *text) {
     double cycle = clock->cycle, per_cycle = 1.0 / cycle, period = cycle / 1000.0;
     double magnitude, same, rounding, position, offset = clock->offset, since = clock->since;
     double step, present, lead, tolerance, cycles, most = 1.7976931348623157e308;
@@ -82,7 +88,7 @@ static fmi2Status plcfmu_advance(plcfmu_clock_t *clock, double tc, double h, plc
         clock->end = tc + h;
         clock->since += h;
         calls->count = 1;
-        return fmi2OK;
+        return PLCFMU_OK;
     }
     if (!(h >= 0.0 && h <= most && plcfmu_abs_f64(tc) <= most)) {
         plcfmu_say_step(text, tc, h);
@@ -91,15 +97,12 @@ static fmi2Status plcfmu_advance(plcfmu_clock_t *clock, double tc, double h, plc
     magnitude = plcfmu_largest(plcfmu_abs_f64(tc), plcfmu_abs_f64(clock->start));
     same = PLCFMU_SAME * cycle + PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION * magnitude;
     if (same > 0.125 * cycle) {
-        plcfmu_say_named(text, "currentCommunicationPoint = ", tc,
-                         ": this far from 0, a double no longer distinguishes one CYCLE of ");
-        plcfmu_say_number(text, period, 1);
-        return plcfmu_refuse(text, " s from the next; start nearer to 0");
+        return plcfmu_no_resolution(text, "currentCommunicationPoint = ", tc, period);
     }
     if ((clock->end - tc) * 1000.0 > same) {
         plcfmu_say_named(text, "currentCommunicationPoint = ", tc, " is before ");
         plcfmu_say_named(text, "", clock->end, ", where the last step ended; to go back, restore an FMU state");
-        return fmi2Error;
+        return PLCFMU_REFUSED;
     }
     rounding = tc == clock->end || tc == clock->start + clock->since ? PLCFMU_MOST_DRIFT * cycle
                                                                      : PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION * magnitude;
@@ -118,14 +121,14 @@ static fmi2Status plcfmu_advance(plcfmu_clock_t *clock, double tc, double h, plc
             if ((beyond < behind ? beyond : behind) > same) {
                 plcfmu_say_step(text, tc, h);
                 plcfmu_say_named(text, ": the step ends after stopTime = ", clock->stop, "");
-                return fmi2Error;
+                return PLCFMU_REFUSED;
             }
             step -= beyond;
         }
     }
     if (h == 0.0) {
         /* Some hosts end a run with such a step. It makes no call and moves nothing. */
-        return fmi2OK;
+        return PLCFMU_OK;
     }
     lead = (double)first * cycle - present;
     /* A long step has rounding of its own. */
@@ -147,7 +150,7 @@ static fmi2Status plcfmu_advance(plcfmu_clock_t *clock, double tc, double h, plc
     clock->since = since + h;
     calls->count = clock->next - first;
     calls->lead = plcfmu_abs_f64(lead) > same ? lead / 1000.0 : 0.0;
-    return fmi2OK;
+    return PLCFMU_OK;
 }
 
 /* --- Steps ------------------------------------------------------------------------------------------------------------ */
@@ -187,7 +190,7 @@ static int plcfmu_is_ordinary_step(plcfmu_component_t *c, double tc, double h) {
 }
 
 /* Makes every call from tc on before tc + h. */
-static fmi2Status plcfmu_step(plcfmu_component_t *c, double tc, double h) {
+static plcfmu_status_t plcfmu_step(plcfmu_component_t *c, double tc, double h) {
     plcfmu_instance_t *instance = &c->instance;
     plcfmu_clock_t clock = instance->clock;
     double period = clock.cycle / 1000.0;
@@ -199,8 +202,8 @@ static fmi2Status plcfmu_step(plcfmu_component_t *c, double tc, double h) {
         c->ordinary_below = clock.tick + (i64_t)PLCFMU_ORDINARY_STEPS;
         c->period = period;
     }
-    if (plcfmu_advance(&clock, tc, h, &calls, &c->text) != fmi2OK) {
-        return fmi2Error;
+    if (plcfmu_advance(&clock, tc, h, &calls, &c->text) != PLCFMU_OK) {
+        return PLCFMU_REFUSED;
     }
     for (i = 0; i < instance->extrapolated; i += 1) {
         plcfmu_extrapolation_t *input = &instance->extrapolations[i];
@@ -231,7 +234,7 @@ static fmi2Status plcfmu_step(plcfmu_component_t *c, double tc, double h) {
         plcfmu_put_number(&instance->block, instance->extrapolations[i].row, instance->extrapolations[i].value);
     }
     plcfmu_show_mean(&instance->block, pulses, calls.count);
-    return instance->block.stopped[0] == '\0' ? fmi2OK : plcfmu_refuse(&c->text, instance->block.stopped);
+    return instance->block.stopped[0] == '\0' ? PLCFMU_OK : plcfmu_refuse(&c->text, instance->block.stopped);
 }
 
 /* Says once if a step is so short that CYCLE may be given in the wrong unit. */
@@ -247,83 +250,4 @@ static void plcfmu_advise(plcfmu_component_t *c, double h) {
                              " given in ms instead of s?");
         c->is_step_advised = 1;
     }
-}
-
-/* --- Variables by value reference -------------------------------------------------------------------------------------- */
-
-/* Refuses a reference that is not one of a variable of the type that `access` reads or writes. */
-static fmi2Status plcfmu_no_variable(plcfmu_text_t *text, u32_t reference, const char *access) {
-    plcfmu_say(text, "value reference ");
-    plcfmu_say_whole(text, reference);
-    if (reference < PLCFMU_ROWS) {
-        const char *own = plcfmu_classes[plcfmu_class(&plcfmu_rows[reference])];
-        plcfmu_say(text, " is ");
-        plcfmu_say(text, plcfmu_rows[reference].name);
-        plcfmu_say(text, ", of type ");
-        plcfmu_say(text, own);
-        plcfmu_say(text, ": use fmi2");
-        plcfmu_say(text, access);
-        plcfmu_say(text, own);
-#ifdef PLCFMU_TEXTS
-    } else if (reference - PLCFMU_ROWS < PLCFMU_TEXTS) {
-        plcfmu_say(text, " is ");
-        plcfmu_say(text, plcfmu_text_rows[reference - PLCFMU_ROWS].name);
-        plcfmu_say(text, ", of type String: use fmi2");
-        plcfmu_say(text, access);
-        plcfmu_say(text, "String");
-#endif
-    } else {
-        plcfmu_say(text, " is unknown: they go from 0 to ");
-        plcfmu_say_whole(text, PLCFMU_ROWS + PLCFMU_TEXT_COUNT - 1);
-    }
-    return fmi2Error;
-}
-
-static fmi2Status plcfmu_check(plcfmu_text_t *text, const fmi2ValueReference *references, size_t count, int of,
-                               const char *access) {
-    size_t i;
-    for (i = 0; i < count; i += 1) {
-        if (references[i] >= PLCFMU_ROWS || plcfmu_class(&plcfmu_rows[references[i]]) != of) {
-            return plcfmu_no_variable(text, references[i], access);
-        }
-    }
-    return fmi2OK;
-}
-
-/* The block as a restart would leave it, if that is possible. */
-static const plcfmu_block_t *plcfmu_restarted(plcfmu_component_t *c) {
-    const plcfmu_block_t *shown = &c->instance.block;
-    if (plcfmu_cycle(shown) >= 1) {
-        if (plcfmu_check_settings(&c->instance.block, &c->text) == fmi2OK) {
-            plcfmu_restart(shown, &c->other, &c->before, &c->text);
-            shown = &c->other;
-        }
-        c->text.length = 0;
-        c->text.text[0] = '\0';
-    }
-    return shown;
-}
-
-/* The block with what it computes. In Initialization Mode it has the values that the restart would give, if that is possible. */
-static const plcfmu_block_t *plcfmu_shown(plcfmu_component_t *c, const fmi2ValueReference *references, size_t count) {
-    int is_asked = 0;
-    size_t i;
-    for (i = 0; c->instance.state == PLCFMU_INITIALIZATION && i < count; i += 1) {
-        is_asked |= references[i] != PLCFMU_CYCLE_ROW && !plcfmu_is_settable(&plcfmu_rows[references[i]]);
-    }
-    return is_asked ? plcfmu_restarted(c) : &c->instance.block;
-}
-
-/* Whether a variable can be set to a number now; `text` has the number if not. */
-static fmi2Status plcfmu_may_set(plcfmu_component_t *c, u32_t reference) {
-    const plcfmu_row_t *row = &plcfmu_rows[reference];
-    int is_fixed = row->role == PLCFMU_FIXED || row->role == PLCFMU_CYCLE_TIME;
-    if (row->role == PLCFMU_INPUT || row->role == PLCFMU_PARAMETER
-        || (is_fixed && c->instance.state != PLCFMU_STEP_COMPLETE)) {
-        return fmi2OK;
-    }
-    plcfmu_say(&c->text, row->name);
-    return plcfmu_refuse(&c->text, is_fixed ? " is a fixed parameter: set it before fmi2ExitInitializationMode, or call "
-                                              "fmi2Reset first"
-                                            : " is computed by the block and can only be read");
 }

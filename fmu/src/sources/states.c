@@ -57,7 +57,7 @@ static void plcfmu_free_state(plcfmu_saved_t *state) {
 }
 
 /* The saved state with an address that is only compared, and where it is linked in. */
-static plcfmu_saved_t *plcfmu_find(plcfmu_component_t *c, fmi2FMUstate address, plcfmu_saved_t ***link) {
+static plcfmu_saved_t *plcfmu_find(plcfmu_component_t *c, void *address, plcfmu_saved_t ***link) {
     plcfmu_saved_t **at;
     for (at = &c->saved; *at != NULL; at = &(*at)->next) {
         if ((void *)*at == address) {
@@ -71,7 +71,7 @@ static plcfmu_saved_t *plcfmu_find(plcfmu_component_t *c, fmi2FMUstate address, 
 }
 
 /* The saved state that a host names, or a new one if it names none. */
-static plcfmu_saved_t *plcfmu_keep(plcfmu_component_t *c, fmi2FMUstate *address) {
+static plcfmu_saved_t *plcfmu_keep(plcfmu_component_t *c, void **address) {
     plcfmu_saved_t **link = NULL, *state;
     if (*address != NULL) {
         return plcfmu_find(c, *address, &link);
@@ -181,8 +181,8 @@ static void plcfmu_pass_instance(plcfmu_bytes_t *bytes, plcfmu_instance_t *insta
     if (bytes->is_damaged) {
         return;
     }
-    bytes->is_damaged = has_experiment > 1 || !plcfmu_is_possible(clock) || (state & (state - 1)) != 0 || state == 0
-                        || state > PLCFMU_TERMINATED;
+    bytes->is_damaged = has_experiment > 1 || !plcfmu_is_possible(clock) || (state & (state - 1)) != 0
+                        || (state & (PLCFMU_I | PLCFMU_N | PLCFMU_E | PLCFMU_C | PLCFMU_T)) == 0;
     instance->state = state;
     instance->has_experiment = has_experiment;
     instance->extrapolated = (size_t)count;
@@ -218,7 +218,7 @@ static void plcfmu_serialize(plcfmu_instance_t *instance, unsigned char *to, siz
     memcpy(to + size - 8, &hash.high, 8);
 }
 
-static fmi2Status plcfmu_deserialize(plcfmu_text_t *text, const unsigned char *from, size_t size, plcfmu_instance_t *to) {
+static plcfmu_status_t plcfmu_deserialize(plcfmu_text_t *text, const unsigned char *from, size_t size, plcfmu_instance_t *to) {
     plcfmu_bytes_t bytes = {NULL, NULL, 0, 0};
     plcfmu_hash_t hash = plcfmu_hash_basis, expected;
     u64_t length;
@@ -242,5 +242,5 @@ static fmi2Status plcfmu_deserialize(plcfmu_text_t *text, const unsigned char *f
         memset(to, 0, sizeof *to);
         plcfmu_pass_instance(&bytes, to);
     }
-    return bytes.is_damaged || bytes.left > 0 ? plcfmu_refuse(text, "the serialized state is damaged") : fmi2OK;
+    return bytes.is_damaged || bytes.left > 0 ? plcfmu_refuse(text, "the serialized state is damaged") : PLCFMU_OK;
 }

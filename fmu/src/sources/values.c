@@ -12,13 +12,6 @@ static int plcfmu_is_given(const plcfmu_text_row_t *row) {
 }
 #endif
 
-/* The FMI type of a variable: 0 Real, 1 Integer, 2 Boolean. */
-static int plcfmu_class(const plcfmu_row_t *row) {
-    return plcfmu_kinds[row->kind].of;
-}
-
-static const char *const plcfmu_classes[] = {"Real", "Integer", "Boolean"};
-
 /* The bits of a value, extended by its sign. */
 static i64_t plcfmu_read(const plcfmu_row_t *row, const memory_t *memory) {
     const char *at = (const char *)memory + row->offset;
@@ -234,7 +227,7 @@ static void plcfmu_show_mean(plcfmu_block_t *block, i64_t pulses, i64_t calls) {
 }
 
 /* Refuses settings with which the block cannot run. */
-static fmi2Status plcfmu_check_settings(plcfmu_block_t *block, plcfmu_text_t *text) {
+static plcfmu_status_t plcfmu_check_settings(plcfmu_block_t *block, plcfmu_text_t *text) {
 #ifdef PLCFMU_CHECK
     call_t call = {0, PLCFMU_BUDGET, 0, 0, 0, 0, 0};
     const char *rest;
@@ -243,7 +236,7 @@ static fmi2Status plcfmu_check_settings(plcfmu_block_t *block, plcfmu_text_t *te
     PLCFMU_CHECK(&call, &block->memory);
     memcpy(&refusal, (const char *)&block->memory + PLCFMU_REFUSAL, sizeof refusal);
     if (refusal == 0) {
-        return fmi2OK;
+        return PLCFMU_OK;
     }
     for (rest = plcfmu_refusals[refusal - 1]; *rest != '\0'; rest += 1) {
         char one[2] = {0, 0};
@@ -257,10 +250,10 @@ static fmi2Status plcfmu_check_settings(plcfmu_block_t *block, plcfmu_text_t *te
             plcfmu_say(text, one);
         }
     }
-    return fmi2Error;
+    return PLCFMU_REFUSED;
 #else
     (void)block, (void)text;
-    return fmi2OK;
+    return PLCFMU_OK;
 #endif
 }
 

@@ -1,0 +1,65 @@
+
+/* --- Calls as events, which the host handles between steps -------------------------------------------------------------- */
+
+/* By how many milliseconds times may differ from the present one and still be the same. */
+static double plcfmu_same(const plcfmu_clock_t *clock) {
+    return PLCFMU_SAME * clock->cycle
+           + PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION * plcfmu_largest(plcfmu_abs_f64(clock->end), plcfmu_abs_f64(clock->start));
+}
+
+/* Whether the next call is due at the present time, but for rounding. */
+static int plcfmu_is_due(const plcfmu_clock_t *clock) {
+    return (double)(clock->next - clock->tick) * clock->cycle - clock->offset <= plcfmu_same(clock);
+}
+
+/* The time of the next call, s. */
+static double plcfmu_next_call(const plcfmu_clock_t *clock) {
+    return clock->start + (double)clock->next * clock->cycle / 1000.0;
+}
+
+static plcfmu_status_t plcfmu_check_running(plcfmu_component_t *c) {
+    const char *stopped = c->instance.block.stopped;
+    return stopped[0] == '\0' ? PLCFMU_OK : plcfmu_refuse(&c->text, stopped);
+}
+
+/* Makes the call that is due at the present time, if it was not made yet. */
+static plcfmu_status_t plcfmu_handle_event(plcfmu_component_t *c) {
+    plcfmu_clock_t *clock = &c->instance.clock;
+    plcfmu_block_t *block = &c->instance.block;
+    if (plcfmu_same(clock) > 0.125 * clock->cycle) {
+        return plcfmu_no_resolution(&c->text, "the time = ", clock->end, clock->cycle / 1000.0);
+    }
+    if (plcfmu_is_due(clock)) {
+        clock->next += 1;
+        c->ordinary_below = 0;
+        plcfmu_call(block, &c->before, &c->text);
+        plcfmu_show_mean(block, plcfmu_pulse(block), 1);
+    }
+    return plcfmu_check_running(c);
+}
+
+/* Makes a step that ends at the next call after those that are due at its begin, if it may and there is one; says where it ends. */
+static plcfmu_status_t plcfmu_step_between_events(plcfmu_component_t *c, double tc, double h, double *end, int *is_early) {
+    plcfmu_clock_t clock = c->instance.clock;
+    *end = tc + h;
+    *is_early = 0;
+    if (c->may_return_early) {
+        double lead;
+        plcfmu_calls_t calls;
+        i64_t due = 0;
+        if (plcfmu_advance(&clock, tc, h, &calls, &c->text) != PLCFMU_OK) {
+            return PLCFMU_REFUSED;
+        }
+        lead = calls.lead;
+        if (!(lead > 0.0)) {
+            due = (i64_t)(-lead / (clock.cycle / 1000.0) + PLCFMU_SAME) + 1;
+        }
+        if (calls.count > due) {
+            clock = c->instance.clock;
+            clock.next += due;
+            *end = plcfmu_next_call(&clock);
+            *is_early = 1;
+        }
+    }
+    return plcfmu_step(c, tc, *is_early ? plcfmu_largest(*end - tc, 0.0) : h);
+}

@@ -1,0 +1,695 @@
+//! An FMU as one file of C: what it calls, its table, and the door, which is written once by hand, beside this file and in the folders of the versions.
+//!
+//! What it calls comes as C already: with `memory_t`, `call_t`, a function `start`, and one for a call. The door keeps the same
+//! promises as the library in Rust, and a self-test compares both: the hash of a tape of calls stands in the file.
+
+use crate::cyclic::Cyclic;
+use crate::layout::{Layout, Part};
+use blocks::table::fingerprint::{self, BASIS};
+use blocks::table::number::{number, to_value};
+use blocks::{Class, Kind, Role, Row, Text};
+use std::fmt::Write;
+
+/// The parts of every door, in order, after what a version calls things and which functions it has.
+const DOOR: [&str; 5] = [
+    include_str!("messages.c"),
+    include_str!("values.c"),
+    include_str!("steps.c"),
+    include_str!("states.c"),
+    include_str!("variables.c"),
+];
+
+/// Data, between both.
+const DATA: &str = include_str!("data.c");
+
+/// Texts, or that there are none.
+const TEXTS: [&str; 2] = [include_str!("texts.c"), include_str!("no_texts.c")];
+
+/// What hosts ask of an instance.
+const INSTANCE: &str = include_str!("instance.c");
+
+/// Calls as events, for versions that have them.
+pub(crate) const EVENTS: &str = include_str!("events.c");
+
+/// The door of one version of the standard, and what it says of variables.
+#[derive(Debug)]
+pub struct Door {
+    /// The standard with its version.
+    pub standard: &'static str,
+    /// The name under which the file includes the standard's header.
+    pub header_name: &'static str,
+    /// A header with what of the standard the file needs, for those who have none. It is not for FMUs, where it would stand before
+    /// the host's.
+    pub header: &'static str,
+    /// The macro with the prefix of the functions' names.
+    pub(crate) prefix: &'static str,
+    /// What the version calls what the rest of the file uses.
+    pub(crate) names: &'static str,
+    /// Its functions with the states in which they are allowed.
+    pub(crate) table: &'static str,
+    /// Its functions, after all others.
+    pub(crate) functions: [&'static str; 2],
+    /// Its types.
+    pub(crate) types: &'static [&'static str],
+    /// Which of them a variable has.
+    pub(crate) type_of: fn(&Variable) -> &'static str,
+    /// Whether an array is one variable.
+    pub(crate) has_arrays: bool,
+    /// Whether a host can ask what a variable depends on.
+    pub(crate) has_dependencies: bool,
+    /// What the identifier of the FMU is made of, of the hash of the interface.
+    pub(crate) token: fn(u128) -> u128,
+}
+
+/// The calls of the self-test.
+const CALLS: u32 = 256;
+
+/// When a variable is given what the host has set.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Given {
+    /// At once.
+    #[default]
+    AtOnce,
+    /// Before each call, because the program writes it, too.
+    EachCall,
+    /// At the start, because it keeps its value in a power failure.
+    AtStart,
+}
+
+/// A variable of the table.
+#[derive(Clone, Debug)]
+pub struct Variable {
+    /// Its name with the instances that lead to it.
+    pub name: String,
+    /// Its PLC type.
+    pub kind: Kind,
+    /// Who sets it, and when.
+    pub role: Role,
+    /// The lowest and the highest value that make sense.
+    pub range: (Option<f64>, Option<f64>),
+    /// Its start value as a number.
+    pub start: f64,
+    /// A word that is an analog value, with a sign.
+    pub is_analog: bool,
+    /// The settings on which its value after a restart depends, by their places in the table.
+    pub from: Vec<usize>,
+}
+
+impl From<&Row> for Variable {
+    fn from(row: &Row) -> Variable {
+        let range = (row.least(), row.greatest());
+        Variable {
+            name: row.full_name(),
+            kind: row.kind,
+            role: row.role,
+            range,
+            start: number(row.start),
+            is_analog: row.is_analog,
+            from: row.from.to_vec(),
+        }
+    }
+}
+
+/// What an FMU in C is made of.
+#[derive(Debug)]
+pub struct Parts<'a> {
+    /// The version of the standard.
+    pub door: &'static Door,
+    /// The name of the block.
+    pub name: &'a str,
+    /// Its variables.
+    pub variables: &'a [Variable],
+    /// Which of them is the time between two calls, and its start value in milliseconds.
+    pub cycle: (usize, f64),
+    /// The hash of the interface.
+    pub hash: u128,
+    /// What it calls, as C.
+    pub law: &'a str,
+    /// The name of the function of a call.
+    pub call: &'a str,
+    /// Where each variable lies in the memory, in bytes, and when it is given what the host has set; of a program's cycle,
+    /// anything.
+    pub places: &'a [(usize, Given)],
+    /// Which of its variables and texts are the elements of arrays.
+    pub layout: Option<&'a Layout>,
+    /// Its texts, where each lies in the memory, and how many bytes it takes there.
+    pub texts: &'a [(Text, usize, usize)],
+    /// The size of the memory in bytes.
+    pub memory: usize,
+    /// How many calls the self-test makes, and the hash of what they give: see [`tape`].
+    pub tape: (u32, u128),
+    /// What depends on what it is.
+    pub of: Of<'a>,
+}
+
+/// What is called.
+#[derive(Debug)]
+pub enum Of<'a> {
+    /// A program, which begins with its start values.
+    Program {
+        /// The name of the function that is called once at the start.
+        startup: Option<&'a str>,
+        /// Where it has the time between two calls for itself.
+        own_cycle: Option<usize>,
+        /// The sources, for messages.
+        files: &'a [String],
+        /// The most statements in a call.
+        budget: u32,
+    },
+    /// A block, which has the time between two calls in its memory.
+    Block {
+        /// The name of the function of the restart.
+        restart: &'a str,
+        /// Where the mean of the pulse and the pulse lie, and the name of the function that writes the latter.
+        mean: Option<(usize, usize, &'a str)>,
+        /// Why settings are refused.
+        check: Option<Check<'a>>,
+        /// What a saved state consists of, in its order.
+        fields: &'a [Field],
+    },
+}
+
+/// Why a block refuses settings.
+#[derive(Debug)]
+pub struct Check<'a> {
+    /// The name of the function that says it.
+    pub call: &'a str,
+    /// Where it writes the number of the message, from 1, or 0.
+    pub refusal: usize,
+    /// Where the numbers in the message lie, one binary64 behind the other.
+    pub numbers: usize,
+    /// The messages. A number stands where they have the character 1 (a whole one without ".0") or 2.
+    pub messages: &'a [String],
+}
+
+/// A number in a saved state.
+#[derive(Clone, Debug)]
+pub struct Field {
+    /// Its name, for readers.
+    pub name: String,
+    /// Where it lies in the memory, in bytes.
+    pub offset: usize,
+    /// Its size in bytes.
+    pub size: usize,
+    /// It is 0 or 1.
+    pub is_truth: bool,
+}
+
+/// The file.
+pub fn file(parts: &Parts) -> String {
+    let Parts { name, door, .. } = parts;
+    let Door { standard, header_name, prefix, .. } = door;
+    let version = env!("CARGO_PKG_VERSION");
+    let mut text = format!(
+        "/* {name}: an FMU for co-simulation ({standard}) in one file of C99, which is C++, too. Made by plcfmu {version}.
+
+   1. What is called: the types, the operations, the functions
+   2. The table: the variables that a host sees
+   3. The door: {standard} over both, the same in every FMU
+
+   Compile it with FMI's header {header_name}, which a host has, and without options that change results: it says so itself. The
+   names of its functions begin with {name}_ unless {prefix} is defined, or DISABLE_PREFIX for none, as in a shared
+   library. Instances are allocated, or lie in a static pool of PLCFMU_MAX_INSTANCES. */
+
+#if !defined({prefix}) && !defined(DISABLE_PREFIX)
+#define {prefix} {name}_
+#endif
+#include \"{header_name}\"
+
+#include <stdlib.h>
+
+#if defined(__GNUC__)
+#define PROGRAM static __attribute__((unused))
+#else
+#define PROGRAM static
+#endif
+
+{}
+",
+        parts.law.trim_end()
+    );
+    text.push_str(&table(parts));
+    text.push_str(door.names);
+    text.push_str(DATA);
+    text.push_str(door.table);
+    DOOR.iter().for_each(|part| text.push_str(part));
+    text.push_str(TEXTS[usize::from(parts.texts.is_empty())]);
+    text.push_str(INSTANCE);
+    door.functions.iter().for_each(|part| text.push_str(part));
+    text
+}
+
+/// The table as C.
+fn table(parts: &Parts) -> String {
+    let Parts { name, variables, cycle: (cycle, period), memory, tape: (calls, test), .. } = parts;
+    let hash = (parts.door.token)(parts.hash);
+    let budget = match parts.of {
+        Of::Program { budget, .. } => budget,
+        Of::Block { .. } => u32::MAX,
+    };
+    let mut text = format!(
+        "
+/* ------------------------------------------------------------------------------------------------------------------------
+   The table: what a host sees. */
+
+#define PLCFMU_NAME {name:?}
+#define PLCFMU_GUID {:?}
+#define PLCFMU_ROWS {}u
+#define PLCFMU_CYCLE_ROW {cycle}u
+#define PLCFMU_CYCLE_NAME {:?}
+#define PLCFMU_CYCLE {period} /* ms */
+#define PLCFMU_MEMORY {memory}u /* bytes */
+#define PLCFMU_BUDGET {budget} /* statements in a call */
+#define PLCFMU_IS_BLOCK {} /* 1: a block, which has its cycle in its memory; 0: a program */
+#define PLCFMU_IN_OUTS {} /* whether there are variables that the host sets and the program writes */
+#define PLCFMU_MAY_STOP {} /* whether a call can be stopped: by an index out of bounds, or a loop without end */
+#define PLCFMU_CALL {}
+#define PLCFMU_TEST_CALLS {calls}
+#define PLCFMU_TEST_HIGH {:#x}ull
+#define PLCFMU_TEST_LOW {:#x}ull
+",
+        String::from_utf8_lossy(&fingerprint::text(hash)),
+        variables.len(),
+        variables[*cycle].name,
+        u8::from(matches!(parts.of, Of::Block { .. })),
+        u8::from(parts.places.iter().any(|(_, given)| *given == Given::EachCall)),
+        u8::from(["index_of(", "goes_on(", "stop("].iter().any(|stop| parts.law.contains(stop))),
+        parts.call,
+        (test >> 64) as u64,
+        *test as u64,
+    );
+    let fingerprint: Vec<String> = hash.to_be_bytes().iter().map(|byte| format!("{byte:#04x}")).collect();
+    let whole = [Field { name: "memory".into(), offset: 0, size: *memory, is_truth: false }];
+    let (fields, files): (&[Field], _) = match &parts.of {
+        Of::Program { startup, own_cycle, files, .. } => {
+            if let Some(startup) = startup {
+                let _ = writeln!(text, "#define PLCFMU_STARTUP {startup} /* called once at the start */");
+            }
+            if let Some(offset) = own_cycle {
+                let _ = writeln!(text, "#define PLCFMU_OWN_CYCLE {offset} /* where the program has it for itself */");
+            }
+            (&whole, files.iter().map(|file| quoted(file)).collect())
+        }
+        Of::Block { restart, mean, check, fields } => {
+            let _ = writeln!(text, "#define PLCFMU_RESTART {restart}");
+            if let Some((mean, pulse, call)) = mean {
+                let _ =
+                    writeln!(text, "#define PLCFMU_MEAN {mean} /* where the mean of the pulse lies in the memory */");
+                let _ = writeln!(text, "#define PLCFMU_PULSE {pulse}");
+                let _ = writeln!(text, "#define PLCFMU_PULSE_CALL {call} /* writes the pulse anew */");
+            }
+            if let Some(check) = check {
+                refusals(&mut text, check);
+            }
+            (fields, vec![quoted("")])
+        }
+    };
+    let _ = writeln!(text, "\n/* The GUID as bytes. */");
+    let _ = writeln!(text, "static const unsigned char plcfmu_fingerprint[16] = {{{}}};", fingerprint.join(", "));
+    let _ = writeln!(text, "\n/* The sources, for messages. */");
+    let _ = writeln!(text, "static const char *const plcfmu_files[] = {{{}}};", files.join(", "));
+    kinds(&mut text);
+    rows(&mut text, parts);
+    texts(&mut text, parts.texts);
+    references(&mut text, parts);
+    saved(&mut text, fields);
+    text
+}
+
+/// Why a block refuses settings.
+fn refusals(text: &mut String, check: &Check) {
+    let _ =
+        writeln!(text, "#define PLCFMU_CHECK {} /* refuses settings with which the block cannot run */", check.call);
+    let _ = writeln!(
+        text,
+        "#define PLCFMU_REFUSAL {} /* where it writes the number of the message, or 0 */",
+        check.refusal
+    );
+    let _ = writeln!(text, "#define PLCFMU_REFUSAL_NUMBERS {} /* where the numbers in it lie */", check.numbers);
+    let _ = writeln!(text, "\n/* The messages; \\001 and \\002 stand for the numbers. */");
+    let messages: Vec<String> = check.messages.iter().map(|message| format!("    {},\n", quoted(message))).collect();
+    let _ = writeln!(text, "static const char *const plcfmu_refusals[] = {{\n{}}};", messages.concat());
+}
+
+/// What a saved state consists of.
+fn saved(text: &mut String, fields: &[Field]) {
+    text.push_str(
+        "
+/* What a saved state has of the memory, in this order. */
+typedef struct {
+    size_t offset; /* bytes */
+    size_t size;
+    int is_truth;  /* 0 or 1 is all that it can be */
+} plcfmu_field_t;
+
+static const plcfmu_field_t plcfmu_fields[] = {
+",
+    );
+    for Field { name, offset, size, is_truth } in fields {
+        let _ = writeln!(text, "    {{{offset}, {size}, {}}}, /* {name} */", u8::from(*is_truth));
+    }
+    text.push_str("};\n");
+}
+
+/// The PLC types.
+fn kinds(text: &mut String) {
+    let constants: Vec<String> = Kind::ALL.iter().map(|kind| format!("PLCFMU_{}", kind.name())).collect();
+    let _ = writeln!(text, "\n/* The PLC types. */");
+    let _ = writeln!(text, "enum {{\n    {}\n}};", constants.join(", "));
+    text.push_str(
+        "
+typedef struct {
+    size_t size;    /* bytes */
+    double lowest;  /* of an integer; an LTIME in nanoseconds */
+    double highest;
+    const char *takes;
+} plcfmu_kind_t;
+
+static const plcfmu_kind_t plcfmu_kinds[] = {
+",
+    );
+    for kind in Kind::ALL {
+        // Up to here all integers are numbers of binary64.
+        let exact = 1_i128 << 53;
+        let (low, high) = match kind {
+            Kind::Word => (-32768, 65535),
+            Kind::Int => (-32768, 32767),
+            Kind::Bool => (0, 1),
+            // It may be given as a signed number, too.
+            Kind::DWord => (i32::MIN.into(), u32::MAX.into()),
+            kind => kind.whole().map_or((0, 0), |(low, high)| (low.max(-exact), high.min(exact))),
+        };
+        let (size, takes) = (kind.width().max(1), kind.takes());
+        let _ = writeln!(text, "    {{{size}, {low}.0, {high}.0, {takes:?}}}, /* {} */", kind.name());
+    }
+    text.push_str("};\n");
+}
+
+/// The variables.
+fn rows(text: &mut String, parts: &Parts) {
+    text.push_str(
+        "
+/* When a variable is given what the host has set, if not at once. */
+enum { PLCFMU_EACH_CALL = 1, PLCFMU_AT_START = 2 };
+
+/* What the variables are for the host. */
+enum { PLCFMU_INPUT, PLCFMU_PARAMETER, PLCFMU_FIXED, PLCFMU_CYCLE_TIME, PLCFMU_OUTPUT, PLCFMU_LOCAL };
+
+/* A variable; its value reference is its place in the table. */
+typedef struct {
+    const char *name;
+    int kind;
+    int type;      /* what a host takes it for: its place in plcfmu_types */
+    int role;
+    int held;      /* 0, PLCFMU_EACH_CALL or PLCFMU_AT_START */
+    size_t offset; /* in the memory, bytes */
+    double low;    /* what the self-test gives a floating-point number, and a time that is a parameter */
+    double high;
+} plcfmu_row_t;
+
+static const plcfmu_row_t plcfmu_rows[] = {
+",
+    );
+    let door = parts.door;
+    for (index, row) in parts.variables.iter().enumerate() {
+        let (offset, given) = parts.places.get(index).copied().unwrap_or_default();
+        let role = word(row.role);
+        let type_name = (door.type_of)(row);
+        let place = door.types.iter().position(|known| *known == type_name).unwrap_or_default();
+        let (low, high) = range(row);
+        let _ = writeln!(
+            text,
+            "    {{{}, PLCFMU_{}, {place}, PLCFMU_{role}, {}, {offset}, {low:?}, {high:?}}}, /* {index} */",
+            quoted(&row.name),
+            row.kind.name(),
+            given as u8,
+        );
+    }
+    text.push_str("};\n");
+    let types: Vec<String> = door.types.iter().map(|name| format!("{name:?}")).collect();
+    let _ = writeln!(
+        text,
+        "\n/* The types of a host. */\nstatic const char *const plcfmu_types[] = {{{}}};",
+        types.join(", ")
+    );
+}
+
+/// What value references stand for, and what outputs depend on.
+fn references(text: &mut String, parts: &Parts) {
+    let Parts { door, variables, layout, .. } = parts;
+    let layout = layout.filter(|_| door.has_arrays);
+    let count = variables.len() + parts.texts.len();
+    let _ = writeln!(text, "\n#define PLCFMU_HAS_ARRAYS {}", u8::from(layout.is_some()));
+    if door.has_arrays || door.has_dependencies {
+        let _ = write!(
+            text,
+            "#define PLCFMU_REFERENCES {count}u /* of variables and texts */
+
+/* Some places of a list. */
+typedef struct {{
+    size_t count;
+    u32_t first;
+}} plcfmu_part_t;
+"
+        );
+    }
+    let one = |reference: u32| match layout.map(|layout| layout.part(reference)) {
+        Some(Part::Array(elements)) => elements.clone(),
+        Some(Part::Inside(_)) => Vec::new(),
+        _ => vec![reference],
+    };
+    let array = |reference: u32| match layout.map(|layout| layout.part(reference)) {
+        Some(Part::Inside(first)) => *first,
+        _ => reference,
+    };
+    let all: Vec<Vec<u32>> = (0..count as u32).map(one).collect();
+    if layout.is_some() {
+        let of =
+            "The elements of each variable; an element that does not come first has none, and the place of its array";
+        lists(text, of, ("plcfmu_parts", "plcfmu_elements"), &all, |reference| Some(array(reference as u32)));
+    }
+    if door.has_dependencies {
+        let is_output = |reference: usize| match variables.get(reference) {
+            Some(row) => row.role == Role::Output,
+            None => parts.texts[reference - variables.len()].0.role == Role::Output,
+        };
+        let outputs: Vec<String> =
+            all.iter().enumerate().map(|(at, of)| u8::from(!of.is_empty() && is_output(at)).to_string()).collect();
+        let _ = writeln!(text, "\n/* Whether a variable is an output. */");
+        let _ = writeln!(text, "static const unsigned char plcfmu_is_output[] = {{{}}};", outputs.join(", "));
+        let depends = |of: &Vec<u32>| {
+            let settings = of.iter().filter_map(|element| variables.get(*element as usize)).flat_map(|row| &row.from);
+            let mut found: Vec<u32> = settings.map(|setting| array(*setting as u32)).collect();
+            found.sort_unstable();
+            found.dedup();
+            found
+        };
+        let depends: Vec<Vec<u32>> = all.iter().map(depends).collect();
+        let of = "The settings on which the value of each output after a restart depends";
+        lists(text, of, ("plcfmu_depends", "plcfmu_independents"), &depends, |_| None);
+    }
+}
+
+/// Lists of numbers, one after the other, and the place of each; that of an empty one is what `instead` says.
+fn lists(
+    text: &mut String,
+    of: &str,
+    (places, list): (&str, &str),
+    lists: &[Vec<u32>],
+    instead: impl Fn(usize) -> Option<u32>,
+) {
+    let mut first = 0;
+    let _ = writeln!(text, "\n/* {of}. */\nstatic const plcfmu_part_t {places}[] = {{");
+    for (at, one) in lists.iter().enumerate() {
+        let place = if one.is_empty() { instead(at).unwrap_or(0) } else { first };
+        let _ = writeln!(text, "    {{{}, {place}}}, /* {at} */", one.len());
+        first += one.len() as u32;
+    }
+    let mut all: Vec<String> = lists.iter().flatten().map(u32::to_string).collect();
+    if all.is_empty() {
+        // C has no array without elements.
+        all.push("0".into());
+    }
+    let lines: Vec<String> = all.chunks(24).map(|line| line.join(", ")).collect();
+    let _ = writeln!(text, "}};\nstatic const u32_t {list}[] = {{\n    {}\n}};", lines.join(",\n    "));
+}
+
+/// The texts.
+fn texts(text: &mut String, texts: &[(Text, usize, usize)]) {
+    let _ = writeln!(text, "\n#define PLCFMU_TEXT_COUNT {}u", texts.len());
+    if texts.is_empty() {
+        return;
+    }
+    let mut given = 0;
+    let mut rows = String::new();
+    for (index, (of, offset, size)) in texts.iter().enumerate() {
+        let _ = writeln!(
+            rows,
+            "    {{{}, {}, PLCFMU_{}, {offset}, {size}, {}, {}, {given}}}, /* {index} */",
+            quoted(of.name),
+            quoted(&of.ty.name()),
+            word(of.role),
+            of.ty.most,
+            u8::from(of.ty.is_wide),
+        );
+        // A character of UTF-16 has at most three bytes in UTF-8, one of ISO 8859-1 two.
+        given += usize::from(of.ty.most) * (2 + usize::from(of.ty.is_wide)) + 1;
+    }
+    let _ = write!(
+        text,
+        "#define PLCFMU_TEXTS PLCFMU_TEXT_COUNT
+#define PLCFMU_TEXT_BYTES {given} /* of all texts in UTF-8 */
+
+/* A text; its value reference is its place in the table, behind the variables. */
+typedef struct {{
+    const char *name;
+    const char *type;
+    int role;
+    size_t offset; /* in the memory, bytes: the number of characters in 16 bits, then the characters */
+    size_t size;   /* there, bytes */
+    u32_t most;    /* characters */
+    int is_wide;   /* characters have 16 bits */
+    size_t given;  /* where a host is given it */
+}} plcfmu_text_row_t;
+
+static const plcfmu_text_row_t plcfmu_text_rows[] = {{
+{rows}}};
+"
+    );
+}
+
+/// A role as C has it.
+fn word(role: Role) -> &'static str {
+    match role {
+        Role::Input => "INPUT",
+        Role::Parameter => "PARAMETER",
+        Role::Fixed => "FIXED",
+        Role::Cycle => "CYCLE_TIME",
+        Role::Output => "OUTPUT",
+        Role::Local => "LOCAL",
+    }
+}
+
+/// A text as C has it.
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from('"');
+    for byte in text.bytes() {
+        match byte {
+            b'"' | b'\\' => quoted.extend(['\\', char::from(byte)]),
+            b' '..=b'~' => quoted.push(char::from(byte)),
+            // Three digits, so that none behind it belongs to it.
+            other => {
+                let _ = write!(quoted, "\\{other:03o}");
+            }
+        }
+    }
+    quoted.push('"');
+    quoted
+}
+
+/// Whether the self-test draws a variable.
+fn is_drawn(of: &Variable) -> bool {
+    let is_setting = of.role == Role::Parameter;
+    of.role == Role::Input || is_setting && matches!(of.kind, Kind::Real | Kind::LReal | Kind::Time | Kind::Bool)
+}
+
+/// Between which numbers the self-test draws a floating-point number, or a time that is a parameter: parameters near their start
+/// values, with which the block does something.
+fn range(of: &Variable) -> (f64, f64) {
+    match of.range {
+        _ if of.role == Role::Parameter && of.kind == Kind::Time => (0.5 * of.start, 1.5 * of.start),
+        _ if of.role == Role::Parameter => (of.start - 1.0, of.start + 1.0),
+        (Some(low), Some(high)) if of.kind.class() == Class::Real => (low, high),
+        _ => (-100.0, 100.0),
+    }
+}
+
+/// What the self-test calls. Its inputs and parameters have their start values; it is restarted already.
+pub trait Subject {
+    /// Why a value is refused, or a call.
+    type Error;
+    /// Writes an input.
+    ///
+    /// # Errors
+    /// The input does not take it.
+    fn set(&mut self, row: usize, number: f64) -> Result<(), Self::Error>;
+    /// Makes a call, and says whether it came to its end.
+    ///
+    /// # Errors
+    /// There is none to be made.
+    fn call(&mut self) -> Result<bool, Self::Error>;
+    /// Reads a variable as a number: times in seconds, TRUE as 1.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    fn get(&mut self, row: usize) -> Result<f64, Self::Error>;
+}
+
+impl<B: Cyclic> Subject for B {
+    type Error = std::convert::Infallible;
+
+    fn set(&mut self, row: usize, number: f64) -> Result<(), Self::Error> {
+        if let Ok(value) = to_value(number, self.table().rows[row].kind) {
+            Cyclic::set(self, row, value);
+        }
+        Ok(())
+    }
+
+    fn call(&mut self) -> Result<bool, Self::Error> {
+        Cyclic::call(self);
+        Ok(self.stopped().is_none())
+    }
+
+    fn get(&mut self, row: usize) -> Result<f64, Self::Error> {
+        Ok(Cyclic::get(self, row).map_or(0.0, number))
+    }
+}
+
+/// Makes the calls of the self-test, up to one that stops the program, with inputs that are drawn. Says how many they are, and the
+/// hash of all variables after each.
+///
+/// # Errors
+/// What the subject refuses.
+pub fn tape<S: Subject>(variables: &[Variable], subject: &mut S) -> Result<(u32, u128), S::Error> {
+    let (mut seed, mut hash) = (1_u32, BASIS);
+    let mut next = || {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        seed >> 8
+    };
+    for call in 0..CALLS {
+        for (index, of) in variables.iter().enumerate().filter(|(_, of)| is_drawn(of)) {
+            // Each changes in one of four calls.
+            if next() >= 1 << 22 && call > 0 {
+                continue;
+            }
+            subject.set(index, drawn(of, f64::from(next())))?;
+        }
+        if !subject.call()? {
+            return Ok((call, hash));
+        }
+        for index in 0..variables.len() {
+            let value = subject.get(index)?;
+            // Processors differ in the bits of what is not a number.
+            let value = if value.is_nan() { f64::NAN } else { value };
+            hash = fingerprint::hash(hash, &value.to_bits().to_le_bytes());
+        }
+    }
+    Ok((CALLS, hash))
+}
+
+/// A value of the tape, of a number from 0 to 2^24 - 1. One of four BOOLs is TRUE, and half of the inputs are small, so that a
+/// controller is neither restarted nor at a limit all the time.
+fn drawn(of: &Variable, number: f64) -> f64 {
+    let (low, high) = range(of);
+    let between = low + (high - low) * (number / 16_777_216.0);
+    match of.kind {
+        Kind::Bool => f64::from(number < 4_194_304.0),
+        Kind::Real | Kind::LReal if of.role == Role::Input => {
+            between * [1.0, 1.0, 0.0625, 0.00390625][number as usize % 4]
+        }
+        Kind::Real | Kind::LReal => between,
+        Kind::Time if of.role == Role::Parameter => (between * 1000.0).floor() / 1000.0,
+        Kind::Time | Kind::LTime => (number / 4096.0).floor() / 1000.0,
+        _ => (number / 167_773.0).floor(),
+    }
+}

@@ -1,0 +1,123 @@
+
+/* --- Variables by value reference -------------------------------------------------------------------------------------- */
+
+/* Variables of which a host names the first; each has one value, but an array one for each element. */
+typedef struct {
+    const plcfmu_reference_t *references;
+    size_t count;
+    size_t element; /* the next one of an array */
+} plcfmu_walk_t;
+
+static plcfmu_walk_t plcfmu_walk(const plcfmu_reference_t *references, size_t count) {
+    plcfmu_walk_t walk = {NULL, 0, 0};
+    walk.references = references;
+    walk.count = count;
+    return walk;
+}
+
+/* Goes to the next value, of the variable in the table with the number `row`; 0 at the end. */
+static int plcfmu_next_value(plcfmu_walk_t *walk, u32_t *row) {
+#if PLCFMU_HAS_ARRAYS
+    while (walk->count > 0) {
+        u32_t reference = *walk->references;
+        if (reference >= PLCFMU_REFERENCES) {
+            break;
+        }
+        if (walk->element < plcfmu_parts[reference].count) {
+            *row = plcfmu_elements[plcfmu_parts[reference].first + walk->element];
+            walk->element += 1;
+            return 1;
+        }
+        walk->element = 0;
+        walk->references += 1;
+        walk->count -= 1;
+    }
+#endif
+    if (walk->count == 0) {
+        return 0;
+    }
+    *row = *walk->references;
+    walk->references += 1;
+    walk->count -= 1;
+    return 1;
+}
+
+/* Refuses a reference that is not one of a variable of the type that `access` reads or writes. */
+static plcfmu_status_t plcfmu_no_variable(plcfmu_text_t *text, u32_t reference, const char *access) {
+    plcfmu_say(text, "value reference ");
+    plcfmu_say_whole(text, reference);
+    if (reference < PLCFMU_ROWS) {
+        const char *own = plcfmu_types[plcfmu_rows[reference].type];
+        plcfmu_say(text, " is ");
+        plcfmu_say(text, plcfmu_rows[reference].name);
+        plcfmu_say(text, ", of type ");
+        plcfmu_say(text, own);
+        plcfmu_say(text, ": use " PLCFMU_PREFIX);
+        plcfmu_say(text, access);
+        plcfmu_say(text, own);
+#ifdef PLCFMU_TEXTS
+    } else if (reference - PLCFMU_ROWS < PLCFMU_TEXTS) {
+        plcfmu_say(text, " is ");
+        plcfmu_say(text, plcfmu_text_rows[reference - PLCFMU_ROWS].name);
+        plcfmu_say(text, ", of type String: use " PLCFMU_PREFIX);
+        plcfmu_say(text, access);
+        plcfmu_say(text, "String");
+#endif
+    } else {
+        plcfmu_say(text, " is unknown: they go from 0 to ");
+        plcfmu_say_whole(text, PLCFMU_ROWS + PLCFMU_TEXT_COUNT - 1);
+    }
+    return PLCFMU_REFUSED;
+}
+
+static plcfmu_status_t plcfmu_check(plcfmu_text_t *text, u32_t row, int of, const char *access) {
+    if (row >= PLCFMU_ROWS || plcfmu_rows[row].type != of) {
+        return plcfmu_no_variable(text, row, access);
+    }
+    return PLCFMU_OK;
+}
+
+/* The block as a restart would leave it, if that is possible. */
+static const plcfmu_block_t *plcfmu_restarted(plcfmu_component_t *c) {
+    const plcfmu_block_t *shown = &c->instance.block;
+    if (plcfmu_cycle(shown) >= 1) {
+        if (plcfmu_check_settings(&c->instance.block, &c->text) == PLCFMU_OK) {
+            plcfmu_restart(shown, &c->other, &c->before, &c->text);
+            shown = &c->other;
+        }
+        c->text.length = 0;
+        c->text.text[0] = '\0';
+    }
+    return shown;
+}
+
+/* The block with what it computes. In Initialization Mode it has the values that the restart would give, if that is possible. */
+static const plcfmu_block_t *plcfmu_shown(plcfmu_component_t *c, plcfmu_walk_t walk) {
+    int is_asked = 0;
+    u32_t row;
+    while (c->instance.state == PLCFMU_INITIALIZATION && plcfmu_next_value(&walk, &row)) {
+        is_asked |= row < PLCFMU_ROWS && row != PLCFMU_CYCLE_ROW && !plcfmu_is_settable(&plcfmu_rows[row]);
+    }
+    return is_asked ? plcfmu_restarted(c) : &c->instance.block;
+}
+
+/* The bits of a variable, of which `block` has what is computed. */
+static i64_t plcfmu_bits_shown(const plcfmu_component_t *c, const plcfmu_block_t *block, u32_t row) {
+    int is_set = row == PLCFMU_CYCLE_ROW || plcfmu_is_settable(&plcfmu_rows[row]);
+    return plcfmu_bits(is_set ? &c->instance.block : block, row);
+}
+
+/* Whether a variable can be set to a number now; `text` has the number if not. */
+static plcfmu_status_t plcfmu_may_set(plcfmu_component_t *c, u32_t reference) {
+    const plcfmu_row_t *row = &plcfmu_rows[reference];
+    int is_fixed = row->role == PLCFMU_FIXED || row->role == PLCFMU_CYCLE_TIME;
+    if (row->role == PLCFMU_INPUT || row->role == PLCFMU_PARAMETER
+        || (is_fixed && c->instance.state != PLCFMU_STEP_COMPLETE
+            && c->instance.state != PLCFMU_EVENT_MODE)) {
+        return PLCFMU_OK;
+    }
+    plcfmu_say(&c->text, row->name);
+    return plcfmu_refuse(&c->text, is_fixed ? " is a fixed parameter: set it before " PLCFMU_PREFIX "ExitInitializationMode, or "
+                                              "call " PLCFMU_PREFIX "Reset first"
+                                            : " is computed by the block and can only be read");
+}

@@ -1,0 +1,15 @@
+/* What FMI 2.0 calls what the rest of the file uses. */
+typedef fmi2Status plcfmu_status_t;
+typedef fmi2ValueReference plcfmu_reference_t;
+typedef fmi2CallbackLogger plcfmu_logger_t;
+#define PLCFMU_OK fmi2OK
+#define PLCFMU_REFUSED fmi2Error
+#define PLCFMU_PREFIX "fmi2"
+#define PLCFMU_REFERENCES_NAME "vr"
+#define PLCFMU_VALUES_NAME "value"
+#define PLCFMU_INSTANTIATE_NAME "fmi2Instantiate"
+
+static void plcfmu_log(plcfmu_logger_t logger, void *environment, const char *name, plcfmu_status_t status, const char *category,
+                       const char *text) {
+    logger(environment, name, status, category, "%s", text);
+}
