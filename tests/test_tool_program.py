@@ -285,12 +285,14 @@ def test_a_corrected_program_takes_the_place_of_the_earlier_one_with_its_values(
     page = open_tool(LAPTOP)
     drop(page, ("counter.scl", COUNTER))
     set_input(page, "step", 2)
+    page.evaluate("async () => (await moduleOf('tool/store.js')).store.now({ CYCLE: 0.5 })")
     press = page.get_by_role("button", name="One cycle")
     press.click()
     wait_for_calls(page, 1)
     drop(page, ("counter.scl", COUNTER.replace("IF #up THEN", "IF NOT #up THEN")))
     line(page, 6).get_by_text("NOT #up").wait_for()
     assert page.locator("#input-step").input_value() == "2"
+    assert page.evaluate("async () => (await moduleOf('tool/store.js')).store.loop.settings.CYCLE.sent") == 0.5
     press.click()
     page.locator('.program [data-line="7"].has-run').wait_for()
     assert line(page, 7).locator(".values").inner_text().split() == ["count", "2", "step", "2"]

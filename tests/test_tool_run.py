@@ -332,6 +332,11 @@ def test_the_same_test_has_the_stimuli_of_before_and_the_settings_of_now(tool, r
     assert {number(value) for value in table["TIC101.GAIN"]} == {0.5}
     names = tool.locator("#runs tbody tr").evaluate_all("rows => rows.map(row => row.cells[1].innerText)")
     assert names == ["GAIN 2", "GAIN 0.5"]
+    # A disturbance belongs to its run: the next one begins without it.
+    tool.get_by_role("button", name="Reset", exact=True).click()
+    tool.wait_for_function("() => Number(document.querySelector('#disturbance').value) === 0")
+    begins = tool.evaluate("async () => (await moduleOf('tool/store.js')).store.setup().members[1].values")
+    assert begins.get("LOAD", 0) == 0
 
 
 def test_an_applied_setting_is_tried_with_one_button_and_drawn_while_it_is_typed(tool, run_described):

@@ -120,9 +120,14 @@ export async function openProgram(files) {
     return files.length > 0 && (sources.every(isIn(files)) || (isFolder && files.every(isIn(sources))));
   });
   const earlier = programOf(before)?.program;
+  // The cycle that was set for the loop stays.
+  const cycle = before?.settings[before.description.cycle ?? ""];
+  const own = cycle && cycle.sent !== cycle.start ? { cycle: Number(cycle.sent) } : {};
   const others = earlier?.files.map((one) => sources.find(({ file }) => file === one.file) ?? one) ?? [];
-  const program = { ...earlier, files: [...others, ...sources.filter((one) => !isIn(others)(one))] };
-  return translate(/** @type {Program} */ (program), before);
+  const program = { ...earlier, ...own, files: [...others, ...sources.filter((one) => !isIn(others)(one))] };
+  const loop = await translate(/** @type {Program} */ (program), before);
+  if (loop && isFolder) loop.notes.isFolder = true;
+  return loop;
 }
 
 /** What an FMU of the catalogue was translated from, if it is a program that was opened here. @param {string} fmu */

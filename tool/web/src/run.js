@@ -453,9 +453,9 @@ function seconds(time, step) {
 }
 
 /** @param {import("./messages").Values} values */
-async function now(values) {
+async function now(values, isEvent = false) {
   try {
-    await store.now(values);
+    await store.now(values, isEvent);
     scheduleDone();
     return true;
   } catch (error) {
@@ -565,7 +565,7 @@ function disturbanceControl(disturbing) {
       const box = element("input", { type: "checkbox", id: "disturbance", checked: value === true });
       box.addEventListener("change", () => {
         disturbing[at].value = box.checked;
-        now({ [name]: box.checked });
+        now({ [name]: box.checked }, true);
       });
       fields.set(name, (next) => {
         box.checked = next === true;
@@ -575,7 +575,7 @@ function disturbanceControl(disturbing) {
     }
     const field = numberField("", "disturbance", variable, value, (next) => {
       disturbing[at].value = next;
-      now({ [name]: next });
+      now({ [name]: next }, true);
     });
     attribute(field.input, "aria-label", `Disturbance ${name}`);
     fields.set(name, field.follow);

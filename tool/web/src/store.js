@@ -585,8 +585,9 @@ export const store = {
    * Sets values at once, in the field, in force and in the run: by the controller's names, `MEMBER.VARIABLE` of the others.
    *
    * @param {Values} values
+   * @param {boolean} [isEvent] it belongs to the run that goes on: the next one begins without it
    */
-  async now(values) {
+  async now(values, isEvent = false) {
     const loop = store.loop;
     if (!loop) return undefined;
     const full = named(loop, values);
@@ -599,8 +600,8 @@ export const store = {
     for (const [name, value] of Object.entries(full)) {
       const [member, variable] = split(name);
       const other = loop.members.find((one) => one.name === member);
-      if (other) other.values = { ...other.values, [variable]: value };
-      else if (loop.settings[variable]) {
+      if (other && !(isEvent && isGoing)) other.values = { ...other.values, [variable]: value };
+      else if (!other && loop.settings[variable]) {
         loop.settings[variable].sent = value;
         own[variable] = value;
       }

@@ -79,7 +79,9 @@ async function open(place) {
     element(
       "p",
       { class: "faint" },
-      `Keep what is expected of the program. Then: plcfmu test ${file}, beside ${of.program.files.map((one) => one.file).join(", ")}.`,
+      `Keep what is expected of the program. Then: plcfmu test ${file}, ${
+        loop.notes.isFolder ? "in the program's folder" : `beside ${of.program.files.map((one) => one.file).join(", ")}`
+      }.`,
     ),
     element("ul", { class: "test-steps" }, told),
     items.length > LISTED && element("p", { class: "faint" }, `and ${items.length - LISTED} more, which are kept.`),
@@ -225,7 +227,8 @@ function written(loop, items, name) {
   const list = (/** @type {string[]} */ texts) => `[${texts.map(quoted).join(", ")}]`;
   const head = [
     `# Recorded on the page of plcfmu: plcfmu test ${of.compiled.block}_test.toml`,
-    `sources = ${list(files.map(({ file }) => file))}`,
+    // Without sources, the program is the folder that the file lies in.
+    loop.notes.isFolder ? "" : `sources = ${list(files.map(({ file }) => file))}`,
     `cycle = "${Math.round((store.state?.step ?? 1) * 1000)}ms"`,
     run ? `fb = ${quoted(run)}` : "",
     cpu ? `cpu = ${quoted(cpu)}` : "",
