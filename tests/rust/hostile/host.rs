@@ -38,6 +38,8 @@ pub struct Slot {
     /// The last step was so short that it is advised on, once in the life of an instance.
     pub is_step_odd: bool,
     is_step_advised: bool,
+    /// Whether it was said that a variable of another type counts as a Real.
+    is_conversion_advised: bool,
     pub model: Model,
     /// The whole instance, serialized after the last call.
     pub bytes: Vec<u8>,
@@ -176,6 +178,7 @@ impl<'a> Host<'a> {
             logged: [true, logging_on != 0, true, logging_on != 0],
             is_step_odd: false,
             is_step_advised: false,
+            is_conversion_advised: false,
             model: Model::new(self.fmu),
             bytes: Vec::new(),
             saved: Vec::new(),
@@ -348,13 +351,16 @@ impl<'a> Host<'a> {
     }
 }
 
-/// Advice comes with the restart, as often as the block likes, and once with an odd step; nothing else is logged where a call
-/// succeeds.
+/// Advice comes with the restart, as often as the block likes, once with an odd step, and once with a variable that is converted to
+/// or from a Real; nothing else is logged where a call succeeds.
 fn check_advice(name: &str, slot: &mut Slot, entries: &[Entry], what: &What) {
     let is_due = name == "fmi2DoStep" && slot.is_step_odd && !slot.is_step_advised && slot.logged[ADVICE];
     let may_advise = name == "fmi2ExitInitializationMode" && slot.logged[ADVICE];
-    assert!(may_advise || entries.len() == usize::from(is_due), "{what}: {entries:?}");
+    let may_convert = name.ends_with("Real") && !slot.is_conversion_advised && slot.logged[ADVICE];
+    let is_converted = may_convert && entries.len() == 1;
+    assert!(may_advise || is_converted || entries.len() == usize::from(is_due), "{what}: {entries:?}");
     slot.is_step_advised |= is_due;
+    slot.is_conversion_advised |= is_converted;
     for entry in entries {
         assert_eq!((entry.status, entry.category.as_str()), (Status::Ok, CATEGORIES[ADVICE]), "{what}");
         let advice = entry.text.strip_prefix(name).and_then(|rest| rest.strip_prefix(": "));

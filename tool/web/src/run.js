@@ -159,6 +159,7 @@ export function mount(content) {
     showDone();
   });
   store.on("plant", showControls);
+  store.on("run", showControls);
   store.on("settings", followSettings);
   store.on("applied", async (/** @type {string[]} */ names) => {
     const { loop, state } = store;
