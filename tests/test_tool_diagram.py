@@ -372,7 +372,7 @@ def test_in_a_parallel_loop_a_call_has_what_it_left(open_tool, command, tmp_path
     assert page.evaluate("async () => (await moduleOf('tool/store.js')).store.loop.exchange") == "parallel"
     run_calls(page, 60, 0.5)
     # It starts in the first call.
-    page.keyboard.press("Home")
+    page.evaluate("async () => (await moduleOf('tool/moment.js')).lookAt(0)")
     step = "async () => (await moduleOf('tool/moment.js')).momentValues()['FILLING.step']"
     until(page, f"async () => (await ({step})()) === 10")
     show_tab(page, "Log")
@@ -463,13 +463,13 @@ def test_a_wrong_value_is_followed_to_the_input_that_caused_it(open_tool):
     set_input(page, "start", True)
     one_cycle(page)
     set_input(page, "start", False)
-    one_cycle(page, 3)
+    one_cycle(page)
     label(page, "TankFilling.step").get_by_role("button", name="Why step?").click()
-    why.get_by_text(re.compile("^Why is step 10 at 0.6")).wait_for()
-    assert re.search("At 0.3 s this wrote it: .*#step := #OPEN", wrote.inner_text(), re.S)
+    why.get_by_text(re.compile("^Why is step 10 at 2 s")).wait_for()
+    assert re.search("At 1.5 s this wrote it: .*#step := #OPEN", wrote.inner_text(), re.S)
     assert re.search(r"in the CASE of .*step 0$", wrote.locator("li", has_text="CASE").inner_text(), re.S)
     wrote.get_by_role("button", name="startEdge.Q TRUE").click()
-    why.get_by_text("Why is startEdge.Q TRUE at 0.3 s?").wait_for()
+    why.get_by_text("Why is startEdge.Q TRUE at 1.5 s?").wait_for()
     # Connected inputs say where they come from; what is forced says so.
     other = open_tool(LAPTOP)
     drop(other, PROGRAMS / "tank.scl", PROGRAMS / "tank_plant.scl")
