@@ -113,7 +113,7 @@ export async function valuesAt(call) {
   const found = await row(call, late.length > 0 ? names.filter((name) => !late.includes(name)) : names);
   if (late.length === 0) return found;
   if (call + 1 < calls) return { ...found, ...(await row(call + 1, late)) };
-  return { ...found, ...Object.fromEntries(late.map((name) => [name, after?.[name]])) };
+  return { ...found, ...Object.fromEntries(late.map((name) => [name, after?.[name] ?? "NaN"])) };
 }
 
 /** Values in the row of a call. @param {number} call @param {string[]} variables @returns {Promise<Values>} */
