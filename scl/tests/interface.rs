@@ -131,7 +131,7 @@ fn a_structured_in_out_of_the_block_that_is_run_has_a_variable_of_its_own() {
     let compiled = compile(&[Source::new("b.scl", source.into())], &Options::default()).unwrap();
     assert!(compiled.root.is_none());
     let warning = compiled.warnings[0].to_string();
-    assert!(warning.contains("the bounds of the parameter a come from a caller"), "{warning}");
+    assert!(warning.contains("the bounds of the parameter a come from the caller"), "{warning}");
 }
 
 /// A buffer before the output: 200,000 elements, and a structure with an array of 1,000 and one of 1,001.
