@@ -40,7 +40,7 @@
 //! The core is what a PLC does around a block, and what a host may ask of it, whatever the version of FMI: [`clock`] says
 //! which calls fall into a step, [`session`] makes them, [`mean`] averages the pulse over them; [`instance`] gives and takes
 //! values by number, [`state`] says what is allowed when, [`component`] saves states, [`preset`] reads other start values,
-//! [`door`] catches panics and logs; [`refusal`] says why a call is refused, and [`interface`] describes the library and [`table`] the block. [`ordinary`] is
+//! [`mod@door`] catches panics and logs; [`refusal`] says why a call is refused, and [`interface`] describes the library and [`table`] the block. [`ordinary`] is
 //! the shortcut for what a host does in every cycle, and [`abreast`] the same for several instances at once. [`v2`] is FMI 2.0 for
 //! co-simulation over this core: a table of C functions, which shares its unsafe code with other versions in `pointers`.
 //!

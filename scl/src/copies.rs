@@ -1,7 +1,6 @@
 //! Blocks found in several sources, for example exported in two formats: one block if all copies are the same program.
 
 use crate::compiler::{BlockId, Compiler};
-use crate::format::Format;
 use crate::lexer::{Token, tokens};
 use crate::program::{Body, Program, Type};
 use crate::report::Report;
@@ -43,7 +42,7 @@ impl Compiler<'_> {
     fn has_same_words(&self, one: BlockId, other: BlockId) -> bool {
         let words = |(file, index): BlockId| {
             // Of XML, words say nothing.
-            if Format::of(&self.sources[file].text) != Format::Scl {
+            if self.sources[file].text.trim_start_matches('\u{feff}').trim_start().starts_with('<') {
                 return None;
             }
             let text = self.text(*self.trees[file].extents.get(index)?);

@@ -346,8 +346,9 @@ impl Diagnosis<'_> {
         for Tried { outcome, changes, range, confused, .. } in all {
             let total = self.comparison.recording.rows;
             let outcome = if self.rows < total { self.comparison.run(&outcome.variant, total)? } else { outcome };
-            // What makes fewer values differ, and those by more, is not nearer.
-            let is_farther = outcome.different() > 0 && outcome.largest() > base.largest();
+            // What makes fewer values differ, and those by more, is not nearer: a limit that rounded values touch is known less
+            // exactly, and would be accepted by what it adds to the tolerance.
+            let is_farther = outcome.largest() > base.largest();
             if rank(&outcome) >= rank(base) || is_farther {
                 continue;
             }

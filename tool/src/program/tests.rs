@@ -145,8 +145,10 @@ fn the_cycle_is_that_of_a_comment_or_a_constant() {
     );
     assert_eq!(cycle(main), (json!(0.02), "the comment of Cyclic".into()));
     // A controller computes with the period that it is told.
-    let told =
-        PUMP.replace("VAR t ", "VAR pid : CONT_C; t ").replace("#calls += 1", "#pid(CYCLE := T#500ms); #calls += 1");
+    let sub = "FUNCTION_BLOCK \"Sub\" VAR_INPUT CYCLE : Time; END_VAR BEGIN ; END_FUNCTION_BLOCK\n";
+    let calls =
+        PUMP.replace("VAR t ", "VAR pid : \"Sub\"; t ").replace("#calls += 1", "#pid(CYCLE := T#500ms); #calls += 1");
+    let told = format!("{sub}{calls}");
     assert_eq!(cycle(told), (json!(0.5), "the CYCLE that Pump passes to pid".into()));
 }
 

@@ -72,8 +72,9 @@ function ofChange(change, variables) {
  * @param {Suspect} suspect
  * @param {Block} block
  */
-export function changed({ changes, range, confused }, { variables }) {
+export function changed({ changes, since, range, confused }, { variables }) {
   const all = changes.map((change) => ofChange(change, variables));
+  if (since) all.push(`${ofChange(since.change, variables)} from ${rounded(since.latest[1], "LREAL")} s on`);
   const doubts = [];
   if (range) {
     const searched = changes.flatMap((change) =>
