@@ -315,10 +315,10 @@ def test_a_run_as_fast_as_it_goes_that_never_rests_ends_and_says_so(open_tool):
     page.locator("#open-files").set_input_files({"name": "count.scl", "mimeType": "text/plain", "buffer": source.encode()})
     page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
     page.get_by_role("button", name="Run", exact=True).click()
-    page.locator("#run .status").get_by_text("paused, not settled, 20000 cycles").wait_for(timeout=60_000)
+    page.locator("#run .status").get_by_text("paused, not settled, 20000 cycles").wait_for(timeout=180_000)
     # Another Run goes on.
     page.get_by_role("button", name="Run", exact=True).click()
-    page.locator("#run .status").get_by_text("40000 cycles").wait_for(timeout=60_000)
+    page.locator("#run .status").get_by_text("40000 cycles").wait_for(timeout=180_000)
 
 
 PLACES = """() => Object.fromEntries(['#curves', '#curves .chart', '#run', '#panels', '#tabs', '#fields'].map(selector => {
