@@ -4,7 +4,9 @@ use control::replay::{Change, Conclusion, Doubt, Replayed, Request, Why, replay}
 use run::fmus::Fmus;
 use run::system::Value;
 use std::fmt::Write;
+use tool::home::Home;
 use tool::message::Member;
+use tool::session::Session;
 use tool_wasm::home::Linked;
 
 type Values<'a> = &'a [(&'a str, f64)];
@@ -253,4 +255,32 @@ fn a_controller_at_its_limit_is_not_taken_for_one_in_manual_mode() {
     assert_eq!(replayed.doubt, None);
     let has_manual = |suspect: &control::replay::Suspect| suspect.values.contains_key("MAN_ON");
     assert!(!replayed.suspects.iter().any(has_manual), "{:?}", replayed.suspects);
+}
+
+#[test]
+fn a_limit_that_rounded_values_touch_does_not_explain_a_gain_that_was_changed_by_hand() {
+    let home = Linked::new();
+    let title = "A furnace with a continuous controller and an analog word";
+    let setup = home.known_loops().into_iter().find(|of| of.title == title).unwrap().setup;
+    let mut session = Session::default();
+    session.start(&home, setup.clone()).unwrap();
+    session.run(300).unwrap();
+    session.send(&[("CONT_C.GAIN".to_string(), Value::Number(1.2))].into_iter().collect()).unwrap();
+    session.run(300).unwrap();
+    let record = session.record(None).unwrap();
+    let mut text = String::from("time,SP_INT,PV,LMN\n");
+    let columns = ["SP_INT", "PV", "LMN"].map(|name| record.column(&format!("CONT_C.{name}")).unwrap());
+    for call in 0..600 {
+        let row = columns.map(|column| format!("{:.2}", record.trace().get(column, call)));
+        writeln!(text, "{call},{}", row.join(",")).unwrap();
+    }
+    let controller = setup.members.into_iter().next().unwrap();
+    let request = Request { controller, text, columns: Vec::new(), tolerance: None, try_suspects: true };
+    let replayed = replay(&home, &request).unwrap();
+    let found = replayed.suspects.iter().find(|suspect| suspect.fits).unwrap();
+    let values: Vec<(&str, Value)> = found.values.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+    assert_eq!(values, [("GAIN", Value::Number(f64::from(1.2_f32)))], "{:?}", replayed.suspects);
+    // A row has the output of the call before.
+    let since = found.since.as_ref().unwrap();
+    assert!((300..=301).contains(&since.latest.0), "{since:?}");
 }
