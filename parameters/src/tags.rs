@@ -16,6 +16,7 @@ pub mod workbook;
 use crate::problem::{Problem, Problems, quoted};
 use crate::source::Source;
 use std::fmt;
+use std::ops::Range;
 
 pub use lines::{Declared, declaration};
 pub use sheet::of_sheet;
@@ -124,6 +125,23 @@ pub fn address(text: &str) -> Option<String> {
         && matches!(bit.as_bytes(), [b'0'..=b'7'])
         && rest.len() - digits.len() <= 1;
     (is_number || rest == "*").then(|| format!("%{area}{rest}"))
+}
+
+/// The letter of the area and the bits that an address of [`address`] covers; `None` for an area alone.
+pub fn bits(address: &str) -> Option<(char, Range<u64>)> {
+    let mut letters = address.trim_start_matches('%').chars();
+    let (area, rest) = (letters.next()?, letters.as_str());
+    let digits = rest.trim_start_matches(char::is_alphabetic);
+    let width = match rest.chars().next()? {
+        'B' => 8,
+        'W' => 16,
+        'D' => 32,
+        'L' => 64,
+        _ => 1,
+    };
+    let (byte, bit) = digits.split_once('.').unwrap_or((digits, "0"));
+    let first = byte.parse::<u64>().ok()? * 8 + bit.parse::<u64>().ok()?;
+    Some((area, first..first + width))
 }
 
 /// The address of a tag in a table, if it has one; S5 timers and counters have areas of their own.

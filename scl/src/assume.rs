@@ -227,13 +227,12 @@ impl<'a> Declared<'a> {
     fn assumption(&self, constant: usize, is_new: bool) -> Assumption {
         let name = &self.of.name;
         let stub = "its inputs are outputs of the FMU, and its outputs inputs";
-        let (what, text) = match self.kind {
-            Kind::Variable if self.system_address().is_some() => {
-                let (address, of) = self.system_address().unwrap_or_default();
+        let (what, text) = match (self.kind, self.system_address()) {
+            (Kind::Variable, Some((address, of))) => {
                 let what = format!("system or clock memory at {address}");
                 (what, format!("VAR_GLOBAL\n   \"{name}\" AT {address} : {of};\nEND_VAR\n"))
             }
-            Kind::Variable => {
+            (Kind::Variable, None) => {
                 let of = self.node.written("   ");
                 let what = match (self.node.of(), self.node.members.len()) {
                     _ if self.node.element.is_some() => "array".to_string(),
@@ -243,20 +242,20 @@ impl<'a> Declared<'a> {
                 };
                 (what, format!("VAR_GLOBAL\n   \"{name}\" : {of};\nEND_VAR\n"))
             }
-            Kind::Constant => (
+            (Kind::Constant, _) => (
                 format!("constant {constant}: its value is unknown, correct it"),
                 format!("VAR_GLOBAL CONSTANT\n   \"{name}\" : INT := {constant};\nEND_VAR\n"),
             ),
-            Kind::Structure => {
+            (Kind::Structure, _) => {
                 let lines = self.node.lines("   ");
                 // An empty STRUCT is invalid in SCL.
                 let lines = if lines.is_empty() { format!("   reserved : {DEFAULT};\n") } else { lines };
                 let count = lines.lines().count();
                 (format!("type with {count} lines"), format!("TYPE \"{name}\"\nSTRUCT\n{lines}END_STRUCT;\nEND_TYPE\n"))
             }
-            Kind::Function => (format!("stub of a function: {stub}"), self.function()),
-            Kind::Block => (format!("stub of a function block: {stub}"), self.block(name)),
-            Kind::Instance => {
+            (Kind::Function, _) => (format!("stub of a function: {stub}"), self.function()),
+            (Kind::Block, _) => (format!("stub of a function block: {stub}"), self.block(name)),
+            (Kind::Instance, _) => {
                 let block = self.block_name();
                 let text = if is_new { self.block(&block) } else { String::new() };
                 let instance = format!("VAR_GLOBAL\n   \"{name}\" : \"{block}\";\nEND_VAR\n");
@@ -274,8 +273,7 @@ impl<'a> Declared<'a> {
     }
 
     fn block(&self, name: &str) -> String {
-        let sections = sections(&self.formals);
-        format!("FUNCTION_BLOCK \"{name}\"\n{{ {STUB} := 'TRUE' }}\n{sections}BEGIN\nEND_FUNCTION_BLOCK\n")
+        function_block(name, &sections(&self.formals))
     }
 
     fn function(&self) -> String {
@@ -360,12 +358,8 @@ impl Compiler<'_> {
             ("VAR_IN_OUT", SectionKind::InOut),
             ("VAR", SectionKind::Static),
         ];
-        let sections = words.map(|(word, of)| match self.lines(interface, of) {
-            lines if lines.is_empty() => lines,
-            lines => format!("{word}\n{lines}END_VAR\n"),
-        });
-        let name = &interface.name;
-        format!("FUNCTION_BLOCK \"{name}\"\n{{ {STUB} := 'TRUE' }}\n{}BEGIN\nEND_FUNCTION_BLOCK\n", sections.concat())
+        let sections = words.map(|(word, of)| section(word, &self.lines(interface, of)));
+        function_block(&interface.name, &sections.concat())
     }
 
     fn stub_of_function(&self, interface: &Interface) -> String {
@@ -415,14 +409,24 @@ fn formals(of: &Undeclared, node: &Node, system: Vec<Formal>) -> Vec<Formal> {
 }
 
 fn sections(formals: &[Formal]) -> String {
-    let section = |(word, is_output): (&str, bool)| {
+    let of_kind = |(word, is_output): (&str, bool)| {
         let of = |formal: &Formal| formal.of.clone().unwrap_or_else(|| DEFAULT.to_string());
         let lines: String = formals
             .iter()
             .filter(|formal| formal.is_output == is_output)
             .map(|formal| format!("   {} : {};\n", quoted(&formal.name), of(formal)))
             .collect();
-        if lines.is_empty() { String::new() } else { format!("{word}\n{lines}END_VAR\n") }
+        section(word, &lines)
     };
-    [("VAR_INPUT", false), ("VAR_OUTPUT", true)].into_iter().map(section).collect()
+    [("VAR_INPUT", false), ("VAR_OUTPUT", true)].into_iter().map(of_kind).collect()
+}
+
+/// A section of declarations, if there are any.
+fn section(word: &str, lines: &str) -> String {
+    if lines.is_empty() { String::new() } else { format!("{word}\n{lines}END_VAR\n") }
+}
+
+/// A stub of a function block with these sections.
+fn function_block(name: &str, sections: &str) -> String {
+    format!("FUNCTION_BLOCK \"{name}\"\n{{ {STUB} := 'TRUE' }}\n{sections}BEGIN\nEND_FUNCTION_BLOCK\n")
 }

@@ -263,18 +263,19 @@ impl<'a> Compiler<'a> {
         self.collect_kinds();
     }
 
-    /// Whether one of two blocks is a stub that takes the place of the other, which cannot be read: its errors do not count.
+    /// Whether one of two blocks is a stub, which takes the place of the other: the errors of that one do not count.
     fn is_replaced(&mut self, earlier: BlockId, id: BlockId) -> bool {
         let is_stub = |id: BlockId| assume::is_marked(self.block(id));
-        let (file, index) = match (is_stub(earlier), is_stub(id)) {
-            (false, true) => earlier,
-            (true, false) => id,
+        let (stub, (file, index)) = match (is_stub(earlier), is_stub(id)) {
+            (false, true) => (id, earlier),
+            (true, false) => (earlier, id),
             _ => return false,
         };
-        if (file, index) == earlier {
-            self.names.insert(self.block(id).name.key(), id);
-        }
+        let name = &self.block((file, index)).name;
+        self.names.insert(name.key(), stub);
         self.report.forget(self.trees[file].extents[index]);
+        let message = format!("{} does not run: the stub in {} takes its place", name.text, self.sources[stub.0].file);
+        self.warn(name.span, message, Some("delete the stub if the block can be read"));
         true
     }
 

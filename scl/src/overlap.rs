@@ -2,7 +2,7 @@
 
 use crate::compiler::Compiler;
 use crate::undeclared::MOST_NAMES;
-use std::ops::Range;
+use parameters::tags;
 
 impl Compiler<'_> {
     /// Warns of the tags that the program uses and that share memory.
@@ -10,7 +10,7 @@ impl Compiler<'_> {
         let is_used = |name: &&String| self.globals.contains_key(*name);
         let names = self.global_members.keys().chain(self.declared.keys()).filter(is_used);
         let place = |name: &String| {
-            let (area, bits) = bits(&self.address(name)?)?;
+            let (area, bits) = tags::bits(&self.address(name)?)?;
             Some((area, bits.start, bits.end, name.clone()))
         };
         let mut tags: Vec<_> = names.filter_map(place).collect();
@@ -47,21 +47,4 @@ impl Compiler<'_> {
             .and_then(|(_, _, member)| member.names.iter().find(|of| of.key() == name).map(|of| of.text.clone()));
         member.or_else(|| Some(self.declared.get(name)?.name.clone())).unwrap_or_else(|| name.into())
     }
-}
-
-/// The area and the bits of an address in international mnemonics; `None` for an area alone.
-fn bits(address: &str) -> Option<(char, Range<u64>)> {
-    let mut letters = address.trim_start_matches('%').chars();
-    let (area, rest) = (letters.next()?, letters.as_str());
-    let digits = rest.trim_start_matches(char::is_alphabetic);
-    let width = match rest.chars().next()? {
-        'B' => 8,
-        'W' => 16,
-        'D' => 32,
-        'L' => 64,
-        _ => 1,
-    };
-    let (byte, bit) = digits.split_once('.').unwrap_or((digits, "0"));
-    let first = byte.parse::<u64>().ok()? * 8 + bit.parse::<u64>().ok()?;
-    Some((area, first..first + width))
 }
