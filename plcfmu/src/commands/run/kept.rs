@@ -4,6 +4,7 @@ use anyhow::{Context, Result};
 use control::figures::{Figure, Happened, Set, Signals, Span, Window, Wiring};
 use host::child::run::Rows;
 use host::package::Package;
+use modeldescription::Variable;
 use run::dialog::Roles;
 use run::fmus::number_of;
 use run::master::write_cells;
@@ -199,6 +200,21 @@ impl Kept<'_> {
         Some((curves.calls.into_iter().map(time).collect(), curves.values))
     }
 
+    /// What a switch of the controller is and since when: its start value and what sets it, in the order of time. Nothing is known of one
+    /// that something is connected to.
+    fn settings_of(&self, switch: &Variable) -> Vec<(f64, bool)> {
+        let name = format!("{}.{}", self.plan.members[0].name, switch.name);
+        if self.system.connections.iter().any(|of| of.to == name) {
+            return Vec::new();
+        }
+        let start = switch.start.map(|start| (f64::NEG_INFINITY, start != 0.0));
+        let settings = self.system.settings.iter().filter(|of| of.variable == name);
+        let set = settings.map(|of| (of.time.unwrap_or(f64::NEG_INFINITY), number_of(of.value) != 0.0));
+        let mut all: Vec<_> = start.into_iter().chain(set).collect();
+        all.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+        all
+    }
+
     /// Whether the controller is in manual mode in each of these calls, as far as it is known.
     fn manual(&self, calls: usize) -> Vec<bool> {
         if let Some((_, values)) = &self.manual {
@@ -277,21 +293,12 @@ impl Rows for Recorder<'_, '_> {
                 })
             };
             kept.unit = wiring.unit_of_process_value(unit);
-            let description = described.first().map(|(_, description)| description);
-            let switch = kept.roles.manual.as_ref().zip(description);
-            if let Some(((switch, _), variable)) =
-                switch.and_then(|(manual, of)| Some((manual, of.variables.iter().find(|of| of.name == manual.0)?)))
-            {
-                let name = format!("{}.{switch}", kept.plan.members[0].name);
-                let start = variable.start.map(|start| (f64::NEG_INFINITY, start));
-                let settings = kept.system.settings.iter().filter(|of| of.variable == name);
-                let set = settings.map(|of| (of.time.unwrap_or(f64::NEG_INFINITY), number_of(of.value)));
-                kept.switched = start.into_iter().chain(set).map(|(time, value)| (time, value != 0.0)).collect();
-                kept.switched.sort_by(|(one, _), (other, _)| one.total_cmp(other));
-                if kept.system.connections.iter().any(|of| of.to == name) {
-                    kept.switched.clear();
-                }
-            }
+            let variables = described.first().map(|(_, description)| &description.variables);
+            let of_switch = |of: &&Variable| kept.roles.manual.as_ref().is_some_and(|(switch, _)| *switch == of.name);
+            kept.switched = match variables.and_then(|variables| variables.iter().find(of_switch)) {
+                Some(switch) => kept.settings_of(switch),
+                None => Vec::new(),
+            };
             kept.travel_unit = wiring.unit_of_manipulated_value(unit);
             kept.disturbances = wiring.disturbances(std::mem::take(&mut kept.set));
         }
