@@ -42,46 +42,27 @@ export async function tracks(names, { run, calls, step, time, after }) {
   for (;;) {
     const waiting = names.filter((name) => known.get(name).until < calls);
     if (waiting.length === 0) return known;
-    // Those that are known up to the same call are asked for together.
+    // Those that are known up to the same call and stand in the same row are asked for together.
     const first = Math.min(...waiting.map((name) => known.get(name).until));
-    const late = waiting.filter((name) => known.get(name).until === first && after && isLate(name));
-    if (late.length > 0) {
-      await extendLate(late, known, { run, calls, step, start, first, after });
+    const rowOf = (/** @type {string} */ name) => first + (after && isLate(name) ? 1 : 0);
+    const behind = waiting.filter((name) => known.get(name).until === first);
+    const row = rowOf(behind[0]);
+    const variables = behind.filter((name) => rowOf(name) === row);
+    if (row === calls) {
+      // The row after the last call is still to come; of an earlier run it never comes.
+      for (const name of variables) {
+        const value = after?.[name];
+        extend(known.get(name), value === undefined ? [] : [first], [value === "NaN" ? null : Number(value)], calls);
+      }
       continue;
     }
-    const variables = waiting.filter((name) => known.get(name).until === first);
-    const next = Math.min(...waiting.map((name) => known.get(name).until).filter((until) => until > first), calls);
+    const ends = waiting.map((name) => known.get(name).until).filter((until) => until > first);
+    const next = Math.min(...ends, calls + first - row);
     const count = Math.min(next - first, Math.max(Math.floor(MOST_VALUES / variables.length), 1));
-    const [from, to] = [start + first * step, start + (first + count - 1) * step];
+    const [from, to] = [start + row * step, start + (row + count - 1) * step];
     const { times, values } = await ask({ do: "view", run, variables, from, to, points: Math.max(count, 2) });
-    const numbers = times.map((one) => Math.round((one - start) / step));
+    const numbers = times.map((one) => Math.round((one - start) / step) + first - row);
     for (const [at, name] of variables.entries()) extend(known.get(name), numbers, values[at], first + count);
-  }
-}
-
-/**
- * Extends the tracks of what stands in the row after its call.
- *
- * @param {string[]} names
- * @param {Map<string, Track>} known
- * @param {{ run: number, calls: number, step: number, start: number, first: number, after?: import("./messages").Values | null }} of
- */
-async function extendLate(names, known, { run, calls, step, start, first, after }) {
-  const most = Math.max(Math.floor(MOST_VALUES / names.length), 2);
-  const rows = Math.min(calls - 1 - first, most);
-  if (rows > 0) {
-    const [from, to] = [start + (first + 1) * step, start + (first + rows) * step];
-    const { times, values } = await ask({ do: "view", run, variables: names, from, to, points: Math.max(rows, 2) });
-    const numbers = times.map((one) => Math.round((one - start) / step) - 1);
-    for (const [at, name] of names.entries())
-      extend(/** @type {Track} */ (known.get(name)), numbers, values[at], first + rows);
-  }
-  if (first + Math.max(rows, 0) < calls - 1) return;
-  for (const name of names) {
-    const value = after?.[name];
-    // Of an earlier run, nothing is known after its last call.
-    const is = value === undefined ? [] : [calls - 1];
-    extend(/** @type {Track} */ (known.get(name)), is, [value === "NaN" ? null : Number(value)], calls);
   }
 }
 

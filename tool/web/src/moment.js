@@ -12,7 +12,7 @@
 
 import { ask } from "tool/engine.js";
 import { programOf } from "tool/program.js";
-import { variable as fullName, isSettable, store } from "tool/store.js";
+import { split, store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
 /** A part of the run that the user has chosen; without it the last part is shown and moves on. @type {[number, number] | undefined} */
@@ -22,6 +22,8 @@ let cursor;
 /** All values at the cursor, and which call of which run they are of. @type {{ key: string, values: Values } | undefined} */
 let got;
 let isAsking = false;
+/** All values now, and the state that they are of. @type {{ state: typeof store.state, values: Values }} */
+let present = { state: undefined, values: {} };
 
 store.on("loop", () => {
   zoomed = cursor = got = undefined;
@@ -58,9 +60,17 @@ export function lookAt(time) {
 
 /** All values at the cursor, or now. Those at the cursor take a moment; until then they are those of before. @returns {Values} */
 export function momentValues() {
-  const { values = {}, after } = (store.isLive() && store.state) || {};
-  if (cursor !== undefined) return got?.values ?? values;
-  return after ? { ...values, ...Object.fromEntries(Object.entries(after).filter(([name]) => isLate(name))) } : values;
+  return (cursor !== undefined && got?.values) || presentValues();
+}
+
+/** All values now: each line of a source asks for them, so they are put together once for a state. */
+function presentValues() {
+  const state = store.isLive() ? store.state : undefined;
+  if (present.state !== state) {
+    const late = Object.entries(state?.after ?? {}).filter(([name]) => isLate(name));
+    present = { state, values: { ...state?.values, ...Object.fromEntries(late) } };
+  }
+  return present.values;
 }
 
 /**
@@ -70,8 +80,8 @@ export function momentValues() {
  */
 export function isLate(name) {
   const loop = store.loop;
-  if (!loop || !programOf(loop) || !store.state?.after || !name.startsWith(`${loop.member}.`)) return false;
-  return !loop.description.variables.some((one) => fullName(loop, one.name) === name && isSettable(one));
+  const [member, own] = split(name);
+  return member === loop?.member && !(own in loop.settings) && !!store.state?.after && !!programOf(loop);
 }
 
 /** The time at the cursor as text, `at 12.3 s`; now has none. */
@@ -109,8 +119,8 @@ async function fetchValues() {
 export async function valuesAt(call) {
   const { calls = 0, values: now = {}, after } = store.state ?? {};
   const names = Object.keys(now);
-  const late = after ? names.filter(isLate) : [];
-  const found = await row(call, late.length > 0 ? names.filter((name) => !late.includes(name)) : names);
+  const late = names.filter(isLate);
+  const found = await row(call, late.length > 0 ? names.filter((name) => !isLate(name)) : names);
   if (late.length === 0) return found;
   if (call + 1 < calls) return { ...found, ...(await row(call + 1, late)) };
   return { ...found, ...Object.fromEntries(late.map((name) => [name, after?.[name] ?? "NaN"])) };

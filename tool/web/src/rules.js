@@ -21,17 +21,15 @@ import { rounded, shown } from "tool/values.js";
 
 /** What the table says of each rule, beside its settings. */
 const FIGURES = [
-  ...[
-    "Ms",
-    "overshoot",
-    "settles",
-    "travel",
-    "load: deviation",
-    "recovers",
-    "load: IAE",
-    "gain margin",
-    "phase margin",
-  ],
+  "Ms",
+  "overshoot",
+  "settles",
+  "travel",
+  "load: deviation",
+  "recovers",
+  "load: IAE",
+  "gain margin",
+  "phase margin",
 ];
 /** What a narrow table leaves out, and what a very narrow one does: the list of the chosen rule has it. @type {Record<string, string>} */
 const DETAILS = {
