@@ -3,13 +3,16 @@
 //! Tags and data blocks become variables of VAR_GLOBAL, inputs or outputs depending on their use. Blocks that are only
 //! called become stubs without statements: the FMU exposes a stub's inputs as outputs and its outputs as inputs.
 
+mod caller;
 mod known;
 
 use crate::compiler::{Compiler, Interface};
-use crate::syntax::{Block, BlockKind, SectionKind, attribute, key};
+use crate::network::{Call, Parameter, Way};
+use crate::syntax::{Block, BlockKind, ExpressionKind, Scope, SectionKind, Tree, attribute, key};
 use crate::system_memory;
+use crate::types::Elementary;
 use crate::undeclared::{Bounds, Formal, Part, Undeclared, Uses, What};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt::Write as _;
 
 /// The attribute that marks a stub.
@@ -38,15 +41,38 @@ pub struct Assumption {
     pub text: String,
 }
 
+/// The block that a call in a network names, with the parameters that the call lists.
+type Signature<'a> = (&'a str, &'a Call);
+
+/// The signatures of the blocks called in networks, by the upper-case name of the block and of its instance.
+pub fn signatures(trees: &[Tree]) -> HashMap<String, Signature<'_>> {
+    let mut all = HashMap::new();
+    for tree in trees {
+        for element in tree.networks.iter().flat_map(|(_, network)| &network.elements) {
+            let Some(call) = element.call.as_ref().filter(|call| !call.parameters.is_empty()) else { continue };
+            let signature = (element.name.as_str(), call);
+            all.entry(key(&element.name)).or_insert(signature);
+            if let Some(ExpressionKind::Name(Scope::Global, instance)) =
+                element.called.map(|called| &tree.expressions[called].kind)
+            {
+                all.entry(instance.key()).or_insert(signature);
+            }
+        }
+    }
+    all
+}
+
 /// Returns the declarations that can be made in this round: those of the first stage that has any, since later rounds
 /// know more types. `count` is the number of assumptions made so far; `is_declared` reports whether a block of that
 /// name exists.
 pub fn declare(
     missing: &BTreeMap<String, Undeclared>,
+    signatures: &HashMap<String, Signature>,
     count: usize,
     is_declared: &dyn Fn(&str) -> bool,
 ) -> Vec<Assumption> {
-    let all: Vec<Declared> = missing.values().map(Declared::new).collect();
+    let all: Vec<Declared> =
+        missing.iter().map(|(name, of)| Declared::new(of, signatures.get(name).copied())).collect();
     let stages: [&dyn Fn(&Declared) -> bool; 6] = [
         &|of| of.kind == Kind::Variable && of.is_complete,
         &|of| of.kind == Kind::Function && of.is_complete,
@@ -88,6 +114,8 @@ struct Declared<'a> {
     of: &'a Undeclared,
     kind: Kind,
     node: Node<'a>,
+    /// The block and its parameters, as a network that calls it lists them.
+    signature: Option<Signature<'a>>,
     /// The parameters, if this is a block.
     formals: Vec<Formal>,
     is_complete: bool,
@@ -179,12 +207,18 @@ fn quoted(name: &str) -> String {
 }
 
 impl<'a> Declared<'a> {
-    fn new(of: &'a Undeclared) -> Declared<'a> {
+    fn new(of: &'a Undeclared, signature: Option<Signature<'a>>) -> Declared<'a> {
         let node = Node::new(of);
+        let signature = signature.filter(|_| of.is_called || matches!(of.what, What::Type | What::Block));
         let system = known::formals(&known::without_instance(&of.name));
         let has_members = !node.members.is_empty();
         let kind = match of.what {
             What::Constant => Kind::Constant,
+            _ if let Some((_, call)) = signature => match (call.is_function, of.what) {
+                (true, _) => Kind::Function,
+                (false, What::Type | What::Block) => Kind::Block,
+                (false, _) => Kind::Instance,
+            },
             What::Type | What::Block if of.is_called || known::is_block(&of.name) => Kind::Block,
             What::Type | What::Block => Kind::Structure,
             What::Instance => Kind::Instance,
@@ -196,7 +230,7 @@ impl<'a> Declared<'a> {
             _ => Kind::Variable,
         };
         let formals = match kind {
-            Kind::Function | Kind::Block | Kind::Instance => formals(of, &node, system),
+            Kind::Function | Kind::Block | Kind::Instance => formals(of, &node, signature, system),
             _ => Vec::new(),
         };
         let is_complete = match kind {
@@ -212,12 +246,15 @@ impl<'a> Declared<'a> {
             }
             Kind::Block | Kind::Instance => formals.iter().all(|formal| formal.of.is_some()),
         };
-        Declared { of, kind, node, formals, is_complete }
+        Declared { of, kind, node, signature, formals, is_complete }
     }
 
     /// The name of the block of which this is an instance.
     fn block_name(&self) -> String {
         let name = &self.of.name;
+        if let (Kind::Instance, Some((block, _))) = (self.kind, self.signature) {
+            return block.to_string();
+        }
         let block = known::without_instance(name);
         if self.kind == Kind::Instance && block == *name { format!("{name}_block") } else { block }
     }
@@ -278,7 +315,10 @@ impl<'a> Declared<'a> {
 
     fn function(&self) -> String {
         let value = self.node.value.as_ref().map(|value| value.of().unwrap_or(DEFAULT));
-        function(&self.of.name, known::value(&key(&self.of.name)).or(value).unwrap_or("VOID"), &self.formals)
+        let mut listed = self.signature.iter().flat_map(|(_, call)| &call.parameters);
+        let listed = listed.find(|parameter| parameter.way == Way::Value).and_then(|of| declarable(of.of.as_deref()?));
+        let value = listed.as_deref().or(known::value(&key(&self.of.name))).or(value);
+        function(&self.of.name, value.unwrap_or("VOID"), &self.formals)
     }
 }
 
@@ -292,9 +332,9 @@ fn function(name: &str, result: &str, formals: &[Formal]) -> String {
         let of = formal.of.as_deref().unwrap_or(DEFAULT);
         let _ = writeln!(members, "      {own} : {of};");
         let parameter = format!("#{own}");
-        let _ = match formal.is_output {
-            true => writeln!(body, "   {parameter} := \"{call}\".{own};"),
-            false => writeln!(body, "   \"{call}\".{own} := {parameter};"),
+        let _ = match formal.way {
+            Way::Output => writeln!(body, "   {parameter} := \"{call}\".{own};"),
+            _ => writeln!(body, "   \"{call}\".{own} := {parameter};"),
         };
     }
     if result != "VOID" {
@@ -367,7 +407,12 @@ impl Compiler<'_> {
         let parameters = interface.members.iter().filter(|member| is_parameter(member.section));
         let formals = parameters.filter_map(|member| {
             let of = Some(self.written(&member.of)?);
-            Some(Formal { name: member.name.clone(), is_output: member.section == SectionKind::Output, of })
+            let way = match member.section {
+                SectionKind::Output => Way::Output,
+                SectionKind::InOut => Way::InOut,
+                _ => Way::Input,
+            };
+            Some(Formal { name: member.name.clone(), way, of })
         });
         let result = self.written(&interface.result).unwrap_or_else(|| "VOID".into());
         function(&interface.name, &result, &formals.collect::<Vec<_>>())
@@ -379,12 +424,21 @@ fn is_instance(name: &str) -> bool {
     known::without_instance(name) != name
 }
 
-/// The parameters of a block, merged from the known system block, the arguments of its calls and the members used of
-/// its instances.
-fn formals(of: &Undeclared, node: &Node, system: Vec<Formal>) -> Vec<Formal> {
+/// The parameters of a block, merged from the call of a network, else the known system block, then the arguments of its calls and
+/// the members used of its instances.
+fn formals(of: &Undeclared, node: &Node, signature: Option<Signature>, system: Vec<Formal>) -> Vec<Formal> {
     let mut all: Vec<Formal> = Vec::new();
     let mut names = BTreeSet::new();
-    for known in system {
+    let listed = signature.map(|(_, call)| {
+        let parameters = call.parameters.iter().filter(|parameter| parameter.way != Way::Value);
+        let formal = |parameter: &Parameter| Formal {
+            name: parameter.name.clone(),
+            way: parameter.way,
+            of: parameter.of.as_deref().and_then(declarable),
+        };
+        parameters.map(formal).collect()
+    });
+    for known in listed.unwrap_or(system) {
         let given = of.formals.iter().find(|formal| key(&formal.name) == key(&known.name));
         // A parameter without a type in the table takes the type of its argument.
         let ty = known.of.clone().or_else(|| given.and_then(|given| given.of.clone()));
@@ -402,23 +456,34 @@ fn formals(of: &Undeclared, node: &Node, system: Vec<Formal>) -> Vec<Formal> {
         let ty = member.is_complete().then(|| member.written("   "));
         match all.iter_mut().find(|formal| key(&formal.name) == key(name)) {
             Some(formal) => formal.of = formal.of.take().or(ty),
-            None => all.push(Formal { name: (*name).to_string(), is_output: !member.is_written(), of: ty }),
+            None => {
+                let way = if member.is_written() { Way::Input } else { Way::Output };
+                all.push(Formal { name: (*name).to_string(), way, of: ty });
+            }
         }
     }
     all
 }
 
 fn sections(formals: &[Formal]) -> String {
-    let of_kind = |(word, is_output): (&str, bool)| {
+    let of_kind = |(word, way): (&str, Way)| {
         let of = |formal: &Formal| formal.of.clone().unwrap_or_else(|| DEFAULT.to_string());
         let lines: String = formals
             .iter()
-            .filter(|formal| formal.is_output == is_output)
+            .filter(|formal| formal.way == way)
             .map(|formal| format!("   {} : {};\n", quoted(&formal.name), of(formal)))
             .collect();
         section(word, &lines)
     };
-    [("VAR_INPUT", false), ("VAR_OUTPUT", true)].into_iter().map(of_kind).collect()
+    let words = [("VAR_INPUT", Way::Input), ("VAR_OUTPUT", Way::Output), ("VAR_IN_OUT", Way::InOut)];
+    words.into_iter().map(of_kind).collect()
+}
+
+/// The type of a parameter that a call lists, if a declaration of a stub can have it.
+fn declarable(of: &str) -> Option<String> {
+    let is_plain =
+        Elementary::named(&of.to_uppercase()).is_some() || ["STRING", "WSTRING", "DTL"].contains(&key(of).as_str());
+    (is_plain || of.starts_with('"')).then(|| of.to_string())
 }
 
 /// A section of declarations, if there are any.

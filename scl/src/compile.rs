@@ -1,6 +1,6 @@
 //! Compiles sources to a typed program.
 
-use crate::assume::{self, Assumption, declare};
+use crate::assume::{self, Assumption, declare, signatures};
 use crate::compiler::{BlockId, Compiler, Note};
 use crate::lexer::Span;
 use crate::network::{self, Network};
@@ -153,6 +153,7 @@ pub fn survey(sources: &[Source], options: &Manifest) -> Survey {
     let is_used = |tag: &&parameters::tags::Tag| compiler.globals.contains_key(&key(&tag.name));
     let tags = options.declared.iter().filter(is_used).count();
     let mut ids: Vec<BlockId> = compiler.names.values().copied().collect();
+    ids.retain(|(file, index)| !trees[*file].instantiated.contains(index));
     ids.sort_unstable();
     let listed = |id: &BlockId| (compiler.block(*id).kind, compiler.block(*id).name.text.clone(), id.0);
     let blocks = ids.iter().map(listed).collect();
@@ -179,9 +180,13 @@ pub fn assume(sources: &[Source], options: &Manifest, only: Option<&[String]>) -
         if let Some(only) = only {
             missing.retain(|name, _| only.iter().any(|of| key(of) == *name));
         }
-        let mut found = declare(&missing, assumptions.len(), &|name| compiler.names.contains_key(&key(name)));
+        let is_declared = |name: &str| compiler.names.contains_key(&key(name));
+        let mut found = declare(&missing, &signatures(&trees), assumptions.len(), &is_declared);
         if found.is_empty() {
             found = compiler.unreadable(only);
+        }
+        if found.is_empty() && only.is_none() {
+            found.extend(compiler.caller());
         }
         if found.is_empty() {
             break;
@@ -243,6 +248,9 @@ impl<'a> Compiler<'a> {
     fn collect(&mut self, copy: usize) {
         for (file, tree) in self.trees.iter().enumerate() {
             for (index, block) in tree.blocks.iter().enumerate() {
+                if tree.instantiated.contains(&index) {
+                    continue;
+                }
                 let is_library = file == self.library_file();
                 let names = if is_library { &mut self.library } else { &mut self.names };
                 let earlier = names.get(&block.name.key()).copied();
@@ -256,6 +264,11 @@ impl<'a> Compiler<'a> {
                 if !is_library {
                     self.add_copy(earlier, (file, index), copy);
                 }
+            }
+        }
+        for (file, tree) in self.trees.iter().enumerate() {
+            for index in &tree.instantiated {
+                self.names.entry(tree.blocks[*index].name.key()).or_insert((file, *index));
             }
         }
         self.refuse_protected();
@@ -286,8 +299,14 @@ impl<'a> Compiler<'a> {
             for (number, span) in &tree.protected {
                 let name = &self.block((file, *number)).name;
                 let is_it = self.names.get(&name.key()) == Some(&(file, *number));
-                if is_it && !self.stubs.contains(&name.key()) && !self.assumes {
-                    let message = format!("{}: protected block without source", name.text);
+                if is_it && !self.stubs.contains(&name.key()) {
+                    let message = match tree.instantiated.contains(number) {
+                        true => format!(
+                            "no source declares the function block \"{}\": an instance has its interface",
+                            name.text
+                        ),
+                        false => format!("{}: protected block without source", name.text),
+                    };
                     self.report.error_with(*span, message, Some(Remedy::Stub(name.text.clone())));
                 }
             }

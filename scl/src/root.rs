@@ -306,16 +306,18 @@ impl Compiler<'_> {
 
     /// The instance of a block: its only data block in the sources, with that block's start values, or a new instance.
     fn instance_of(&self, block: usize) -> Target {
-        let mut names =
-            self.globals.values().filter_map(State::known).filter(|global| global.of == Type::Instance(block));
-        let name = match (names.next(), names.next()) {
-            (Some(only), None) => self.program.records[self.program.memory].members[only.member].name.clone(),
-            _ => self.blocks[block].name.clone(),
-        };
+        let name = self.only_instance(block).unwrap_or_else(|| self.blocks[block].name.clone());
         Target::Instance(name, block)
     }
 
-    fn is_startup(&self, block: usize) -> bool {
+    /// The name of the only data block of a function block.
+    pub fn only_instance(&self, block: usize) -> Option<String> {
+        let mut all = self.globals.values().filter_map(State::known).filter(|of| of.of == Type::Instance(block));
+        let only = all.next().filter(|_| all.next().is_none())?;
+        Some(self.program.records[self.program.memory].members[only.member].name.clone())
+    }
+
+    pub fn is_startup(&self, block: usize) -> bool {
         self.event(block) == Some("Startup") || STARTUP.contains(&key(&self.blocks[block].name).as_str())
     }
 
@@ -324,20 +326,23 @@ impl Compiler<'_> {
         attribute(&self.block(self.blocks[block].source?).attributes, EVENT)
     }
 
-    fn organization_blocks(&self) -> impl Iterator<Item = usize> {
+    pub fn organization_blocks(&self) -> impl Iterator<Item = usize> {
         (0..self.blocks.len()).filter(|block| self.blocks[*block].kind == BlockKind::OrganizationBlock)
     }
 
     /// The function blocks of the sources that no other block calls.
-    fn unused(&self) -> impl Iterator<Item = usize> {
+    pub fn unused(&self) -> impl Iterator<Item = usize> {
+        self.uncalled(BlockKind::FunctionBlock)
+    }
+
+    /// The blocks of a kind in the sources that no other block calls.
+    pub fn uncalled(&self, kind: BlockKind) -> impl Iterator<Item = usize> {
         let is_own = |of: &Interface| of.source.is_some_and(|(file, _)| file != self.library_file());
         let is_called =
             |block: usize| self.calls.iter().any(|(caller, callee, _)| *callee == block && *caller != block);
         let blocks = self.blocks.iter().enumerate();
         blocks
-            .filter(move |(block, of)| {
-                of.kind == BlockKind::FunctionBlock && !of.is_stub && is_own(of) && !is_called(*block)
-            })
+            .filter(move |(block, of)| of.kind == kind && !of.is_stub && is_own(of) && !is_called(*block))
             .map(|(block, _)| block)
     }
 }

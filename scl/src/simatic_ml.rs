@@ -125,10 +125,36 @@ impl Reader<'_> {
             let is_system = crate::library::is_system(of);
             block.of = Some(Type { kind: TypeKind::Name(of.to_string(), is_own && !is_system), span });
         }
+        if let Some(Type { kind: TypeKind::Name(of, true), span }) = &block.of {
+            self.instantiated(element, extent, Name { text: of.clone(), span: *span });
+        }
         self.interface(element, &mut block);
         let owner = Owner::of(&block);
         let statements = self.networks(element, &owner);
         block.body.extend(statements);
+        self.tree.extents.push(extent);
+        self.tree.blocks.push(block);
+    }
+
+    /// Keeps the block of an instance by the interface that its data block repeats.
+    fn instantiated(&mut self, element: Element, extent: Span, name: Name) {
+        let span = name.span;
+        let mut block = Block {
+            kind: BlockKind::FunctionBlock,
+            name,
+            of: None,
+            attributes: Vec::new(),
+            comment: String::new(),
+            sections: Vec::new(),
+            body: Vec::new(),
+        };
+        self.interface(element, &mut block);
+        if block.sections.is_empty() {
+            return;
+        }
+        let number = self.tree.blocks.len();
+        self.tree.protected.push((number, span));
+        self.tree.instantiated.push(number);
         self.tree.extents.push(extent);
         self.tree.blocks.push(block);
     }

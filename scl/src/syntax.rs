@@ -379,6 +379,8 @@ pub struct Tree {
     pub globals: Vec<Section>,
     /// The blocks of which only the interface is present, by index, and where the source declares that.
     pub protected: Vec<(usize, Span)>,
+    /// The blocks of which only an instance's data block is present, by index: they count where no source declares the block.
+    pub instantiated: Vec<usize>,
     /// The expressions of the blocks.
     pub expressions: Expressions,
     /// Whether the source is in TIA Portal's dialect.

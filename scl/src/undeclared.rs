@@ -2,6 +2,7 @@
 
 use crate::compiler::Compiler;
 use crate::lexer::Span;
+use crate::network::Way;
 use crate::syntax::{BlockKind, key};
 use crate::types::Type;
 use parameters::Remedy;
@@ -84,8 +85,8 @@ pub struct Bounds {
 pub struct Formal {
     /// The name of the parameter.
     pub name: String,
-    /// Whether the parameter is an output.
-    pub is_output: bool,
+    /// Its direction.
+    pub way: Way,
     /// Its type as written in SCL, if the argument determines it.
     pub of: Option<String>,
 }

@@ -209,3 +209,32 @@ fn structures_are_left_out_of_a_stub() {
     let names: Vec<String> = interface(&compiled(text)).into_iter().map(|(name, ..)| name).collect();
     assert_eq!(names, ["Ping_call.IN", "Sender_call.go"]);
 }
+
+#[test]
+fn a_library_without_an_organization_block_gets_one() {
+    let text = "TYPE \"limits\"\nSTRUCT\n  low : Real; high : Real;\nEND_STRUCT;\nEND_TYPE\n\
+        FUNCTION_BLOCK \"Pump\"\nVAR_INPUT start : Bool; END_VAR\nVAR_OUTPUT run : Bool; END_VAR\nBEGIN\n#run := #start;\n\
+        END_FUNCTION_BLOCK\n\
+        FUNCTION_BLOCK \"Count\"\nVAR_IN_OUT of : \"limits\"; END_VAR\nVAR_OUTPUT n : Int; END_VAR\nBEGIN\n#n := #n + 1;\n\
+        #of.high := INT_TO_REAL(#n);\nEND_FUNCTION_BLOCK\n\
+        FUNCTION \"Double\" : Real\nVAR_INPUT x : Real; END_VAR\nBEGIN\n#Double := #x * 2.0;\nEND_FUNCTION\n\
+        FUNCTION \"Sum\" : Real\nVAR_INPUT v : Array[*] of Real; END_VAR\nBEGIN\n#Sum := #v[0];\nEND_FUNCTION\n\
+        DATA_BLOCK \"Pump_DB\"\n\"Pump\"\nBEGIN\nEND_DATA_BLOCK\n";
+    let found = assumptions(text);
+    let told: Vec<String> = found.iter().map(|of| format!("{}: {}", of.name, of.what)).collect();
+    let calls = "an organization block that calls the 3 blocks that no other calls, with a tag for each parameter";
+    assert_eq!(told, [format!("Main: {calls}")]);
+    let expected_calls = "BEGIN\n   \"Pump_DB\"(start := \"Pump_start\", run => \"Pump_run\");\n   \
+        \"Count_DB\"(of := \"Count_of\", n => \"Count_n\");\n   \"Double_value\" := \"Double\"(x := \"Double_x\");\n";
+    assert!(found[0].text.contains(expected_calls), "{}", found[0].text);
+    let compiled = compiled(text);
+    let inputs = interface(&compiled).into_iter().filter(|(.., role)| *role == Role::Input).map(|(name, ..)| name);
+    assert_eq!(inputs.collect::<Vec<_>>(), ["Double_x", "Pump_start"]);
+
+    // One block that can be run is run by itself; with another that cannot be read, an organization block calls it.
+    let one = "FUNCTION_BLOCK \"Pump\"\nBEGIN\n;\nEND_FUNCTION_BLOCK\n";
+    assert_eq!(assumptions(one), []);
+    let two = format!("{one}FUNCTION_BLOCK \"Old\"\nVAR_INPUT p : Pointer; END_VAR\nBEGIN\n;\nEND_FUNCTION_BLOCK\n");
+    let names: Vec<String> = assumptions(&two).into_iter().map(|of| of.name).collect();
+    assert_eq!(names, ["Main", "Old"]);
+}

@@ -1,5 +1,6 @@
 //! System blocks that need PLC hardware and have documented parameters.
 
+use crate::network::Way;
 use crate::syntax::key;
 use crate::undeclared::Formal;
 
@@ -146,13 +147,13 @@ pub fn is_block(name: &str) -> bool {
 /// The parameters of a system block; empty if it is unknown.
 pub fn formals(name: &str) -> Vec<Formal> {
     let Some(block) = find(name) else { return Vec::new() };
-    let list = |texts: &'static str, is_output| {
+    let list = |texts: &'static str, way| {
         texts.split_whitespace().map(move |text| {
             let (name, of) = text.split_once(':').map_or((text, None), |(name, of)| (name, Some(of.to_string())));
-            Formal { name: name.to_string(), is_output, of }
+            Formal { name: name.to_string(), way, of }
         })
     };
-    list(block.inputs, false).chain(list(block.outputs, true)).collect()
+    list(block.inputs, Way::Input).chain(list(block.outputs, Way::Output)).collect()
 }
 
 /// The return type of a system function.

@@ -2,9 +2,10 @@
 
 use super::Lowerer;
 use super::paths::{Path, Variable};
-use crate::compiler::{BlockId, Operand, Parameter, Slot, Symbol};
+use crate::compiler::{BlockId, Interface, Operand, Parameter, Slot, Symbol};
 use crate::declare::is_copied;
 use crate::lexer::Span;
+use crate::network::Way;
 use crate::program::{self, Call, Expr, Place, What};
 use crate::syntax::{Argument, BlockKind, ExpressionId, ExpressionKind, Scope, SectionKind, key};
 use crate::types::{Elementary, Type};
@@ -123,7 +124,8 @@ impl Lowerer<'_, '_> {
             // A single argument needs no name.
             let name = name.or_else(|| (arguments.len() == 1).then(|| "IN".to_string()));
             if let (Some(name), Some(of)) = (name.filter(|_| !is_enabling), actual) {
-                formals.push(Formal { name, is_output: argument.is_output, of });
+                let way = if argument.is_output { Way::Output } else { Way::Input };
+                formals.push(Formal { name, way, of });
             }
         }
         self.compiler.call_missing(&missing.name, formals);
@@ -675,11 +677,17 @@ impl Lowerer<'_, '_> {
         references: Vec<(usize, Place)>,
         span: Span,
     ) -> Vec<program::Argument> {
-        let parameters = self.compiler.program.functions[self.compiler.blocks[block].function].parameters;
+        let Interface { function, is_stub, .. } = self.compiler.blocks[block];
+        let parameters = self.compiler.program.functions[function].parameters;
         let mut passed = Vec::new();
         for number in 0..parameters {
             match references.iter().find(|(local, _)| *local == number) {
                 Some((_, place)) => passed.push(program::Argument::Reference(place.clone())),
+                // A stub leaves out what has no form here, and does nothing with the rest.
+                None if is_stub => {
+                    let ty = self.compiler.program.functions[function].locals[number].ty.clone();
+                    passed.push(program::Argument::Reference(self.temp(ty)));
+                }
                 None => {
                     let member =
                         self.compiler.blocks[block].members.iter().find(|member| member.slot == Slot::Local(number));

@@ -16,7 +16,7 @@ const ATTRIBUTES: [(&str, &str); 4] = [
 ];
 
 impl Reader<'_> {
-    /// Reads the interface of a block, a data block or a type.
+    /// Reads the interface of a block, a data block or a type; of an instance its start values.
     pub fn interface(&mut self, element: Element, block: &mut Block) {
         let interface = element.child("AttributeList").and_then(|list| list.child("Interface"));
         let Some(sections) = interface.and_then(|interface| interface.child("Sections")) else {
@@ -26,7 +26,7 @@ impl Reader<'_> {
             }
             return;
         };
-        let is_instance = element.name() == "SW.Blocks.InstanceDB";
+        let is_instance = block.kind == BlockKind::DataBlock && element.name() == "SW.Blocks.InstanceDB";
         for section in sections.children("Section") {
             let name = section.attribute("Name").unwrap_or_default();
             let kind = match name {

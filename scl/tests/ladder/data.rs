@@ -2,6 +2,7 @@
 
 use super::xml::{self, From, Net, local};
 use super::{Ran, compiled};
+use scl::interface::Role;
 use scl::machine::{Code, Machine};
 use scl::program::Scalar;
 use std::sync::Arc;
@@ -115,4 +116,58 @@ fn a_project_with_several_organization_blocks_runs_without_naming_them() {
     machine.call(root.cycle, 0).unwrap();
     machine.call(root.cycle, 100_000_000).unwrap();
     assert_eq!(machine.get(Scalar::I32, offset).bits() as i32, 12323);
+}
+
+/// The call in a network lists a block's parameters, and an instance repeats the whole interface: the stub of a block that was not
+/// exported has both.
+#[test]
+fn a_missing_block_has_the_interface_that_its_call_and_its_instance_show() {
+    let parameter = |(name, section, of): (&str, &str, &str)| {
+        format!("<Parameter Name=\"{name}\" Section=\"{section}\" Type=\"{of}\" />")
+    };
+    let listed = |all: &[(&str, &str, &str)]| all.iter().map(|of| parameter(*of)).collect::<String>();
+    let instance = |name: &str| {
+        format!("<Instance Scope=\"GlobalVariable\" UId=\"9{}\"><Component Name=\"{name}\" /></Instance>", name.len())
+    };
+    let mut net = Net::new("");
+    let all = [("rawValue", "Input", "UInt"), ("total", "InOut", "DInt"), ("Ret_Val", "Return", "Real")];
+    net.call("FC", "scaled", &listed(&all), &[("en", From::Rail), ("rawValue", local("a")), ("total", local("n"))]);
+    let inner = instance("G1")
+        + &listed(&[("start", "Input", "Bool"), ("openInput", "Input", "Real"), ("done", "Output", "Bool")]);
+    let gone = net.call("FB", "Gone", &inner, &[("en", From::Rail)]);
+    net.write(gone, "done", local("y"));
+    let inner = instance("Drive_DB") + &listed(&[("speed", "Input", "Real")]);
+    net.call("FB", "Drive", &inner, &[("en", From::Rail)]);
+    let sections = [("Input", "a : UInt"), ("Output", "y : Bool"), ("Static", "n : DInt")];
+    let block = xml::block("FB", "B", &sections, vec![net], "LAD");
+    let data = "<Name>Drive_DB</Name><InstanceOfName>Drive</InstanceOfName><InstanceOfType>FB</InstanceOfType>";
+    let member = "<Member Name=\"speed\" Datatype=\"Real\"><StartValue>7.5</StartValue></Member></Section>\
+                  <Section Name=\"Output\"><Member Name=\"faultWord\" Datatype=\"Word\" /></Section>\
+                  <Section Name=\"Static\"><Member Name=\"memory\" Datatype=\"Array[0..1] of Int\" />";
+    let data = document("SW.Blocks.InstanceDB", data, "Input", member);
+    let mut sources: Vec<parameters::Source> =
+        [("b.xml", block), ("d.xml", data)].map(|(name, text)| parameters::Source::new(name, text.into_bytes())).into();
+    let errors = scl::compile(&sources, &scl::Options::default()).unwrap_err();
+    let all: Vec<&str> = errors.iter().flat_map(|of| &of.problems).map(|problem| problem.message.as_str()).collect();
+    let message = "DB Drive_DB: no source declares the function block \"Drive\": an instance has its interface";
+    assert!(all.contains(&message), "{all:?}");
+
+    let assumed = scl::assumed(&scl::assume(&sources, &scl::Options::default(), None));
+    for text in [
+        "FUNCTION \"scaled\" : Real\n{ STUB := 'TRUE' }\nVAR_INPUT\n   rawValue : UInt;\nEND_VAR\nVAR_IN_OUT\n   total : DInt;\nEND_VAR\n",
+        "FUNCTION_BLOCK \"Gone\"\n{ STUB := 'TRUE' }\nVAR_INPUT\n   start : Bool;\n   openInput : Real;\nEND_VAR\nVAR_OUTPUT\n   \
+         done : Bool;\nEND_VAR\n",
+        "VAR_GLOBAL\n   \"G1\" : \"Gone\";\nEND_VAR\n",
+        "FUNCTION_BLOCK \"Drive\"\n{ STUB := 'TRUE' }\nVAR_INPUT\n   speed : REAL;\nEND_VAR\nVAR_OUTPUT\n   faultWord : WORD;\nEND_VAR\n\
+         VAR\n   memory : ARRAY[0..1] OF INT;\nEND_VAR\n",
+    ] {
+        assert!(assumed.contains(text), "{text}\n-- in --\n{assumed}");
+    }
+    sources.push(parameters::Source::new("assumed.scl", assumed.into_bytes()));
+    let compiled = scl::compile(&sources, &scl::Options::default()).unwrap_or_else(|errors| panic!("{}", errors[0]));
+    let role = |name: &str| compiled.globals.iter().find(|of| of.name == name).map(|of| of.role);
+    assert_eq!(
+        ["Drive_DB.speed", "Drive_DB.faultWord", "G1.openInput"].map(role),
+        [Some(Role::Output), Some(Role::Input), Some(Role::Output)]
+    );
 }
