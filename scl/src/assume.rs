@@ -7,6 +7,7 @@ mod caller;
 mod known;
 
 use crate::compiler::{Compiler, Interface};
+use crate::lower::placed;
 use crate::network::{Call, Parameter, Way};
 use crate::syntax::{Block, BlockKind, ExpressionKind, Scope, SectionKind, Tree, attribute, key};
 use crate::system_memory;
@@ -108,6 +109,14 @@ enum Kind {
     Block,
     /// An instance of a function block that is missing as well.
     Instance,
+}
+
+/// A tag with an address.
+struct Placed {
+    what: String,
+    name: String,
+    address: String,
+    of: String,
 }
 
 struct Declared<'a> {
@@ -222,6 +231,8 @@ impl<'a> Declared<'a> {
             What::Type | What::Block if of.is_called || known::is_block(&of.name) => Kind::Block,
             What::Type | What::Block => Kind::Structure,
             What::Instance => Kind::Instance,
+            // Only a function has a value, whatever its name looks like.
+            _ if node.value.is_some() => Kind::Function,
             _ if of.is_called && known::is_block(&known::without_instance(&of.name)) => {
                 if known::is_block(&of.name) && !has_members { Kind::Function } else { Kind::Instance }
             }
@@ -264,9 +275,8 @@ impl<'a> Declared<'a> {
     fn assumption(&self, constant: usize, is_new: bool) -> Assumption {
         let name = &self.of.name;
         let stub = "its inputs are outputs of the FMU, and its outputs inputs";
-        let (what, text) = match (self.kind, self.system_address()) {
-            (Kind::Variable, Some((address, of))) => {
-                let what = format!("system or clock memory at {address}");
+        let (what, text) = match (self.kind, self.placed()) {
+            (Kind::Variable, Some(Placed { what, name, address, of })) => {
                 (what, format!("VAR_GLOBAL\n   \"{name}\" AT {address} : {of};\nEND_VAR\n"))
             }
             (Kind::Variable, None) => {
@@ -279,10 +289,14 @@ impl<'a> Declared<'a> {
                 };
                 (what, format!("VAR_GLOBAL\n   \"{name}\" : {of};\nEND_VAR\n"))
             }
-            (Kind::Constant, _) => (
-                format!("constant {constant}: its value is unknown, correct it"),
-                format!("VAR_GLOBAL CONSTANT\n   \"{name}\" : INT := {constant};\nEND_VAR\n"),
-            ),
+            (Kind::Constant, _) => {
+                let of =
+                    self.node.of().filter(|of| Elementary::named(&of.to_uppercase()).is_some_and(Elementary::is_whole));
+                (
+                    format!("constant {constant}: its value is unknown, correct it"),
+                    format!("VAR_GLOBAL CONSTANT\n   \"{name}\" : {} := {constant};\nEND_VAR\n", of.unwrap_or("INT")),
+                )
+            }
             (Kind::Structure, _) => {
                 let lines = self.node.lines("   ");
                 // An empty STRUCT is invalid in SCL.
@@ -302,11 +316,24 @@ impl<'a> Declared<'a> {
         Assumption { name: name.clone(), what, at: (self.of.span.file, self.of.span.start), text }
     }
 
-    /// Where the CPU keeps what it writes itself under this name, and the type: unless the uses tell another.
-    fn system_address(&self) -> Option<(String, &'static str)> {
-        let (address, of) = system_memory::proposed(&key(&self.of.name))?;
+    /// The tag of an absolute address, or of what the CPU writes itself, unless the uses tell another type.
+    fn placed(&self) -> Option<Placed> {
+        let name = &self.of.name;
+        let told = self.node.of();
+        if name.starts_with('%') {
+            let (tag, usual) = placed(name);
+            let is_wide = |of: &&str| Elementary::named(&of.to_uppercase()).is_some_and(|of| of.bits() == usual.bits());
+            let of = told.filter(is_wide).unwrap_or(usual.name()).to_string();
+            return Some(Placed { what: format!("tag at {name}"), name: tag, address: name.clone(), of });
+        }
+        let (address, of) = system_memory::proposed(&key(name))?;
         let is_plain = self.node.element.is_none() && self.node.members.is_empty() && !self.node.is_written();
-        (is_plain && self.node.of().is_none_or(|told| told.eq_ignore_ascii_case(of))).then_some((address, of))
+        (is_plain && told.is_none_or(|told| told.eq_ignore_ascii_case(of))).then(|| Placed {
+            what: format!("system or clock memory at {address}"),
+            name: name.clone(),
+            address,
+            of: of.to_string(),
+        })
     }
 
     fn block(&self, name: &str) -> String {

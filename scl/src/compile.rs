@@ -12,6 +12,7 @@ use crate::syntax::{BlockKind, ExpressionId, Tree, key};
 use crate::watch;
 use manifest::{Cpu, Manifest};
 use parameters::{Problems, Remedy, Source};
+use std::cell::OnceCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// A compiled program.
@@ -232,6 +233,7 @@ impl<'a> Compiler<'a> {
             kinds: HashMap::new(),
             // The first declaration of a name wins.
             declared: options.declared.iter().rev().map(|tag| (key(&tag.name), tag)).collect(),
+            by_address: OnceCell::new(),
             global_members: HashMap::new(),
             stubs: options.stubs.iter().map(|name| key(name)).collect(),
             assumes: false,

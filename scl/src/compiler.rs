@@ -10,7 +10,9 @@ use crate::undeclared::{Missing, Undeclared};
 use manifest::{Cpu, Manifest};
 use parameters::Source;
 use parameters::tags::{self, Area, Tag};
+use std::cell::OnceCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
+use std::ops::Range;
 use std::rc::Rc;
 
 /// A block: the index of its source, and its index there.
@@ -58,6 +60,8 @@ pub struct Compiler<'a> {
     pub kinds: HashMap<String, String>,
     /// The tags that the options declare, by name.
     pub declared: HashMap<String, &'a Tag>,
+    /// The tags that have an address, by their area and bits.
+    pub by_address: OnceCell<HashMap<(char, Range<u64>), String>>,
     /// Declarations outside of blocks, by name: source index, section and member.
     pub global_members: HashMap<String, (usize, &'a Section, &'a Member)>,
     /// Blocks to be compiled as stubs, by name.
@@ -117,6 +121,19 @@ impl<'a> Compiler<'a> {
             Some((_, _, member)) => tags::address(&member.at.as_ref()?.text),
             None => self.declared.get(name)?.address.clone(),
         }
+    }
+
+    /// The upper-case name of the tag at an address; `None` if no tag has it, or if it is none.
+    pub fn tag_at(&self, address: &str) -> Option<&str> {
+        let by_address = self.by_address.get_or_init(|| {
+            let names = self.global_members.keys().chain(self.declared.keys());
+            let placed = names.filter_map(|name| Some((tags::bits(&self.address(name)?)?, name.clone())));
+            let mut all: Vec<_> = placed.collect();
+            // Of several tags at one address the first by name.
+            all.sort_unstable_by(|one, other| other.1.cmp(&one.1));
+            all.into_iter().collect()
+        });
+        by_address.get(&tags::bits(&tags::address(address)?)?).map(String::as_str)
     }
 
     /// Reports a warning, except in the library.

@@ -20,7 +20,8 @@ use std::rc::Rc;
 
 pub use convert::zero;
 pub use expressions::DTL_BYTES;
-pub use functions::{is_ordinary, refused};
+pub use functions::{is_of_variants, is_ordinary, refused};
+pub use paths::placed;
 
 /// A loop that encloses a statement.
 struct Loop {

@@ -3,6 +3,7 @@
 use crate::lexer::Span;
 use crate::network::Network;
 use crate::types::Elementary;
+use std::collections::BTreeSet;
 
 /// A name, without quotation marks.
 #[derive(Clone, Debug)]
@@ -47,9 +48,10 @@ impl Expressions {
             ExpressionKind::Call(callee, arguments) => {
                 arguments.iter().map(|argument| depth(&argument.value)).fold(depth(callee), u32::max)
             }
-            ExpressionKind::Literal(_) | ExpressionKind::Name(..) | ExpressionKind::Address | ExpressionKind::Wrong => {
-                0
-            }
+            ExpressionKind::Literal(_)
+            | ExpressionKind::Name(..)
+            | ExpressionKind::Address(_)
+            | ExpressionKind::Wrong => 0,
         };
         self.0.push(Expression { kind, span, depth: below + 1 });
         ExpressionId(self.0.len() as u32 - 1)
@@ -91,8 +93,8 @@ pub enum ExpressionKind {
     Binary(Binary, ExpressionId, ExpressionId),
     /// A variable, a block or a constant.
     Name(Scope, Name),
-    /// `%I0.0`.
-    Address,
+    /// `%I0.0`, as written.
+    Address(String),
     /// `a.b`; also `a.%X3`, with the percent sign in the name.
     Member(ExpressionId, Name),
     /// `a[i, j]`.
@@ -381,6 +383,8 @@ pub struct Tree {
     pub protected: Vec<(usize, Span)>,
     /// The blocks of which only an instance's data block is present, by index: they count where no source declares the block.
     pub instantiated: Vec<usize>,
+    /// The upper-case names of the constants that its networks use and that a tag table declares.
+    pub constants: BTreeSet<String>,
     /// The expressions of the blocks.
     pub expressions: Expressions,
     /// Whether the source is in TIA Portal's dialect.

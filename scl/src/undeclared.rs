@@ -4,7 +4,7 @@ use crate::compiler::Compiler;
 use crate::lexer::Span;
 use crate::network::Way;
 use crate::syntax::{BlockKind, key};
-use crate::types::Type;
+use crate::types::{Elementary, Type};
 use parameters::Remedy;
 use std::collections::BTreeMap;
 
@@ -63,7 +63,7 @@ impl Missing {
 pub struct Uses {
     /// Its type as written in SCL, if the context determines it.
     pub of: Option<String>,
-    /// Whether only a 0 or 1 tells the type, which may be a truth value as well.
+    /// Whether the type is only the likeliest: of a variable to which 0 or 1 is written, or which is compared with another unknown.
     pub is_doubtful: bool,
     /// Whether something writes it.
     pub is_written: bool,
@@ -137,10 +137,11 @@ impl Undeclared {
 impl Compiler<'_> {
     /// Records an undeclared name, for a single message.
     pub fn miss(&mut self, name: &str, span: Span, what: What) -> Missing {
+        let is_constant = || self.trees.iter().any(|tree| tree.constants.contains(&key(name)));
         let new = || Undeclared {
             name: name.to_string(),
             span,
-            what,
+            what: if is_constant() { What::Constant } else { what },
             uses: BTreeMap::new(),
             formals: Vec::new(),
             is_called: false,
@@ -177,10 +178,10 @@ impl Compiler<'_> {
         }
     }
 
-    /// A 0 or 1 is written to something that is missing: a number, unless another use tells a truth value.
-    pub fn guess_bit(&mut self, missing: &Missing) {
+    /// Records the likeliest type of something undeclared, unless another use determines it.
+    pub fn guess_likely(&mut self, missing: &Missing, of: Elementary) {
         if let Some(uses) = self.uses(missing).filter(|uses| uses.of.is_none()) {
-            (uses.of, uses.is_doubtful) = (Some("INT".to_string()), true);
+            (uses.of, uses.is_doubtful) = (Some(of.name().to_string()), true);
         }
     }
 

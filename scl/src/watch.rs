@@ -451,8 +451,10 @@ impl Reader<'_> {
             }
             // A call with a value is that of a function.
             ExpressionKind::Call(_, arguments) => self.call(None, arguments),
-            ExpressionKind::Name(..) | ExpressionKind::Literal(_) | ExpressionKind::Address | ExpressionKind::Wrong => {
-            }
+            ExpressionKind::Name(..)
+            | ExpressionKind::Literal(_)
+            | ExpressionKind::Address(_)
+            | ExpressionKind::Wrong => {}
         }
     }
 
@@ -560,7 +562,8 @@ fn written(expressions: &Expressions, temporaries: &HashMap<String, ExpressionId
             format!("{}({})", of(*callee), arguments.iter().map(argument).collect::<Vec<_>>().join(", "))
         }
         ExpressionKind::As(_, inner) | ExpressionKind::Pointer(inner) => of(*inner),
-        ExpressionKind::Address | ExpressionKind::Wrong => "?".to_string(),
+        ExpressionKind::Address(address) => address.clone(),
+        ExpressionKind::Wrong => "?".to_string(),
     }
 }
 

@@ -238,3 +238,43 @@ fn a_library_without_an_organization_block_gets_one() {
     let names: Vec<String> = assumptions(&two).into_iter().map(|of| of.name).collect();
     assert_eq!(names, ["Main", "Old"]);
 }
+
+/// A tag is the variable at its address, however wide an assumed one is; its type is the one that the context requires.
+#[test]
+fn an_absolute_address_is_the_tag_that_has_it() {
+    let text = "VAR_GLOBAL \"Start\" AT %E0.3 : Bool; END_VAR\n".to_string()
+        + &block("\"Lamp\" := %I0.3 AND %I0.4;\n#level := INT_TO_REAL(%IW64);\n%QB2 := 5;\n%MW10 := %IW64:P;");
+    let told: Vec<String> = assumptions(&text).iter().map(|of| format!("{} is {}", of.name, of.what)).collect();
+    assert_eq!(
+        told,
+        [
+            "%I0.4 is tag at %I0.4",
+            "%IW64 is tag at %IW64",
+            "%QB2 is tag at %QB2",
+            "Lamp is output of type BOOL",
+            "%MW10 is tag at %MW10"
+        ]
+    );
+    let expected = expected(&[
+        ("I0_4", "BOOL", Role::Input),
+        ("IW64", "INT", Role::Input),
+        ("Lamp", "BOOL", Role::Output),
+        ("QB2", "BYTE", Role::Output),
+        ("Start", "BOOL", Role::Input),
+    ]);
+    assert_eq!(interface(&compiled(&text)), expected);
+}
+
+/// Where several uses tell a type, a certain one wins: texts where a text is required, a number in an ordering or a sum.
+#[test]
+fn members_of_a_missing_type_have_the_types_that_their_uses_require() {
+    let text = "FUNCTION_BLOCK \"Main\"\nVAR_INPUT c : \"typeMotor\"; list : Array[0..9] of \"typeEvent\"; i : Int; END_VAR\n\
+        VAR_OUTPUT q : Bool; s : String[40]; END_VAR\nVAR moment : DTL; END_VAR\nBEGIN\n\
+        #q := #c.speed > #c.limit;\n#s := #list[#i].message;\n#s := CONCAT(IN1 := #c.name, IN2 := 'x');\n#q := #c.a + #c.b > 0.5;\n\
+        #c.b := 3;\n#q := #c.text = #s;\n#moment := DT#1990-1-1-0:0:0.0;\nEND_FUNCTION_BLOCK\n";
+    let types: Vec<String> = assumptions(text).into_iter().map(|of| of.text).collect();
+    let motor = "a : REAL;\n   b : INT;\n   limit : REAL;\n   name : STRING;\n   speed : REAL;\n   text : STRING;\n";
+    assert!(types.iter().any(|text| text.contains(motor)), "{types:#?}");
+    assert!(types.iter().any(|text| text.contains("STRUCT\n   message : STRING;\n")), "{types:#?}");
+    compiled(text);
+}

@@ -118,11 +118,12 @@ fn silent(statements: &str) {
 #[test]
 fn what_has_no_value_outside_of_a_plc_is_refused() {
     let address = "an absolute address has no value in an FMU; make it an input of the block";
-    for statement in
-        ["#flag := %I0.0;", "#w := %MW10;", "#flag := I0.0;", "#w := MW10;", "DB5.DBW2 := 1;", "\"D\".%DBX0.0 := TRUE;"]
-    {
+    for statement in ["#flag := I0.0;", "DB5.DBW2 := 1;", "\"D\".%DBX0.0 := TRUE;"] {
         refused(statement, address);
     }
+    refused("#flag := %I0.0:P;", &format!("{address}, or declare a tag there: \"I0_0\" AT %I0.0 : BOOL"));
+    refused("#w := %MW10;", &format!("{address}, or declare a tag there: \"MW10\" AT %MW10 : WORD"));
+    refused("#w := MW10;", &format!("{address}, or declare a tag there: \"MW10\" AT %MW10 : WORD"));
     refused(
         "DEMUX(K := #i, IN := #i, OUT0 => #i);",
         "DEMUX is not supported; write the output that K selects in a CASE",

@@ -87,7 +87,9 @@ pub fn reads(expressions: &Expressions, id: ExpressionId, shared: &BTreeSet<Stri
         ExpressionKind::Call(_, arguments) => {
             arguments.iter().for_each(|argument| reads(expressions, argument.value, shared, into));
         }
-        ExpressionKind::Literal(_) | ExpressionKind::Address | ExpressionKind::Wrong => {}
+        // A tag may be at the address.
+        ExpressionKind::Address(_) => drop(into.insert(String::new())),
+        ExpressionKind::Literal(_) | ExpressionKind::Wrong => {}
     }
 }
 
@@ -110,7 +112,7 @@ pub fn shown(expressions: &Expressions, id: ExpressionId) -> String {
             let indices: Vec<String> = indices.iter().map(|index| shown(expressions, *index)).collect();
             format!("{}[{}]", shown(expressions, *inner), indices.join(","))
         }
-        ExpressionKind::Literal(text) => text.clone(),
+        ExpressionKind::Literal(text) | ExpressionKind::Address(text) => text.clone(),
         ExpressionKind::As(_, inner) => shown(expressions, *inner),
         _ => "...".to_string(),
     }

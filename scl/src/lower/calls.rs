@@ -393,11 +393,14 @@ impl Lowerer<'_, '_> {
         }
         // Quoted names are the author's own blocks, such as "Fill", or instance data blocks of system blocks.
         let is_own = scope == Scope::Global && super::is_ordinary(&capitals) && !capitals.contains("_DB");
-        if let Some((message, help)) = super::refused(&capitals).filter(|_| !is_own && !self.compiler.assumes) {
+        if let Some((message, help)) = super::refused(&capitals)
+            .filter(|_| !is_own && (!self.compiler.assumes || super::is_of_variants(&capitals)))
+        {
             self.error(span, message, Some(&help));
             return Callee::Wrong;
         }
-        let is_instance = capitals.ends_with("_DB")
+        // No instance of a system block has its name without quotation marks: ATTR_DB is a function.
+        let is_instance = capitals.ends_with("_DB") && (scope == Scope::Global || super::refused(&capitals).is_none())
             || capitals.starts_with("DB")
             || blocks.len() > 1 && !formal.is_empty()
             || capitals.starts_with('I')
@@ -435,11 +438,8 @@ impl Lowerer<'_, '_> {
             return None;
         };
         let found = interface.members.iter().filter(is_parameter).find(|member| member.key == name.key()).cloned();
-        let is_stub = interface.source.is_some_and(|id| crate::assume::is_marked(self.compiler.block(id)));
-        if found.is_none() && is_stub {
-            let message =
-                format!("{} of the stub {} is left out: its type has no form here", name.text, interface.name);
-            self.warn(name.span, message, None);
+        if found.is_none() && self.is_stub(block) {
+            self.tell_left_out(block, &name.text, name.span);
         } else if found.is_none() {
             let names: Vec<&str> = interface.members.iter().filter(is_parameter).map(|of| of.name.as_str()).collect();
             let help = match nearest(&name.text, names.iter().copied()) {
@@ -459,6 +459,16 @@ impl Lowerer<'_, '_> {
             return None;
         }
         Some(found)
+    }
+
+    fn is_stub(&self, block: usize) -> bool {
+        let source = self.compiler.blocks[block].source;
+        source.is_some_and(|id| crate::assume::is_marked(self.compiler.block(id)))
+    }
+
+    fn tell_left_out(&mut self, block: usize, parameter: &str, span: Span) {
+        let stub = &self.compiler.blocks[block].name;
+        self.warn(span, format!("{parameter} of the stub {stub} is left out: its type has no form here"), None);
     }
 
     /// The EN or ENO argument of a call, unless the block declares a parameter of that name.
@@ -575,7 +585,7 @@ impl Lowerer<'_, '_> {
                     in_outs.push((Variable::whole(parameter.of, place.clone().member(number)), actual, argument.span));
                 }
                 (SectionKind::InOut, Slot::Local(number)) => {
-                    if let Some(actual) = self.reference(&parameter, argument) {
+                    if let Some(actual) = self.reference(block, &parameter, argument) {
                         references.push((number, actual));
                     }
                 }
@@ -628,7 +638,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The place passed by reference for an argument.
-    fn reference(&mut self, parameter: &Parameter, argument: &Argument) -> Option<Place> {
+    fn reference(&mut self, block: usize, parameter: &Parameter, argument: &Argument) -> Option<Place> {
         let span = self.span(argument.value);
         let expected = || with_article(&parameter.of);
         let operand = self.operand(argument.value, None);
@@ -654,8 +664,17 @@ impl Lowerer<'_, '_> {
             (formal, actual) if formal.is_wrong() || actual.is_wrong() => return None,
             (formal, actual) => formal.is_like(actual),
         };
+        if !fits && self.is_stub(block) && !matches!(parameter.of, Type::Open(..)) {
+            self.tell_left_out(block, &parameter.name, span);
+            let ty = self.compiler.lowered(&parameter.of);
+            return Some(self.temp(ty));
+        }
         if !fits {
-            self.error(span, format!("{} is {}, not {}", parameter.name, expected(), with_article(of)), None);
+            let found = match &of {
+                Type::Instance(_) => self.type_name(&Operand::Variable(of, place)),
+                of => with_article(of),
+            };
+            self.error(span, format!("{} is {}, not {found}", parameter.name, expected()), None);
             return None;
         }
         Some(self.referred(place, &of, span))
@@ -737,7 +756,7 @@ impl Lowerer<'_, '_> {
             supplied.push(parameter.key.clone());
             let Slot::Local(number) = parameter.slot else { continue };
             if number < count && !is_copied(&parameter.of) {
-                passed[number] = self.reference(&parameter, argument).map(program::Argument::Reference);
+                passed[number] = self.reference(block, &parameter, argument).map(program::Argument::Reference);
                 continue;
             }
             match parameter.section {

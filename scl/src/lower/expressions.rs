@@ -135,7 +135,12 @@ impl Lowerer<'_, '_> {
     /// length 1.
     pub fn text_as(&mut self, operand: Operand, wide: bool, span: Span) -> Option<Place> {
         match operand {
-            Operand::Wrong(_) => None,
+            Operand::Wrong(name) => {
+                if let Some(name) = name {
+                    self.compiler.guess_missing(&name, if wide { "WSTRING" } else { "STRING" }.to_string());
+                }
+                None
+            }
             Operand::Text(text, of) if of.is_none_or(|of| of == wide) => Some(self.text_constant(&text, wide)),
             Operand::Variable(Type::Text { wide: of, .. }, place) if of == wide => Some(place),
             Operand::Value(of @ (Elementary::Char | Elementary::WChar), code) if (of == Elementary::WChar) == wide => {

@@ -16,7 +16,7 @@ use crate::syntax::{Argument, ExpressionId};
 use crate::types::{Class, Elementary};
 use std::cell::Cell;
 
-pub use refused::{is_ordinary, refused};
+pub use refused::{is_of_variants, is_ordinary, refused};
 
 /// Functions whose name may carry the result type as a suffix: `LIMIT_REAL`.
 const TYPED: [&str; 21] = [
@@ -178,7 +178,7 @@ impl Lowerer<'_, '_> {
                 if let Some(operand) = self.function_of_texts(given) {
                     return Some(operand);
                 }
-                let (message, help) = refused(name).filter(|_| !self.compiler.assumes)?;
+                let (message, help) = refused(name).filter(|_| !self.compiler.assumes || is_of_variants(name))?;
                 self.error(span, message, Some(&help))
             }
         };

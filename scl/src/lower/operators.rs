@@ -59,11 +59,11 @@ impl Lowerer<'_, '_> {
     pub fn binary(&mut self, operator: Binary, left: Operand, right: Operand, span: Span) -> Operand {
         let (left, right) = match (left, right) {
             (Operand::Wrong(name), other) | (other, Operand::Wrong(name)) => {
-                self.guess_from(operator, name, &other);
-                if let Operand::Wrong(Some(other)) = other
-                    && matches!(operator, Binary::And | Binary::Or | Binary::Xor)
-                {
-                    self.guess(&other, Elementary::Bool);
+                if let Some(name) = name {
+                    self.guess_from(operator, &name, &other);
+                }
+                if let Operand::Wrong(Some(other)) = other {
+                    self.guess_from(operator, &other, &Operand::Wrong(None));
                 }
                 return Operand::Wrong(None);
             }
@@ -83,14 +83,15 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    fn guess_from(&mut self, operator: Binary, name: Option<Missing>, other: &Operand) {
-        let Some(name) = name else { return };
-        match other {
-            Operand::Value(of, _) => self.guess(&name, *of),
-            Operand::Fraction(..) => self.guess(&name, Elementary::Real),
-            Operand::Whole(_) => self.guess(&name, Elementary::Int),
-            _ if matches!(operator, Binary::And | Binary::Or | Binary::Xor) => self.guess(&name, Elementary::Bool),
-            _ => {}
+    /// Infers the type of an undeclared operand from the operator and the other operand.
+    fn guess_from(&mut self, operator: Binary, name: &Missing, other: &Operand) {
+        match (other, operator) {
+            (Operand::Wrong(_), Binary::And | Binary::Or | Binary::Xor) => self.guess(name, Elementary::Bool),
+            (Operand::Wrong(_), Binary::Modulo) => self.guess(name, Elementary::DInt),
+            (Operand::Wrong(_), Binary::Equal | Binary::NotEqual) => {}
+            (Operand::Wrong(_), _) => self.compiler.guess_likely(name, Elementary::Real),
+            (Operand::Whole(_), _) => self.guess(name, Elementary::Int),
+            (other, _) => self.guess_like(name, other),
         }
     }
 

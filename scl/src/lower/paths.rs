@@ -10,6 +10,7 @@ use crate::types::{Elementary, Type};
 use crate::undeclared::{Missing, Part, What as Kind};
 use manifest::Cpu;
 use parameters::problem::{nearest, with_article};
+use parameters::tags;
 
 /// The advice given for an absolute address.
 pub const ABSOLUTE: &str = "an absolute address has no value in an FMU; make it an input of the block";
@@ -142,10 +143,7 @@ impl Lowerer<'_, '_> {
                 }
                 _ => Path::Wrong,
             },
-            ExpressionKind::Address => {
-                self.error(span, ABSOLUTE, None);
-                Path::Wrong
-            }
+            ExpressionKind::Address(address) => self.addressed(address, span),
             ExpressionKind::Pointer(_) => {
                 let help = "pass the variable itself, or ARRAY[*]";
                 self.error(span, "a pointer of this kind has no type here", Some(help));
@@ -162,6 +160,24 @@ impl Lowerer<'_, '_> {
                 Path::Wrong
             }
         }
+    }
+
+    /// The tag at an absolute address.
+    fn addressed(&mut self, written: &str, span: Span) -> Path {
+        if let Some(name) = self.compiler.tag_at(written).map(str::to_string) {
+            return self.name(Scope::Global, &Name { text: name, span });
+        }
+        let Some(address) = tags::address(written).filter(|address| tags::bits(address).is_some()) else {
+            self.error(span, ABSOLUTE, None);
+            return Path::Wrong;
+        };
+        if self.compiler.assumes {
+            return Path::Missing(self.compiler.miss(&address, span, Kind::Variable));
+        }
+        let (name, of) = placed(&address);
+        let message = format!("{ABSOLUTE}, or declare a tag there: \"{name}\" AT {address} : {}", of.name());
+        self.error(span, message, None);
+        Path::Wrong
     }
 
     fn is_named(&self, id: ExpressionId, wanted: &str) -> bool {
@@ -297,7 +313,12 @@ impl Lowerer<'_, '_> {
             self.error(name.span, format!("{} is a type, not a value", name.text), Some(help));
             return Path::Wrong;
         }
+        // STEP 7 writes `MW10` without a percent sign.
         if scope == Scope::Bare && is_address(&capitals) {
+            let address = tags::address(&capitals).and_then(|address| tags::bits(&address));
+            if address.is_some_and(|(_, bits)| bits.end - bits.start > 1) {
+                return self.addressed(&capitals, name.span);
+            }
             self.error(name.span, ABSOLUTE, None);
             return Path::Wrong;
         }
@@ -520,6 +541,12 @@ fn slice(name: &str, of: Elementary, within: Option<Slice>) -> Option<Slice> {
     let shift = number.checked_mul(bits)?;
     let is_part = whole.is_whole() && bits <= whole.bits() && shift < whole.bits();
     is_part.then(|| Slice { of: Elementary::bit_string(bits), shift: shift + within.map_or(0, |slice| slice.shift) })
+}
+
+/// The name and the type of a tag declared for an address such as `%IW4`.
+pub fn placed(address: &str) -> (String, Elementary) {
+    let bits = tags::bits(address).map_or(1, |(_, bits)| (bits.end - bits.start) as u32);
+    (address.trim_start_matches('%').replace('.', "_"), Elementary::bit_string(bits))
 }
 
 /// Whether an unquoted name is an absolute address: `I0`, `MW10`, `PEW256`.

@@ -9,6 +9,7 @@ use crate::program::walk::{self, Look};
 use crate::program::{self, Arm, At, Expr, For, Place, Scalar, Step, Value, What};
 use crate::syntax::{Binary, ExpressionId, ExpressionKind, Label, Name, SectionKind, Statement, StatementKind};
 use crate::types::{Elementary, Type};
+use crate::undeclared::Missing;
 use manifest::Cpu;
 use std::rc::Rc;
 
@@ -295,19 +296,26 @@ impl Lowerer<'_, '_> {
 
     /// Infers the type of an undeclared variable from an assignment to it.
     pub fn guess_target(&mut self, target: ExpressionId, operand: &Operand) {
-        let Some(missing) = self.missing(target) else { return };
+        if let Some(missing) = self.missing(target) {
+            self.guess_like(&missing, operand);
+        }
+    }
+
+    /// Infers the type of an undeclared variable from a value with which it is set or compared.
+    pub fn guess_like(&mut self, missing: &Missing, operand: &Operand) {
         match operand {
-            Operand::Value(of, _) => self.guess(&missing, *of),
-            Operand::Fraction(..) => self.guess(&missing, Elementary::Real),
-            Operand::Whole(0 | 1) => self.compiler.guess_bit(&missing),
-            Operand::Whole(_) => self.guess(&missing, Elementary::Int),
+            Operand::Value(of, _) => self.guess(missing, *of),
+            Operand::Fraction(..) => self.guess(missing, Elementary::Real),
+            // A truth value may be written as a number.
+            Operand::Whole(0 | 1) => self.compiler.guess_likely(missing, Elementary::Int),
+            Operand::Whole(_) => self.guess(missing, Elementary::Int),
             Operand::Text(_, wide) => {
                 let of = if *wide == Some(true) { "WSTRING" } else { "STRING" };
-                self.compiler.guess_missing(&missing, of.to_string());
+                self.compiler.guess_missing(missing, of.to_string());
             }
             Operand::Variable(of, _) => {
                 if let Some(of) = self.compiler.written(of) {
-                    self.compiler.guess_missing(&missing, of);
+                    self.compiler.guess_missing(missing, of);
                 }
             }
             Operand::Wrong(_) => {}
@@ -343,6 +351,11 @@ impl Lowerer<'_, '_> {
                 }
                 Operand::Variable(from, source) if of.is_like(&from) && !matches!(of, Type::Instance(_)) => {
                     self.push(span, What::Copy(place, source));
+                }
+                operand @ Operand::Value(Elementary::Dt, _) if of.is_like(&self.compiler.dtl()) => {
+                    if let Operand::Variable(_, source) = self.dtl_of(operand, span) {
+                        self.push(span, What::Copy(place, source));
+                    }
                 }
                 other => {
                     let (of, found) = (of.to_string(), self.type_name(&other));

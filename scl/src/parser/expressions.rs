@@ -143,7 +143,7 @@ impl Parser<'_> {
             Kind::Percent => {
                 self.step();
                 self.takes_peripheral();
-                Ok(self.add(ExpressionKind::Address, start))
+                Ok(self.add(ExpressionKind::Address(text.to_string()), start))
             }
             Kind::Symbol if text == "(" => {
                 self.step();

@@ -2,6 +2,7 @@
 
 use super::Reader;
 use crate::lexer::{Span, is_word};
+use crate::syntax::key;
 use crate::types::Elementary;
 use parameters::problem::quoted;
 use parameters::xml::Element;
@@ -166,6 +167,9 @@ impl Reader<'_> {
     fn write_constant(&mut self, scope: &str, constant: Element) {
         let at = constant.span().start;
         if let Some(name) = constant.attribute("Name") {
+            if scope == "GlobalConstant" {
+                self.tree.constants.insert(key(name));
+            }
             let name = if scope == "LocalConstant" { format!("#{}", quoted_name(name)) } else { format!("\"{name}\"") };
             return self.written.put(at, &name);
         }

@@ -201,6 +201,11 @@ impl Lowerer<'_, '_> {
         }
     }
 
+    /// A moment as a DTL.
+    pub fn dtl_of(&mut self, operand: Operand, span: Span) -> Operand {
+        self.between(operand, Moment::Dtl, span)
+    }
+
     fn between(&mut self, operand: Operand, to: Moment, span: Span) -> Operand {
         let nanoseconds = self.nanoseconds(operand, span);
         nanoseconds.and_then(|value| self.as_moment(value, to, span)).unwrap_or(Operand::Wrong(None))

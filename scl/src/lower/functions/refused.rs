@@ -119,6 +119,11 @@ pub fn is_ordinary(name: &str) -> bool {
     ORDINARY.iter().any(|word| name.starts_with(word))
 }
 
+/// Whether this is an operator of VARIANT, which no stub can take the place of: its value depends on the type of what it is given.
+pub fn is_of_variants(name: &str) -> bool {
+    VARIANTS.contains(&name)
+}
+
 /// The reason why a function or type is rejected, and advice; `None` if the name is not listed.
 pub fn refused(name: &str) -> Option<(String, String)> {
     if name.starts_with("PID_") {
@@ -128,7 +133,7 @@ pub fn refused(name: &str) -> Option<(String, String)> {
             format!("its law is not published; available are {available}"),
         ));
     }
-    if VARIANTS.contains(&name) {
+    if is_of_variants(name) {
         let help =
             "a VARIANT has no type here: write the block once for each type that it is called with, or with ARRAY[*]";
         return Some((format!("{name} is not supported"), help.into()));

@@ -74,7 +74,7 @@ impl Lowerer<'_, '_> {
             (Operand::Variable(of, place), Type::Structure(_)) if of.is_like(of_parameter) => {
                 Some(program::Argument::Reference(self.referred(place, &of, span)))
             }
-            (Operand::Wrong(_), _) => None,
+            (Operand::Wrong(_), Type::Structure(_)) => None,
             (operand, Type::Structure(_)) => {
                 let found = self.type_name(&operand);
                 self.error(span, format!("expected {of_parameter}, found {found}"), None);
