@@ -160,42 +160,65 @@ fn declared(ty: Scalar, of: Option<Kind>) -> Elementary {
 
 /// Unique names, ignoring case, made of ASCII letters, digits and underscores.
 fn names<'a>(of: impl IntoIterator<Item = &'a str>, taken: &[String], most: usize) -> Vec<String> {
-    names_of(of, taken, most, false)
+    names_of(of, taken, most, Notation::Bare)
 }
 
-/// Like [`names`], but quoted names may be reserved words.
-fn names_of<'a>(of: impl IntoIterator<Item = &'a str>, taken: &[String], most: usize, is_quoted: bool) -> Vec<String> {
+/// How a name is written.
+#[derive(Clone, Copy, PartialEq)]
+enum Notation {
+    /// Without quotation marks.
+    Bare,
+    /// In quotation marks: it may be a reserved word.
+    Quoted,
+    /// In quotation marks of TIA Portal, which hold any name.
+    Any,
+}
+
+/// Unique names, ignoring case.
+fn names_of<'a>(
+    of: impl IntoIterator<Item = &'a str>,
+    taken: &[String],
+    most: usize,
+    notation: Notation,
+) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     for name in of {
-        let mut name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-        name = name.trim_matches('_').replace("__", "_");
-        if name.is_empty() || name.starts_with(|first: char| first.is_ascii_digit()) {
-            name = format!("x_{name}");
-        }
-        // `m1` would be an address in STEP 7.
-        let letters = name.len() - name.trim_start_matches(|c: char| c.is_ascii_alphabetic()).len();
-        if !is_quoted
-            && letters <= 2
-            && name.len() > letters
-            && name[letters..].bytes().all(|byte| byte.is_ascii_digit())
-        {
-            name.insert(letters, '_');
-        }
-        name.truncate(most);
+        let keeps = notation == Notation::Any && !name.is_empty() && !name.contains(['"', '\n']) && name.len() <= most;
+        let mut name = if keeps { name.to_string() } else { ascii(name, most, notation == Notation::Bare) };
         let is_used = |name: &str, all: &[String]| {
             let is_word = is_keyword(name) || STANDARD.split_whitespace().any(|word| word.eq_ignore_ascii_case(name));
-            is_word && !is_quoted || taken.iter().chain(all).any(|other| other.eq_ignore_ascii_case(name))
+            is_word && notation == Notation::Bare
+                || taken.iter().chain(all).any(|other| other.to_uppercase() == name.to_uppercase())
         };
         let mut own = name.clone();
         let mut count = 1;
         while is_used(&own, &all) {
             count += 1;
             let suffix = format!("_{count}");
-            own = format!("{}{suffix}", &name[..name.len().min(most - suffix.len())]);
+            while name.len() > most - suffix.len() {
+                name.pop();
+            }
+            own = format!("{name}{suffix}");
         }
         all.push(own);
     }
     all
+}
+
+/// A name of ASCII letters, digits and underscores.
+fn ascii(name: &str, most: usize, is_bare: bool) -> String {
+    let mut name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    name = name.trim_matches('_').replace("__", "_");
+    if name.is_empty() || name.starts_with(|first: char| first.is_ascii_digit()) {
+        name = format!("x_{name}");
+    }
+    // `m1` would be an address in STEP 7.
+    let letters = name.len() - name.trim_start_matches(|c: char| c.is_ascii_alphabetic()).len();
+    if is_bare && letters <= 2 && name.len() > letters && name[letters..].bytes().all(|byte| byte.is_ascii_digit()) {
+        name.insert(letters, '_');
+    }
+    name.truncate(most);
+    name
 }
 
 fn is_keyword(name: &str) -> bool {
@@ -214,26 +237,28 @@ impl<'a> Printer<'a> {
         // A function block and the record of its instance share a name.
         let blocks = facts.blocks.keys().copied().filter(|record| !facts.systems.contains_key(record));
         let own: Vec<usize> = blocks.collect();
-        let mut taken = names_of(own.iter().map(|record| program.records[*record].name.as_str()), &[], most, true);
+        let notation = if dialect == Dialect::Tia { Notation::Any } else { Notation::Quoted };
+        let mut taken = names_of(own.iter().map(|record| program.records[*record].name.as_str()), &[], most, notation);
         let mut records = vec![String::new(); program.records.len()];
         for (record, name) in own.iter().zip(&taken) {
             records[*record].clone_from(name);
         }
-        let rest: Vec<usize> = (0..program.records.len()).filter(|record| records[*record].is_empty()).collect();
-        let more = names_of(rest.iter().map(|record| program.records[*record].name.as_str()), &taken, most, true);
-        for (record, name) in rest.iter().zip(&more) {
-            records[*record].clone_from(name);
-        }
-        taken.extend(more);
         let mut functions = vec![String::new(); program.functions.len()];
         for number in facts.reached.iter().filter(|number| facts.uses[*number] != Use::Block) {
-            let name = names_of([program.functions[*number].name.as_str()], &taken, most, true);
+            let name = names_of([program.functions[*number].name.as_str()], &taken, most, notation);
             functions[*number].clone_from(&name[0]);
             taken.extend(name);
         }
         let members = program.records[program.memory].members.iter().map(|member| member.name.as_str());
-        let globals = names_of(members, &taken, most, true);
+        let globals = names_of(members, &taken, most, notation);
         taken.extend(globals.iter().cloned());
+        // The type of a data block's own members has the name of the data block in the program.
+        let rest: Vec<usize> = (0..program.records.len()).filter(|record| records[*record].is_empty()).collect();
+        let more = names_of(rest.iter().map(|record| program.records[*record].name.as_str()), &taken, most, notation);
+        for (record, name) in rest.iter().zip(&more) {
+            records[*record].clone_from(name);
+        }
+        taken.extend(more);
         let loose = names(["globals"], &taken, most).swap_remove(0);
         for (record, system) in &facts.systems {
             records[*record].clone_from(system);

@@ -76,10 +76,9 @@ impl Printer<'_> {
             }
             (Base::Memory, Some(number)) => {
                 let member = &program.records[program.memory].members[number];
-                let name = &self.globals[number];
                 let text = match member.ty {
-                    Type::Record(_) => format!("\"{name}\""),
-                    _ => format!("\"{}\".{name}", self.loose),
+                    Type::Record(_) => format!("\"{}\"", self.globals[number]),
+                    _ => format!("\"{}\".{}", self.loose, self.member(&member.name)?),
                 };
                 Ok((text, member.ty.clone(), None, rest))
             }

@@ -100,3 +100,28 @@ fn random_programs_give_the_same_bits_when_they_are_read_again() {
     }
     assert!(printed > 5 && compared > 100, "{printed} printed, {compared} compared: {refusals:?}");
 }
+
+/// An engineer finds the names of the project again, blanks and letters beyond ASCII included.
+#[test]
+fn blocks_and_data_blocks_keep_their_names() {
+    let text = "DATA_BLOCK \"HMI\"\nSTRUCT\n  level : REAL;\nEND_STRUCT\nBEGIN\nEND_DATA_BLOCK\n\
+                DATA_BLOCK \"数据块_1\"\nSTRUCT\n  n : INT := 3;\nEND_STRUCT\nBEGIN\nEND_DATA_BLOCK\n\
+                FUNCTION \"Größe von\" : INT\nVAR_INPUT x : INT; END_VAR\nBEGIN\n#\"Größe von\" := #x + 1;\nEND_FUNCTION\n\
+                FUNCTION_BLOCK \"Motor 1\"\nVAR_OUTPUT y : INT; END_VAR\nBEGIN\n\
+                #y := \"Größe von\"(\"数据块_1\".n); \"HMI\".level := 2.5;\nEND_FUNCTION_BLOCK\n";
+    let compiled = compile(&[Source::new("a.scl", text.into())], &Options::default()).unwrap();
+    let printed = print(&compiled.program, &[compiled.root.as_ref().unwrap().cycle], Dialect::Tia).unwrap();
+    for name in [
+        "DATA_BLOCK \"HMI\"\n",
+        "DATA_BLOCK \"数据块_1\"\n",
+        "FUNCTION \"Größe von\" : ",
+        "FUNCTION_BLOCK \"Motor 1\"\n",
+    ] {
+        assert!(printed.contains(name), "{name}{printed}");
+    }
+    compile(&[Source::new("b.scl", printed.clone().into())], &Options::default())
+        .unwrap_or_else(|errors| panic!("{}\n{printed}", errors[0]));
+    // STEP 7 has letters, digits and underscores.
+    let printed = print(&compiled.program, &[compiled.root.as_ref().unwrap().cycle], Dialect::Step7).unwrap();
+    assert!(printed.contains("DATA_BLOCK \"x_1\"\n") && printed.contains("FUNCTION_BLOCK \"Motor_1\"\n"), "{printed}");
+}
