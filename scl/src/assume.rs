@@ -283,7 +283,7 @@ impl<'a> Declared<'a> {
                 let of = self.node.written("   ");
                 let what = match (self.node.of(), self.node.members.len()) {
                     _ if self.node.element.is_some() => "array".to_string(),
-                    (None, 1..) => format!("data block with {} members", self.node.members.len()),
+                    (None, 1..) => format!("data block with {}", counted(self.node.members.len(), "member")),
                     _ if self.node.is_written() => format!("output of type {of}"),
                     _ => format!("input of type {of}"),
                 };
@@ -298,11 +298,12 @@ impl<'a> Declared<'a> {
                 )
             }
             (Kind::Structure, _) => {
-                let lines = self.node.lines("   ");
-                // An empty STRUCT is invalid in SCL.
-                let lines = if lines.is_empty() { format!("   reserved : {DEFAULT};\n") } else { lines };
-                let count = lines.lines().count();
-                (format!("type with {count} lines"), format!("TYPE \"{name}\"\nSTRUCT\n{lines}END_STRUCT;\nEND_TYPE\n"))
+                let (what, lines) = match self.node.members.len() {
+                    // An empty STRUCT is invalid in SCL.
+                    0 => ("type of which no member is used".to_string(), format!("   reserved : {DEFAULT};\n")),
+                    count => (format!("type with {}", counted(count, "member")), self.node.lines("   ")),
+                };
+                (what, format!("TYPE \"{name}\"\nSTRUCT\n{lines}END_STRUCT;\nEND_TYPE\n"))
             }
             (Kind::Function, _) => (format!("stub of a function: {stub}"), self.function()),
             (Kind::Block, _) => (format!("stub of a function block: {stub}"), self.block(name)),
@@ -511,6 +512,11 @@ fn declarable(of: &str) -> Option<String> {
     let is_plain =
         Elementary::named(&of.to_uppercase()).is_some() || ["STRING", "WSTRING", "DTL"].contains(&key(of).as_str());
     (is_plain || of.starts_with('"')).then(|| of.to_string())
+}
+
+/// A number of things: `1 member`, `2 members`.
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// A section of declarations, if there are any.

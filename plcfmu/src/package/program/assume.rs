@@ -41,7 +41,8 @@ pub fn complete(manifest: &mut Manifest, file: &Path) -> Result<()> {
     fs::write(file, before + &scl::assumed(&assumptions))
         .with_context(|| format!("{} cannot be written", file.display()))?;
     let (count, shown) = (assumptions.len(), file.display());
-    tell::note(&format!("{count} assumptions are in {shown}: correct them there, and pass --assume {shown} again"));
+    let are = if count == 1 { "assumption is" } else { "assumptions are" };
+    tell::note(&format!("{count} {are} in {shown}: correct what is wrong there, and pass --assume {shown} again"));
     if !program::has_source(manifest, file)? {
         manifest.sources.push(file.to_path_buf());
     }
