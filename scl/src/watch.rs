@@ -194,7 +194,8 @@ pub fn watched(sources: &[Source]) -> Vec<Watched> {
     let trees = format::trees(sources, &mut Report::default());
     for ((file, source), tree) in sources.iter().enumerate().zip(&trees) {
         for (number, block) in tree.blocks.iter().enumerate() {
-            if matches!(block.kind, BlockKind::Type | BlockKind::DataBlock) {
+            let is_data = matches!(block.kind, BlockKind::Type | BlockKind::DataBlock);
+            if is_data || tree.instantiated.contains(&number) {
                 continue;
             }
             let networks = tree.networks.iter().filter(|(of, _)| *of == number);
