@@ -7,25 +7,32 @@ use anyhow::{Result, ensure};
 use blocks::{Class, Kind, Types};
 use draw::{diagram, picture};
 use fmu::sources::Door;
+use modeldescription::v3::{
+    BUILD_DESCRIPTION, BuildConfiguration, BuildDescription, PreprocessorDefinition, SourceFile, SourceFileSet,
+};
 use modeldescription::{Interface, Names, Row, Table};
 
-/// Where FMI 3.0 has what is said of the C.
-const BUILD_DESCRIPTION: &str = "sources/buildDescription.xml";
-
 /// How the one file of an FMU is compiled. A shared library has no prefix; a host that links several FMUs leaves that definition out.
-fn build_description(name: &str, file: &str) -> String {
-    format!(
-        r#"<?xml version="1.0" encoding="UTF-8"?>
-<fmiBuildDescription fmiVersion="3.0">
-  <BuildConfiguration modelIdentifier="{name}">
-    <SourceFileSet language="C99">
-      <SourceFile name="{file}"/>
-      <PreprocessorDefinition name="FMI3_OVERRIDE_FUNCTION_PREFIX" optional="true" value="" description="No prefix, for a shared library"/>
-    </SourceFileSet>
-  </BuildConfiguration>
-</fmiBuildDescription>
-"#
-    )
+fn build_description(name: &str, file: &str) -> BuildDescription {
+    let prefix = PreprocessorDefinition {
+        name: "FMI3_OVERRIDE_FUNCTION_PREFIX".into(),
+        optional: true,
+        value: Some(String::new()),
+        description: Some("No prefix, for a shared library".into()),
+        ..PreprocessorDefinition::default()
+    };
+    let files = SourceFileSet {
+        language: Some("C99".into()),
+        source_files: vec![SourceFile { name: file.into() }],
+        preprocessor_definitions: vec![prefix],
+        ..SourceFileSet::default()
+    };
+    let configuration = BuildConfiguration {
+        model_identifier: name.into(),
+        source_file_sets: vec![files],
+        ..BuildConfiguration::default()
+    };
+    BuildDescription { configurations: vec![configuration] }
 }
 
 /// A version of FMI.
@@ -104,7 +111,7 @@ impl Version {
         let file = format!("{name}.c");
         let mut files = Files::from([(format!("sources/{file}"), text.into_bytes())]);
         if self.fmi == Fmi::Three {
-            files.insert(BUILD_DESCRIPTION.into(), build_description(name, &file).into_bytes());
+            files.insert(BUILD_DESCRIPTION.into(), build_description(name, &file).write());
         }
         files
     }
