@@ -18,6 +18,7 @@ from lxml import etree
 
 import host
 import plcfmu
+from test_masters import ecos
 
 pytestmark = host.in_fmpy
 
@@ -543,6 +544,24 @@ def test_plcfmu_gives_the_bits_of_fmi_2_in_event_mode_and_mixed_in_either_order(
         assert record(loop(order)) == expected, order
     assert record(loop("CP"), "--no-events") == expected
     assert record(loop("PC"), "--no-events") == record(loop("pc")) != expected
+
+
+def test_ecos_runs_the_loop_with_wide_types(loop, record, command, tmp_path):
+    ecospy = ecos()
+    path, packed = loop("CP"), tmp_path / "loop.ssp"
+    subprocess.run([command, "ssp", path, "--out", packed], check=True, capture_output=True)
+    # Unpacked, for of what Ecos unpacks itself it leaves a copy behind.
+    with zipfile.ZipFile(packed) as archive:
+        archive.extractall(tmp_path / "unpacked")
+    rows = [line.split(",") for line in record(path, "--parallel", "--no-events").splitlines()]
+    assert rows[0] == ["time", "C.LMN", "C.PV_IN", "P.TEMP"] and len(rows) == 302
+    with ecospy.EcosSimulation(step_size=1.0, ssp_path=str(tmp_path / "unpacked")) as simulation:
+        assert simulation.init(parameter_set="start")
+        for _, lmn, _, temperature in rows[2:]:
+            simulation.step()
+            assert (simulation.get_real("C::LMN"), simulation.get_real("P::TEMP")) == (float(lmn), float(temperature))
+        simulation.terminate()
+    assert float(rows[-1][3]) > 50.0
 
 
 def test_a_study_of_fmi_3_has_the_results_of_fmi_2(loop, command, tmp_path):
