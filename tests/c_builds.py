@@ -47,17 +47,39 @@ def told(library):
     return buffer.raw
 
 
+def as_c(library):
+    """What a library says of itself, as a C file."""
+    return TOLD % ",".join(str(byte) for byte in told(library))
+
+
+def library_in(unpacked, name):
+    """The library for this machine in the folder of an FMU."""
+    is_newer = fmpy.read_model_description(str(unpacked)).fmiVersion.startswith("3")
+    binaries = unpacked / "binaries" / (fmpy.platform_tuple if is_newer else fmpy.platform)
+    return binaries / f"{name}{fmpy.sharedLibraryExtension}"
+
+
+def joined(paths, folder):
+    """A library of the C of several FMUs of one block, each of another version of FMI, in a folder."""
+    name, files = pathlib.Path(paths[0]).stem, []
+    for path in paths:
+        unpacked = folder / f"of{len(files)}"
+        fmpy.extract(str(path), str(unpacked))
+        files += [unpacked / file for file in sources(path)]
+    (folder / "told.c").write_text(as_c(library_in(folder / "of0", name)))
+    library = folder / f"lib{name.lower()}{fmpy.sharedLibraryExtension}"
+    subprocess.run(["gcc", "-std=c99", *OPTIONS, *files, folder / "told.c", "-o", library], check=True)
+
+
 def compiled(path, folder, compiler=("gcc", "-std=c99")):
     """The FMU at `path` with its C as the library for this machine, in a folder."""
     path, folder = pathlib.Path(path), pathlib.Path(folder)
     name, unpacked = path.stem, folder / f".{path.stem}"
     unpacked.mkdir(parents=True)
     fmpy.extract(str(path), str(unpacked))
-    is_newer = fmpy.read_model_description(str(unpacked)).fmiVersion.startswith("3")
-    binaries = unpacked / "binaries" / (fmpy.platform_tuple if is_newer else fmpy.platform)
-    library = binaries / f"{name}{fmpy.sharedLibraryExtension}"
-    text = ",".join(str(byte) for byte in told(library))
-    (unpacked / "told.c").write_text(TOLD % text)
+    library = library_in(unpacked, name)
+    binaries = library.parent
+    (unpacked / "told.c").write_text(as_c(library))
     shutil.rmtree(unpacked / "binaries")
     binaries.mkdir(parents=True)
     files = [str(unpacked / file) for file in sources(path)]

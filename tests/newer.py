@@ -116,11 +116,16 @@ class Library:
         for (newer, older), places in groups.items():
             scale = 1000 if (newer, older) == ("Int32", "Real") else 1
             room = (C_TYPES[newer] * len(places))()
+            chosen = (c_uint * len(places))(*(references[place] for place in places))
+            if what == "Set" and scale == 1 and newer[:5] != "Float" and any(values[of] % 1 != 0 for of in places):
+                # What no integer is, is given as the double that the host has; FMI 3.0 converts nothing.
+                reals = (c_double * len(places))(*(values[place] for place in places))
+                return self.dll.fmi3SetFloat64(c_void_p(component), chosen, c_size_t(len(places)), reals, c_size_t(len(places)))
             if what == "Set":
+                whole = int if newer[:5] != "Float" else float
                 for at, place in enumerate(places):
                     value = values[place]
-                    room[at] = round(value * scale) if scale != 1 else value
-            chosen = (c_uint * len(places))(*(references[place] for place in places))
+                    room[at] = round(value * scale) if scale != 1 else whole(value)
             function = getattr(self.dll, f"fmi3{what}{newer}")
             status = function(c_void_p(component), chosen, c_size_t(len(places)), room, c_size_t(len(places)))
             if status != OK:

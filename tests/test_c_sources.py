@@ -5,6 +5,7 @@ Of programs a few are enough: they have a variable of every type, and the door i
 
 import ctypes
 import functools
+import json
 import os
 import pathlib
 import random
@@ -297,7 +298,7 @@ def test_the_suites_pass_over_the_c_of_the_blocks(suite, blocks, newer_blocks):
     passes(suite, left_out, PLCFMU_FMUS=str(blocks), PLCFMU_FMI3=str(newer_blocks), PLCFMU_RANDOM="0.25")
 
 
-def test_hostile_calls_are_refused_by_the_c_of_the_blocks_as_the_standard_says(packer, blocks, tmp_path):
+def test_hostile_calls_are_refused_by_the_c_of_the_blocks_as_the_standard_says(packer, blocks, packed, tmp_path):
     # The suite in Rust, over the C of the blocks; beside them a library whose saved states are foreign to them.
     run(packer, "fmu", "--package", "counter", "--out", tmp_path, cwd=ROOT)
     libraries = tmp_path / "lib"
@@ -305,11 +306,23 @@ def test_hostile_calls_are_refused_by_the_c_of_the_blocks_as_the_standard_says(p
     name = f"COUNTER{fmpy.sharedLibraryExtension}"
     with zipfile.ZipFile(tmp_path / "test-only/COUNTER.fmu") as fmu:
         (libraries / f"lib{name.lower()}").write_bytes(fmu.read(f"binaries/{fmpy.platform}/{name}"))
-    environment = {**os.environ, "PLCFMU_LIBRARIES": str(libraries), "PLCFMU_HOSTILE_CALLS": "50000"}
-    # As `cargo xtask test` does, so that nothing is compiled anew. The C has no functions of FMI 3.0.
-    tests = ["cargo", "test", "--workspace", "--test", "hostile", "--", "--nocapture", "--skip", "newer"]
-    told = run(*tests, cwd=ROOT, env=environment)
+    # As `cargo xtask test` does, so that nothing is compiled anew; other rooms have suites of the same name.
+    build = ["cargo", "test", "--workspace", "--test", "hostile", "--no-run", "--message-format=json-render-diagnostics"]
+    told = [json.loads(line) for line in run(*build, cwd=ROOT).splitlines()]
+    (suite,) = [of["executable"] for of in told if of.get("executable") and "/tests/rust/" in of["target"]["src_path"]]
+
+    def attack(folder, calls, *which):
+        environment = {**os.environ, "PLCFMU_LIBRARIES": str(folder), "PLCFMU_HOSTILE_CALLS": str(calls), "PLCFMU_HOSTILE_TYPES": "native"}
+        return run(suite, "--nocapture", *which, cwd=ROOT / "tests", env=environment)
+
+    told = attack(libraries, 50_000, "--skip", "newer")
     assert "test result: ok. 7 passed" in told and told.count("calls on instances") == len(BLOCKS), told
+    # In FMI 3.0 one block stands for all, as they share their functions. Its library has both versions, as those in Rust.
+    both = tmp_path / "both"
+    both.mkdir()
+    shutil.copy(libraries / f"lib{name.lower()}", both)
+    c_builds.joined([host.FOLDER / "CONT_C.fmu", packed() / "CONT_C.fmu"], both)
+    assert "test result: ok. 1 passed" in attack(both, 20_000, "newer")
 
 
 # --- Both doors -----------------------------------------------------------------------------------------------------
@@ -340,8 +353,12 @@ def change(generator, fmu):
     return f"fmi2Set{type}", (host.references(fmu, names), len(names), (host.C_TYPES[type] * len(names))(*values))
 
 
-@pytest.mark.parametrize("name", ["Mixer", "Kinds", "Conveyor", "TankFilling", *BLOCKS])
-@pytest.mark.parametrize("seed", range(4))
+DOORS = ["Mixer", "Kinds", "Conveyor", "TankFilling", *BLOCKS]
+
+
+@pytest.mark.parametrize(
+    "name, seed", [*((name, seed) for name in DOORS for seed in range(3)), *((host.NEWER + name, 3) for name in DOORS)]
+)
 def test_both_doors_answer_alike_and_have_the_same_states(seed, name, both):
     """Random calls, refused ones among them: status, message, all values and the bytes of the saved state are equal; and each
     goes on from the state of the other."""

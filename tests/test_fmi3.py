@@ -7,6 +7,7 @@ import pathlib
 import random
 import struct
 import subprocess
+import zipfile
 
 import fmpy
 import numpy as np
@@ -17,6 +18,7 @@ from lxml import etree
 
 import host
 import plcfmu
+from test_masters import ecos
 
 pytestmark = host.in_fmpy
 
@@ -544,6 +546,24 @@ def test_plcfmu_gives_the_bits_of_fmi_2_in_event_mode_and_mixed_in_either_order(
     assert record(loop("PC"), "--no-events") == record(loop("pc")) != expected
 
 
+def test_ecos_runs_the_loop_with_wide_types(loop, record, command, tmp_path):
+    ecospy = ecos()
+    path, packed = loop("CP"), tmp_path / "loop.ssp"
+    subprocess.run([command, "ssp", path, "--out", packed], check=True, capture_output=True)
+    # Unpacked, for of what Ecos unpacks itself it leaves a copy behind.
+    with zipfile.ZipFile(packed) as archive:
+        archive.extractall(tmp_path / "unpacked")
+    rows = [line.split(",") for line in record(path, "--parallel", "--no-events").splitlines()]
+    assert rows[0] == ["time", "C.LMN", "C.PV_IN", "P.TEMP"] and len(rows) == 302
+    with ecospy.EcosSimulation(step_size=1.0, ssp_path=str(tmp_path / "unpacked")) as simulation:
+        assert simulation.init(parameter_set="start")
+        for _, lmn, _, temperature in rows[2:]:
+            simulation.step()
+            assert (simulation.get_real("C::LMN"), simulation.get_real("P::TEMP")) == (float(lmn), float(temperature))
+        simulation.terminate()
+    assert float(rows[-1][3]) > 50.0
+
+
 def test_a_study_of_fmi_3_has_the_results_of_fmi_2(loop, command, tmp_path):
     results = {}
     for order in ["cp", "CP", "PC"]:
@@ -599,6 +619,48 @@ def test_a_preset_of_a_program_has_elements_of_arrays_and_exact_integers(build, 
         start.write_text(start.read_text().replace("long = -7", "long = -8"))
         with pytest.raises(Exception):
             preset.instance()
+
+
+FLAT = """step = 0.1
+stop = 0.3
+record = ["A.level", "A.sum"]
+fmus = {{ A = "{preset}", B = "{path}" }}
+connections = {{ "B.level" = "A.par_level" }}
+settings = {{ "B.par_level" = 0.5 }}
+"""
+
+
+def test_flat_names_are_those_of_hosts_loops_and_terminals(build, command, tmp_path):
+    (tmp_path / "plant.scl").write_text(PLANT)
+    older = plcfmu.build(tmp_path / "plant.scl", cycle="100ms", out=tmp_path, names="flat")
+    native = build(PLANT, "--names=flat")
+    elements = ["table_0", "table_1", "table_2"]
+    for path, table in [(older, elements), (native.path, ["table"]), (build(PLANT, "--names=flat", "--types=wide").path, elements)]:
+        assert validate_fmu(str(path)) == []
+        # A preset keeps the names; its values are those of the PLC.
+        preset = tmp_path / "preset.fmu"
+        settings = ["--set=par.level=7", "--set=table[0]=-5"]
+        subprocess.run([command, "preset", path, *settings, "--out", preset], capture_output=True, check=True)
+        for of in (path, preset):
+            description = fmpy.read_model_description(str(of))
+            assert description.variableNamingConvention == "flat"
+            assert [v.name for v in description.modelVariables][: 2 + len(table)] == ["par_level", "par_on", *table]
+        (tmp_path / "loop.toml").write_text(FLAT.format(path=path, preset=preset))
+        done = subprocess.run([command, "run", tmp_path / "loop.toml", "--out=-"], capture_output=True, text=True)
+        # 0.5 passes from member to member; -5 + 2 + 3 is 0.
+        assert done.stdout.splitlines()[-1].split(",")[1:] == ["0.5", "0"], done.stderr
+        with zipfile.ZipFile(path) as fmu:
+            header = fmu.read("extra/org.fmi-standard.fmi-ls-ref/Plant_in.csv").decode().splitlines()[0]
+        assert header.startswith("time,par_level,par_on,table_0,")
+    assert terminals(native) == {"par": {"level": "par_level", "on": "par_on"}}
+
+
+def test_two_names_that_become_one_flat_name_are_refused_with_both(command, tmp_path):
+    (tmp_path / "plant.scl").write_text(PLANT.replace("mask :", "par_level :"))
+    arguments = [command, "build", tmp_path / "plant.scl", "--cycle=100ms", "--names=flat", "--out", tmp_path]
+    done = subprocess.run(arguments, capture_output=True, text=True)
+    assert done.returncode != 0 and not list(tmp_path.glob("*.fmu"))
+    assert "Plant: par.level and par_level both have the flat name par_level: rename one of them" in done.stderr
 
 
 def test_a_preset_is_not_one_of_other_types(open_fmi3, make_preset, tmp_path):

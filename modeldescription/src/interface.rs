@@ -3,6 +3,7 @@
 use crate::description::{Capabilities, LogCategory};
 use crate::error::{Error, shortened};
 use crate::model_description::VERSIONS;
+use crate::names::Names;
 use crate::table::{self, Table};
 use blocks::Types;
 use serde::Deserialize;
@@ -16,6 +17,8 @@ pub struct Interface {
     pub version: String,
     /// The choice of types presented to hosts, where the version offers one.
     pub types: Types,
+    /// How variables are named.
+    pub names: Names,
     /// A hash of the table, compiled into the library.
     pub guid: String,
     /// The library's capabilities.
@@ -35,6 +38,7 @@ impl Interface {
             table,
             version: VERSIONS[0].into(),
             types: Types::Native,
+            names: Names::default(),
             guid: guid.into(),
             capabilities: Capabilities::default(),
             log_categories: Vec::new(),
@@ -42,7 +46,7 @@ impl Interface {
     }
 
     /// Parses the JSON that a library returns. It describes FMI 2.0; its form in other versions follows from that, and
-    /// from the requested [`Interface::version`] and [`Interface::types`].
+    /// from the requested [`Interface::version`], [`Interface::types`] and [`Interface::names`].
     ///
     /// # Errors
     /// The JSON is malformed or of another version of FMI, the cycle row does not hold the cycle, or a response has
@@ -58,7 +62,8 @@ impl Interface {
         let Library { table, interface } = table::from_json(json)?;
         table.check()?;
         let Facts { version, guid, capabilities, log_categories } = interface;
-        Ok(Interface { table, version, types: Types::Native, guid, capabilities, log_categories })
+        let (types, names) = (Types::Native, Names::default());
+        Ok(Interface { table, version, types, names, guid, capabilities, log_categories })
     }
 }
 

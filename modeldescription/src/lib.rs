@@ -44,6 +44,7 @@ mod findings;
 mod interface;
 mod mapping;
 mod model_description;
+mod names;
 mod rows;
 mod table;
 pub mod units;
@@ -59,4 +60,5 @@ pub use description::{
 pub use error::{Error, shortened};
 pub use interface::Interface;
 pub use model_description::{Findings, MOST_FINDINGS, ModelDescription, Preset, VERSIONS};
+pub use names::Names;
 pub use table::{Characteristic, Response, Row, Table, Text};

@@ -2,6 +2,7 @@
 
 use crate::arrays::Array;
 use crate::description::{Description, Type, Variable};
+use crate::names::Names;
 use blocks::table::arrays::grouped;
 use blocks::table::number::{of_exact, to_value};
 use blocks::{Kind, Types, Value};
@@ -9,21 +10,26 @@ use std::collections::HashMap;
 
 impl Description {
     /// The index among the variables of each row of a table. A row is given by its name and whatever the elements of an
-    /// array have in common. Indices of arrays start at 1 here, whatever their lower bound in the PLC. The description
-    /// must be [`expanded`](Description::expanded).
+    /// array have in common; the FMU may have flat [`Names`]. Indices of arrays start at 1 here, whatever their lower
+    /// bound in the PLC. The description must be [`expanded`](Description::expanded).
     pub fn places<'a, K: PartialEq>(&self, rows: impl Iterator<Item = (&'a str, K)>) -> Vec<Option<usize>> {
         let rows: Vec<(&str, K)> = rows.collect();
         let names: HashMap<&str, usize> = self.variables.iter().map(|of| of.name.as_str()).zip(0..).collect();
         let arrays: HashMap<&str, &Array> = self.arrays.iter().map(|of| (of.name.as_str(), of)).collect();
-        let mut places: Vec<Option<usize>> = rows.iter().map(|(name, _)| names.get(name).copied()).collect();
+        let mut places: Vec<Option<usize>> = rows.iter().map(|(name, _)| find(&names, name).copied()).collect();
         for group in grouped(rows.iter().map(|(name, of)| (*name, of)), !arrays.is_empty()) {
-            let Some(array) = arrays.get(group.name.as_str()).filter(|_| !group.bounds.is_empty()) else { continue };
+            let Some(array) = find(&arrays, &group.name).filter(|_| !group.bounds.is_empty()) else { continue };
             for (element, row) in group.rows.iter().enumerate() {
                 places[*row] = (element < array.count).then(|| array.first + element);
             }
         }
         places
     }
+}
+
+/// What an FMU has under a name of the PLC.
+fn find<'a, T>(all: &'a HashMap<&str, T>, name: &str) -> Option<&'a T> {
+    all.get(name).or_else(|| all.get(&*Names::Flat.of(name)))
 }
 
 impl Variable {

@@ -6,6 +6,8 @@
 
 use blocks::Time;
 use fmu::clock::{Calls, Clock};
+use host::instance::Start;
+use host::library::Opened;
 use tests::{Instance, Random, Status, fmu_of, setting};
 
 /// How a host comes by the doubles that it hands over.
@@ -650,4 +652,12 @@ fn an_extrapolation_that_may_leave_the_inputs_range_is_refused_and_changes_nothi
     counter.set_derivative("R", 1, 0.0);
     counter.set_derivative("U", 4, 1e300);
     refused(&counter, 1.0, 1e3, &["U", "may leave its range"]);
+}
+
+#[test]
+fn calls_are_no_events_in_fmi_2() {
+    let fmu = fmu_of("counter");
+    let start = Start { name: "x", guid: fmu.guid.to_str().unwrap(), has_events: true, ..Start::default() };
+    let refused = host::instance::Instance::start(&Opened::V2(fmu.library.clone()), &start).unwrap_err();
+    assert_eq!(refused.to_string(), "it is of FMI 2.0, which has no Event Mode");
 }

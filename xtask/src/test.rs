@@ -42,7 +42,7 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     steps.begin("FMUs");
     pack::run(workspace, &pack::Options::default())?;
     let newer = workspace.target.join("fmu3");
-    let version = Version { fmi: Fmi::Three, types: None };
+    let version = Version { fmi: Fmi::Three, ..Version::default() };
     pack::run(workspace, &pack::Options { version, out: Some(newer.clone()), ..pack::Options::default() })?;
     steps.begin("Rust tests");
     // All packages, including new ones.

@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::findings::is_structured_name;
 use crate::interface::Interface;
 use crate::mapping::{causality, default_experiment, text_description, used_units};
+use crate::names::Names;
 use crate::table::{Row, Table, Text};
 use blocks::{Class, Kind, Role};
 use std::collections::HashMap;
@@ -27,7 +28,9 @@ impl ModelDescription {
     /// The table has an entry that a model description forbids: an unknown unit, a start value out of range, a
     /// duplicate name.
     pub fn of(interface: &Interface) -> Result<ModelDescription, Error> {
-        let table = &interface.table;
+        let (table, names) = (&interface.table, interface.names);
+        let all = table.variables.iter().map(|row| &row.name).chain(table.texts.iter().map(|text| &text.name));
+        names.check(all.map(String::as_str)).map_err(|reason| Error::new(format!("{}: {reason}", table.name)))?;
         let mut description = ModelDescription {
             model_name: table.name.clone(),
             guid: interface.guid.clone(),
@@ -44,15 +47,16 @@ impl ModelDescription {
             ..ModelDescription::default()
         };
         for (value_reference, row) in (0..).zip(&table.variables) {
-            let variable = variable(row, value_reference)
+            let variable = variable(row, value_reference, names)
                 .map_err(|reason| Error::new(format!("{}: variable {}: {reason}", table.name, row.name)))?;
             description.model_variables.push(variable);
         }
         for (value_reference, text) in (table.variables.len() as u32..).zip(&table.texts) {
-            description.model_variables.push(text_variable(text, value_reference));
+            description.model_variables.push(text_variable(text, value_reference, names));
         }
         // The structured convention requires ASCII names and non-negative indices.
-        if description.model_variables.iter().all(|variable| is_structured_name(&variable.name)) {
+        let is_structured = |variable: &Variable| is_structured_name(&variable.name);
+        if names == Names::Structured && description.model_variables.iter().all(is_structured) {
             description.variable_naming_convention = VariableNamingConvention::Structured;
         }
         description.model_structure = structure(table);
@@ -64,10 +68,10 @@ impl ModelDescription {
 }
 
 /// The variable for a text. Its description includes the length, because FMI has no attribute for it.
-fn text_variable(text: &Text, value_reference: u32) -> Variable {
+fn text_variable(text: &Text, value_reference: u32, names: Names) -> Variable {
     let (causality, variability, initial) = causality(text.role);
     Variable {
-        name: text.name.clone(),
+        name: names.of(&text.name).into_owned(),
         value_reference,
         description: Some(text_description(text)),
         causality,
@@ -81,10 +85,10 @@ fn text_variable(text: &Text, value_reference: u32) -> Variable {
     }
 }
 
-fn variable(row: &Row, value_reference: u32) -> Result<Variable, String> {
+fn variable(row: &Row, value_reference: u32, names: Names) -> Result<Variable, String> {
     let (causality, variability, initial) = causality(row.role);
     Ok(Variable {
-        name: row.name.clone(),
+        name: names.of(&row.name).into_owned(),
         value_reference,
         description: Some(row.description.clone()).filter(|description| !description.is_empty()),
         causality,

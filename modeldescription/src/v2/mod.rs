@@ -18,7 +18,7 @@ mod mapping;
 use crate::error::Error;
 use crate::xml::attributes::Element;
 pub use crate::xml::read::Limits;
-use crate::xml::read::{Schema, read_root};
+use crate::xml::read::{MODEL_DESCRIPTION, Schema, read_root};
 pub use check::{Findings, MOST_FINDINGS, check};
 pub use description::*;
 
@@ -45,7 +45,7 @@ pub fn read(bytes: &[u8]) -> Result<ModelDescription, Error> {
 /// # Errors
 /// As [`read()`].
 pub fn read_within(bytes: &[u8], limits: Limits) -> Result<ModelDescription, Error> {
-    let schema = Schema { version: FMI_VERSION, variables: Variable::NAMES, skipped: None };
+    let schema = Schema { version: FMI_VERSION, root: MODEL_DESCRIPTION, variables: Variable::NAMES, skipped: None };
     read_root(bytes, limits, schema, |description| {
         let mut first = None;
         check::contradictions(description, &mut |variable, sentence| {

@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::findings::is_structured_name;
 use crate::interface::Interface;
 use crate::mapping::{causality, default_experiment, text_description, used_units};
+use crate::names::Names;
 use crate::table::{Row, Table, Text};
 use blocks::table::arrays::{Group, grouped};
 use blocks::table::fingerprint;
@@ -62,18 +63,24 @@ impl ModelDescription {
             default_experiment: Some(default_experiment(table)),
             ..ModelDescription::default()
         };
-        let rows = groups(table, interface.types);
+        let (mut rows, mut texts) = (groups(table, interface.types), text_groups(table, interface.types));
+        let names = interface.names;
+        names
+            .check(rows.iter().chain(&texts).map(|group| group.name.as_str()))
+            .map_err(|reason| Error::new(format!("{}: {reason}", table.name)))?;
+        for group in rows.iter_mut().chain(&mut texts) {
+            group.name = names.of(&group.name).into_owned();
+        }
         for group in &rows {
             let variable = variable(table, group, interface.types)
                 .map_err(|reason| Error::new(format!("{}: variable {}: {reason}", table.name, group.name)))?;
             description.model_variables.push(variable);
         }
-        let texts = text_groups(table, interface.types);
         description.model_variables.extend(texts.iter().map(|group| text_variable(table, group)));
-        let names: HashSet<&str> = description.model_variables.iter().map(|of| of.common.name.as_str()).collect();
+        let used: HashSet<&str> = description.model_variables.iter().map(|of| of.common.name.as_str()).collect();
         let mut time = "time".to_string();
-        while names.contains(time.as_str()) {
-            time.insert_str(0, "FMI.");
+        while used.contains(time.as_str()) {
+            time.insert_str(0, &names.of("FMI."));
         }
         description.model_variables.push(Variable {
             common: Common {
@@ -87,7 +94,8 @@ impl ModelDescription {
             ..Variable::default()
         });
         // The structured convention requires ASCII names and non-negative indices.
-        if description.model_variables.iter().all(|variable| is_structured_name(&variable.common.name)) {
+        let is_structured = |variable: &Variable| is_structured_name(&variable.common.name);
+        if names == Names::Structured && description.model_variables.iter().all(is_structured) {
             description.variable_naming_convention = VariableNamingConvention::Structured;
         }
         description.model_structure = structure(table, &rows, &texts);

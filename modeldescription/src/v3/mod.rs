@@ -3,6 +3,7 @@
 //! As for FMI 2.0: [`ModelDescription`] is plain data, [`write()`] turns it into XML, [`read()`] reads any model
 //! description of FMI 3.0, and [`check()`] finds mistakes that a schema does not find.
 
+mod build;
 mod check;
 mod describe;
 mod description;
@@ -12,10 +13,16 @@ mod variable;
 use crate::error::Error;
 use crate::xml::attributes::Element;
 pub use crate::xml::read::Limits;
-use crate::xml::read::{Schema, read_root};
+use crate::xml::read::{MODEL_DESCRIPTION, Schema, read_root};
+pub use build::{
+    BUILD_DESCRIPTION, BuildConfiguration, BuildDescription, PreprocessorDefinition, SourceFile, SourceFileSet,
+};
 pub use check::check;
 pub use description::*;
 pub use mapping::token;
+
+const SCHEMA: Schema =
+    Schema { version: FMI_VERSION, root: MODEL_DESCRIPTION, variables: Variable::NAMES, skipped: Some("Annotations") };
 
 /// Reads a modelDescription.xml of FMI 3.0, made by any tool.
 ///
@@ -25,8 +32,7 @@ pub use mapping::token;
 /// # Errors
 /// The file is malformed or contradicts itself: one sentence with the line.
 pub fn read(bytes: &[u8]) -> Result<ModelDescription, Error> {
-    let schema = Schema { version: FMI_VERSION, variables: Variable::NAMES, skipped: Some("Annotations") };
-    read_root(bytes, Limits::default(), schema, |description| {
+    read_root(bytes, Limits::default(), SCHEMA, |description| {
         let mut first = None;
         check::contradictions(description, &mut |variable, sentence| {
             first.get_or_insert((variable, sentence));

@@ -1,4 +1,4 @@
-//! Reads a modelDescription.xml as elements.
+//! Reads a modelDescription.xml, or another file of FMI, as elements.
 
 use super::attributes::{Element, TWICE};
 use super::lexical::{SPACES, Value, is_xml};
@@ -31,24 +31,29 @@ impl Default for Limits {
 pub(crate) struct Schema {
     /// The version as stated by `fmiVersion`.
     pub(crate) version: &'static str,
+    /// The name of the root, and what such a file is.
+    pub(crate) root: (&'static str, &'static str),
     /// The names of the elements that are variables.
     pub(crate) variables: &'static [&'static str],
     /// The name of an element that may occur inside any other and is skipped.
     pub(crate) skipped: Option<&'static str>,
 }
 
+/// The root of a modelDescription.xml.
+pub(crate) const MODEL_DESCRIPTION: (&str, &str) = ("fmiModelDescription", "model description");
+
 /// The index in `versions` of the version of a modelDescription.xml.
 pub(crate) fn version(bytes: &[u8], versions: &[&'static str]) -> Result<usize, Error> {
     let limits = Limits::default();
-    let schema = Schema { version: versions[0], variables: &[], skipped: None };
-    version_among(versions, &Document::new(text(bytes, limits)?, limits, schema).root()?)
+    let schema = Schema { version: versions[0], root: MODEL_DESCRIPTION, variables: &[], skipped: None };
+    version_among(versions, &Document::new(text(bytes, limits, schema)?, limits, schema).root()?)
 }
 
 /// The file's text.
-fn text(bytes: &[u8], limits: Limits) -> Result<&str, Error> {
+fn text(bytes: &[u8], limits: Limits, schema: Schema) -> Result<&str, Error> {
     if bytes.len() > limits.bytes {
-        let (size, most) = (bytes.len(), limits.bytes);
-        return Err(Error::new(format!("the model description has {size} bytes: the limit is {most}")));
+        let (what, size, most) = (schema.root.1, bytes.len(), limits.bytes);
+        return Err(Error::new(format!("the {what} has {size} bytes: the limit is {most}")));
     }
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let place = error.valid_up_to();
@@ -57,14 +62,14 @@ fn text(bytes: &[u8], limits: Limits) -> Result<&str, Error> {
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }
 
-/// Reads a modelDescription.xml: the root element, and the position of each variable.
+/// Reads a file: the root element, and the position of each variable.
 pub(crate) fn read_root<T: Element>(
     bytes: &[u8],
     limits: Limits,
     schema: Schema,
     contradiction: impl FnOnce(&T) -> Option<(Option<usize>, String)>,
 ) -> Result<T, Error> {
-    let mut document = Document::new(text(bytes, limits)?, limits, schema);
+    let mut document = Document::new(text(bytes, limits, schema)?, limits, schema);
     let root = document.root()?;
     version_among(&[schema.version], &root)?;
     let description = T::read(&mut document, &root)?;
@@ -283,12 +288,11 @@ impl<'a> Document<'a> {
 
     /// The start tag of the root element.
     fn root(&mut self) -> Result<Tag<'a>, Error> {
+        let (name, what) = self.schema.root;
         match self.next()? {
-            Piece::Tag(root) if root.name() == "fmiModelDescription" => Ok(root),
-            Piece::Tag(root) => {
-                Err(root.refused("this is not a model description: that begins with <fmiModelDescription"))
-            }
-            _ => Err(self.refused(0, "this is not XML: a model description begins with <fmiModelDescription")),
+            Piece::Tag(root) if root.name() == name => Ok(root),
+            Piece::Tag(root) => Err(root.refused(&format!("this is not a {what}: that begins with <{name}"))),
+            _ => Err(self.refused(0, &format!("this is not XML: a {what} begins with <{name}"))),
         }
     }
 
@@ -296,7 +300,7 @@ impl<'a> Document<'a> {
     fn end(&mut self) -> Result<(), Error> {
         match self.next()? {
             Piece::Tag(Tag { place, .. }) | Piece::Text(place) => {
-                Err(self.refused(place, "something follows </fmiModelDescription>: remove it"))
+                Err(self.refused(place, &format!("something follows </{}>: remove it", self.schema.root.0)))
             }
             // The parser rejects an end tag without a start tag.
             Piece::EndTag | Piece::End => Ok(()),

@@ -1,7 +1,7 @@
 //! From a block's table to a model description.
 
 use modeldescription::v2::*;
-use modeldescription::{Error, Interface};
+use modeldescription::{Error, Interface, Names};
 
 /// Returns a row in JSON as the `fmu` crate writes it.
 fn row(name: &str, kind: &str, role: &str, rest: &str) -> String {
@@ -301,6 +301,23 @@ fn one_name_that_is_not_structured_makes_the_convention_flat() {
         let description = of(&[row("A", "REAL", "output", ""), row(name, "REAL", "output", "")]).unwrap();
         assert_eq!(description.variable_naming_convention, convention, "{name}");
     }
+}
+
+#[test]
+fn flat_names_have_no_dots_and_indices() {
+    let flat = |rows: &[String]| {
+        let interface = Interface::parse(&json(rows))?;
+        ModelDescription::of(&Interface { names: Names::Flat, ..interface })
+    };
+    let row = |name: &str| row(name, "REAL", "output", "");
+    let description = flat(&[row("par.level"), row("m[1,2]")]).unwrap();
+    let names: Vec<&str> = description.model_variables.iter().map(|of| of.name.as_str()).collect();
+    assert_eq!(names, ["CYCLE", "par_level", "m_1_2"]);
+    assert_eq!(description.variable_naming_convention, VariableNamingConvention::Flat);
+    assert_eq!(
+        flat(&[row("par.level"), row("par_level")]).unwrap_err().to_string(),
+        "BLOCK: par.level and par_level both have the flat name par_level: rename one of them"
+    );
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use blocks::Types;
 use modeldescription::v3::*;
-use modeldescription::{Interface, Type};
+use modeldescription::{Interface, Names, Type};
 
 /// A model description as other tools write it, with every element and attribute of FMI 3.0.
 const FOREIGN: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
@@ -318,4 +318,42 @@ fn a_table_with_wide_types_has_doubles_and_each_element() {
     assert!(line(&xml, "wait").contains(r#"unit="s" displayUnit="ms" start="0.25""#), "{}", line(&xml, "wait"));
     assert!(line(&xml, "count").starts_with("<Int64 "));
     assert!(xml.contains(r#"<Unit name="s">"#));
+}
+
+#[test]
+fn flat_names_have_no_dots_and_indices() {
+    let flat = |types, first: &str| {
+        let mut interface = Interface { names: Names::Flat, ..interface(types) };
+        interface.table.variables[0].name = first.into();
+        ModelDescription::of(&interface)
+    };
+    let named = |types, first| -> Vec<String> {
+        let description = flat(types, first).unwrap();
+        assert_eq!(description.variable_naming_convention, VariableNamingConvention::Flat);
+        description.model_variables.into_iter().map(|of| of.common.name).collect()
+    };
+    assert_eq!(named(Types::Native, "par.r")[..4], ["par_r", "count", "bits", "a"]);
+    assert_eq!(named(Types::Wide, "time")[3..5], ["a_0", "a_1"]);
+    assert_eq!(named(Types::Wide, "time").last().unwrap(), "FMI_time");
+    // An array is one name, its elements are others.
+    assert_eq!(named(Types::Native, "a_1")[0], "a_1");
+    assert_eq!(
+        flat(Types::Wide, "a_1").unwrap_err().to_string(),
+        "PUMP: a_1 and a[1] both have the flat name a_1: rename one of them"
+    );
+}
+
+#[test]
+fn the_rows_of_a_table_are_found_by_flat_names() {
+    for types in [Types::Native, Types::Wide] {
+        let mut interface = Interface { names: Names::Flat, ..interface(types) };
+        interface.table.variables[0].name = "par.r".into();
+        let description = ModelDescription::of(&interface).unwrap().description().expanded();
+        let rows = interface.table.variables.iter().map(|row| (row.name.as_str(), (row.kind, row.role)));
+        let places = description.places(rows);
+        let found: Vec<&str> = places.iter().map(|place| description.variables[place.unwrap()].name.as_str()).collect();
+        // Elements of an array count from 1, whatever its bounds.
+        let elements = if types == Types::Native { ["a[1]", "a[2]"] } else { ["a_0", "a_1"] };
+        assert_eq!(found[..5], ["par_r", "count", "bits", elements[0], elements[1]]);
+    }
 }

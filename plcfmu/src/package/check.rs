@@ -9,9 +9,11 @@ use blocks::table::start::Start;
 use host::fmu::Fmu;
 use host::instance::Instance;
 use host::library::{self, FUNCTIONS};
+use host::package::archive::Archive;
 use host::package::binary::Binary;
 use host::package::{DESCRIPTION, LibraryFile, Package, temporary};
 use memchr::memmem;
+use modeldescription::v3::{BUILD_DESCRIPTION, BuildDescription};
 use modeldescription::{Array, Causality, Description, Interface, ModelDescription, Variable, shortened};
 use run::component::MOST_UPDATES;
 use run::plan::has_events;
@@ -26,6 +28,9 @@ const NO_GUID: &str = "{00000000-0000-0000-0000-000000000000}";
 
 /// Start values in a text may have fewer digits than in the code: they differ by this part of the value at most.
 const ROUNDED: f64 = 1e-6;
+
+/// The largest build description, in bytes.
+const LARGEST_BUILD_DESCRIPTION: u64 = 1 << 20;
 
 /// What a check has found.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -57,6 +62,7 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
             report.errors.push(format!("{DESCRIPTION}: SourceFiles names {name:?}, and there is no {path:?}"));
         }
     }
+    check_build(package, &mut report);
     report.errors.extend(misnamed(package));
     for file in package.libraries.clone() {
         match check_library(package, &file, &preset) {
@@ -65,6 +71,55 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
         }
     }
     report
+}
+
+/// Checks what FMI 3.0 says of the compilation of the sources.
+fn check_build<R: Read + Seek>(package: &mut Package<R>, report: &mut Report) {
+    if !package.description.is_fmi_3() {
+        return;
+    }
+    if package.archive.find(BUILD_DESCRIPTION).is_none() {
+        let is_source = |path: &str| path.starts_with("sources/") && !path.ends_with('/');
+        if let Some(source) = package.archive.entries().iter().find(|entry| is_source(&entry.name)) {
+            let source = shortened(&source.name);
+            report
+                .departures
+                .push(format!("there is {source:?}, and no {BUILD_DESCRIPTION:?} that says how to compile it"));
+        }
+        return;
+    }
+    let read = |archive: &mut Archive<R>| -> Result<BuildDescription> {
+        Ok(BuildDescription::read(&archive.read(BUILD_DESCRIPTION, LARGEST_BUILD_DESCRIPTION)?)?)
+    };
+    let build = match read(&mut package.archive) {
+        Ok(build) => build,
+        Err(error) => return report.errors.push(format!("{BUILD_DESCRIPTION}: {error:#}")),
+    };
+    if let count @ 2.. = build.configurations.len() {
+        report
+            .remarks
+            .push(format!("{BUILD_DESCRIPTION}: of its {count} build configurations some hosts read the first alone"));
+    }
+    let kinds = [&package.description.co_simulation, &package.description.model_exchange];
+    let own: Vec<&str> = kinds.into_iter().flatten().map(|of| of.model_identifier.as_str()).collect();
+    for configuration in &build.configurations {
+        let named = &configuration.model_identifier;
+        if let [first, ..] = own[..]
+            && !own.contains(&named.as_str())
+        {
+            let (named, own) = (shortened(named), shortened(first));
+            report.errors.push(format!(
+                "{BUILD_DESCRIPTION}: modelIdentifier = {named:?}, but {DESCRIPTION} has {own:?}: correct one of them"
+            ));
+        }
+        for file in configuration.source_file_sets.iter().flat_map(|set| &set.source_files) {
+            let path = format!("sources/{}", file.name);
+            if package.archive.find(&path).is_none() {
+                let (name, path) = (shortened(&file.name), shortened(&path));
+                report.errors.push(format!("{BUILD_DESCRIPTION}: SourceFile names {name:?}, and there is no {path:?}"));
+            }
+        }
+    }
 }
 
 /// The functions that a library has to export.
@@ -302,6 +357,7 @@ mod tests {
     use host::package::archive;
     use modeldescription::Variability;
     use modeldescription::v2::{ModelDescription, write};
+    use std::collections::BTreeMap;
 
     /// The description of a small block by its library.
     fn interface() -> Interface {
@@ -405,6 +461,50 @@ mod tests {
         assert_eq!(
             refusal(&library(true, "{1} pumps."), "darwin64"),
             "it does not contain the text \"Pumps.\": it was built from other sources"
+        );
+    }
+
+    #[test]
+    fn a_build_description_that_does_not_fit_is_found_by_name() {
+        let newer = Interface { version: modeldescription::v3::FMI_VERSION.into(), ..interface() };
+        let xml = modeldescription::ModelDescription::of(&newer).unwrap().write();
+        let report = |build: Option<&str>| {
+            let mut files: BTreeMap<String, Vec<u8>> =
+                [("modelDescription.xml".to_string(), xml.clone()), ("sources/PUMP.c".to_string(), b"int a;".to_vec())]
+                    .into();
+            files.extend(build.map(|text| (BUILD_DESCRIPTION.to_string(), text.as_bytes().to_vec())));
+            let bytes = archive::write(&files).unwrap();
+            check(&mut Package::read(std::io::Cursor::new(bytes)).unwrap())
+        };
+        let build = |body: &str| format!("<fmiBuildDescription fmiVersion=\"3.0\">\n{body}</fmiBuildDescription>");
+        let configuration = |identifier: &str, file: &str| {
+            format!(
+                "<BuildConfiguration modelIdentifier=\"{identifier}\"><SourceFileSet><SourceFile name=\"{file}\"/></SourceFileSet></BuildConfiguration>\n"
+            )
+        };
+        let good = configuration("PUMP", "PUMP.c");
+        assert_eq!(report(Some(&build(&good))), Report::default());
+        for (body, expected) in [
+            (String::new(), "element BuildConfiguration is missing: add it"),
+            (good.replace("</SourceFileSet>", ""), "line 2: this is not XML: "),
+            (
+                configuration("FAN", "PUMP.c"),
+                "modelIdentifier = \"FAN\", but modelDescription.xml has \"PUMP\": correct one of them",
+            ),
+            (configuration("PUMP", "FAN.c"), "SourceFile names \"FAN.c\", and there is no \"sources/FAN.c\""),
+        ] {
+            let errors = report(Some(&build(&body))).errors;
+            let [error] = &errors[..] else { panic!("{errors:?}") };
+            let rest = error.strip_prefix("sources/buildDescription.xml: ");
+            assert!(rest.is_some_and(|rest| rest.starts_with(expected)), "{error}");
+        }
+        assert_eq!(
+            report(Some(&build(&good.repeat(2)))).remarks,
+            ["sources/buildDescription.xml: of its 2 build configurations some hosts read the first alone"]
+        );
+        assert_eq!(
+            report(None).departures,
+            ["there is \"sources/PUMP.c\", and no \"sources/buildDescription.xml\" that says how to compile it"]
         );
     }
 

@@ -93,7 +93,7 @@ pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Res
         let packing = pack::Options { platforms, out: Some(new.clone()), as_available, ..pack::Options::default() };
         pack::run(workspace, &packing)?;
         let newer = new.join(NEWER);
-        let version = Version { fmi: Fmi::Three, types: None };
+        let version = Version { fmi: Fmi::Three, ..Version::default() };
         pack::run(workspace, &pack::Options { version, out: Some(newer.clone()), ..packing })?;
         // The library of programs is that of both versions.
         fs::remove_dir_all(newer.join(program_library::FOLDER)).with_context(unwritable)?;

@@ -6,7 +6,7 @@ mod assume;
 use crate::build::c;
 use crate::build::platform;
 use crate::package::pack::LICENCES;
-use crate::package::version::Version;
+use crate::package::version::{Fmi, Version};
 use crate::package::{check, program_library, reference};
 use crate::page;
 use crate::program::Parts;
@@ -289,7 +289,7 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
             if native {
                 let told = fmu::describe(loaded.table, &loaded.guid());
                 libraries.insert(host, compile_natively(compiled.path(), &file, &text, version.door(), &told)?);
-                if version != Version::default() {
+                if version.fmi == Fmi::Three {
                     let text =
                         loaded.sources(Version::default().door(), laws::with_laws).map_err(anyhow::Error::msg)?;
                     let folder = compiled.path().join("recorded");

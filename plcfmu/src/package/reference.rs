@@ -111,7 +111,7 @@ pub struct Recordings {
 
 /// The files of the layered standard, by their path in the FMU.
 ///
-/// Values are in the types of a version.
+/// Values are in the types of a version, and variables have its names.
 pub fn files(table: &Table, recording: &Recording, version: Version) -> BTreeMap<String, Vec<u8>> {
     let name = &table.name;
     let mut files = BTreeMap::new();
@@ -149,7 +149,7 @@ fn input(table: &Table, recording: &Recording, version: Version) -> String {
     let columns: Vec<usize> =
         (0..rows.len()).filter(|row| rows[*row].role == Role::Input || is_tuned(&rows[*row])).collect();
     let mut values: Vec<f64> = columns.iter().map(|row| rows[*row].start).collect();
-    let mut csv = header(table, &columns);
+    let mut csv = header(table, &columns, version);
     let end = recording.time(recording.calls.len());
     let mut calls: Vec<u32> = table.responses[0].set.iter().map(|(call, ..)| *call).chain([0]).collect();
     calls.sort_unstable();
@@ -176,7 +176,7 @@ fn input(table: &Table, recording: &Recording, version: Version) -> String {
 fn output(table: &Table, recording: &Recording, version: Version) -> String {
     let is_computed = |row: usize| matches!(table.variables[row].role, Role::Output | Role::Local);
     let columns: Vec<usize> = recording.shown.iter().copied().filter(|row| is_computed(*row)).collect();
-    let mut csv = header(table, &columns);
+    let mut csv = header(table, &columns, version);
     for (point, values) in std::iter::once(&recording.restart).chain(&recording.calls).enumerate() {
         let computed = recording.shown.iter().zip(values).filter(|(row, _)| is_computed(**row));
         let values: Vec<f64> = computed.map(|(_, value)| *value).collect();
@@ -185,8 +185,8 @@ fn output(table: &Table, recording: &Recording, version: Version) -> String {
     csv
 }
 
-fn header(table: &Table, columns: &[usize]) -> String {
-    let names = columns.iter().map(|row| format!(",{}", table.variables[*row].name));
+fn header(table: &Table, columns: &[usize], version: Version) -> String {
+    let names = columns.iter().map(|row| format!(",{}", version.names.of(&table.variables[*row].name)));
     format!("time{}\n", names.collect::<String>())
 }
 
@@ -226,7 +226,8 @@ fn description(table: &Table, recording: &Recording, version: Version) -> String
         if let Some(row) = row.filter(|row| row.role != Role::Input) {
             let _ = writeln!(
                 text,
-                "Set before the initialization ends: {variable} = {}",
+                "Set before the initialization ends: {} = {}",
+                version.names.of(variable),
                 start_value(row, *value, version)
             );
         }

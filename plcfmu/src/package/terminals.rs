@@ -10,7 +10,7 @@ use blocks::table::arrays::grouped;
 use blocks::{Role, Types};
 use draw::escape::Text;
 use draw::{diagram, picture};
-use modeldescription::Table;
+use modeldescription::{Names, Table};
 use run::dialog;
 use std::fmt::Write;
 
@@ -40,13 +40,13 @@ struct Terminal {
 ///
 /// # Errors
 /// The diagram or the dialog in the documentation of the block is faulty.
-pub fn files(table: &Table, types: Types) -> Result<Files> {
+pub fn files(table: &Table, types: Types, names: Names) -> Result<Files> {
     let icon = diagram::icon::svg(table)?;
     let terminals = terminals(table, types)?;
     let mut files = Files::from([
         (format!("{FOLDER}/icon.png"), picture::png(&icon)?),
         (format!("{FOLDER}/icon.svg"), icon.into_bytes()),
-        (format!("{FOLDER}/terminalsAndIcons.xml"), xml(&terminals).into_bytes()),
+        (format!("{FOLDER}/terminalsAndIcons.xml"), xml(&terminals, names).into_bytes()),
     ]);
     if !terminals.is_empty() {
         files.insert(format!("{FOLDER}/port.png"), picture::png(PORT)?);
@@ -89,7 +89,7 @@ fn terminals(table: &Table, types: Types) -> Result<Vec<Terminal>> {
     Ok(terminals)
 }
 
-fn xml(terminals: &[Terminal]) -> String {
+fn xml(terminals: &[Terminal], names: Names) -> String {
     let mut xml =
         String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n");
     let square = format!(r#"x1="-{HALF}" y1="-{HALF}" x2="{HALF}" y2="{HALF}""#);
@@ -107,7 +107,7 @@ fn xml(terminals: &[Terminal]) -> String {
             let _ = writeln!(
                 xml,
                 "      <TerminalMemberVariable variableName=\"{}\" memberName=\"{}\" variableKind=\"signal\"/>",
-                Text(variable),
+                Text(&names.of(variable)),
                 Text(member)
             );
         }
@@ -184,7 +184,7 @@ mod tests {
             ("LMN", vec![("OUT", "LMN")], true),
         ];
         assert_eq!(names(&terminals(&controller, Types::Native).unwrap()), expected);
-        let xml = xml(&terminals(&controller, Types::Native).unwrap());
+        let xml = xml(&terminals(&controller, Types::Native).unwrap(), Names::Structured);
         // Two on the left, a third and two thirds from the top; one on the right, in the middle.
         assert!(
             xml.contains(r#"<TerminalGraphicalRepresentation x1="90" y1="-10" x2="110" y2="10" iconBaseName="port"/>"#),
@@ -209,6 +209,6 @@ mod tests {
             names(&terminals(&program, Types::Native).unwrap()),
             [("in", vec![("in.a", "a"), ("in.b.c", "b.c"), ("in.v", "v")], false)]
         );
-        assert!(xml(&[]).ends_with("</GraphicalRepresentation>\n</fmiTerminalsAndIcons>\n"));
+        assert!(xml(&[], Names::Structured).ends_with("</GraphicalRepresentation>\n</fmiTerminalsAndIcons>\n"));
     }
 }

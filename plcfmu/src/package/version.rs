@@ -7,25 +7,32 @@ use anyhow::{Result, ensure};
 use blocks::{Class, Kind, Types};
 use draw::{diagram, picture};
 use fmu::sources::Door;
-use modeldescription::{Interface, Row, Table};
-
-/// Where FMI 3.0 has what is said of the C.
-const BUILD_DESCRIPTION: &str = "sources/buildDescription.xml";
+use modeldescription::v3::{
+    BUILD_DESCRIPTION, BuildConfiguration, BuildDescription, PreprocessorDefinition, SourceFile, SourceFileSet,
+};
+use modeldescription::{Interface, Names, Row, Table};
 
 /// How the one file of an FMU is compiled. A shared library has no prefix; a host that links several FMUs leaves that definition out.
-fn build_description(name: &str, file: &str) -> String {
-    format!(
-        r#"<?xml version="1.0" encoding="UTF-8"?>
-<fmiBuildDescription fmiVersion="3.0">
-  <BuildConfiguration modelIdentifier="{name}">
-    <SourceFileSet language="C99">
-      <SourceFile name="{file}"/>
-      <PreprocessorDefinition name="FMI3_OVERRIDE_FUNCTION_PREFIX" optional="true" value="" description="No prefix, for a shared library"/>
-    </SourceFileSet>
-  </BuildConfiguration>
-</fmiBuildDescription>
-"#
-    )
+fn build_description(name: &str, file: &str) -> BuildDescription {
+    let prefix = PreprocessorDefinition {
+        name: "FMI3_OVERRIDE_FUNCTION_PREFIX".into(),
+        optional: true,
+        value: Some(String::new()),
+        description: Some("No prefix, for a shared library".into()),
+        ..PreprocessorDefinition::default()
+    };
+    let files = SourceFileSet {
+        language: Some("C99".into()),
+        source_files: vec![SourceFile { name: file.into() }],
+        preprocessor_definitions: vec![prefix],
+        ..SourceFileSet::default()
+    };
+    let configuration = BuildConfiguration {
+        model_identifier: name.into(),
+        source_file_sets: vec![files],
+        ..BuildConfiguration::default()
+    };
+    BuildDescription { configurations: vec![configuration] }
 }
 
 /// A version of FMI.
@@ -40,7 +47,7 @@ pub enum Fmi {
     Three,
 }
 
-/// The version of FMI, and the types.
+/// The version of FMI, the types and the names.
 #[derive(clap::Args, Clone, Copy, Debug, Default, PartialEq)]
 #[group(skip)] // clap names a group after the type, and others have the same name
 pub struct Version {
@@ -51,11 +58,24 @@ pub struct Version {
     /// for integers up to 32 bits, and a variable for each element of an array [default: native]
     #[arg(long, value_name = "TYPES", value_parser = types)]
     pub types: Option<Types>,
+    /// Names of variables: structured, those of the PLC, such as par.level and feedback[1]; or flat, such as par_level and feedback_1,
+    /// for tools that make buses of structured names or refuse them
+    #[arg(id = "naming", long = "names", value_name = "NAMES", value_parser = names, default_value = "structured")]
+    pub names: Names,
 }
 
 /// The choice of types in an argument.
 fn types(argument: &str) -> Result<Types, String> {
     Types::named(argument).ok_or_else(|| "the types are native and wide".to_string())
+}
+
+/// The choice of names in an argument.
+fn names(argument: &str) -> Result<Names, String> {
+    match argument {
+        "structured" => Ok(Names::Structured),
+        "flat" => Ok(Names::Flat),
+        _ => Err("the names are structured and flat".into()),
+    }
 }
 
 impl Version {
@@ -77,7 +97,7 @@ impl Version {
             Fmi::Two => interface.version.clone(),
             Fmi::Three => modeldescription::v3::FMI_VERSION.into(),
         };
-        Interface { version, types: self.types.unwrap_or(Types::Native), ..interface.clone() }
+        Interface { version, types: self.types.unwrap_or(Types::Native), names: self.names, ..interface.clone() }
     }
 
     /// The door of its FMUs in C.
@@ -91,7 +111,7 @@ impl Version {
         let file = format!("{name}.c");
         let mut files = Files::from([(format!("sources/{file}"), text.into_bytes())]);
         if self.fmi == Fmi::Three {
-            files.insert(BUILD_DESCRIPTION.into(), build_description(name, &file).into_bytes());
+            files.insert(BUILD_DESCRIPTION.into(), build_description(name, &file).write());
         }
         files
     }
@@ -103,7 +123,7 @@ impl Version {
     pub fn pictures(self, table: &Table) -> Result<Files> {
         match self.fmi {
             Fmi::Two => Ok(Files::from([("model.png".into(), picture::png(&diagram::icon::svg(table)?)?)])),
-            Fmi::Three => terminals::files(table, self.types.unwrap_or(Types::Native)),
+            Fmi::Three => terminals::files(table, self.types.unwrap_or(Types::Native), self.names),
         }
     }
 
@@ -151,7 +171,7 @@ impl Version {
 mod tests {
     use super::*;
 
-    const NATIVE: Version = Version { fmi: Fmi::Three, types: None };
+    const NATIVE: Version = Version { fmi: Fmi::Three, types: None, names: Names::Structured };
 
     #[test]
     fn libraries_have_the_folders_of_the_version() {
@@ -211,6 +231,6 @@ mod tests {
     fn types_without_the_version_that_has_them_are_refused() {
         let error = Version { types: Some(Types::Wide), ..Version::default() }.check().unwrap_err().to_string();
         assert_eq!(error, "--types is for FMI 3.0: FMI 2.0 has one choice; add --fmi 3");
-        assert!(NATIVE.check().is_ok() && types("double").is_err());
+        assert!(NATIVE.check().is_ok() && types("double").is_err() && names("dotted").is_err());
     }
 }

@@ -8,7 +8,8 @@
 //! - `serialized.rs`: damaged, foreign and forged FMU states
 //! - `newer/`: the same for the 75 functions of FMI 3.0
 //!
-//! `PLCFMU_HOSTILE_CALLS` is the number of calls (over all libraries), `PLCFMU_HOSTILE_SEED` begins another sequence.
+//! `PLCFMU_HOSTILE_CALLS` is the number of calls (over all libraries), `PLCFMU_HOSTILE_SEED` begins another sequence, `PLCFMU_HOSTILE_TYPES` names
+//! the types that the libraries have in FMI 3.0, if they have one choice.
 
 // A hostile host calls C functions.
 #![allow(unsafe_code)]

@@ -120,9 +120,8 @@ static const char *plcfmu_given(const char *from, int type, int kind, i64_t *bit
         }
         return plcfmu_bits_of(number, kind, bits);
     } else if (type == PLCFMU_BOOLEAN) {
-        fmi3Boolean is_true;
-        memcpy(&is_true, from, sizeof is_true);
-        *bits = is_true ? 1 : 0;
+        /* Any byte but 0 is true, which a C compiler does not know of its type for truth values. */
+        *bits = plcfmu_integer(from, type) != 0 ? 1 : 0;
     } else {
         i64_t number = plcfmu_integer(from, type);
         /* An integer of 64 bits, and a TIME, has the values of the PLC's type. */

@@ -325,11 +325,16 @@ fn no_sequence_of_calls_breaks_a_library_of_fmi_3() {
         functions.extend(vec![place; times]);
     }
     let foreign = some_state(fmu_of("counter"));
+    // A library in Rust has all types, one in C those of its FMU.
+    let types = match std::env::var("PLCFMU_HOSTILE_TYPES") {
+        Ok(name) => vec![Types::named(&name).expect("PLCFMU_HOSTILE_TYPES is native or wide")],
+        Err(_) => Types::ALL.to_vec(),
+    };
     for fmu in all {
         // With native types an array is one variable; the model knows single values.
         let names = fmu.variables.iter().map(|row| &row.name).chain(fmu.texts.iter().map(|text| &text.name));
         let has_arrays = names.into_iter().any(|name| name.ends_with(']'));
-        for types in [Types::Native, Types::Wide].into_iter().filter(|types| !(has_arrays && types.has_arrays())) {
+        for types in types.iter().copied().filter(|types| !(has_arrays && types.has_arrays())) {
             let foreign = [foreign.clone(), some_state(fmu)];
             let mut seen: Seen = [[[0; 2]; STATES.len()]; ALLOWED.len()];
             let config =

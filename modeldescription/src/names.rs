@@ -1,0 +1,82 @@
+//! The names of variables, for hosts that take any, and for those that take identifiers alone.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+/// How the variables of an FMU are named.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Names {
+    /// As in the PLC: `par.level`, `feedback[1]`.
+    #[default]
+    Structured,
+    /// Without dots and indices: `par_level`, `feedback_1`.
+    Flat,
+}
+
+impl Names {
+    /// Returns the name that a host sees.
+    ///
+    /// A flat one has letters, digits and underscores only: the minus of an index becomes `m`, quotes and the end of the
+    /// indices vanish, anything else becomes an underscore.
+    pub fn of(self, name: &str) -> Cow<'_, str> {
+        let is_kept = |character: char| character.is_alphanumeric() || character == '_';
+        if self == Names::Structured || name.chars().all(is_kept) {
+            return name.into();
+        }
+        let mut flat: String = name
+            .chars()
+            .filter_map(|character| match character {
+                ']' | '\'' | '"' => None,
+                '-' => Some('m'),
+                kept if is_kept(kept) => Some(kept),
+                _ => Some('_'),
+            })
+            .collect();
+        if !flat.starts_with(|first: char| first.is_alphabetic() || first == '_') {
+            flat.insert(0, '_');
+        }
+        flat.into()
+    }
+
+    /// Refuses two names that become one.
+    pub(crate) fn check<'a>(self, names: impl Iterator<Item = &'a str>) -> Result<(), String> {
+        let mut known: HashMap<Cow<'a, str>, &str> = HashMap::new();
+        for name in names {
+            let flat = self.of(name);
+            if let Some(other) = known.insert(flat.clone(), name).filter(|other| *other != name) {
+                return Err(format!("{other} and {name} both have the flat name {flat}: rename one of them"));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flat_names_are_identifiers() {
+        for (name, flat) in [
+            ("LEVEL_2", "LEVEL_2"),
+            ("par.level", "par_level"),
+            ("feedback[1]", "feedback_1"),
+            ("axis[2].m[-1,10]", "axis_2_m_m1_10"),
+            ("'V1.0'.'1st level [m]'", "V1_0_1st_level__m"),
+            ("'1st'", "_1st"),
+            ("Füllstand", "Füllstand"),
+        ] {
+            assert_eq!((Names::Structured.of(name), Names::Flat.of(name)), (name.into(), flat.into()));
+        }
+    }
+
+    #[test]
+    fn two_names_that_become_one_are_refused_with_both() {
+        let check = |names: Names| names.check(["par.level", "x", "par_level"].into_iter());
+        assert_eq!(check(Names::Structured), Ok(()));
+        assert_eq!(
+            check(Names::Flat).unwrap_err(),
+            "par.level and par_level both have the flat name par_level: rename one of them"
+        );
+    }
+}
