@@ -10,7 +10,8 @@
 //!
 //! If they differ, the cause is looked for in this order: the mode, if the recording does not say it; the time between two calls, if the
 //! times of the recording disagree with it; then one setting, then two, whose values are estimated with the block itself; then a setting
-//! that was changed while the recording was made. An explanation is sure if it is the only one and its values could not be others; otherwise the conclusion is that the recording does not tell.
+//! that was changed while the recording was made. An explanation is sure if it is the only one and its values could not be others;
+//! otherwise the conclusion is that the recording does not tell.
 //!
 //! What the block did before the first row is in its memory and not in the file. If the file begins with a restart (COM_RST is
 //! TRUE), that is row 0. If it does not say so, the block is brought to the recorded manipulated value in manual, or begins with
@@ -30,6 +31,7 @@ pub use change::{Change, Doubt, Moving, Since, Why};
 use columns::Recording;
 use compare::Comparison;
 use instance::{Beginning, Block, Variant};
+use midway::Midway;
 use run::dialog;
 use run::fmus::Fmus;
 use run::fmus::{Member, Values};
@@ -37,6 +39,9 @@ use serde::{Deserialize, Serialize};
 
 /// The most values of outputs that are compared, rows times columns.
 const MOST_VALUES: usize = 8 << 20;
+
+/// What leaves more than so many times half of the last digit is accepted only if a change by hand does not come nearer.
+const FAR: f64 = 4.0;
 
 /// At most this many rows of a curve are answered.
 const MOST_POINTS: usize = 8_000;
@@ -117,6 +122,8 @@ pub struct Compared {
     pub different: usize,
     /// The largest difference.
     pub largest: f64,
+    /// How far a value may be off at most and counts as equal.
+    pub allowed: f64,
     /// To draw: times in seconds.
     pub times: Vec<f64>,
     /// The recorded values.
@@ -174,8 +181,9 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
             recording.outputs.len()
         );
     }
-    let comparison = Comparison { block: &block, recording: &recording, tolerance: request.tolerance };
-    let (mut base, mut suspects) = explained(&comparison, request.try_suspects)?;
+    let tolerance = request.tolerance;
+    let (mut base, mut suspects) = explained(&Comparison::of(&block, &recording, tolerance), request.try_suspects)?;
+    let mut is_late = false;
     if base.different() > 0 && recording.rows > 2 {
         // Where the setpoint steps, outputs that are a call late look like a row that is no call.
         let has_to_explain = request.try_suspects && !suspects.iter().any(is_of_settings);
@@ -187,14 +195,34 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
         };
         if let Some(late) = Some(late).filter(is_taken) {
             (base, suspects, recording) = (late.base, late.suspects, late.recording);
-            remarks.push(
-                "Each row has the outputs of the call before, as those of a loop with parallel exchange do: they are compared with \
-                 that call."
-                    .into(),
-            );
+            is_late = true;
+        }
+        let allowed = if tolerance.is_some() { f64::INFINITY } else { FAR * recording.resolution() };
+        let is_near = |suspect: &Suspect| suspect.fits && suspect.largest <= allowed;
+        if request.try_suspects && base.different() > 0 && !suspects.iter().any(is_near) {
+            let mut readings = readings(&block, &csv, request)?;
+            let of = |recording| Comparison::of(&block, recording, tolerance);
+            let comparisons: Vec<Comparison> = readings.iter().map(of).collect();
+            let fitting = suspects.iter().filter(|suspect| suspect.fits).map(|suspect| suspect.largest);
+            let largest = fitting.fold(f64::INFINITY, f64::min);
+            let is_nearer = |midway: &Midway| midway.suspects[0].largest < largest / 2.0;
+            if let Some(midway) = midway::midway(&comparisons)?.filter(is_nearer) {
+                base = midway.base;
+                suspects.retain(|suspect| !suspect.fits);
+                suspects.splice(0..0, midway.suspects);
+                is_late = midway.reading > 0;
+                recording = readings.swap_remove(midway.reading);
+            }
         }
     }
-    let comparison = Comparison { block: &block, recording: &recording, tolerance: request.tolerance };
+    if is_late {
+        remarks.push(
+            "Each row has the outputs of the call before, as those of a loop with parallel exchange do: they are compared with that \
+             call."
+                .into(),
+        );
+    }
+    let comparison = Comparison::of(&block, &recording, tolerance);
     remarks.extend(beginning(&block, &recording, &base.variant));
     remarks.extend(base.spread_remarks(&comparison));
     let end = recording.end.filter(|end| base.outputs.iter().any(|of| of[*end] != of[end - 1]));
@@ -207,7 +235,7 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
     let calls = recording.rows - recording.between.len() - usize::from(end.is_some());
     let doubt = doubt(&block, &recording);
     let conclusion = conclusion(&block, &base, &suspects, request.try_suspects);
-    let outputs = (0..recording.outputs.len()).map(|output| compared(&recording, &base, output)).collect();
+    let outputs = (0..recording.outputs.len()).map(|output| compared(&recording, &base, output, tolerance)).collect();
     let Recording { matched: columns, settings, moving, .. } = recording;
     Ok(Replayed { columns, calls, outputs, settings, moving, conclusion, doubt, suspects, remarks })
 }
@@ -235,7 +263,7 @@ fn late(block: &Block, csv: &Csv, request: &Request, has_to_explain: bool) -> Re
             return Ok(None);
         }
         let recording = recording.with_earlier_outputs(block, has_late_process_value);
-        let comparison = Comparison { block, recording: &recording, tolerance: request.tolerance };
+        let comparison = Comparison::of(block, &recording, request.tolerance);
         let (base, suspects) = explained(&comparison, has_to_explain)?;
         Ok(Some(Late { recording, base, suspects }))
     };
@@ -258,6 +286,15 @@ fn late(block: &Block, csv: &Csv, request: &Request, has_to_explain: bool) -> Re
         return Ok(best);
     }
     Ok(of(true, has_to_explain)?.filter(Late::is_explained).unwrap_or(best))
+}
+
+/// The recording as it is, and with each output in the row of its call.
+fn readings(block: &Block, csv: &Csv, request: &Request) -> Result<Vec<Recording>> {
+    let plain = || Recording::of(block, csv, &request.columns, &mut Vec::new());
+    let has_unclear = plain()?.has_unclear_process_value(block);
+    let late = [false, true].into_iter().filter(|is_late| !is_late || has_unclear);
+    let late = late.map(|is_late| Ok(plain()?.with_earlier_outputs(block, is_late)));
+    std::iter::once(plain()).chain(late).collect()
 }
 
 /// Whether it explains everything by settings, without rows that are no calls.
@@ -297,7 +334,7 @@ fn beginning(block: &Block, recording: &Recording, variant: &Variant) -> Option<
 }
 
 /// An output to draw: all rows, or in each group of rows the one with the largest difference.
-fn compared(recording: &Recording, run: &compare::Outcome, output: usize) -> Compared {
+fn compared(recording: &Recording, run: &compare::Outcome, output: usize, tolerance: Option<f64>) -> Compared {
     let of = &recording.outputs[output];
     let (recorded, computed) = (&of.values, &run.outputs[output]);
     let rows = recorded.len().min(computed.len());
@@ -322,6 +359,7 @@ fn compared(recording: &Recording, run: &compare::Outcome, output: usize) -> Com
         first: first.map(|row| (row - recording.between.range(..row).count(), recording.times[row])),
         different: run.compared[output].different,
         largest: run.compared[output].largest,
+        allowed: tolerance.unwrap_or_else(|| of.coarsest() + run.spread(output)),
         times: shown.iter().map(|row| recording.times[*row]).collect(),
         recorded: shown.iter().map(|row| recorded[*row]).collect(),
         computed: shown.iter().map(|row| computed[*row]).collect(),

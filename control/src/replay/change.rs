@@ -44,10 +44,12 @@ pub enum Change {
 pub struct Since {
     /// The setting, its value from there on, and that before it.
     pub change: Change,
-    /// The last call that may have been the first with the new value, from 0, with its time in seconds.
-    pub latest: (usize, f64),
-    /// The first call that may have been: the block does the same in the calls between.
+    /// The likeliest first call with the new value, from 0, with its time in seconds.
+    pub at: (usize, f64),
+    /// The first call that may have been it.
     pub earliest: (usize, f64),
+    /// The last one: another call between explains the recording as well, with another value perhaps.
+    pub latest: (usize, f64),
 }
 
 /// Why a value of a setting was tried.

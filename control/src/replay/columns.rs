@@ -85,6 +85,12 @@ impl Signal {
     pub(super) fn tolerance(&self, value: f64) -> f64 {
         self.resolution(value).max(self.rounding)
     }
+
+    /// How far any of its values may be off.
+    pub(super) fn coarsest(&self) -> f64 {
+        let known = self.values.iter().filter(|value| value.is_finite());
+        known.map(|value| self.tolerance(*value)).fold(0.0, f64::max)
+    }
 }
 
 impl Recording {
@@ -136,6 +142,11 @@ impl Recording {
         let last = recording.rows - 1;
         recording.end = (last > 1 && !recording.changes(last)).then_some(last);
         Ok(recording)
+    }
+
+    /// Half of the last digit of the outputs that are numbers, of the coarsest one.
+    pub(super) fn resolution(&self) -> f64 {
+        self.outputs.iter().filter(|of| !of.is_boolean).map(Signal::coarsest).fold(0.0, f64::max)
     }
 
     /// Whether an output differs from that of the row before.

@@ -12,6 +12,9 @@ const SEEDS: [u64; 3] = [1, 2, 3];
 /// What these few ways show may be too little by so much.
 const SPREAD: f64 = 3.0;
 
+/// A beginning that agrees for so many rows is no accident either.
+const LONG: usize = 20;
+
 /// By so many rows more that agree, it is no accident.
 pub(super) const CLEARLY: usize = 3;
 
@@ -21,6 +24,8 @@ pub(super) struct Comparison<'a> {
     pub(super) recording: &'a Recording,
     /// How far a value may be off; by the digits of the recording without it.
     pub(super) tolerance: Option<f64>,
+    /// What the last digits of the inputs may do to each output in each row, where one run judges the others; else each run's own.
+    pub(super) spread: Option<&'a [Vec<f64>]>,
 }
 
 /// How the block did.
@@ -31,8 +36,8 @@ pub(super) struct Outcome {
     pub(super) outputs: Vec<Vec<f64>>,
     /// One for each output.
     pub(super) compared: Vec<Difference>,
-    /// What the last digits of the inputs do to each output; nothing if it was not looked at.
-    spread: Vec<f64>,
+    /// What the last digits of the inputs do to each output up to each row; nothing if it was not looked at.
+    spread: Vec<Vec<f64>>,
 }
 
 /// How an output differs.
@@ -50,7 +55,13 @@ impl Outcome {
     /// Without what was computed, which may be long.
     pub(super) fn without_outputs(mut self) -> Outcome {
         self.outputs = Vec::new();
+        self.spread = Vec::new();
         self
+    }
+
+    /// What the last digits of the inputs may do to an output.
+    pub(super) fn spread(&self, output: usize) -> f64 {
+        self.spread.get(output).and_then(|rows| rows.last()).copied().unwrap_or_default()
     }
 
     /// How many rows of outputs differ.
@@ -81,13 +92,13 @@ impl Outcome {
     /// What was allowed because of the inputs' last digits.
     pub(super) fn spread_remarks(&self, comparison: &Comparison) -> Option<String> {
         let outputs = &comparison.recording.outputs;
-        let shown: Vec<String> = self
-            .spread
+        let shown: Vec<String> = outputs
             .iter()
-            .zip(outputs)
+            .enumerate()
+            .map(|(output, of)| (self.spread(output), of))
             // What REAL leaves open anyway is no rounding of the recording.
-            .filter(|(spread, of)| **spread > of.rounding && !of.is_boolean)
-            .map(|(spread, of)| format!("{} by up to {}", of.name, short(*spread)))
+            .filter(|(spread, of)| *spread > of.rounding && !of.is_boolean)
+            .map(|(spread, of)| format!("{} by up to {}", of.name, short(spread)))
             .collect();
         (!shown.is_empty()).then(|| {
             format!(
@@ -99,7 +110,11 @@ impl Outcome {
     }
 }
 
-impl Comparison<'_> {
+impl<'a> Comparison<'a> {
+    pub(super) fn of(block: &'a Block<'a>, recording: &'a Recording, tolerance: Option<f64>) -> Comparison<'a> {
+        Comparison { block, recording, tolerance, spread: None }
+    }
+
     /// How the block may have got to the first row, this way before the others.
     pub(super) fn beginnings(&self, first: Beginning) -> Vec<Beginning> {
         let all = match () {
@@ -116,77 +131,102 @@ impl Comparison<'_> {
 
     /// The run with the beginning that fits best.
     pub(super) fn best(&self, variant: &Variant, rows: usize) -> Result<Outcome> {
-        let mut best: Option<Outcome> = None;
+        let mut all: Vec<Outcome> = Vec::new();
         for beginning in self.beginnings(Beginning::Fresh) {
-            let outcome = self.run(&Variant { beginning, ..variant.clone() }, rows)?;
-            let is_better = best.as_ref().is_none_or(|best| rank(&outcome) < rank(best));
-            if is_better {
-                best = Some(outcome);
+            let mut outcome = self.run(&Variant { beginning, ..variant.clone() }, rows)?;
+            // A beginning in the middle leaves more open. What another one does not need is not accepted for it.
+            let tight = all.iter().filter(|of| of.first().is_some_and(|first| first >= LONG));
+            if let Some(tight) = tight.max_by_key(|of| of.first()).filter(|_| beginning == Beginning::Held) {
+                outcome.compared = self.differences(&outcome.outputs, &[], &tight.spread);
+                outcome.spread.clone_from(&tight.spread);
             }
-            if best.as_ref().is_some_and(|best| best.different() == 0) {
+            let is_equal = outcome.different() == 0;
+            all.push(outcome);
+            if is_equal {
                 break;
             }
         }
-        let best = best.expect("there is a beginning");
-        Ok(best)
+        let best = all.into_iter().min_by(|a, b| rank(a).partial_cmp(&rank(b)).unwrap_or(std::cmp::Ordering::Equal));
+        Ok(best.expect("there is a beginning"))
     }
 
     /// A run. What the last digits of the inputs do is looked at only if it matters.
     pub(super) fn run(&self, variant: &Variant, rows: usize) -> Result<Outcome> {
         let outputs = self.block.simulate(self.recording, variant, rows, None)?;
-        let recorded = &self.recording.outputs;
-        let mut outcome = Outcome {
-            variant: variant.clone(),
-            compared: recorded.iter().zip(&outputs).map(|(of, now)| self.difference(of, now, None)).collect(),
-            spread: vec![0.0; outputs.len()],
-            outputs,
-        };
+        let spread = self.spread.map_or_else(Vec::new, <[_]>::to_vec);
+        let compared = self.differences(&outputs, &[], &spread);
+        let mut outcome = Outcome { variant: variant.clone(), compared, spread, outputs };
         let is_measured = self.recording.inputs.iter().any(Signal::is_rounded);
-        let is_held = variant.beginning == Beginning::Held;
-        if outcome.different() == 0 || self.tolerance.is_some() || !(is_measured || is_held) {
+        let is_open = is_measured || variant.beginning == Beginning::Held;
+        let has_switches = self.recording.outputs.iter().any(|of| of.is_boolean);
+        let is_judged = self.spread.is_some() && !has_switches;
+        if outcome.different() == 0 || self.tolerance.is_some() || !is_open || is_judged {
             return Ok(outcome);
         }
-        let others = SEEDS
-            .iter()
-            .map(|seed| self.block.simulate(self.recording, variant, rows, Some(*seed)))
-            .collect::<Result<Vec<_>>>()?;
-        for (output, of) in recorded.iter().enumerate() {
-            let others: Vec<&[f64]> = others.iter().map(|outputs| outputs[output].as_slice()).collect();
-            let now = &outcome.outputs[output];
-            let held = if is_held { of.resolution(of.values[0]) } else { 0.0 };
-            outcome.compared[output] = self.difference(of, now, Some((&others, held)));
-            let spread = |row: usize| others.iter().map(|other| (other[row] - now[row]).abs()).fold(0.0, f64::max);
-            outcome.spread[output] = SPREAD * (0..now.len()).map(spread).fold(0.0, f64::max) + held;
+        let others = self.others(variant, rows)?;
+        if self.spread.is_none() {
+            outcome.spread = self.spread_of(&outcome.outputs, &others, variant.beginning);
         }
+        outcome.compared = self.differences(&outcome.outputs, &others, &outcome.spread);
         Ok(outcome)
     }
 
-    /// Compares an output; `others` are what it is with other last digits of the inputs, and what is allowed besides.
-    fn difference(&self, of: &Signal, computed: &[f64], others: Option<(&[&[f64]], f64)>) -> Difference {
-        let mut difference = Difference::default();
-        let mut spread = 0.0f64;
-        for (row, (now, recorded)) in computed.iter().zip(&of.values).enumerate() {
-            if let Some((others, _)) = others {
-                let widest = others.iter().map(|other| (other[row] - now).abs()).fold(0.0, f64::max);
+    /// What the last digits of the inputs may do to each output up to each row of a run.
+    pub(super) fn spread(&self, variant: &Variant) -> Result<Vec<Vec<f64>>> {
+        let rows = self.recording.rows;
+        let outputs = self.block.simulate(self.recording, variant, rows, None)?;
+        Ok(self.spread_of(&outputs, &self.others(variant, rows)?, variant.beginning))
+    }
+
+    /// The same run with other last digits of the inputs.
+    fn others(&self, variant: &Variant, rows: usize) -> Result<Vec<Vec<Vec<f64>>>> {
+        SEEDS.iter().map(|seed| self.block.simulate(self.recording, variant, rows, Some(*seed))).collect()
+    }
+
+    fn spread_of(&self, outputs: &[Vec<f64>], others: &[Vec<Vec<f64>>], beginning: Beginning) -> Vec<Vec<f64>> {
+        let of_output = |output: usize| {
+            let of = &self.recording.outputs[output];
+            let held = if beginning == Beginning::Held { of.resolution(of.values[0]) } else { 0.0 };
+            let mut spread = 0.0f64;
+            let of_row = |(row, now): (usize, &f64)| {
+                let widest = others.iter().map(|other| (other[output][row] - now).abs()).fold(0.0, f64::max);
                 spread = spread.max(SPREAD * widest);
-            }
+                spread + held
+            };
+            outputs[output].iter().enumerate().map(of_row).collect()
+        };
+        (0..outputs.len()).map(of_output).collect()
+    }
+
+    fn differences(&self, outputs: &[Vec<f64>], others: &[Vec<Vec<f64>>], spread: &[Vec<f64>]) -> Vec<Difference> {
+        let of_output = |(output, computed): (usize, &Vec<f64>)| {
+            let others: Vec<&[f64]> = others.iter().map(|outputs| outputs[output].as_slice()).collect();
+            let spread = spread.get(output).map_or(&[][..], Vec::as_slice);
+            self.difference(&self.recording.outputs[output], computed, &others, spread)
+        };
+        outputs.iter().enumerate().map(of_output).collect()
+    }
+
+    /// Compares an output; `others` are what it is with other last digits of the inputs, and `spread` is what these do up to each row.
+    fn difference(&self, of: &Signal, computed: &[f64], others: &[&[f64]], spread: &[f64]) -> Difference {
+        let mut difference = Difference::default();
+        for (row, (now, recorded)) in computed.iter().zip(&of.values).enumerate() {
             let is_no_call = self.recording.end == Some(row) || self.recording.between.contains(&row);
             if is_no_call || recorded.is_nan() || is_equal(of.kind, *now, *recorded) {
                 continue;
             }
             let off = (now - recorded).abs();
             difference.largest = difference.largest.max(if off.is_nan() { f64::INFINITY } else { off });
-            let allowed = match (self.tolerance, others) {
-                (Some(tolerance), _) if !of.is_boolean => tolerance,
-                (None, None) => of.tolerance(*recorded),
-                (None, Some((_, held))) if !of.is_boolean => of.tolerance(*recorded) + spread + held,
-                (None, Some((others, _))) => {
+            let allowed = match self.tolerance {
+                Some(tolerance) if !of.is_boolean => tolerance,
+                None if !of.is_boolean => of.tolerance(*recorded) + spread.get(row).copied().unwrap_or_default(),
+                None => {
                     // A switch that another last digit moves by a call.
                     let near = row.saturating_sub(1)..(row + 2).min(computed.len());
                     let may_be = near.clone().any(|row| others.iter().any(|other| other[row] == *recorded));
                     f64::from(u8::from(may_be))
                 }
-                _ => 0.0,
+                Some(_) => 0.0,
             };
             // The limit itself is a decimal number, which the subtraction does not hit exactly.
             if off.is_nan() || off > allowed * (1.0 + 1e-5) {

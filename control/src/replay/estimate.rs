@@ -160,10 +160,22 @@ impl<'a> Search<'a> {
                 // The block counts a short time in calls.
                 others.extend([1.0, 10.0].map(|calls| own + calls * block.settings[block.table.cycle]));
             }
+            others.extend(self.stays(&base.variant, *row));
             let mut others = others.into_iter().filter_map(|value| self.with(&base.variant, *row, value));
             others.any(|variant| (self.error(&variant) - base.error).abs() > INSENSITIVE * base.error)
         };
         (0..block.table.variables.len()).filter(is_candidate).filter(changes).collect()
+    }
+
+    /// The lowest and the highest manipulated value from a change on, of a limit of it: there it acts from then on.
+    fn stays(&self, variant: &Variant, row: usize) -> Option<f64> {
+        let (block, recording) = (self.comparison.block, self.comparison.recording);
+        let (from, (high, low)) = (variant.later.as_ref()?.from, block.roles.limits.as_ref()?);
+        let after = recording.outputs[block.manipulated(recording)?].values[..self.rows].get(from..)?.iter().copied();
+        match block.table.find(high) == Some(row) {
+            true => after.reduce(f64::max),
+            false => after.filter(|_| block.table.find(low) == Some(row)).reduce(f64::min),
+        }
     }
 
     /// How far the recorded numbers move.
@@ -227,6 +239,7 @@ impl<'a> Search<'a> {
             }
         }
         grid.push(own);
+        grid.extend(self.stays(variant, row));
         grid.retain_mut(|value| {
             held(kind, *value).is_some_and(|held| {
                 *value = held;

@@ -2,16 +2,18 @@
 //! another one from there on.
 //!
 //! The value before the change is that of the loop, if the block agrees for a while, or is searched for in the first rows; it counts only if
-//! it explains more rows than those. The value after it is searched for in the rows from the first difference on. Only an answer that
-//! explains every row and that no other setting gives is one.
+//! it explains more rows than those. The value after it and the row of the change are searched for together. Each way to read the recording
+//! is judged by the rows before the change, where the one that is nearest wins, and each setting by what the digits leave open for the one
+//! that is nearest. Only an answer that explains every row is one.
 
 use super::Suspect;
-use super::change::Since;
-use super::compare::{CLEARLY, Outcome};
+use super::change::{Change, Since};
+use super::compare::{CLEARLY, Comparison, Outcome};
 use super::estimate::{Found, Search};
-use super::instance::{Later, Variant, change};
-use super::suspects::{Diagnosis, Tried, fitting};
+use super::instance::{Beginning, Later, Variant, change};
+use super::suspects::{Diagnosis, Tried, fitting, is_wide, range_to_tell};
 use anyhow::Result;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Fewer rows before a change or from it on prove nothing.
 const FEWEST: usize = 8;
@@ -25,123 +27,256 @@ const AFTER: usize = 600;
 /// This many calls may be spent on each search.
 const MOST_CALLS: usize = 6_000_000;
 
-impl Diagnosis<'_> {
-    /// The setting that was changed, if it is one, and if nothing else explains the recording.
-    pub(super) fn midway(&self, base: &Outcome) -> Result<Option<Suspect>> {
-        let Some(first) = base.first() else { return Ok(None) };
-        if first >= FEWEST
-            && let Some(suspect) = self.changed(&base.variant, first)?
-        {
-            return Ok(Some(suspect));
-        }
-        for beginning in self.comparison.beginnings(base.variant.beginning) {
-            let start = Variant { beginning, ..base.variant.clone() };
-            let mut suspects = Vec::new();
-            for (variant, first) in self.before(&start, first)? {
-                suspects.extend(self.changed(&variant, first)?);
-            }
-            if !suspects.is_empty() {
-                return Ok(suspects.pop().filter(|_| suspects.is_empty()));
-            }
-        }
-        Ok(None)
-    }
+/// The row of the change is searched for with so many settings, the nearest ones.
+const MOST_MOVED: usize = 6;
 
-    /// Values of a setting that explain the first rows and more than those they were searched for in, with the row that they do not explain.
-    fn before(&self, start: &Variant, first: usize) -> Result<Vec<(Variant, usize)>> {
-        let total = self.comparison.recording.rows;
-        let rows = (first + BEFORE).min(total);
-        let search = Search::new(self.comparison, rows, MOST_CALLS);
-        let base = Found { error: search.error(start), variant: start.clone() };
+/// The first step with which the row of a change is searched for.
+const STRIDE: usize = 16;
+
+/// A reading is worse than another one if the mean square of what differs is so many times larger.
+const WORSE: f64 = 2.0;
+
+/// A beginning that explains the first rows of a reading of the recording.
+#[derive(Clone)]
+struct Start<'a> {
+    comparison: &'a Comparison<'a>,
+    /// Which of the readings it is.
+    reading: usize,
+    variant: Variant,
+    /// The first row that it does not explain.
+    first: usize,
+}
+
+/// What a change by hand explains.
+pub(super) struct Midway {
+    /// Which of the readings of the recording it is.
+    pub(super) reading: usize,
+    /// The run with the settings of the loop.
+    pub(super) base: Outcome,
+    pub(super) suspects: Vec<Suspect>,
+}
+
+/// The setting that was changed, of any of these readings of a recording.
+pub(super) fn midway(readings: &[Comparison]) -> Result<Option<Midway>> {
+    let mut all = Vec::new();
+    for (reading, comparison) in readings.iter().enumerate() {
+        for beginning in comparison.beginnings(Beginning::Fresh) {
+            let skipped = comparison.recording.between.clone();
+            let variant = Variant { beginning, skipped, ..Variant::default() };
+            let first = comparison.run(&variant, comparison.recording.rows)?.first();
+            all.extend(first.map(|first| Start { comparison, reading, variant, first }));
+        }
+    }
+    let agreeing = all.iter().filter(|start| start.first >= FEWEST).cloned().collect();
+    if let Some(midway) = answer(agreeing)? {
+        return Ok(Some(midway));
+    }
+    let mut before = Vec::new();
+    for start in &all {
+        before.extend(start.before()?);
+    }
+    answer(before)
+}
+
+/// What these starts tell with the fewest settings, the nearest of them first. It is not sure if another start tells something with as few.
+fn answer(starts: Vec<Start>) -> Result<Option<Midway>> {
+    let mut best: Option<(usize, Midway)> = None;
+    for start in judged(starts) {
+        let suspects = start.changed()?;
+        let Some(settings) = suspects.iter().map(settings).min() else { continue };
+        match &mut best {
+            Some((fewest, midway)) if *fewest <= settings => {
+                midway.suspects.iter_mut().for_each(|suspect| suspect.is_sure = false);
+            }
+            _ => {
+                let comparison = start.comparison;
+                let own = Variant { values: BTreeMap::new(), ..start.variant };
+                let base = comparison.run(&own, comparison.recording.rows)?;
+                best = Some((settings, Midway { reading: start.reading, base, suspects }));
+            }
+        }
+        // One setting is the least.
+        if settings == 1 {
+            break;
+        }
+    }
+    Ok(best.map(|(_, midway)| midway))
+}
+
+/// How many settings differ from those of the loop at first or later.
+fn settings(suspect: &Suspect) -> usize {
+    let changes = suspect.changes.iter().chain(suspect.since.as_ref().map(|since| &since.change));
+    let names = changes.filter_map(|change| match change {
+        Change::Setting { name, .. } => Some(name),
+        _ => None,
+    });
+    names.collect::<BTreeSet<_>>().len()
+}
+
+/// The starts that come nearest to what was recorded, in the rows that all of them explain, the nearest first. One that leaves more open
+/// reaches further, and is no better for that.
+fn judged(mut starts: Vec<Start>) -> Vec<Start> {
+    let farthest = starts.iter().map(|start| start.first).max().unwrap_or_default();
+    starts.retain(|start| start.first >= farthest / 2);
+    let common = starts.iter().map(|start| start.first).min().unwrap_or_default();
+    let error = |start: &Start| Search::new(start.comparison, common, MOST_CALLS).error(&start.variant);
+    let mut starts: Vec<(f64, Start)> = starts.into_iter().map(|start| (error(&start), start)).collect();
+    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let least = starts.first().map_or(0.0, |(error, _)| *error);
+    starts.into_iter().filter(|(error, _)| *error <= WORSE * least).map(|(_, start)| start).collect()
+}
+
+impl<'a> Start<'a> {
+    /// Values of a setting that explain the first rows and more than those they were searched for in.
+    fn before(&self) -> Result<Vec<Start<'a>>> {
+        let (comparison, total) = (self.comparison, self.comparison.recording.rows);
+        let rows = (self.first + BEFORE).min(total);
+        let search = Search::new(comparison, rows, MOST_CALLS);
+        let base = Found { error: search.error(&self.variant), variant: self.variant.clone() };
         let mut all = Vec::new();
         for row in search.candidates(&base) {
-            let Some(found) = search.one(start, row).filter(|found| search.fits(&found.variant)) else { continue };
-            let outcome = self.comparison.run(&found.variant, total)?;
-            all.extend(outcome.first().filter(|first| *first > rows + CLEARLY).map(|first| (found.variant, first)));
+            let Some(mut found) = search.one(&self.variant, row).filter(|found| search.fits(&found.variant)) else {
+                continue;
+            };
+            let mut reached = rows;
+            // The more rows it explains, the more exactly they tell it.
+            while let Some(first) =
+                comparison.run(&found.variant, total)?.first().filter(|first| *first > reached + CLEARLY)
+            {
+                reached = first;
+                let search = Search::new(comparison, first, MOST_CALLS);
+                let from = Found { error: search.error(&found.variant), ..found };
+                found = search.snapped(search.polished(from, &[row]), &[row]);
+            }
+            if reached > rows {
+                all.push(Start { variant: found.variant, first: reached, ..*self });
+            }
         }
         Ok(all)
     }
 
-    /// The setting that has another value than in `start` from about this row on.
-    fn changed(&self, start: &Variant, first: usize) -> Result<Option<Suspect>> {
-        let total = self.comparison.recording.rows;
-        if first + FEWEST > total {
-            return Ok(None);
+    /// The settings that may have another value from about the first difference on, the nearest first.
+    fn changed(&self) -> Result<Vec<Suspect>> {
+        let (comparison, total) = (self.comparison, self.comparison.recording.rows);
+        if self.first + FEWEST > total {
+            return Ok(Vec::new());
         }
-        // The first value that differs may be the second one with the change.
-        for from in [first, first - 1] {
-            let rows = (first + AFTER).min(total);
-            let search = Search::new(self.comparison, rows, MOST_CALLS);
-            let diagnosis = Diagnosis { comparison: self.comparison, search, rows };
-            let search = &diagnosis.search;
-            let variant = Variant { later: Some(Later { from, ..Later::default() }), ..start.clone() };
-            let base = Found { error: search.error(&variant), variant };
-            let candidates = search.candidates(&base);
-            let mut tried = Vec::new();
-            for row in &candidates {
-                // A setting that was not tried might explain it as well.
-                if !search.may_go_on() {
-                    return Ok(None);
-                }
-                let Some(found) = search.one(&base.variant, *row) else { continue };
-                let outcome = self.comparison.run(&found.variant, total)?;
-                if outcome.different() == 0 {
-                    tried.push(Tried::estimated(outcome.without_outputs(), Vec::new(), vec![*row]));
-                }
-            }
-            if !tried.is_empty() {
-                let is_sure = fitting(&tried) == 1 && diagnosis.is_told(&mut tried, &candidates);
-                return Ok(tried.pop().filter(|_| is_sure).map(|of| diagnosis.since(start, of)));
+        let rows = (self.first + AFTER).min(total);
+        let search = Search::new(comparison, rows, MOST_CALLS);
+        let later = Some(Later { from: self.first, ..Later::default() });
+        let variant = Variant { later, ..self.variant.clone() };
+        let base = Found { error: search.error(&variant), variant };
+        let candidates = search.candidates(&base);
+        let ones = candidates.iter().filter_map(|row| Some((*row, search.one(&base.variant, *row)?)));
+        let mut found: Vec<(usize, Found)> = ones.collect();
+        let nearest = |found: &mut Vec<(usize, Found)>| found.sort_by(|a, b| a.1.error.total_cmp(&b.1.error));
+        nearest(&mut found);
+        for (row, found) in found.iter_mut().take(MOST_MOVED) {
+            *found = search.snapped(moved(&search, found, *row), &[*row]);
+        }
+        nearest(&mut found);
+        // A setting that was not tried might explain it as well.
+        let Some((_, best)) = found.first().filter(|_| search.may_go_on()) else { return Ok(Vec::new()) };
+        if comparison.run(&best.variant, total)?.different() > 0 {
+            return Ok(Vec::new());
+        }
+        let spread = comparison.spread(&best.variant)?;
+        let judge = Comparison { spread: Some(&spread), ..*comparison };
+        let diagnosis = Diagnosis { comparison: &judge, search: Search::new(&judge, rows, MOST_CALLS), rows };
+        let mut tried = Vec::new();
+        for (row, of) in &found {
+            let outcome = judge.run(&of.variant, total)?;
+            if outcome.different() == 0 {
+                tried.push(Tried::estimated(outcome.without_outputs(), Vec::new(), vec![*row]));
             }
         }
-        Ok(None)
+        let is_one = fitting(&tried) == 1;
+        Ok(tried.into_iter().map(|of| self.since(&diagnosis, &of.outcome, is_one)).collect())
     }
 
     /// The answer: a setting that another value explains from a row on.
-    fn since(&self, start: &Variant, of: Tried) -> Suspect {
+    fn since(&self, diagnosis: &Diagnosis, outcome: &Outcome, is_one: bool) -> Suspect {
         let (block, recording) = (self.comparison.block, self.comparison.recording);
-        let variant = &of.outcome.variant;
-        let (row, value, from) = variant
-            .later
-            .iter()
-            .find_map(|later| later.values.iter().next().map(|(row, value)| (*row, *value, later.from)))
-            .expect("it was searched for from a row on");
+        let variant = outcome.variant.clone();
+        let later = variant.later.as_ref().expect("it was searched for from a row on");
+        let (row, value) = later.values.iter().next().map(|(row, value)| (*row, *value)).expect("of a setting");
         let call = |row: usize| (row - recording.between.range(..row).count(), recording.times[row]);
+        let search = &diagnosis.search;
+        let found = Found { error: search.error(&variant), variant: variant.clone() };
+        let [earliest, latest] = [true, false].map(|is_earlier| edge(search, &found, row, is_earlier));
+        let ranges = [&found, &earliest, &latest].map(|found| search.range(found, row));
+        let (low, high) = ranges.into_iter().fold((value, value), |all, (low, high)| (all.0.min(low), all.1.max(high)));
+        let from = |found: &Found| found.variant.later.as_ref().map_or(later.from, |later| later.from);
         let of_start = |(row, value): (&usize, &f64)| change(block, *row, *value, None);
-        let mut ends = start.values.clone();
+        let mut ends = self.variant.values.clone();
         ends.insert(row, value);
         ends.retain(|row, value| *value as f32 != block.settings[*row] as f32);
         Suspect {
-            changes: start.values.iter().map(of_start).collect(),
+            changes: self.variant.values.iter().map(of_start).collect(),
             since: Some(Since {
-                change: change(block, row, value, start.values.get(&row)),
-                latest: call(from),
-                earliest: call(self.earliest(variant, from)),
+                change: change(block, row, value, self.variant.values.get(&row)),
+                at: call(later.from),
+                earliest: call(from(&earliest)),
+                latest: call(from(&latest)),
             }),
-            range: of.range,
+            range: range_to_tell(low, high, value),
+            // That one setting was changed is likelier than that two were at once.
             confused: Vec::new(),
-            values: self.named(ends.iter()),
+            values: diagnosis.named(ends.iter()),
             different: 0,
-            largest: of.outcome.largest(),
+            largest: outcome.largest(),
             fits: true,
-            is_sure: true,
+            is_sure: is_one && !is_wide(low, high, value) && search.may_go_on(),
         }
     }
+}
 
-    /// The first row from which on the block may have had its later values: it does the same then.
-    fn earliest(&self, variant: &Variant, latest: usize) -> usize {
-        let (mut earliest, mut stride) = (latest, 1);
-        while stride > 0 && self.search.may_go_on() {
-            let mut other = variant.clone();
-            let from = earliest.saturating_sub(stride).max(1);
-            other.later.iter_mut().for_each(|later| later.from = from);
-            if from < earliest && self.search.fits(&other) {
-                earliest = from;
+/// The same setting with the row of the change and the value that come nearest.
+fn moved(search: &Search, from: &Found, row: usize) -> Found {
+    let mut best = from.clone();
+    let mut stride = STRIDE;
+    while stride > 0 && best.error > 0.0 && search.may_go_on() {
+        match at(search, &best, row, -(stride as isize)).filter(|there| there.error < best.error) {
+            Some(there) => {
+                best = there;
                 stride *= 2;
-            } else {
-                stride /= 2;
             }
+            None => stride /= 2,
         }
-        earliest
     }
+    best
+}
+
+/// The same setting, changed as early or as late as what was recorded allows.
+fn edge(search: &Search, from: &Found, row: usize, is_earlier: bool) -> Found {
+    let mut edge = from.clone();
+    let mut stride = 1;
+    while stride > 0 && search.may_go_on() {
+        let by = if is_earlier { -(stride as isize) } else { stride as isize };
+        match at(search, &edge, row, by).filter(|there| search.fits(&there.variant)) {
+            Some(there) => {
+                edge = there;
+                stride *= 2;
+            }
+            None => stride /= 2,
+        }
+    }
+    edge
+}
+
+/// The same setting, changed so many rows later, with the value that comes nearest then.
+fn at(search: &Search, of: &Found, row: usize, by: isize) -> Option<Found> {
+    let mut variant = of.variant.clone();
+    let later = variant.later.as_mut()?;
+    let from = later.from.checked_add_signed(by).unwrap_or(0).max(1);
+    if from == later.from || from >= search.rows {
+        return None;
+    }
+    later.from = from;
+    let there = Found { error: search.error(&variant), variant };
+    // Where both values do the same, the value stays the one that was found.
+    if search.fits(&there.variant) && there.error <= of.error {
+        return Some(there);
+    }
+    Some(search.polished(there, &[row]))
 }

@@ -43,7 +43,7 @@ pub(super) struct Tried {
     /// The settings that it changes, numbers that were searched for among them.
     rows: Vec<usize>,
     is_estimate: bool,
-    pub(super) range: Option<(f64, f64)>,
+    range: Option<(f64, f64)>,
     confused: Vec<String>,
 }
 
@@ -88,13 +88,7 @@ pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspe
     }
     all.sort_by(|a, b| rank(&a.outcome).partial_cmp(&rank(&b.outcome)).unwrap_or(std::cmp::Ordering::Equal));
     all.truncate(MOST_SUSPECTS);
-    let mut suspects = diagnosis.told(all, is_sure, base)?;
-    if !suspects.iter().any(|suspect| suspect.fits)
-        && let Some(suspect) = diagnosis.midway(base)?
-    {
-        suspects.insert(0, suspect);
-    }
-    Ok(suspects)
+    diagnosis.told(all, is_sure, base)
 }
 
 /// The changes with that of the mode before them.
@@ -301,7 +295,7 @@ impl Diagnosis<'_> {
 
     /// Whether the recording tells the values of the explanation that fits, and tells them apart from other settings. Adds what else
     /// would do.
-    pub(super) fn is_told(&self, tried: &mut [Tried], candidates: &[usize]) -> bool {
+    fn is_told(&self, tried: &mut [Tried], candidates: &[usize]) -> bool {
         let (search, block) = (&self.search, self.comparison.block);
         let name = |row: &usize| block.table.variables[*row].name.clone();
         let mut is_told = true;
@@ -318,9 +312,8 @@ impl Diagnosis<'_> {
                 if numbers.len() == 1 {
                     let (low, high) = search.range(&found, *row);
                     let own = search.value(&found.variant, *row);
-                    let width = (high - low) / own.abs().max(1e-12);
-                    is_told &= width < WIDE;
-                    of.range = (width > 0.001).then_some((low, high));
+                    is_told &= !is_wide(low, high, own);
+                    of.range = range_to_tell(low, high, own);
                 }
             }
             confused.sort_unstable();
@@ -389,6 +382,21 @@ fn pairs(rows: &[usize]) -> impl Iterator<Item = [usize; 2]> {
 /// Whether it changes settings of the controller alone, which are changed most often.
 pub(super) fn is_usual(block: &Block, suspect: &Suspect) -> bool {
     !suspect.values.is_empty() && suspect.values.keys().all(|name| block.roles.controller.contains(name))
+}
+
+/// How wide a range of a value is, as a part of it.
+fn part(low: f64, high: f64, value: f64) -> f64 {
+    (high - low) / value.abs().max(1e-12)
+}
+
+/// A range that is worth telling.
+pub(super) fn range_to_tell(low: f64, high: f64, value: f64) -> Option<(f64, f64)> {
+    (part(low, high, value) > 0.001).then_some((low, high))
+}
+
+/// Whether a value could be too many others.
+pub(super) fn is_wide(low: f64, high: f64, value: f64) -> bool {
+    part(low, high, value) >= WIDE
 }
 
 /// How many different sets of settings explain everything.

@@ -224,12 +224,11 @@ fn a_wrong_setting_is_named_and_its_value_given() {
 
 /// What is said of a setting that was changed: its name, its value before and after, and its first call with its time.
 fn since(replayed: &Replayed) -> Option<(&str, f64, f64, (usize, f64))> {
-    let Since { change: Change::Setting { name, value, before, .. }, latest, .. } =
-        replayed.suspects[0].since.as_ref()?
+    let Since { change: Change::Setting { name, value, before, .. }, at, .. } = replayed.suspects[0].since.as_ref()?
     else {
         panic!("{replayed:?}");
     };
-    Some((name, number_of(*before), number_of(*value), *latest))
+    Some((name, number_of(*before), number_of(*value), *at))
 }
 
 #[test]
@@ -242,9 +241,9 @@ fn a_setting_that_was_changed_by_hand_is_named_with_its_time_and_both_values() {
         request.controller = member(&[("GAIN", own), ("TI", 200.0)]);
         let replayed = run(&request);
         assert_eq!(replayed.conclusion, Conclusion::Cause, "{own}: {:?}", replayed.suspects);
-        let (name, before, value, latest) = since(&replayed).expect("it was changed");
+        let (name, before, value, at) = since(&replayed).expect("it was changed");
         assert!(name == "GAIN" && close(before, 2.0) && close(value, 0.75), "{own}: {:?}", replayed.suspects);
-        assert_eq!(latest, (70, 35.0), "{own}");
+        assert_eq!(at, (70, 35.0), "{own}");
         // What is used then is what the block had at the end.
         let used = Values::from([("GAIN".to_string(), Value::Number(0.75))]);
         assert_eq!(replayed.suspects[0].values, if own == 0.75 { Values::new() } else { used }, "{own}");
@@ -253,7 +252,7 @@ fn a_setting_that_was_changed_by_hand_is_named_with_its_time_and_both_values() {
 }
 
 #[test]
-fn a_change_that_two_settings_explain_or_that_few_rows_follow_is_not_named() {
+fn a_change_that_two_settings_explain_is_named_with_both_and_one_that_few_rows_follow_is_not() {
     // Without the P action, a third of GAIN is three times TI.
     let integrals = |calls: usize| {
         let mut integral = 0.0f32;
@@ -264,9 +263,9 @@ fn a_change_that_two_settings_explain_or_that_few_rows_follow_is_not_named() {
         rows.collect::<Vec<_>>()
     };
     let changed = |calls| recorded_with(calls, |call| (if call < 70 { 2.0 } else { 0.75 }, 200.0));
-    for (rows, values) in [
-        (integrals(120), [("GAIN", 3.0), ("TI", 200.0), ("P_SEL", 0.0)].as_slice()),
-        (changed(72), &[("GAIN", 2.0), ("TI", 200.0)]),
+    for (rows, values, conclusion) in [
+        (integrals(120), [("GAIN", 3.0), ("TI", 200.0), ("P_SEL", 0.0)].as_slice(), Conclusion::Ambiguous),
+        (changed(72), &[("GAIN", 2.0), ("TI", 200.0)], Conclusion::Unexplained),
     ] {
         let mut request = request(text("time,SP,PV,OUT", &rows));
         request.controller = member(values);
@@ -275,7 +274,12 @@ fn a_change_that_two_settings_explain_or_that_few_rows_follow_is_not_named() {
         }
         let replayed = run(&request);
         assert_eq!(replayed.outputs[0].first.map(|first| first.0), Some(70), "{values:?}");
-        assert_eq!(replayed.conclusion, Conclusion::Unexplained, "{values:?}: {:?}", replayed.suspects);
+        assert_eq!(replayed.conclusion, conclusion, "{values:?}: {:?}", replayed.suspects);
+        let told: Vec<_> =
+            replayed.suspects.iter().filter(|suspect| suspect.fits).map(|of| of.values.clone()).collect();
+        let both =
+            [("GAIN", 1.0), ("TI", 600.0)].map(|(name, value)| Values::from([(name.into(), Value::Number(value))]));
+        assert_eq!(told, if conclusion == Conclusion::Ambiguous { both.into() } else { Vec::new() });
     }
 }
 

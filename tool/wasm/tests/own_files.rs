@@ -37,6 +37,11 @@ fn replayed(values: Values, text: String) -> Replayed {
 
 /// 160 calls in a loop with a lag, with two steps of the setpoint.
 fn recording(faults: Values, kind: Kind, decimals: Option<usize>) -> String {
+    changed(&[], (faults, 0), kind, decimals)
+}
+
+/// The same with other settings from a call on.
+fn changed(own: Values, (faults, from): (Values, usize), kind: Kind, decimals: Option<usize>) -> String {
     let home = Linked::new();
     let description = home.description("CONT_C").unwrap();
     let find = |name: &str| {
@@ -45,7 +50,8 @@ fn recording(faults: Values, kind: Kind, decimals: Option<usize>) -> String {
     };
     let mut block = home.instantiate("CONT_C", "PLC").unwrap();
     block.setup(0.0, None).unwrap();
-    for (name, value) in FILE.iter().chain(faults) {
+    let at_first = if from == 0 { faults } else { &[] };
+    for (name, value) in FILE.iter().chain(own).chain(at_first) {
         block.write(find(name).0, &[find(name).1], &[*value]).unwrap();
     }
     block.enter_initialization().unwrap();
@@ -58,7 +64,8 @@ fn recording(faults: Values, kind: Kind, decimals: Option<usize>) -> String {
         let pv_in: f64 = number(f64::from(pv as f32)).parse().unwrap();
         let before = lmn[0];
         if call % cycle == 0 {
-            for (name, value) in [("SP_INT", sp), ("PV_IN", pv_in)] {
+            let by_hand = faults.iter().copied().filter(|_| call == from && from > 0);
+            for (name, value) in [("SP_INT", sp), ("PV_IN", pv_in)].into_iter().chain(by_hand) {
                 block.write(find(name).0, &[find(name).1], &[value]).unwrap();
             }
             block.step((call / cycle) as f64 * cycle as f64, cycle as f64).unwrap();
@@ -282,5 +289,72 @@ fn a_limit_that_rounded_values_touch_does_not_explain_a_gain_that_was_changed_by
     assert_eq!(values, [("GAIN", Value::Number(f64::from(1.2_f32)))], "{:?}", replayed.suspects);
     // A row has the output of the call before.
     let since = found.since.as_ref().unwrap();
-    assert!((300..=301).contains(&since.latest.0), "{since:?}");
+    assert!((300..=301).contains(&since.at.0), "{since:?}");
+}
+
+/// The call from which on a setting has another value, 20 calls before a step of the setpoint.
+const BY_HAND: usize = 70;
+
+/// What is changed by hand, and what the loop has besides.
+const CHANGES: [(Values, Values); 6] = [
+    (&[], &[("GAIN", 1.0)]),
+    (&[], &[("TI", 35.0)]),
+    (&[], &[("LMN_HLM", 45.0)]),
+    (&[], &[("DISV", 5.0)]),
+    (&[], &[("LMN_OFF", 5.0)]),
+    (&[("D_SEL", 1.0), ("TD", 4.0), ("TM_LAG", 2.0)], &[("TD", 8.0)]),
+];
+
+/// What is told of each of `CHANGES`: `+` the true change for sure, `l` as the likeliest, `?` as one of those that cannot be told apart,
+/// `-` nothing. With `!`, another change would be told, or a range without the true value or time.
+const TOLD: [(Kind, Option<usize>, &str); 4] = [
+    (Kind::EndRow, Some(2), "+++??+"),
+    (Kind::Parallel, None, "+++??+"),
+    (Kind::Parallel, Some(2), "+++??+"),
+    (Kind::Parallel, Some(1), "+++??l"),
+];
+
+#[test]
+fn a_setting_changed_by_hand_is_told_with_ranges_that_have_its_value_and_its_time() {
+    let mut wrong = String::new();
+    for (kind, decimals, expected) in TOLD {
+        let mut told = String::new();
+        let mut all = String::new();
+        for (own, change) in CHANGES {
+            let [(name, value)] = change else { panic!("one") };
+            let file: Vec<_> = FILE.iter().chain(own).copied().collect();
+            let text = changed(own, (change, BY_HAND), kind, decimals);
+            let is_true = |suspect: &control::replay::Suspect| {
+                let Some(since) = &suspect.since else { return false };
+                let Change::Setting { name: told, value: Value::Number(found), .. } = &since.change else {
+                    return false;
+                };
+                let (low, high) = suspect.range.unwrap_or((*found, *found));
+                let has_value = (low - 1e-6..=high + 1e-6).contains(value);
+                let has_time = (since.earliest.0..=since.latest.0).contains(&BY_HAND);
+                told == name && has_value && has_time
+            };
+            let first = replayed(&file, text.clone());
+            let fitting: Vec<_> = first.suspects.iter().filter(|suspect| suspect.fits).collect();
+            told.push(match first.conclusion {
+                Conclusion::Cause if is_true(fitting[0]) => '+',
+                Conclusion::LikelyCause if is_true(fitting[0]) => 'l',
+                Conclusion::Ambiguous if fitting.iter().any(|suspect| is_true(suspect)) => '?',
+                Conclusion::Unexplained | Conclusion::Equal => '-',
+                _ => '!',
+            });
+            writeln!(all, "  {change:?}: {:?} {fitting:#?}", first.conclusion).unwrap();
+            // With the later value in force, the recording tells the same of it.
+            if kind == Kind::Parallel && decimals == Some(2) && ["GAIN", "TI"].contains(name) {
+                let file: Vec<_> = file.iter().chain(change).copied().collect();
+                let applied = replayed(&file, text);
+                let says_same = applied.conclusion == Conclusion::Cause && is_true(&applied.suspects[0]);
+                assert!(says_same && applied.suspects[0].values.is_empty(), "{change:?}: {applied:#?}");
+            }
+        }
+        if told != expected {
+            writeln!(wrong, "{kind:?} {decimals:?}: {told} instead of {expected}\n{all}").unwrap();
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
 }

@@ -71,6 +71,67 @@ export function ask(request) {
   return answer;
 }
 
+/** What was stopped before it was answered. */
+export class Stopped extends EngineError {
+  name = "Stopped";
+}
+
+/**
+ * Asks an engine of its own in a worker, so that the page goes on meanwhile and the question can be taken back. That engine has none of
+ * the blocks of the page's programs: what it refuses, the page's own is asked. The server's works beside the page anyway.
+ *
+ * @param {Dialogue["replay"]["request"] & { do: "replay" }} request that needs nothing of what runs
+ * @param {AbortSignal} signal
+ * @returns {Promise<Dialogue["replay"]["answer"]>}
+ * @throws {Stopped} if it was taken back
+ */
+export async function askAside(request, signal) {
+  const stopped = new Promise((_, reject) => {
+    const stop = () => reject(new Stopped("It was stopped."));
+    if (signal.aborted) stop();
+    else signal.addEventListener("abort", stop, { once: true });
+  });
+  const module = home === "page" && (await /** @type {any} */ (globalThis).compiledEngine);
+  const aside = module ? inWorker(module, JSON.stringify(request), signal) : Promise.reject();
+  return Promise.race([aside.then(content).catch(() => (signal.aborted ? stopped : ask(request))), stopped]);
+}
+
+/**
+ * The answer of an engine of its own.
+ *
+ * @param {WebAssembly.Module} module
+ * @param {string} request
+ * @param {AbortSignal} signal
+ * @returns {Promise<string>}
+ */
+function inWorker(module, request, signal) {
+  const work = `const message = ${message};
+onmessage = async ({ data }) => {
+  const engine = (await WebAssembly.instantiate(data.module, {})).exports;
+  postMessage(message(engine, data.request));
+};`;
+  return new Promise((done, failed) => {
+    const script = URL.createObjectURL(new Blob([work], { type: "text/javascript" }));
+    const worker = new Worker(script);
+    const end = () => {
+      worker.terminate();
+      URL.revokeObjectURL(script);
+    };
+    signal.addEventListener("abort", end, { once: true });
+    worker.onmessage = ({ data }) => {
+      end();
+      done(data);
+    };
+    const fail = () => {
+      end();
+      failed();
+    };
+    worker.onerror = fail;
+    worker.onmessageerror = fail;
+    worker.postMessage({ module, request });
+  });
+}
+
 /**
  * What the server says of an FMU that it has read, not run.
  *
@@ -151,8 +212,8 @@ export function toBase64(bytes) {
 async function askNow(request) {
   if (home === "server") return content(await post("message", "application/json", request));
   inPage ??= open();
-  const message = await inPage;
-  return content(message(request));
+  const answer = await inPage;
+  return content(answer(request));
 }
 
 /** @param {string} answer */
@@ -214,17 +275,10 @@ async function open() {
   const instance = await WebAssembly.instantiate(/** @type {WebAssembly.Module} */ (module), {});
   const engine = /** @type {Exported} */ (/** @type {unknown} */ (instance.exports));
   exported = engine;
-  const encoder = new TextEncoder();
-  const decoder = new TextDecoder();
   /** @param {string} request */
   return (request) => {
-    const bytes = encoder.encode(request);
-    const at = engine.room(bytes.length) >>> 0;
-    // The memory may be another one after any call.
-    new Uint8Array(engine.memory.buffer, at, bytes.length).set(bytes);
-    let length;
     try {
-      length = engine.message();
+      return message(engine, request);
     } catch (error) {
       // What a panic leaves behind cannot be trusted.
       inPage = undefined;
@@ -232,7 +286,21 @@ async function open() {
       queueMicrotask(onNewEngine);
       throw new EngineError(`The engine cannot go on (${error}). Please report what you did.`);
     }
-    const answer = engine.answer() >>> 0;
-    return decoder.decode(new Uint8Array(engine.memory.buffer, answer, length));
   };
+}
+
+/**
+ * Asks an engine. A worker gets the text of this function: it uses nothing around it.
+ *
+ * @param {Exported} engine
+ * @param {string} request
+ */
+function message(engine, request) {
+  const bytes = new TextEncoder().encode(request);
+  const at = engine.room(bytes.length) >>> 0;
+  // The memory may be another one after any call.
+  new Uint8Array(engine.memory.buffer, at, bytes.length).set(bytes);
+  const length = engine.message();
+  const answer = engine.answer() >>> 0;
+  return new TextDecoder().decode(new Uint8Array(engine.memory.buffer, answer, length));
 }

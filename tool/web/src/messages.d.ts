@@ -123,6 +123,8 @@ first: [number, number] | null,
 different: number,
 /** The largest difference. */
 largest: number,
+/** How far a value may be off at most and counts as equal. */
+allowed: number,
 /** To draw: times in seconds. */
 times: Array<number>,
 /** The recorded values. */
@@ -1102,10 +1104,12 @@ exchange: Exchange, };
 export type Since = {
 /** The setting, its value from there on, and that before it. */
 change: Change,
-/** The last call that may have been the first with the new value, from 0, with its time in seconds. */
-latest: [number, number],
-/** The first call that may have been: the block does the same in the calls between. */
-earliest: [number, number], };
+/** The likeliest first call with the new value, from 0, with its time in seconds. */
+at: [number, number],
+/** The first call that may have been it. */
+earliest: [number, number],
+/** The last one: another call between explains the recording as well, with another value perhaps. */
+latest: [number, number], };
 
 /** A source. */
 export type SourceFile = {

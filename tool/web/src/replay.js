@@ -8,7 +8,7 @@
 import { draw } from "tool/charts.js";
 import { chooser } from "tool/csv.js";
 import { byId, element, fill, tableHead, text } from "tool/dom.js";
-import { ask } from "tool/engine.js";
+import { askAside, Stopped } from "tool/engine.js";
 import { changed, fitting, verdict } from "tool/replay_words.js";
 import { unitText } from "tool/signals.js";
 import { store, valuesOf } from "tool/store.js";
@@ -40,6 +40,8 @@ let replayedWith = "";
 let shownWith = "";
 /** What of the stage is above and below its chart, in pixels. */
 const AROUND = 96;
+/** Ends the replay that is under way. */
+let running = new AbortController();
 /** A report tells so many replays, each with the values that the one before it gave. */
 const MOST_REPORTED = 4;
 
@@ -164,21 +166,69 @@ async function replay(isGoingOn = false) {
   const values = Object.fromEntries(used.map((name) => [name, loop.settings[name].value]));
   shownWith = settings(values);
   fill(result, element("p", {}, "Replaying …"));
-  // The sentence is drawn before a long computation begins.
-  await new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
+  running.abort();
+  const own = new AbortController();
+  running = own;
   const allowed = tolerance !== "" && Number(tolerance) >= 0 ? Number(tolerance) : null;
+  /** @type {import("./messages").Dialogue["replay"]["request"] & { do: "replay" }} */
+  const request = {
+    ...{ do: "replay", text: of.text, columns: columns ?? [], try_suspects: false, tolerance: allowed },
+    controller: { name: loop.member, fmu: loop.description.name, values: valuesOf(loop) },
+  };
   try {
-    const replayed = await ask({
-      ...{ do: "replay", text: of.text, columns: columns ?? [], try_suspects: trySuspects, tolerance: allowed },
-      controller: { name: loop.member, fmu: loop.description.name, values: valuesOf(loop) },
-    });
-    if (store.loop !== loop || recorded !== of) return;
+    let replayed = await askAside(request, own.signal);
+    if (trySuspects && replayed.conclusion !== "equal") replayed = await causes(request, replayed, own);
+    if (store.loop !== loop || recorded !== of || running !== own) return;
     showMapping(replayed.columns);
     const told = showResult(replayed, allowed);
     keep({ file: of.name, values, verdict: told.headline, remarks: told.details }, replayed, isGoingOn);
   } catch (error) {
+    // Another replay has begun.
+    if (error instanceof Stopped) return;
     showMapping(columns ?? []);
     fill(result, element("p", { class: "error" }, error instanceof Error ? error.message : String(error)));
+  }
+}
+
+/**
+ * The same with the causes of the difference. That takes seconds: the page says for how long it has looked, and whoever stops it keeps
+ * what is known by then.
+ *
+ * @param {import("./messages").Dialogue["replay"]["request"] & { do: "replay" }} request
+ * @param {Replayed} known
+ * @param {AbortController} own
+ */
+async function causes(request, known, own) {
+  let isStopped = false;
+  const stop = () => {
+    isStopped = true;
+    own.abort();
+  };
+  const begun = Date.now();
+  const progress = element("span", { "aria-hidden": "true" });
+  const show = () => text(progress, `${Math.round((Date.now() - begun) / 1000)} s`);
+  const [first] = known.outputs.flatMap(({ variable, first }) =>
+    first ? `${variable} differs from cycle ${first[0]} on. ` : [],
+  );
+  fill(
+    result,
+    element(
+      "p",
+      { class: "row" },
+      `${first ?? ""}Looking for the cause …`,
+      progress,
+      element("button", { type: "button", onclick: stop }, "Stop"),
+    ),
+  );
+  show();
+  const timer = setInterval(show, 500);
+  try {
+    return await askAside({ ...request, try_suspects: true }, own.signal);
+  } catch (error) {
+    if (isStopped) return known;
+    throw error;
+  } finally {
+    clearInterval(timer);
   }
 }
 

@@ -20,6 +20,8 @@ import { isBoolean, isTime, rounded, shown } from "tool/values.js";
 const MOST_OUTPUTS = 6;
 /** Of more explanations nobody reads. */
 const MOST_EXPLANATIONS = 3;
+/** What counts as equal is told if it is more than this part of what an output moves by. */
+const COARSE = 0.01;
 
 /** @type {Record<Exclude<Why, object>, string>} */
 const WHY = {
@@ -72,20 +74,25 @@ function ofChange(change, variables) {
  * @param {Suspect} suspect
  * @param {Block} block
  */
-export function changed({ changes, since, range, confused }, { variables }) {
+export function changed(suspect, { variables }) {
+  const { changes, since, confused } = suspect;
   const all = changes.map((change) => ofChange(change, variables));
-  if (since) all.push(`${ofChange(since.change, variables)} from ${rounded(since.latest[1], "LREAL")} s on`);
+  if (since) all.push(`${ofChange(since.change, variables)} from ${rounded(since.at[1], "LREAL")} s on`);
   const doubts = [];
-  if (range) {
-    const searched = changes.flatMap((change) =>
-      "setting" in change && !change.setting.why ? change.setting.name : [],
-    );
-    const kind = variables.find((one) => one.name === searched.at(-1))?.kind ?? "REAL";
-    const [low, high] = range.map((end) => rounded(end, kind));
-    doubts.push(`${low} to ${high}${isTime(kind) ? " s" : ""} fits`);
-  }
+  const range = rangeOf(suspect, variables);
+  if (range) doubts.push(`${range} fits`);
   if (confused.length > 0) doubts.push(`another ${confused.join(" or ")} would fit with it`);
   return `${all.join(", and ")}${doubts.length > 0 ? ` (${doubts.join("; ")})` : ""}`;
+}
+
+/** From where to where a value fits, `84.8 to 94.2 s`; undefined if it is exact. @param {Suspect} suspect @param {Variable[]} variables */
+function rangeOf({ changes, since, range }, variables) {
+  if (!range) return undefined;
+  const all = since ? [since.change] : changes;
+  const searched = all.flatMap((change) => ("setting" in change && !change.setting.why ? change.setting.name : []));
+  const kind = variables.find((one) => one.name === searched.at(-1))?.kind ?? "REAL";
+  const [low, high] = range.map((end) => rounded(end, "LREAL", 4));
+  return `${low} to ${high}${isTime(kind) ? " s" : ""}`;
 }
 
 /**
@@ -115,28 +122,31 @@ export function fitting({ conclusion, settings, suspects }) {
 
 /**
  * That a setting was changed while the recording was made: `Up to cycle 69 GAIN is 2; from cycle 70 (35 s) on, GAIN 0.75 explains every
- * cycle.`, and what else is to be said.
+ * cycle.`, and what else is to be said. What the recording leaves open of time and value stands in the same sentence.
  *
- * @param {Since} since
- * @param {Change[]} changes with what the loop has otherwise from the start on
+ * @param {Suspect} suspect
+ * @param {Since} since of the suspect
  * @param {Variable[]} variables
+ * @param {boolean} isSure
  */
-function ofSince({ change, earliest, latest }, changes, variables) {
+function ofSince(suspect, { change, at, earliest, latest }, variables, isSure) {
   if (!("setting" in change)) return { headline: "", details: [] };
   const { name } = change.setting;
   const [value, before] = valuesOf(change.setting, variables);
-  const [call, time] = latest;
+  const [call, time] = at;
   const details = [];
-  if (earliest[0] < call) {
-    const from = `cycle ${earliest[0]} (${rounded(earliest[1], "LREAL")} s)`;
-    details.push(
-      `It may have been changed at any cycle from ${from} on: in the cycles between, both values do the same.`,
-    );
-  }
+  const range = rangeOf(suspect, variables);
+  const isOpen = earliest[0] < latest[0];
+  const ofCall = (/** @type {[number, number]} */ [of, when]) => `cycle ${of} (${rounded(when, "LREAL")} s)`;
+  if (isOpen) {
+    const between = `${ofCall(earliest)} to ${ofCall(latest)}`;
+    details.push(`Any cycle from ${between} would do for the change${range ? `, with ${name} ${range}` : ""}.`);
+  } else if (range) details.push(`${name} ${range} would do.`);
+  const { changes } = suspect;
   const own = changes.flatMap((one) => ("setting" in one ? one.setting : [])).find((one) => one.name === name);
   if (own) details.push(`The loop has ${name} ${valuesOf(own, variables)[1]}.`);
   return {
-    headline: `Up to cycle ${call - 1} ${name} is ${before}; from cycle ${call} (${rounded(time, "LREAL")} s) on, ${name} ${value} explains every cycle.`,
+    headline: `Up to ${isOpen ? "about " : ""}cycle ${call - 1} ${name} is ${before}; from cycle ${call} (${rounded(time, "LREAL")} s) on, ${name} ${value} ${isSure ? "" : "most likely "}explains every cycle.`,
     details,
   };
 }
@@ -188,7 +198,8 @@ export function verdict(replayed, tolerance, block) {
         ? `bit for bit in all ${calls} cycles`
         : `in all ${calls} cycles, within ${within} (up to ${rounded(most, "LREAL", 3)})`;
     const is = outputs.length === 1 ? "is" : "are";
-    const equal = `${names} ${is} equal from the first cycle on, ${how}.`;
+    const coarse = coarsely(replayed, block);
+    const equal = `${names} ${is} equal from the first cycle on, ${how}.${coarse && ` ${coarse}`}`;
     const more = doubt(replayed, block);
     const isOwn = moving.length === 0;
     if (settings.length === 0 && isOwn) return { headline: equal, details: more };
@@ -199,17 +210,21 @@ export function verdict(replayed, tolerance, block) {
     return { headline: `The recording fits ${fit(settings, block)}.`, details: [equal, ...more] };
   }
   const difference = ofDifference(replayed, block);
+  const coarse = coarsely(replayed, block);
   const isRecorded = settings.length > 0;
   const recorded = isRecorded ? [`It was replayed with ${fit(settings, block)}, as recorded.`] : [];
+  if (coarse) recorded.push(coarse);
   // That file and loop have other settings is what one looks for first.
   const own = isRecorded ? `The recording has ${fit(settings, block)}, and even with that ` : "";
   const told = suspects.filter(({ fits }) => fits).map((suspect) => changed(suspect, block));
   const [first, ...others] = told.slice(0, MOST_EXPLANATIONS);
   if (conclusion === "differs") return { headline: `${own}${difference}.`, details: [] };
-  const since = conclusion === "cause" ? suspects.find(({ fits }) => fits) : undefined;
-  if (since?.since) {
-    const { headline, details } = ofSince(since.since, since.changes, block.variables);
-    return { headline, details: [`With the settings of the loop, ${difference}.`, ...details, ...recorded] };
+  const alike = suspects.filter(({ fits }) => fits);
+  const [likeliest] = alike;
+  if (likeliest?.since && (conclusion === "cause" || conclusion === "likely_cause")) {
+    const { headline, details } = ofSince(likeliest, likeliest.since, block.variables, conclusion === "cause");
+    const also = others.length > 0 ? [`It could also be: ${others.join("; or: ")}.`] : [];
+    return { headline, details: [...details, ...also, `With the settings of the loop, ${difference}.`, ...recorded] };
   }
   if (conclusion === "cause") {
     const details = [`${difference}; nothing differs any more when ${first}.`, ...recorded];
@@ -223,11 +238,25 @@ export function verdict(replayed, tolerance, block) {
   if (conclusion === "ambiguous") {
     const each = `These changes cannot be told apart, since each explains this recording: ${[first, ...others].join("; or: ")}.`;
     const remedy = "Record a step of the setpoint in automatic mode, with more digits.";
+    if (likeliest?.since) {
+      const names = alike.flatMap(({ since }) => (since && "setting" in since.change ? since.change.setting.name : []));
+      const [call, time] = likeliest.since.at;
+      return {
+        headline: `From cycle ${call} (${rounded(time, "LREAL")} s) on, another ${names.join(" or ")} explains every cycle.`,
+        details: [
+          alike.length > 1
+            ? `The recording does not tell which: ${told.slice(0, MOST_EXPLANATIONS).join("; or: ")}.`
+            : `${first}.`,
+          `With the settings of the loop, ${difference}.`,
+          ...recorded,
+        ],
+      };
+    }
     return {
       headline: isRecorded
         ? `The recording has ${fit(settings, block)}, and fits more than one further change.`
         : "The recording fits more than one change.",
-      details: [`${difference}.`, each, remedy],
+      details: [`${difference}.`, each, remedy, ...(coarse ? [coarse] : [])],
     };
   }
   const [best] = suspects;
@@ -241,8 +270,22 @@ export function verdict(replayed, tolerance, block) {
     headline: isRecorded
       ? `${own}no single or paired setting change explains it.`
       : "No single or paired setting change explains this recording.",
-    details: [`${difference}.`, nearest],
+    details: [`${difference}.`, nearest, ...(coarse ? [coarse] : [])],
   };
+}
+
+/** That what counts as equal is much, of what an output moves by; empty if it is not. @param {Replayed} replayed @param {Block} block */
+function coarsely({ outputs }, { variables }) {
+  const told = outputs.flatMap(({ variable, allowed, recorded }) => {
+    const of = variables.find(({ name }) => name === variable);
+    const known = recorded.filter((value) => Number.isFinite(value));
+    // An output that rests has no span, and nothing to compare the digits with.
+    const span = Math.max(...known) - Math.min(...known);
+    if (isBoolean(of?.kind ?? "") || !(span > 0) || allowed <= COARSE * span) return [];
+    const unit = unitText(of?.unit);
+    return `${variable} by ${rounded(allowed, "LREAL", 2)}${unit && ` ${unit}`}`;
+  });
+  return told.length > 0 ? `What moves ${listed(told)} or less is not seen: so much counts as equal.` : "";
 }
 
 /** @param {string[]} names */
