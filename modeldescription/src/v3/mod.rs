@@ -3,7 +3,7 @@
 //! As for FMI 2.0: [`ModelDescription`] is plain data, [`write()`] turns it into XML, [`read()`] reads any model
 //! description of FMI 3.0, and [`check()`] finds mistakes that a schema does not find.
 
-mod build;
+mod build_description;
 mod check;
 mod describe;
 mod description;
@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::xml::attributes::Element;
 pub use crate::xml::read::Limits;
 use crate::xml::read::{MODEL_DESCRIPTION, Schema, read_root};
-pub use build::{
+pub use build_description::{
     BUILD_DESCRIPTION, BuildConfiguration, BuildDescription, PreprocessorDefinition, SourceFile, SourceFileSet,
 };
 pub use check::check;
