@@ -61,6 +61,7 @@ def test_a_recording_of_the_same_block_replays_equal_and_a_wrong_gain_is_found(t
     tool.locator("#replay-file").set_input_files(path)
     tool.get_by_text("No single or paired setting change explains this recording").wait_for()
     assert "nearest is" in tool.locator("#replay .verdict").inner_text()
+    assert "how far a value may be off" in tool.locator("#replay .verdict").inner_text()
     assert tool.locator("#replay").get_by_role("button", name="Apply ").count() == 0
     # A recording in which GAIN changes proves nothing of the one in force.
     for gain in ("0.77", "1.2"):

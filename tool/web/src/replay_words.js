@@ -137,7 +137,7 @@ function ofSince(suspect, { change, at, earliest, latest }, variables, isSure) {
   const details = [];
   const range = rangeOf(suspect, variables);
   const isOpen = earliest[0] < latest[0];
-  const ofCall = (/** @type {[number, number]} */ [of, when]) => `cycle ${of} (${rounded(when, "LREAL")} s)`;
+  const ofCall = (/** @type {[number, number]} */ [of, when]) => `${of} (${rounded(when, "LREAL")} s)`;
   if (isOpen) {
     const between = `${ofCall(earliest)} to ${ofCall(latest)}`;
     details.push(`Any cycle from ${between} would do for the change${range ? `, with ${name} ${range}` : ""}.`);
@@ -259,6 +259,7 @@ export function verdict(replayed, tolerance, block) {
       details: [`${difference}.`, each, remedy, ...(coarse ? [coarse] : [])],
     };
   }
+  const noisy = "If the recording is noisy, say in the field “equal within” how far a value may be off.";
   const [best] = suspects;
   const still = best?.different === 1 ? "1 value still differs" : `${best?.different} values still differ`;
   const begin = Math.min(...outputs.flatMap(({ first: at }) => at?.[0] ?? []));
@@ -270,7 +271,7 @@ export function verdict(replayed, tolerance, block) {
     headline: isRecorded
       ? `${own}no single or paired setting change explains it.`
       : "No single or paired setting change explains this recording.",
-    details: [`${difference}.`, nearest, ...(coarse ? [coarse] : [])],
+    details: [`${difference}.`, nearest, ...(coarse ? [coarse] : []), ...(tolerance === null ? [noisy] : [])],
   };
 }
 
