@@ -6,7 +6,7 @@
 mod caller;
 mod known;
 
-use crate::compiler::{Compiler, Interface};
+use crate::compiler::{BlockId, Compiler, Interface};
 use crate::lower::placed;
 use crate::network::{Call, Parameter, Way};
 use crate::syntax::{Block, BlockKind, ExpressionKind, Scope, SectionKind, Tree, attribute, key};
@@ -388,16 +388,21 @@ impl Compiler<'_> {
     pub fn unreadable(&self, only: Option<&[String]>) -> Vec<Assumption> {
         let is_called =
             |block: usize| self.calls.iter().any(|(caller, callee, _)| *callee == block && *caller != block);
-        let is_asked = |block: usize, name: &str| match only {
-            Some(names) => names.iter().any(|of| key(of) == key(name)),
+        let is_protected = |(file, index): BlockId| self.trees[file].protected.iter().any(|(of, _)| *of == index);
+        let is_asked = |block: usize, of: &Interface| match only {
+            Some(names) => names.iter().any(|name| key(name) == key(&of.name)),
             // What is run is no stub; beside organization blocks it is not a block that nobody calls.
-            None => is_called(block) || self.blocks.iter().any(|of| of.kind == BlockKind::OrganizationBlock),
+            None => {
+                is_called(block)
+                    || of.source.is_some_and(is_protected)
+                    || self.blocks.iter().any(|of| of.kind == BlockKind::OrganizationBlock)
+            }
         };
         let stub = |(number, interface): (usize, &Interface)| {
             let (file, index) = interface.source.filter(|(file, _)| *file != self.library_file())?;
             let block = self.block((file, index));
             let reason = self.report.first_error(self.trees[file].extents[index])?;
-            if is_marked(block) || !is_asked(number, &interface.name) {
+            if is_marked(block) || !is_asked(number, interface) {
                 return None;
             }
             let text = match interface.kind {

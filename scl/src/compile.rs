@@ -154,11 +154,14 @@ pub fn survey(sources: &[Source], options: &Manifest) -> Survey {
     let is_used = |tag: &&parameters::tags::Tag| compiler.globals.contains_key(&key(&tag.name));
     let tags = options.declared.iter().filter(is_used).count();
     let mut ids: Vec<BlockId> = compiler.names.values().copied().collect();
-    ids.retain(|(file, index)| !trees[*file].instantiated.contains(index));
     ids.sort_unstable();
+    let (instantiated, ids): (Vec<BlockId>, Vec<BlockId>) =
+        ids.into_iter().partition(|(file, index)| trees[*file].instantiated.contains(index));
     let listed = |id: &BlockId| (compiler.block(*id).kind, compiler.block(*id).name.text.clone(), id.0);
     let blocks = ids.iter().map(listed).collect();
-    let missing = compiler.undeclared.values().map(|of| (of.name.clone(), of.kind())).collect();
+    let instantiated = instantiated.into_iter().map(|id| (compiler.block(id).name.text.clone(), "function blocks"));
+    let undeclared = compiler.undeclared.values().map(|of| (of.name.clone(), of.kind()));
+    let missing = undeclared.chain(instantiated).collect();
     Survey { blocks, missing, tags }
 }
 

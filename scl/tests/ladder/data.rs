@@ -152,10 +152,13 @@ fn a_missing_block_has_the_interface_that_its_call_and_its_instance_show() {
     let message = "DB Drive_DB: no source declares the function block \"Drive\": an instance has its interface";
     assert!(all.contains(&message), "{all:?}");
 
+    let missing = scl::survey(&sources, &scl::Options::default()).missing;
+    assert!(missing.contains(&("Drive".to_string(), "function blocks")), "{missing:?}");
     let shown: Vec<String> = scl::watch::watched(&sources).into_iter().map(|of| of.name).collect();
     assert_eq!(shown, ["B"]);
 
     let assumed = scl::assumed(&scl::assume(&sources, &scl::Options::default(), None));
+    assert!(!assumed.contains("ORGANIZATION_BLOCK"), "B can be run");
     for text in [
         "FUNCTION \"scaled\" : Real\n{ STUB := 'TRUE' }\nVAR_INPUT\n   rawValue : UInt;\nEND_VAR\nVAR_IN_OUT\n   total : DInt;\nEND_VAR\n",
         "FUNCTION_BLOCK \"Gone\"\n{ STUB := 'TRUE' }\nVAR_INPUT\n   start : Bool;\n   openInput : Real;\nEND_VAR\nVAR_OUTPUT\n   \
