@@ -96,6 +96,7 @@ def test_a_name_leads_to_why_to_the_watch_table_and_to_the_networks_that_use_it(
     page.locator('[data-network="4"] .operand', has_text="#run").last.click()
     bar.get_by_role("button", name="Why").click()
     wrote = page.locator(".why .why-statement", has_text="#run := ").first
+    wrote.get_by_role("button", name="network 4: ").wait_for()
     # Start and the contact of run stand beside each other: either holds the coil. Each of the three in the way would open it.
     decided, shared = wrote.locator("p .has-decided").all_inner_texts()
     assert decided.startswith("each of these decided:") and [name in decided for name in ("stop", "fault", "low")] == [True] * 3

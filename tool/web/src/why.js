@@ -19,6 +19,7 @@
  * @property {string} instance in which it stands
  * @property {string} prefix of that instance
  * @property {[string, string][]} constants of its block, with their values
+ * @property {import("./messages").Network[]} networks of its block
  *
  * @typedef {object} Call what is known of a call
  * @property {number} call
@@ -229,6 +230,7 @@ function writesOf(compiled, own) {
           ...{ write, number, instance, prefix },
           block: block.name,
           constants: block.constants,
+          networks: block.networks,
           source: block.file,
           ...compiled.sources[block.file],
           path: plain(prefix + write.path),
@@ -266,7 +268,7 @@ function statement(loop, member, of, at, title, name) {
     element(
       "button",
       { type: "button", class: "plain", onclick: () => store.emit("line", { file, place: [line, 1] }) },
-      `line ${line}: `,
+      `${networkOrLine(of, line)}: `,
       element("code", {}, text.replace(/\s+/g, " ")),
     );
   return element(
@@ -292,6 +294,12 @@ function statement(loop, member, of, at, title, name) {
       }),
     ),
   );
+}
+
+/** Where a statement stands: in a network that is drawn, or in a line. @param {Found} of @param {number} line */
+function networkOrLine({ networks }, line) {
+  const drawn = networks.filter(({ elements }) => elements.some((one) => one.line === line));
+  return drawn.length === 1 ? `network ${drawn[0].number}` : `line ${line}`;
 }
 
 /** The conditions of a statement. That of REPEAT, which stands at its end, keeps nothing from running. @param {Write} write @param {boolean} ran */
