@@ -59,7 +59,7 @@ def test_a_recording_of_the_same_block_replays_equal_and_a_wrong_gain_is_found(t
         cells[at] = repr(-0.8 * float(cells[at]) + 5.0 * (number % 3))
     path.write_text("\n".join(",".join(cells[column] for column in columns) for cells in [header, *rows]))
     tool.locator("#replay-file").set_input_files(path)
-    tool.get_by_text("No single or paired setting change explains this recording").wait_for()
+    tool.get_by_text("Nothing that was tried explains this recording").wait_for()
     assert "nearest is" in tool.locator("#replay .verdict").inner_text()
     assert "how far a value may be off" in tool.locator("#replay .verdict").inner_text()
     assert tool.locator("#replay").get_by_role("button", name="Apply ").count() == 0

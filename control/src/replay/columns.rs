@@ -11,6 +11,9 @@ use modeldescription::digits::{ordinal, short};
 use run::plan::near;
 use std::collections::BTreeSet;
 
+/// Rows that are so many times farther apart than calls are those of a slower recorder.
+const COARSE: f64 = 1.5;
+
 /// A recording, as far as it belongs to the block.
 pub(super) struct Recording {
     /// How many rows there are.
@@ -21,6 +24,8 @@ pub(super) struct Recording {
     pub(super) lines: Vec<usize>,
     /// How far the rows are apart in seconds, as far as the file says; most of them.
     pub(super) spacing: Option<f64>,
+    /// Whether that is so much more than the time between two calls that calls must lie between the rows.
+    pub(super) is_coarse: bool,
     /// What is set before the calls.
     pub(super) inputs: Vec<Signal>,
     /// What is compared after them.
@@ -124,6 +129,7 @@ impl Recording {
             times: Vec::new(),
             lines: csv.lines.clone(),
             spacing: None,
+            is_coarse: false,
             inputs: Vec::new(),
             outputs: Vec::new(),
             matched: Vec::new(),
@@ -427,6 +433,7 @@ impl Recording {
                     short(cycle)
                 ));
             } else if (spacing / cycle - 1.0).abs() > 0.02 {
+                self.is_coarse = spacing > COARSE * cycle;
                 remarks.push(format!(
                     "Most rows are {} s apart, and the block is called every {} s: each row counts as one call.",
                     short(spacing),

@@ -8,6 +8,7 @@ use super::estimate::{Found, Search, held};
 use super::instance::{Block, Variant, change, typed};
 use anyhow::Result;
 use run::fmus::Values;
+use std::collections::BTreeSet;
 
 /// This many rows behind the first difference tell whether a suspect is worth a full run.
 const BEHIND: usize = 3_000;
@@ -81,7 +82,8 @@ pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspe
         all.extend(of_time);
     }
     let mut is_sure = is_told;
-    if !is_told {
+    // With a call for each row of a slower recorder, a false TI would make up for the calls that are missing.
+    if !is_told && !comparison.recording.is_coarse {
         let (found, sure) = diagnosis.settings(&start, &whole)?;
         is_sure = sure;
         all.extend(found);
@@ -257,6 +259,9 @@ impl Diagnosis<'_> {
         if tried.iter().any(fits) {
             tried.retain(|of| !of.rows.is_empty() || of.outcome.different() > 0);
         }
+        // The same settings may have been found in another order.
+        let mut known = BTreeSet::new();
+        tried.retain(|of| !fits(of) || known.insert(of.rows.iter().copied().collect::<BTreeSet<_>>()));
         let is_exact = |of: &Tried| of.outcome.largest() == 0.0;
         if !self.search.has_numbers() && tried.iter().any(|of| fits(of) && is_exact(of)) {
             tried.retain(|of| !fits(of) || is_exact(of));

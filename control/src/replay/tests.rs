@@ -283,6 +283,24 @@ fn a_change_that_two_settings_explain_is_named_with_both_and_one_that_few_rows_f
     }
 }
 
+/// Of ten calls one is in a row. With a call for each row, a TI of 2 s would explain them all, and be false: it is 20 s.
+#[test]
+fn a_recorder_slower_than_the_block_tells_no_setting() {
+    let mut integral = 0.0f32;
+    let row = |call: usize| {
+        let (sp, pv) = (if call < 300 { 10.0f32 } else { 11.0 }, 9.0);
+        integral += (sp - pv) * (0.5 / 20.0) * 2.0;
+        (call as f64 * 0.5, sp, pv, 2.0 * (sp - pv) + integral)
+    };
+    let rows: Vec<_> = (0..600).map(row).collect();
+    let each = run(&request(text("time,SP,PV,OUT", &rows)));
+    assert_eq!(each.conclusion, Conclusion::Equal);
+    let tenth: Vec<_> = rows.into_iter().step_by(10).collect();
+    let replayed = run(&request(text("time,SP,PV,OUT", &tenth)));
+    assert_eq!(replayed.conclusion, Conclusion::Coarse, "{:?}", replayed.suspects);
+    assert!(replayed.suspects.iter().all(|suspect| !suspect.fits));
+}
+
 #[test]
 fn what_no_suspect_explains_is_said() {
     let mut rows = recorded(60);

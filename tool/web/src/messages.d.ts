@@ -160,7 +160,7 @@ survey: Array<[string, string]>,
 assumptions: Array<Assumption>, };
 
 /** What a recording says of a block. */
-export type Conclusion = "equal" | "differs" | "cause" | "likely_cause" | "ambiguous" | "unexplained";
+export type Conclusion = "equal" | "differs" | "cause" | "likely_cause" | "ambiguous" | "coarse" | "unexplained";
 
 /**
  * Curves: each row is a call. If they are not exact, each two rows are a group of calls, at the times of its first and its

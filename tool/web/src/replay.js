@@ -350,8 +350,9 @@ function showResult(replayed, allowed) {
             `${changed(suspect, block)}.`,
             suspect.fits ? element("strong", { class: "good" }, "none: it fits") : String(suspect.different),
             rounded(suspect.largest, "LREAL", 6),
-            // What leaves a difference is no value to go on with. The likeliest is offered above.
-            suspect.fits && Object.keys(suspect.values).length > 0 && settings(suspect.values) !== settings(values)
+            // What leaves a difference is no value to go on with, and a later value of several is none for the whole recording. The likeliest
+            // is offered above.
+            suspect.fits && !suspect.since && Object.keys(suspect.values).length > 0 && settings(suspect.values) !== settings(values)
               ? useButton(suspect.values)
               : "",
           ]),

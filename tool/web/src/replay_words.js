@@ -218,6 +218,13 @@ export function verdict(replayed, tolerance, block) {
   const own = isRecorded ? `The recording has ${fit(settings, block)}, and even with that ` : "";
   const told = suspects.filter(({ fits }) => fits).map((suspect) => changed(suspect, block));
   const [first, ...others] = told.slice(0, MOST_EXPLANATIONS);
+  if (conclusion === "coarse") {
+    const remedy = "Record each call: with rows as far apart as CYCLE.";
+    return {
+      headline: "Calls are missing between the rows: the recording does not tell the settings.",
+      details: [`With one call for each row, ${difference}.`, remedy],
+    };
+  }
   if (conclusion === "differs") return { headline: `${own}${difference}.`, details: [] };
   const alike = suspects.filter(({ fits }) => fits);
   const [likeliest] = alike;
@@ -269,8 +276,8 @@ export function verdict(replayed, tolerance, block) {
     : `Look for the cause in what the recording does not have${where}.`;
   return {
     headline: isRecorded
-      ? `${own}no single or paired setting change explains it.`
-      : "No single or paired setting change explains this recording.",
+      ? `${own}nothing that was tried explains it.`
+      : "Nothing that was tried explains this recording.",
     details: [`${difference}.`, nearest, ...(coarse ? [coarse] : []), ...(tolerance === null ? [noisy] : [])],
   };
 }
