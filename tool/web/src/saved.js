@@ -106,11 +106,13 @@ export function showSaved(within, loops, withTried) {
         "ul",
         { class: "note" },
         manual.slice(0, MOST).map((loop) => {
-          const name = loop.description.roles.manual?.[0] ?? "";
+          const [mode, value] = loop.description.roles.manual ?? ["", ""];
+          const { sent, file, start, variable } = loop.settings[value];
+          const output = `${value} ${shown(withTried ? sent : (file ?? start), variable.kind)}`;
           return element(
             "li",
             {},
-            `${title(loop, name)} is TRUE in the saved file: the controller begins in manual mode.`,
+            `${title(loop, mode)} is TRUE in the saved file: the controller begins in manual mode, with ${output}.`,
           );
         }),
       ),
