@@ -352,7 +352,10 @@ function showResult(replayed, allowed) {
             rounded(suspect.largest, "LREAL", 6),
             // What leaves a difference is no value to go on with, and a later value of several is none for the whole recording. The likeliest
             // is offered above.
-            suspect.fits && !suspect.since && Object.keys(suspect.values).length > 0 && settings(suspect.values) !== settings(values)
+            suspect.fits &&
+            !suspect.since &&
+            Object.keys(suspect.values).length > 0 &&
+            settings(suspect.values) !== settings(values)
               ? useButton(suspect.values)
               : "",
           ]),
