@@ -79,7 +79,7 @@ def session(page):
     page.locator("#step-test").click()
     page.locator("#tune .fit").get_by_text("fit").wait_for()
     page.wait_for_function("() => document.querySelectorAll('#tune .rules tbody tr').length === 9")
-    page.locator("#tune .what").get_by_text("Rules").evaluate("one => one.parentElement.scrollIntoView()")
+    page.locator("#tune .rules").evaluate("one => one.scrollIntoView()")
     yield "tune"
     page.wait_for_function("() => document.querySelectorAll('.bode canvas').length === 2")
     page.locator(".bode").evaluate("one => one.scrollIntoView()")
