@@ -333,6 +333,9 @@ impl Controller {
     }
 }
 
+/// A GAIN that is more than so many times the one in force is worth a warning.
+const MOST_TIMES: f64 = 10.0;
+
 /// Computes settings by a rule, in the form of the block, with their effects.
 ///
 /// # Errors
@@ -387,6 +390,7 @@ fn tune_calmer(home: &dyn Fmus, request: &Request, calmer: Option<f64>) -> Resul
     let plant = Plant::of_model(&request.model, controller.sampling());
     let margins = margins::of(&plant, &law, controller.delay_of_pulses());
     remarks.extend(robustness(&margins));
+    remarks.extend(nervousness(&controller, &settings, factor, closed_loop.is_some()));
     remarks.extend(coarseness(&controller, request));
     let values = values(&controller, request.structure, &settings);
     let predicted = match predict::predict(home, &controller, request, &values) {
@@ -516,6 +520,22 @@ fn robustness(margins: &margins::Margins) -> Option<String> {
         )),
         Some(_) => None,
     }
+}
+
+/// Returns the remark that a GAIN is far above the one in force: what the rule does not know of then moves the manipulated value.
+fn nervousness(controller: &Controller, settings: &Settings, factor: f64, has_speed: bool) -> Option<String> {
+    let name = controller.roles.controller.first()?;
+    let times = (settings.gain / controller.value(name)).abs();
+    (times.is_finite() && times > MOST_TIMES).then(|| {
+        format!(
+            "{name} {} is {} times the one in force: a deviation of {} moves the manipulated value by 100 %, and so do noise and the \
+             resolution of the input.{}",
+            short(settings.gain),
+            short(rounded(times, 2)),
+            short(rounded((100.0 / (settings.gain * factor)).abs(), 2)),
+            if has_speed { " A larger λ gives a smaller one." } else { "" }
+        )
+    })
 }
 
 /// Returns the remark that a step controller never rests, if its shortest pulse moves the process value through the

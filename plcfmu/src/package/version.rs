@@ -58,7 +58,7 @@ pub struct Version {
     /// for integers up to 32 bits, and a variable for each element of an array [default: native]
     #[arg(long, value_name = "TYPES", value_parser = types)]
     pub types: Option<Types>,
-    /// Names of variables: structured, those of the PLC, such as par.level and feedback[1]; or flat, such as par_level and feedback_1,
+    /// Names of variables: structured, those of the PLC, such as par.level; or flat, such as par_level,
     /// for tools that make buses of structured names or refuse them
     #[arg(id = "naming", long = "names", value_name = "NAMES", value_parser = names, default_value = "structured")]
     pub names: Names,

@@ -161,6 +161,19 @@ fn a_pulse_of_cont_s_that_moves_the_process_value_through_the_dead_band_is_told(
 }
 
 #[test]
+fn a_gain_far_above_the_one_in_force_is_told() {
+    // SIMC: 100 s / (0.01 · 2 · (1 s + CYCLE / 2)) = 4760.
+    let remarks = |gain| {
+        let values = [("CYCLE", 0.1), ("GAIN", gain)];
+        tuned(&with("CONT_C", Rule::Simc, Structure::Pi, lag(0.01, 100.0, 1.0), &values)).remarks
+    };
+    let expected = "GAIN 4760 is 12 times the one in force: a deviation of 0.021 moves the manipulated value by 100 %, and so do noise \
+                    and the resolution of the input. A larger λ gives a smaller one.";
+    assert!(remarks(400.0).iter().any(|remark| remark == expected), "{:?}", remarks(400.0));
+    assert!(!remarks(1000.0).iter().any(|remark| remark.contains("times the one in force")));
+}
+
+#[test]
 fn cont_s_is_predicted_in_automatic_mode_whatever_its_switches_are_now() {
     let predicted = |switches: &[(&str, f64)]| {
         let settings: Vec<_> = [("CYCLE", 0.1), ("MTR_TM", 30.0)].into_iter().chain(switches.iter().copied()).collect();
