@@ -186,7 +186,6 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
     let tolerance = request.tolerance;
     let (mut base, mut suspects) = explained(&Comparison::of(&block, &recording, tolerance), request.try_suspects)?;
     let mut is_late = false;
-    let is_coarse = recording.is_coarse;
     if base.different() > 0 && recording.rows > 2 {
         // Where the setpoint steps, outputs that are a call late look like a row that is no call.
         let has_to_explain = request.try_suspects && !suspects.iter().any(is_of_settings);
@@ -203,7 +202,7 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
         let allowed = if tolerance.is_some() { f64::INFINITY } else { FAR * recording.resolution() };
         // A call without a row comes less near, since nobody has recorded its inputs.
         let is_near = |suspect: &Suspect| suspect.fits && (suspect.largest <= allowed || !is_of_settings(suspect));
-        if request.try_suspects && !is_coarse && base.different() > 0 && !suspects.iter().any(is_near) {
+        if request.try_suspects && !recording.is_coarse && base.different() > 0 && !suspects.iter().any(is_near) {
             let mut readings = readings(&block, &csv, request)?;
             let of = |recording| Comparison::of(&block, recording, tolerance);
             let comparisons: Vec<Comparison> = readings.iter().map(of).collect();
@@ -238,7 +237,7 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
     }
     let calls = recording.rows - recording.between.len() - usize::from(end.is_some());
     let doubt = doubt(&block, &recording);
-    let conclusion = conclusion(&block, &base, &suspects, request.try_suspects, is_coarse);
+    let conclusion = conclusion(&block, &recording, &base, &suspects, request.try_suspects);
     let outputs = (0..recording.outputs.len()).map(|output| compared(&recording, &base, output, tolerance)).collect();
     let Recording { matched: columns, settings, moving, .. } = recording;
     Ok(Replayed { columns, calls, outputs, settings, moving, conclusion, doubt, suspects, remarks })
@@ -390,10 +389,10 @@ fn doubt(block: &Block, recording: &Recording) -> Option<Doubt> {
 /// What follows from what was tried.
 fn conclusion(
     block: &Block,
+    recording: &Recording,
     base: &compare::Outcome,
     suspects: &[Suspect],
     has_tried: bool,
-    is_coarse: bool,
 ) -> Conclusion {
     match suspects {
         _ if base.different() == 0 => Conclusion::Equal,
@@ -401,7 +400,7 @@ fn conclusion(
         [first, ..] if first.fits && first.is_sure => Conclusion::Cause,
         [first, others @ ..] if is_likeliest(block, first, others) => Conclusion::LikelyCause,
         _ if suspects.iter().any(|suspect| suspect.fits) => Conclusion::Ambiguous,
-        _ if is_coarse => Conclusion::Coarse,
+        _ if recording.is_coarse => Conclusion::Coarse,
         _ => Conclusion::Unexplained,
     }
 }

@@ -436,19 +436,22 @@ impl Compiler<'_> {
     }
 
     fn stub_of_function(&self, interface: &Interface) -> String {
-        let is_parameter = |section| matches!(section, SectionKind::Input | SectionKind::Output | SectionKind::InOut);
-        let parameters = interface.members.iter().filter(|member| is_parameter(member.section));
-        let formals = parameters.filter_map(|member| {
-            let of = Some(self.written(&member.of)?);
-            let way = match member.section {
-                SectionKind::Output => Way::Output,
-                SectionKind::InOut => Way::InOut,
-                _ => Way::Input,
-            };
+        let formals = interface.members.iter().filter_map(|member| {
+            let (way, of) = (way(member.section)?, Some(self.written(&member.of)?));
             Some(Formal { name: member.name.clone(), way, of })
         });
         let result = self.written(&interface.result).unwrap_or_else(|| "VOID".into());
         function(&interface.name, &result, &formals.collect::<Vec<_>>())
+    }
+}
+
+/// The direction of the parameters in a section; other sections have none.
+fn way(section: SectionKind) -> Option<Way> {
+    match section {
+        SectionKind::Input => Some(Way::Input),
+        SectionKind::Output => Some(Way::Output),
+        SectionKind::InOut => Some(Way::InOut),
+        SectionKind::Static | SectionKind::Temp | SectionKind::Constant => None,
     }
 }
 

@@ -4,7 +4,7 @@ use crate::compiler::{Compiler, Global, Interface, Slot, State};
 use crate::program::walk::{self, Look};
 use crate::program::{self, Argument, Base, Body, Call, Expr, Place, Program, Statement, Step, What};
 use crate::syntax::{SectionKind, key};
-use crate::types::{Elementary, Type};
+use crate::types::{Elementary, Type, text_name};
 use parameters::tags::Area;
 use std::ops::Range;
 
@@ -197,7 +197,7 @@ fn add(compiler: &Compiler, part: Part, found: &mut Shown) {
         Type::Elementary(elementary) => push(elementary.name(), program::Type::Scalar(elementary.scalar())),
         Type::Text { wide, capacity } => {
             let (wide, capacity) = (*wide, *capacity);
-            push(if wide { "WSTRING" } else { "STRING" }, program::Type::Text { capacity, wide });
+            push(text_name(wide), program::Type::Text { capacity, wide });
         }
         Type::Array(array) if role == Role::Local && array.elements() > MOST_ELEMENTS => {}
         Type::Array(array) => {

@@ -19,9 +19,10 @@ mod statement;
 mod tests;
 
 use crate::program::{Function, Kind, Program, Scalar, Type};
+use crate::syntax::key;
 use crate::types::{Class, Elementary};
 use facts::{Facts, Use};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 pub use literal::literal;
 
@@ -181,18 +182,18 @@ fn names_of<'a>(
     most: usize,
     notation: Notation,
 ) -> Vec<String> {
+    let mut used: HashSet<String> = taken.iter().map(|name| key(name)).collect();
     let mut all: Vec<String> = Vec::new();
     for name in of {
         let keeps = notation == Notation::Any && !name.is_empty() && !name.contains(['"', '\n']) && name.len() <= most;
         let mut name = if keeps { name.to_string() } else { ascii(name, most, notation == Notation::Bare) };
-        let is_used = |name: &str, all: &[String]| {
+        let is_taken = |name: &str| {
             let is_word = is_keyword(name) || STANDARD.split_whitespace().any(|word| word.eq_ignore_ascii_case(name));
-            is_word && notation == Notation::Bare
-                || taken.iter().chain(all).any(|other| other.to_uppercase() == name.to_uppercase())
+            is_word && notation == Notation::Bare || used.contains(&key(name))
         };
         let mut own = name.clone();
         let mut count = 1;
-        while is_used(&own, &all) {
+        while is_taken(&own) {
             count += 1;
             let suffix = format!("_{count}");
             while name.len() > most - suffix.len() {
@@ -200,6 +201,7 @@ fn names_of<'a>(
             }
             own = format!("{name}{suffix}");
         }
+        used.insert(key(&own));
         all.push(own);
     }
     all
@@ -244,11 +246,13 @@ impl<'a> Printer<'a> {
             records[*record].clone_from(name);
         }
         let mut functions = vec![String::new(); program.functions.len()];
-        for number in facts.reached.iter().filter(|number| facts.uses[*number] != Use::Block) {
-            let name = names_of([program.functions[*number].name.as_str()], &taken, most, notation);
-            functions[*number].clone_from(&name[0]);
-            taken.extend(name);
+        let named: Vec<usize> =
+            facts.reached.iter().copied().filter(|number| facts.uses[number] != Use::Block).collect();
+        let own = names_of(named.iter().map(|number| program.functions[*number].name.as_str()), &taken, most, notation);
+        for (number, name) in named.iter().zip(&own) {
+            functions[*number].clone_from(name);
         }
+        taken.extend(own);
         let members = program.records[program.memory].members.iter().map(|member| member.name.as_str());
         let globals = names_of(members, &taken, most, notation);
         taken.extend(globals.iter().cloned());

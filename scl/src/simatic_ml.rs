@@ -102,15 +102,7 @@ impl Reader<'_> {
             return;
         };
         let name = Name { text: name.to_string(), span };
-        let mut block = Block {
-            kind,
-            name,
-            of: None,
-            attributes: Vec::new(),
-            comment: block_comment(element),
-            sections: Vec::new(),
-            body: Vec::new(),
-        };
+        let mut block = Block { comment: block_comment(element), ..Block::new(kind, name) };
         let extent = self.extent(element);
         self.report.locate(extent, block.title());
         if self.attribute(element, "MemoryLayout").is_some_and(|(layout, _)| layout == "Standard") {
@@ -139,15 +131,7 @@ impl Reader<'_> {
     /// Keeps the block of an instance by the interface that its data block repeats.
     fn instantiated(&mut self, element: Element, extent: Span, name: Name) {
         let span = name.span;
-        let mut block = Block {
-            kind: BlockKind::FunctionBlock,
-            name,
-            of: None,
-            attributes: Vec::new(),
-            comment: String::new(),
-            sections: Vec::new(),
-            body: Vec::new(),
-        };
+        let mut block = Block::new(BlockKind::FunctionBlock, name);
         self.interface(element, &mut block);
         if block.sections.is_empty() {
             return;

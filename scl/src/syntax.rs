@@ -248,6 +248,19 @@ pub struct Block {
 }
 
 impl Block {
+    /// A block of which only the name is known yet.
+    pub fn new(kind: BlockKind, name: Name) -> Block {
+        Block {
+            kind,
+            name,
+            of: None,
+            attributes: Vec::new(),
+            comment: String::new(),
+            sections: Vec::new(),
+            body: Vec::new(),
+        }
+    }
+
     /// Its title in messages: `FB Motor`.
     pub fn title(&self) -> String {
         let kind = match self.kind {

@@ -262,6 +262,11 @@ pub struct Field {
     pub is_retained: bool,
 }
 
+/// The name of the type of texts, with wide characters or without.
+pub fn text_name(wide: bool) -> &'static str {
+    if wide { "WSTRING" } else { "STRING" }
+}
+
 impl Type {
     /// The elementary type, if it is one.
     pub fn elementary(&self) -> Option<Elementary> {
@@ -318,8 +323,7 @@ impl fmt::Display for Type {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Type::Elementary(elementary) => formatter.write_str(elementary.name()),
-            Type::Text { wide: false, .. } => formatter.write_str("STRING"),
-            Type::Text { wide: true, .. } => formatter.write_str("WSTRING"),
+            Type::Text { wide, .. } => formatter.write_str(text_name(*wide)),
             Type::Array(array) => {
                 let bounds: Vec<String> = array.bounds.iter().map(|(low, high)| format!("{low}..{high}")).collect();
                 write!(formatter, "ARRAY[{}] OF {}", bounds.join(", "), array.of)

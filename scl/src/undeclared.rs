@@ -4,7 +4,7 @@ use crate::compiler::Compiler;
 use crate::lexer::Span;
 use crate::network::Way;
 use crate::syntax::{BlockKind, key};
-use crate::types::{Elementary, Type};
+use crate::types::{Elementary, Type, text_name};
 use parameters::Remedy;
 use std::collections::BTreeMap;
 
@@ -216,7 +216,7 @@ impl Compiler<'_> {
     pub fn written(&self, of: &Type) -> Option<String> {
         match of {
             Type::Elementary(of) => Some(of.name().to_string()),
-            Type::Text { wide, .. } => Some(if *wide { "WSTRING" } else { "STRING" }.to_string()),
+            Type::Text { wide, .. } => Some(text_name(*wide).to_string()),
             Type::Array(array) => {
                 let bounds: Vec<String> = array.bounds.iter().map(|(low, high)| format!("{low}..{high}")).collect();
                 Some(format!("ARRAY[{}] OF {}", bounds.join(", "), self.written(&array.of)?))

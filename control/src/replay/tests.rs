@@ -283,7 +283,7 @@ fn a_change_that_two_settings_explain_is_named_with_both_and_one_that_few_rows_f
     }
 }
 
-/// Of ten calls one is in a row. With a call for each row, a TI of 2 s would explain them all, and be false: it is 20 s.
+/// Of ten calls one is in a row. With a call for each row, a TI of less than 2 s would come nearest, and be false: it is 20 s.
 #[test]
 fn a_recorder_slower_than_the_block_tells_no_setting() {
     let mut integral = 0.0f32;

@@ -1,8 +1,9 @@
 //! An organization block assumed for a library: blocks of which the sources call none.
 
-use super::{Assumption, quoted, section};
-use crate::compiler::{Compiler, Interface, Parameter};
-use crate::syntax::{BlockKind, SectionKind, key};
+use super::{Assumption, quoted, section, way};
+use crate::compiler::Compiler;
+use crate::network::Way;
+use crate::syntax::{BlockKind, key};
 use crate::types::Type;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -60,16 +61,18 @@ impl Compiler<'_> {
         let is_function = interface.kind == BlockKind::Function;
         let mut tags = String::new();
         let mut arguments = Vec::new();
-        for (parameter, assign) in parameters(interface) {
+        for parameter in &interface.members {
+            let Some(way) = way(parameter.section) else { continue };
             let Some(of) = self.written(&parameter.of) else {
                 // A function needs all of them; a function block keeps the start value.
-                if is_function || parameter.section == SectionKind::InOut {
+                if is_function || way == Way::InOut {
                     return None;
                 }
                 continue;
             };
             let tag = self.free(&format!("{}_{}", interface.name, parameter.name), calls);
             let _ = writeln!(tags, "   \"{tag}\" : {of};");
+            let assign = if way == Way::Output { "=>" } else { ":=" };
             arguments.push(format!("{} {assign} \"{tag}\"", quoted(&parameter.name)));
         }
         let mut called = format!("\"{}\"", interface.name);
@@ -107,13 +110,4 @@ impl Compiler<'_> {
         calls.names.insert(key(&free));
         free
     }
-}
-
-/// The parameters of a block, each with the sign that passes it.
-fn parameters(interface: &Interface) -> impl Iterator<Item = (&Parameter, &'static str)> {
-    interface.members.iter().filter_map(|parameter| match parameter.section {
-        SectionKind::Input | SectionKind::InOut => Some((parameter, ":=")),
-        SectionKind::Output => Some((parameter, "=>")),
-        _ => None,
-    })
 }

@@ -2,13 +2,13 @@
 
 use super::Lowerer;
 use super::paths::{Path, Variable};
-use crate::compiler::{BlockId, Interface, Operand, Parameter, Slot, Symbol};
+use crate::compiler::{BlockId, Operand, Parameter, Slot, Symbol};
 use crate::declare::is_copied;
 use crate::lexer::Span;
 use crate::network::Way;
 use crate::program::{self, Call, Expr, Place, What};
 use crate::syntax::{Argument, BlockKind, ExpressionId, ExpressionKind, Scope, SectionKind, key};
-use crate::types::{Elementary, Type};
+use crate::types::{Elementary, Type, text_name};
 use crate::undeclared::{Formal, Missing, Part, What as Kind};
 use manifest::Cpu;
 use parameters::problem::{nearest, with_article};
@@ -155,7 +155,7 @@ impl Lowerer<'_, '_> {
             Operand::Whole(whole) if i16::try_from(whole).is_ok() => Some("INT".to_string()),
             Operand::Whole(whole) => Some(self.widest(whole).name().to_string()),
             Operand::Fraction(..) => Some("REAL".to_string()),
-            Operand::Text(_, wide) => Some(if wide == Some(true) { "WSTRING" } else { "STRING" }.to_string()),
+            Operand::Text(_, wide) => Some(text_name(wide == Some(true)).to_string()),
             Operand::Value(of, _) => Some(of.name().to_string()),
             Operand::Variable(of, _) => return self.type_of_argument(&of),
             Operand::Wrong(_) => None,
@@ -696,14 +696,14 @@ impl Lowerer<'_, '_> {
         references: Vec<(usize, Place)>,
         span: Span,
     ) -> Vec<program::Argument> {
-        let Interface { function, is_stub, .. } = self.compiler.blocks[block];
+        let function = self.compiler.blocks[block].function;
         let parameters = self.compiler.program.functions[function].parameters;
         let mut passed = Vec::new();
         for number in 0..parameters {
             match references.iter().find(|(local, _)| *local == number) {
                 Some((_, place)) => passed.push(program::Argument::Reference(place.clone())),
                 // A stub leaves out what has no form here, and does nothing with the rest.
-                None if is_stub => {
+                None if self.compiler.blocks[block].is_stub => {
                     let ty = self.compiler.program.functions[function].locals[number].ty.clone();
                     passed.push(program::Argument::Reference(self.temp(ty)));
                 }

@@ -6,7 +6,7 @@ use crate::constant::{self, Literal};
 use crate::lexer::Span;
 use crate::program::{self, At, Base, Convert, Expr, Place, Scalar, Value};
 use crate::syntax::{ExpressionId, ExpressionKind};
-use crate::types::{Elementary, Type};
+use crate::types::{Elementary, Type, text_name};
 
 /// The size of a DTL in bytes.
 pub const DTL_BYTES: usize = 12;
@@ -137,7 +137,7 @@ impl Lowerer<'_, '_> {
         match operand {
             Operand::Wrong(name) => {
                 if let Some(name) = name {
-                    self.compiler.guess_missing(&name, if wide { "WSTRING" } else { "STRING" }.to_string());
+                    self.compiler.guess_missing(&name, text_name(wide).to_string());
                 }
                 None
             }

@@ -8,7 +8,7 @@ use crate::lexer::Span;
 use crate::program::walk::{self, Look};
 use crate::program::{self, Arm, At, Expr, For, Place, Scalar, Step, Value, What};
 use crate::syntax::{Binary, ExpressionId, ExpressionKind, Label, Name, SectionKind, Statement, StatementKind};
-use crate::types::{Elementary, Type};
+use crate::types::{Elementary, Type, text_name};
 use crate::undeclared::Missing;
 use manifest::Cpu;
 use std::rc::Rc;
@@ -310,8 +310,7 @@ impl Lowerer<'_, '_> {
             Operand::Whole(0 | 1) => self.compiler.guess_likely(missing, Elementary::Int),
             Operand::Whole(_) => self.guess(missing, Elementary::Int),
             Operand::Text(_, wide) => {
-                let of = if *wide == Some(true) { "WSTRING" } else { "STRING" };
-                self.compiler.guess_missing(missing, of.to_string());
+                self.compiler.guess_missing(missing, text_name(*wide == Some(true)).to_string());
             }
             Operand::Variable(of, _) => {
                 if let Some(of) = self.compiler.written(of) {

@@ -51,15 +51,7 @@ impl Parser<'_> {
         let Ok(name) = self.numbered_name() else {
             return self.skip_block(end);
         };
-        let mut block = Block {
-            kind,
-            name,
-            of: None,
-            attributes: Vec::new(),
-            comment: String::new(),
-            sections: Vec::new(),
-            body: Vec::new(),
-        };
+        let mut block = Block::new(kind, name);
         let head = self.head(&mut block, start, is_quoted);
         if let Some(texts) = self.document {
             self.document_head(&mut block, texts, from, start.start);

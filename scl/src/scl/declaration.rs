@@ -3,6 +3,7 @@
 use super::facts::Use;
 use super::{Dialect, Printer, Scope, declared, literal};
 use crate::program::{Body, Function, Kind, Section, Type, Value};
+use crate::types::text_name;
 use std::fmt::Write;
 
 impl<'a> Printer<'a> {
@@ -86,7 +87,7 @@ impl<'a> Printer<'a> {
             Type::Text { wide: true, .. } if self.dialect == Dialect::Step7 => {
                 return Err("STEP 7 has no type WSTRING; print it for TIA Portal".to_string());
             }
-            Type::Text { capacity, wide } => format!("{}[{capacity}]", if *wide { "WSTRING" } else { "STRING" }),
+            Type::Text { capacity, wide } => format!("{}[{capacity}]", text_name(*wide)),
             Type::Array { of, bounds } => {
                 let bounds: Vec<String> = bounds.iter().map(|(low, high)| format!("{low}..{high}")).collect();
                 format!("ARRAY[{}] OF {}", bounds.join(", "), self.type_name(of, kind)?)
