@@ -278,3 +278,14 @@ fn members_of_a_missing_type_have_the_types_that_their_uses_require() {
     assert!(types.iter().any(|text| text.contains("STRUCT\n   message : STRING;\n")), "{types:#?}");
     compiled(text);
 }
+
+/// The interface of a block that is to be a stub is known: what its calls lack is an error as ever.
+#[test]
+fn a_call_of_a_chosen_stub_needs_its_structured_in_outs() {
+    let text = "TYPE \"limits\"\nSTRUCT\n  low : Real;\nEND_STRUCT;\nEND_TYPE\n\
+        FUNCTION_BLOCK \"Sub\"\nVAR_IN_OUT of : \"limits\"; END_VAR\nBEGIN\n;\nEND_FUNCTION_BLOCK\n\
+        FUNCTION_BLOCK \"Main\"\nVAR sub : \"Sub\"; END_VAR\nBEGIN\n#sub();\nEND_FUNCTION_BLOCK\n";
+    let options = Options { stubs: vec!["Sub".into()], ..Options::default() };
+    let errors = compile(&[Source::new("main.scl", text.into())], &options).unwrap_err();
+    assert_eq!(errors[0].problems[0].message, "the in-out parameter of is missing");
+}

@@ -703,7 +703,7 @@ impl Lowerer<'_, '_> {
             match references.iter().find(|(local, _)| *local == number) {
                 Some((_, place)) => passed.push(program::Argument::Reference(place.clone())),
                 // A stub leaves out what has no form here, and does nothing with the rest.
-                None if self.compiler.blocks[block].is_stub => {
+                None if self.is_stub(block) => {
                     let ty = self.compiler.program.functions[function].locals[number].ty.clone();
                     passed.push(program::Argument::Reference(self.temp(ty)));
                 }
