@@ -219,10 +219,10 @@ export function verdict(replayed, tolerance, block) {
   const told = suspects.filter(({ fits }) => fits).map((suspect) => changed(suspect, block));
   const [first, ...others] = told.slice(0, MOST_EXPLANATIONS);
   if (conclusion === "coarse") {
-    const remedy = "Record each call: with rows as far apart as CYCLE.";
+    const remedy = "Record every cycle: rows as far apart as CYCLE.";
     return {
       headline: "Calls are missing between the rows: the recording does not tell the settings.",
-      details: [`With one call for each row, ${difference}.`, remedy],
+      details: [`With one cycle per row, ${difference}.`, remedy],
     };
   }
   if (conclusion === "differs") return { headline: `${own}${difference}.`, details: [] };
