@@ -181,6 +181,11 @@ def axe(page, options):
     from axe_playwright_python.sync_playwright import Axe
 
     options = options or {"rules": {"landmark-unique": {"enabled": False}}}
+    # What fades in has its contrast at the end. The search lives in a shadow tree, which `document.getAnimations()` does not enter.
+    page.evaluate("""() => {
+        const trees = root => [root, ...[...root.querySelectorAll("*")].flatMap(one => one.shadowRoot ? trees(one.shadowRoot) : [])];
+        return Promise.allSettled(trees(document).flatMap(root => root.getAnimations()).map(animation => animation.finished));
+    }""")
     return Axe().run(page, options=options).response["violations"]
 
 
