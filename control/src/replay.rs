@@ -156,6 +156,8 @@ pub struct Suspect {
     pub fits: bool,
     /// Whether the recording tells it: nothing else that was tried explains everything, and its values could not be others.
     pub is_sure: bool,
+    /// Whether it fits only if the last row, which repeats all outputs, is no call.
+    pub ends_without_call: bool,
 }
 
 /// Replays a recording.
@@ -228,7 +230,13 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
     let comparison = Comparison::of(&block, &recording, tolerance);
     remarks.extend(beginning(&block, &recording, &base.variant));
     remarks.extend(base.spread_remarks(&comparison));
-    let end = recording.end.filter(|end| base.outputs.iter().any(|of| of[*end] != of[end - 1]));
+    let ends_without_call = match suspects.iter().find(|suspect| suspect.fits) {
+        _ if base.different() == 0 => comparison.ends_without_call(&base.variant)?,
+        Some(explained) => explained.ends_without_call,
+        // Outputs that moved up to the row before have not settled.
+        None => recording.end.is_some_and(|end| recording.changes(end - 1)),
+    };
+    let end = recording.end.filter(|_| ends_without_call);
     if let Some(end) = end {
         remarks.push(format!(
             "The last row (line {}) repeats the outputs of the row before it: it is the end of the run and no call.",

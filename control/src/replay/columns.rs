@@ -156,7 +156,7 @@ impl Recording {
     }
 
     /// Whether an output differs from that of the row before.
-    fn changes(&self, row: usize) -> bool {
+    pub(super) fn changes(&self, row: usize) -> bool {
         row > 0 && self.outputs.iter().any(|of| of.values[row] != of.values[row - 1] && !of.values[row].is_nan())
     }
 

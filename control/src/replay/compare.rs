@@ -218,24 +218,47 @@ impl<'a> Comparison<'a> {
             let off = (now - recorded).abs();
             difference.largest = difference.largest.max(if off.is_nan() { f64::INFINITY } else { off });
             let allowed = match self.tolerance {
-                Some(tolerance) if !of.is_boolean => tolerance,
-                None if !of.is_boolean => of.tolerance(*recorded) + spread.get(row).copied().unwrap_or_default(),
-                None => {
+                None if of.is_boolean => {
                     // A switch that another last digit moves by a call.
                     let near = row.saturating_sub(1)..(row + 2).min(computed.len());
                     let may_be = near.clone().any(|row| others.iter().any(|other| other[row] == *recorded));
                     f64::from(u8::from(may_be))
                 }
-                Some(_) => 0.0,
+                _ => self.allowed(of, row, spread),
             };
-            // The limit itself is a decimal number, which the subtraction does not hit exactly.
-            if off.is_nan() || off > allowed * (1.0 + 1e-5) {
+            if is_beyond(off, allowed) {
                 difference.first.get_or_insert(row);
                 difference.different += 1;
             }
         }
         difference
     }
+
+    /// How far an output may be off in a row.
+    fn allowed(&self, of: &Signal, row: usize, spread: &[f64]) -> f64 {
+        match self.tolerance {
+            _ if of.is_boolean => 0.0,
+            Some(tolerance) => tolerance,
+            None => of.tolerance(of.values[row]) + spread.get(row).copied().unwrap_or_default(),
+        }
+    }
+
+    /// Whether the last row, which repeats all outputs, is no call: as a call it would have others.
+    pub(super) fn ends_without_call(&self, variant: &Variant) -> Result<bool> {
+        let Some(end) = self.recording.end else { return Ok(false) };
+        let outputs = self.block.simulate(self.recording, variant, self.recording.rows, None)?;
+        let differs = |(of, computed): (&Signal, &Vec<f64>)| {
+            let (now, recorded) = (computed[end], of.values[end]);
+            let is_known = !recorded.is_nan() && !is_equal(of.kind, now, recorded);
+            is_known && is_beyond((now - recorded).abs(), self.allowed(of, end, &[]))
+        };
+        Ok(self.recording.outputs.iter().zip(&outputs).any(differs))
+    }
+}
+
+/// Whether a difference is more than what is allowed. The limit itself is a decimal number, which the subtraction does not hit exactly.
+fn is_beyond(off: f64, allowed: f64) -> bool {
+    off.is_nan() || off > allowed * (1.0 + 1e-5)
 }
 
 /// The better, the smaller.

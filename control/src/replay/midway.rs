@@ -191,11 +191,11 @@ impl<'a> Start<'a> {
             }
         }
         let is_one = fitting(&tried) == 1;
-        Ok(tried.into_iter().map(|of| self.since(&diagnosis, &of.outcome, is_one)).collect())
+        tried.into_iter().map(|of| self.since(&diagnosis, &of.outcome, is_one)).collect()
     }
 
     /// The answer: a setting that another value explains from a row on.
-    fn since(&self, diagnosis: &Diagnosis, outcome: &Outcome, is_one: bool) -> Suspect {
+    fn since(&self, diagnosis: &Diagnosis, outcome: &Outcome, is_one: bool) -> Result<Suspect> {
         let (block, recording) = (self.comparison.block, self.comparison.recording);
         let variant = outcome.variant.clone();
         let later = variant.later.as_ref().expect("it was searched for from a row on");
@@ -211,7 +211,7 @@ impl<'a> Start<'a> {
         let mut ends = self.variant.values.clone();
         ends.insert(row, value);
         ends.retain(|row, value| *value as f32 != block.settings[*row] as f32);
-        Suspect {
+        Ok(Suspect {
             changes: self.variant.values.iter().map(of_start).collect(),
             since: Some(Since {
                 change: change(block, row, value, self.variant.values.get(&row)),
@@ -227,7 +227,8 @@ impl<'a> Start<'a> {
             largest: outcome.largest(),
             fits: true,
             is_sure: is_one && !is_wide(low, high, value) && search.may_go_on(),
-        }
+            ends_without_call: self.comparison.ends_without_call(&variant)?,
+        })
     }
 }
 

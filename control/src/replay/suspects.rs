@@ -351,6 +351,7 @@ impl Diagnosis<'_> {
                 continue;
             }
             let fits = outcome.different() == 0;
+            let ends_without_call = fits && self.comparison.ends_without_call(&outcome.variant)?;
             suspects.push(Suspect {
                 changes,
                 range,
@@ -361,6 +362,7 @@ impl Diagnosis<'_> {
                 largest: outcome.largest(),
                 fits,
                 is_sure: fits && is_sure,
+                ends_without_call,
             });
         }
         let rank = |of: &Suspect| (of.different, of.fits && !is_usual(self.comparison.block, of), of.largest);

@@ -222,6 +222,26 @@ fn a_wrong_setting_is_named_and_its_value_given() {
     assert!(run(&request).suspects.is_empty());
 }
 
+#[test]
+fn a_last_row_that_repeats_the_outputs_is_a_call_if_the_block_repeats_them_too() {
+    // At the limit the output repeats itself, also where the loop's own TI moves it still.
+    let limited = recorded(60);
+    assert!(limited[57..].iter().all(|row| row.3 == 100.0));
+    // The end of a run has the inputs of then and the outputs of the last call.
+    let mut ended = recorded(20);
+    ended.push((10.0, 30.0, 1.5, ended[19].3));
+    for ti in [20.0, 1200.0] {
+        let replayed_of = |rows: &[(f64, f32, f32, f32)]| {
+            let mut request = request(text("time,SP,PV,OUT", rows));
+            request.controller = member(&[("TI", ti)]);
+            run(&request)
+        };
+        let (limited, ended) = (replayed_of(&limited), replayed_of(&ended));
+        assert_eq!((limited.calls, says(&limited, "The last row")), (60, false), "{ti}: {limited:?}");
+        assert_eq!((ended.calls, says(&ended, "The last row (line 22) repeats")), (20, true), "{ti}: {ended:?}");
+    }
+}
+
 /// What is said of a setting that was changed: its name, its value before and after, and its first call with its time.
 fn since(replayed: &Replayed) -> Option<(&str, f64, f64, (usize, f64))> {
     let Since { change: Change::Setting { name, value, before, .. }, at, .. } = replayed.suspects[0].since.as_ref()?

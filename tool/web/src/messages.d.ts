@@ -1207,7 +1207,9 @@ largest: number,
 /** Whether nothing differs any more. */
 fits: boolean,
 /** Whether the recording tells it: nothing else that was tried explains everything, and its values could not be others. */
-is_sure: boolean, };
+is_sure: boolean,
+/** Whether it fits only if the last row, which repeats all outputs, is no call. */
+ends_without_call: boolean, };
 
 /** The mean of variables over an input. */
 export type Sweep = {
