@@ -32,9 +32,9 @@ use columns::Recording;
 use compare::Comparison;
 use instance::{Beginning, Block, Variant};
 use midway::Midway;
+use modeldescription::digits::short;
 use run::dialog;
-use run::fmus::Fmus;
-use run::fmus::{Member, Values};
+use run::fmus::{Fmus, Member, Values, number_of};
 use serde::{Deserialize, Serialize};
 
 /// The most values of outputs that are compared, rows times columns.
@@ -189,19 +189,26 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
     let (mut base, mut suspects) = explained(&Comparison::of(&block, &recording, tolerance), request.try_suspects)?;
     let mut is_late = false;
     if base.different() > 0 && recording.rows > 2 {
-        // Where the setpoint steps, outputs that are a call late look like a row that is no call.
-        let has_to_explain = request.try_suspects && !suspects.iter().any(is_of_settings);
-        let late = late(&block, &csv, request, has_to_explain)?;
+        // Where the setpoint steps, outputs that are a call late look like a row that is no call. Switches fit both ways, with another
+        // value each.
+        let has_switches_only = recording.outputs.iter().all(|of| of.is_boolean);
+        let is_told = suspects.iter().any(is_of_settings);
+        let mut late = late(&block, &csv, request, request.try_suspects && (!is_told || has_switches_only))?;
+        let is_plainer = plainer(&mut suspects, &mut late.suspects);
         let fits = suspects.iter().any(|suspect| suspect.fits);
-        let is_taken = |of: &Late| {
-            of.is_explained()
-                || !fits && (of.suspects.iter().any(|of| of.fits) || of.base.agrees_longer_than(&base, recording.rows))
+        let is_taken = |of: &Late| match of.is_explained() {
+            true => of.base.different() == 0 || is_plainer,
+            false => {
+                !fits && (of.suspects.iter().any(|of| of.fits) || of.base.agrees_longer_than(&base, recording.rows))
+            }
         };
         if let Some(late) = Some(late).filter(is_taken) {
             (base, suspects, recording) = (late.base, late.suspects, late.recording);
             is_late = true;
         }
-        let allowed = if tolerance.is_some() { f64::INFINITY } else { FAR * recording.resolution() };
+        // A switch that the last digit of an input moves by a call is as near as a switch can be.
+        let is_any_near = tolerance.is_some() || has_switches_only;
+        let allowed = if is_any_near { f64::INFINITY } else { FAR * recording.resolution() };
         // A call without a row comes less near, since nobody has recorded its inputs.
         let is_near = |suspect: &Suspect| suspect.fits && (suspect.largest <= allowed || !is_of_settings(suspect));
         if request.try_suspects && !recording.is_coarse && base.different() > 0 && !suspects.iter().any(is_near) {
@@ -306,6 +313,42 @@ fn readings(block: &Block, csv: &Csv, request: &Request) -> Result<Vec<Recording
     let late = [false, true].into_iter().filter(|is_late| !is_late || has_unclear);
     let late = late.map(|is_late| Ok(plain()?.with_earlier_outputs(block, is_late)));
     std::iter::once(plain()).chain(late).collect()
+}
+
+/// Whether the second of two readings of a recording is explained by settings, and by fewer of them or with fewer digits than the first.
+/// Where both are, neither is surer than the other.
+fn plainer(first: &mut [Suspect], second: &mut [Suspect]) -> bool {
+    let told = |of: &mut [Suspect]| of.iter().position(is_of_settings);
+    let (Some(own), Some(other)) = (told(first), told(second)) else { return told(second).is_some() };
+    let (own, other) = (&mut first[own], &mut second[other]);
+    match (single(own), single(other)) {
+        (Some((name, value)), Some((same, another))) if name == same => {
+            let known = [Some((value, value)), Some((another, another)), own.range, other.range];
+            let (low, high) = known.into_iter().flatten().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).expect("of two");
+            for (of, value) in [(&mut *own, value), (&mut *other, another)] {
+                of.range = suspects::range_to_tell(low, high, value);
+                of.is_sure &= !suspects::is_wide(low, high, value);
+            }
+        }
+        _ => (own.is_sure, other.is_sure) = (false, false),
+    }
+    let digits =
+        |of: &Suspect| of.changes.iter().filter_map(value_of).map(|(_, value)| short(value).len()).sum::<usize>();
+    (other.changes.len(), digits(other)) < (own.changes.len(), digits(own))
+}
+
+/// The setting that a change gives a number, and the number.
+fn value_of(change: &Change) -> Option<(&str, f64)> {
+    match change {
+        Change::Setting { name, value, .. } => Some((name, number_of(*value))),
+        _ => None,
+    }
+}
+
+/// The only change of a suspect, from the start on.
+fn single(suspect: &Suspect) -> Option<(String, f64)> {
+    let [change] = suspect.changes.as_slice() else { return None };
+    value_of(change).filter(|_| suspect.since.is_none()).map(|(name, value)| (name.to_string(), value))
 }
 
 /// Whether it explains everything by settings, without rows that are no calls.

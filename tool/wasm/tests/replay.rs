@@ -468,6 +468,35 @@ fn assert_told(which: fn(&&Wrong) -> bool) {
     assert!(missed.is_empty(), "{}", missed.join("\n"));
 }
 
+/// Pulses of a step controller with TI 12 s whose process value creeps to the setpoint from a call on, each in the row of the next call;
+/// replayed with TI 6 s.
+fn late_pulses(calls: usize, creeping: Course) -> Replayed {
+    let file = [("GAIN", 1.2), ("TI", 6.0), ("CYCLE", 0.1), ("PULSE_TM", 0.1), ("BREAK_TM", 0.1), ("DEADB_W", 0.2)];
+    let plant = merged(&file, &[("TI", 12.0)]);
+    let text = tape("CONT_S", &plant, calls, &[("SP_INT", |_| 50.0), ("PV_IN", creeping)], &["QLMNUP", "QLMNDN"]);
+    let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(';').collect()).collect();
+    let late = |row: usize| [&rows[row][..3], &rows[(row - 1).max(1)][3..]].concat().join(";");
+    let text: Vec<String> = std::iter::once(rows[0].join(";")).chain((1..rows.len()).map(late)).collect();
+    run(&request(member("CONT_S", &file), text.join("\n")))
+}
+
+#[test]
+fn pulses_that_fit_in_their_row_and_a_call_late_are_told_with_the_plainer_value_and_both() {
+    // After a dead time it does not say which call a pulse belongs to.
+    let replayed = late_pulses(600, |call| 50.0 - 30.0 * (-(call.saturating_sub(30) as f64) / 200.0).exp());
+    assert_named(&replayed, "TI", 12.0, 6.0);
+    assert!(replayed.remarks.iter().any(|remark| remark.starts_with("Each row has the outputs of the call before")));
+    let (low, high) = replayed.suspects[0].range.expect("the other reading has another value");
+    assert!(low < 11.95 && high == 12.0, "{low} to {high}");
+}
+
+#[test]
+fn a_pulse_that_rounding_moves_by_a_call_makes_no_change_by_hand() {
+    let replayed = late_pulses(200, |call| 50.0 - 30.0 * (-(call as f64) / 100.0).exp());
+    assert_named(&replayed, "TI", 12.0, 6.0);
+    assert!(replayed.suspects.iter().all(|suspect| suspect.since.is_none()), "{:?}", replayed.suspects);
+}
+
 #[test]
 fn what_a_recording_does_not_tell_is_not_told() {
     // Pulses alone tell a gain and a length, and not all of these settings.

@@ -221,7 +221,7 @@ export function verdict(replayed, tolerance, block) {
   if (conclusion === "coarse") {
     const remedy = "Record every cycle: rows as far apart as CYCLE.";
     return {
-      headline: "Calls are missing between the rows: the recording does not tell the settings.",
+      headline: "Cycles are missing between the rows: the recording does not tell the settings.",
       details: [`With one cycle per row, ${difference}.`, remedy],
     };
   }
