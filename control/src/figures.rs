@@ -21,8 +21,9 @@ use modeldescription::digits::short;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Half the width of the band in which the process value counts as settled, relative to the step.
-const BAND: f64 = 0.02;
+/// Half the width of the band in which the process value counts as settled, relative to the step; after a disturbance,
+/// relative to the step before it.
+pub const BAND: f64 = 0.02;
 /// The minimum time that the process value has to stay in the band, relative to the time since the step; otherwise, it
 /// may only be crossing the band.
 const STAY: f64 = 0.1;
@@ -151,7 +152,7 @@ pub static FIGURES: [&Figure; 11] = [
     &Figure {
         key: "recovery",
         title: "Recovery time",
-        meaning: "From a disturbance until the process value stays within the band of the settling time",
+        meaning: "From a disturbance until the process value stays within 2 % of the last setpoint step around the setpoint",
         unit: Unit::Seconds,
         is_lower_better: true,
         absent: "the process value does not come back",
@@ -316,6 +317,9 @@ pub struct Happened {
     pub start: f64,
     /// How long its window is, in seconds.
     pub duration: f64,
+    /// Half the width of the band around the setpoint in which the process value counts as settled or recovered, in
+    /// its unit; absent after a disturbance with no step before it.
+    pub band: Option<f64>,
     /// What disturbed the loop, each variable with its last value.
     pub by: Vec<Set>,
 }
@@ -343,6 +347,8 @@ struct Deviation {
 #[derive(Debug)]
 struct Disturbed {
     calls: Range<usize>,
+    /// Half the width of the band in which the loop has recovered.
+    half: Option<f64>,
     deviation: Result<Deviation, String>,
     recovery: Result<f64, String>,
 }
@@ -408,6 +414,14 @@ impl<'a> Window<'a> {
         events.iter().enumerate().map(window).collect()
     }
 
+    /// Returns the window of a disturbance that comes in the call `from` and has the rest of the run. `half` is half the
+    /// width of the band in which the loop has recovered, in the unit of the process value.
+    pub fn of_disturbance(signals: Signals<'a>, from: usize, half: f64) -> Window<'a> {
+        let calls = from..signals.count();
+        let disturbed = Disturbed::of(&signals, calls.clone(), Ok(half));
+        Window { has_step: false, disturbed: Some(disturbed), ..Window::new(signals, calls, None, None, None) }
+    }
+
     /// `disturbance` holds the events before the disturbance, and the events from the disturbance on.
     fn new(
         signals: Signals<'a>,
@@ -444,18 +458,19 @@ impl<'a> Window<'a> {
 
     /// Returns the step that the figures refer to.
     pub fn step_happened(&self) -> Option<Happened> {
-        let Step { cause, start: from, setpoint: to, times, .. } = self.step.as_ref().ok()?;
+        let Step { cause, start: from, setpoint: to, times, height, .. } = self.step.as_ref().ok()?;
         let (start, end) = (times[0], times[times.len() - 1]);
-        Some(Happened { cause: *cause, from: *from, to: *to, start, duration: end - start, by: Vec::new() })
+        let band = Some(BAND * height.abs());
+        Some(Happened { cause: *cause, from: *from, to: *to, start, duration: end - start, band, by: Vec::new() })
     }
 
     /// Returns the disturbance that the figures refer to.
     pub fn disturbance_happened(&self) -> Option<Happened> {
-        let calls = &self.disturbed.as_ref()?.calls;
+        let Disturbed { calls, half, .. } = self.disturbed.as_ref()?;
         let (start, end) = self.times_of(calls)?;
         let (from, to) = (self.signals.process_value[calls.start], self.signals.setpoint[calls.end - 1]);
         let by = self.signals.disturbances_in(calls);
-        Some(Happened { cause: Cause::Disturbance, from, to, start, duration: end - start, by })
+        Some(Happened { cause: Cause::Disturbance, from, to, start, duration: end - start, band: *half, by })
     }
 
     /// Returns the band in which the process value counts as settled; `None` without a step.
@@ -594,8 +609,8 @@ impl Signals<'_> {
 impl Disturbed {
     /// Evaluates the response in these calls; the loop has recovered within `half` of the setpoint.
     fn of(signals: &Signals, calls: Range<usize>, half: Result<f64, String>) -> Disturbed {
-        let recovery = half.and_then(|half| Disturbed::recovery(signals, &calls, half));
-        Disturbed { deviation: Deviation::of(signals, calls.clone()), recovery, calls }
+        let recovery = half.clone().and_then(|half| Disturbed::recovery(signals, &calls, half));
+        Disturbed { deviation: Deviation::of(signals, calls.clone()), recovery, half: half.ok(), calls }
     }
 
     fn recovery(signals: &Signals, calls: &Range<usize>, half: f64) -> Result<f64, String> {

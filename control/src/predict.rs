@@ -6,6 +6,9 @@
 //! mode, and the setpoint steps. By default the step is 10 % times the plant's gain: in the end the manipulated value moves by as
 //! much. Of an integrating plant it is 10 % divided by GAIN: at first the manipulated value moves by as much.
 //!
+//! After a load the loop has recovered within the band that a run of it has: that of its last step, which the request names. Without a run
+//! it is that of the default step, so that no other step that is predicted changes what a load does.
+//!
 //! The rows are those of a run of the loop. Where all members act at once, a row has what the controller has put out in the call before
 //! it, beside the setpoint of its own: a run of this loop is late by that call against the plant, and so is the prediction. That the plant
 //! gets the manipulated value a call later, too, is in the dead time of a model that was identified in the loop.
@@ -13,7 +16,7 @@
 //! Pulses drive the model as they are, as 100 % or 0 or -100 %. The pulses of a step controller move a valve, which takes the motor
 //! time from stop to stop and begins in the middle.
 
-use crate::figures::{FIGURES, OVERSHOOT, SETTLING, Signals, Span, Window};
+use crate::figures::{BAND, FIGURES, OVERSHOOT, SETTLING, Signals, Span, Window};
 use crate::process::Process;
 use crate::tune::{Controller, Load, Predicted, Request};
 use anyhow::{Context, Result, bail};
@@ -33,8 +36,6 @@ const MANUAL: f64 = 50.0;
 const STEP: f64 = 10.0;
 /// The load step at the plant's input, in percent of the manipulated value.
 const LOAD: f64 = 10.0;
-/// The loop has recovered when its error stays within this part of the setpoint step, as when it settles.
-const RECOVERED: f64 = 0.02;
 /// At most this many calls are simulated.
 const MOST_CALLS: usize = 200_000;
 /// How many times longer the loop is simulated if it has not come to rest.
@@ -221,6 +222,20 @@ impl Schedule {
         Ok(Schedule { cycle, automatic: rest, step, calls: step + wanted })
     }
 
+    /// The schedule of a step that was measured for so many seconds.
+    ///
+    /// # Errors
+    /// It was measured for too long.
+    fn lasting(controller: &Controller, request: &Request, values: &Values, duration: f64) -> Result<Schedule> {
+        let dead_time = request.model.dead_time + controller.cycle() / 2.0;
+        let schedule = Schedule::of(controller, request, dead_time, values, 1)?;
+        let calls = (duration / schedule.cycle).round() + 1.0;
+        if calls > MOST_CALLS as f64 {
+            bail!("it was measured for {} s: at most {MOST_CALLS} calls are predicted", short(duration));
+        }
+        Ok(Schedule { calls: schedule.step + calls as usize, ..schedule })
+    }
+
     fn time(&self, call: usize) -> f64 {
         call as f64 * self.cycle
     }
@@ -264,7 +279,7 @@ fn predicted(
     let dead_time = request.model.dead_time + controller.cycle() / 2.0;
     let schedule = Schedule::of(controller, request, dead_time, values, longer)?;
     let simulation = Simulation::of(home, controller, request, values, schedule)?;
-    let load = Load::of(&simulation.load()?, &schedule, simulation.height);
+    let load = Load::of(&simulation.load(LOAD)?, &schedule, simulation.band);
     let (mut predicted, mut remarks) = shown(&simulation.step()?, &schedule, controller, simulation.height);
     predicted.load = Some(load);
     remarks.extend(simulation.terminal.remark());
@@ -275,6 +290,8 @@ fn predicted(
 pub struct Forecast {
     /// The process value in each call from the step on.
     pub process_value: Vec<f64>,
+    /// The manipulated value in these calls; empty where pulses drive the plant.
+    pub manipulated_value: Vec<f64>,
     /// The time between two calls in seconds.
     pub cycle: f64,
     /// Its figures by their keys, those that there are.
@@ -292,14 +309,8 @@ pub fn forecast(
     values: &Values,
     duration: f64,
 ) -> Result<Forecast> {
-    let dead_time = request.model.dead_time + controller.cycle() / 2.0;
-    let mut schedule = Schedule::of(controller, request, dead_time, values, 1)?;
+    let schedule = Schedule::lasting(controller, request, values, duration)?;
     let (cycle, step) = (schedule.cycle, schedule.step);
-    let calls = (duration / cycle).round() + 1.0;
-    if calls > MOST_CALLS as f64 {
-        bail!("the step was measured for {} s: at most {MOST_CALLS} calls are predicted", short(duration));
-    }
-    schedule.calls = step + calls as usize;
     let rows = Simulation::of(home, controller, request, values, schedule)?.step()?;
     let times: Vec<f64> = (0..rows.len()).map(|call| schedule.time(call)).collect();
     let columns: [Vec<f64>; 3] = [0, 1, 2].map(|column| rows.iter().map(|row| row[column]).collect());
@@ -308,7 +319,25 @@ pub fn forecast(
     let signals = Signals { times: &times, setpoint, process_value, manipulated_value, ..Signals::default() };
     let window = Window::of(signals, &Span { from: Some(schedule.time(step)), ..Span::default() });
     let figures = window.figures().filter_map(|figure| Some((figure.key, figure.value(&window).ok()?))).collect();
-    Ok(Forecast { process_value: process_value[step..].to_vec(), cycle, figures })
+    let manipulated_value = manipulated_value.get(step..).unwrap_or_default().to_vec();
+    Ok(Forecast { process_value: process_value[step..].to_vec(), manipulated_value, cycle, figures })
+}
+
+/// Predicts the figures of a disturbance, by their keys: a load of this size at the plant's input, in the unit of the manipulated value,
+/// for as long as a run had it, in seconds. The band of the recovery is that of the request.
+///
+/// # Errors
+/// As [`predict`].
+pub fn forecast_load(
+    home: &dyn Fmus,
+    controller: &Controller,
+    request: &Request,
+    values: &Values,
+    (duration, size): (f64, f64),
+) -> Result<Vec<(&'static str, f64)>> {
+    let schedule = Schedule::lasting(controller, request, values, duration)?;
+    let simulation = Simulation::of(home, controller, request, values, schedule)?;
+    Ok(figures_after(&simulation.load(size)?, &schedule, simulation.band))
 }
 
 /// The loop as it is simulated.
@@ -324,6 +353,8 @@ struct Simulation<'a> {
     setpoint: &'a str,
     level: f64,
     height: f64,
+    /// Half the width of the band in which it has recovered from a load.
+    band: f64,
     /// When the loop that is predicted exchanges its values.
     exchange: Exchange,
 }
@@ -345,11 +376,16 @@ impl<'a> Simulation<'a> {
             bail!("the motor time of the actuator is not known; give it");
         }
         let gain = controller.roles.controller.first().and_then(|name| values.get(name));
-        let height = step_height(request, gain);
+        let usual = usual_height(request, gain);
+        let height = request.step.size.unwrap_or(usual);
+        let band = request.band.unwrap_or(BAND * usual.abs());
         let level = request.step.from.unwrap_or_else(|| controller.value(setpoint));
         let manual = request.step.manual.unwrap_or(MANUAL);
         if height == 0.0 || ![height, level, manual].iter().all(|number| number.is_finite()) {
             bail!("the step is {height} from {level}: it has to be a number other than 0");
+        }
+        if !(band > 0.0 && band.is_finite()) {
+            bail!("the band of the recovery is {band}: it has to be above 0");
         }
         let mut values = values.clone();
         values.insert(setpoint.clone(), Value::Number(level));
@@ -378,12 +414,12 @@ impl<'a> Simulation<'a> {
         let recorded = [format!("{CONTROLLER}.{setpoint}"), format!("{PROCESS}.OUTPUT"), manipulated];
         system.record = recorded.iter().map(|name| Recorded::from(name.as_str())).collect();
         let exchange = request.exchange;
-        Ok(Simulation { home, controller, schedule, terminal, plant, system, setpoint, level, height, exchange })
+        Ok(Simulation { home, controller, schedule, terminal, plant, system, setpoint, level, height, band, exchange })
     }
 
-    /// The rows of setpoint, process value and manipulated value with a load step at the time of the step.
-    fn load(&self) -> Result<Vec<[f64; 3]>> {
-        let load = Some((self.schedule.time(self.schedule.step), LOAD));
+    /// The rows of setpoint, process value and manipulated value with a load of this size at the time of the step.
+    fn load(&self, size: f64) -> Result<Vec<[f64; 3]>> {
+        let load = Some((self.schedule.time(self.schedule.step), size));
         self.rows(&self.system, Plant { load, ..self.plant.clone() })
     }
 
@@ -410,28 +446,33 @@ impl<'a> Simulation<'a> {
 }
 
 impl Load {
-    /// The figures after the load step of a loop whose setpoint stays.
-    fn of(rows: &[[f64; 3]], schedule: &Schedule, height: f64) -> Load {
-        // The plant answers from the next call on.
-        let errors: Vec<f64> = rows[schedule.step..].iter().map(|[setpoint, value, _]| setpoint - value).collect();
-        let largest = errors.iter().fold(0.0_f64, |largest, error| largest.max(error.abs()));
-        let recovered =
-            errors.iter().rposition(|error| error.abs() > RECOVERED * height.abs()).map_or(0, |last| last + 1);
-        let sum: f64 = errors.windows(2).map(|pair| f64::midpoint(pair[0].abs(), pair[1].abs())).sum();
-        let has_recovered = recovered < errors.len();
+    /// The figures after the load step of a loop whose setpoint stays: those that a run has after a disturbance.
+    fn of(rows: &[[f64; 3]], schedule: &Schedule, band: f64) -> Load {
+        let of = figures_after(rows, schedule, band);
+        let figure = |key: &str| of.iter().find(|(name, _)| *name == key).map(|(_, value)| *value);
+        let recovery = figure("recovery");
         Load {
-            deviation: largest,
-            recovery: has_recovered.then(|| schedule.time(recovered)),
-            iae: has_recovered.then_some(sum * schedule.cycle),
+            deviation: figure("disturbed_peak").unwrap_or(f64::NAN),
+            recovery,
+            iae: recovery.and_then(|_| figure("disturbed_iae")),
+            band,
         }
     }
 }
 
-/// The step of the setpoint, in units of the process value: the tenth of what the process value does over 100 % of the
+/// The figures of a disturbance that comes at the time of the step, by their keys.
+fn figures_after(rows: &[[f64; 3]], schedule: &Schedule, band: f64) -> Vec<(&'static str, f64)> {
+    let times: Vec<f64> = (0..rows.len()).map(|call| schedule.time(call)).collect();
+    let [setpoint, process_value] = [0, 1].map(|column| rows.iter().map(|row| row[column]).collect::<Vec<f64>>());
+    let signals = Signals { times: &times, setpoint: &setpoint, process_value: &process_value, ..Signals::default() };
+    let window = Window::of_disturbance(signals, schedule.step, band);
+    window.figures().filter_map(|figure| Some((figure.key, figure.value(&window).ok()?))).collect()
+}
+
+/// The default step of the setpoint, in units of the process value: the tenth of what the process value does over 100 % of the
 /// manipulated value; of an integrating plant as much as moves the manipulated value by 10 % at first.
-fn step_height(request: &Request, gain: Option<&Value>) -> f64 {
+fn usual_height(request: &Request, gain: Option<&Value>) -> f64 {
     match gain {
-        _ if request.step.size.is_some() => request.step.size.unwrap_or_default(),
         Some(Value::Number(gain)) if request.model.is_integrating => STEP / gain,
         _ => STEP * request.model.gain,
     }

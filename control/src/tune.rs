@@ -66,6 +66,10 @@ pub struct Request {
     /// The step of the setpoint that is predicted.
     #[serde(default)]
     pub step: Step,
+    /// Half the width of the band in which the loop has recovered from a load, in the unit of the process value, above 0: 2 % of the last
+    /// step of a run. Without it 2 % of the step that is predicted by default.
+    #[serde(default)]
+    pub band: Option<f64>,
     /// Ultimate gain and period, for the ultimate rule; computed from the model without it.
     #[serde(default)]
     pub ultimate: Option<(f64, f64)>,
@@ -177,10 +181,12 @@ pub struct Predicted {
 pub struct Load {
     /// The largest deviation from the setpoint, in its unit.
     pub deviation: f64,
-    /// When the deviation stays within the band of the settling time, in seconds after the load; absent if it does not.
+    /// When the deviation stays within the band, in seconds after the load; absent if it does not.
     pub recovery: Option<f64>,
     /// The integral of the absolute error, in the unit of the setpoint times seconds; absent if the loop does not recover.
     pub iae: Option<f64>,
+    /// Half the width of the band around the setpoint in which the loop has recovered, in its unit.
+    pub band: f64,
 }
 
 /// A control block with its present settings.

@@ -1,5 +1,7 @@
 //! A loop on one page: its settings, what the block does with them, what was done, how it went. HTML that loads nothing.
 
+mod metrics;
+mod rules;
 mod step;
 mod tuning;
 
@@ -11,6 +13,7 @@ use anyhow::{Context, Result, bail};
 use control::identify::Model;
 use control::replay::Change;
 use control::rules::Rule;
+use control::tune::{Row, Step};
 use draw::escape::Text;
 use draw::plot::{Chart, Curve, Panel, svg};
 use draw::response::Colors;
@@ -56,6 +59,15 @@ pub struct Tuning {
     /// In degrees.
     #[serde(default)]
     pub phase_margin: Option<f64>,
+    /// The step of the setpoint that was predicted.
+    #[serde(default)]
+    pub step: Step,
+    /// All rules with what they lead to, as they were compared; the curves may be left out but for both ends of the setpoint.
+    #[serde(default)]
+    pub rows: Vec<Row>,
+    /// The values of the same settings that were in force before.
+    #[serde(default)]
+    pub before: Values,
 }
 
 /// A run that is compared with others.
@@ -193,7 +205,7 @@ fn fmu_of(home: &dyn Home, block: &str) -> Result<String> {
 
 /// Figures and curves of a controller, which is this FMU, with its roles.
 fn run(page: &mut String, home: &dyn Home, report: &Report, (fmu, roles): (&str, &Roles)) -> Result<()> {
-    figures(page, report, fmu, roles)?;
+    metrics::told(page, report, fmu, roles)?;
     let predicted = predicted(page, home, report, (fmu, roles))?;
     if let Some(picture) = report.picture {
         let source = source(picture)?;
@@ -217,7 +229,7 @@ fn run(page: &mut String, home: &dyn Home, report: &Report, (fmu, roles): (&str,
     Ok(())
 }
 
-/// The step of the figures as the identified plant predicts it, beside what was measured.
+/// The step and the disturbance of the figures as the identified plant predicts them, beside what was measured.
 fn predicted(
     page: &mut String,
     home: &dyn Home,
@@ -227,20 +239,33 @@ fn predicted(
     let (Some(record), Some(figures), Some(tuning)) = (report.record, report.figures, report.tuning) else {
         return Ok(None);
     };
-    let Some(happened) = &figures.step else { return Ok(None) };
-    match step::predicted(home, record, (fmu, roles), tuning, happened) {
-        Ok(predicted) => {
-            if let Some(predicted) = &predicted {
-                step::side_by_side(page, predicted, figures, happened, report.units[0])?;
-            }
-            Ok(predicted)
+    let mut part = String::new();
+    let refused = |page: &mut String, what: &str, error: anyhow::Error| -> Result<()> {
+        writeln!(page, "<p>The {what} is not predicted: {}.</p>", Text(&format!("{error:#}")))?;
+        Ok(())
+    };
+    let mut of_step = None;
+    if let Some(happened) = &figures.step {
+        match step::predicted(home, record, (fmu, roles), tuning, happened) {
+            Ok(predicted) => of_step = predicted,
+            Err(error) => refused(&mut part, "step", error)?,
         }
-        Err(error) => {
-            let why = format!("{error:#}");
-            writeln!(page, "<p>The step is not predicted: {}.</p>", Text(&why))?;
-            Ok(None)
+        if let Some(of) = &of_step {
+            step::side_by_side(&mut part, of, figures, happened, report.units[0])?;
         }
     }
+    match step::disturbance(home, record, (fmu, roles), tuning, figures) {
+        Ok(None) => {}
+        Ok(Some(of)) => {
+            let by = figures.disturbance.as_ref().map(|of| metrics::disturbed_by(Some(record), of));
+            step::disturbance_side_by_side(&mut part, &of, &by.unwrap_or_default(), figures, report.units[1])?;
+        }
+        Err(error) => refused(&mut part, "disturbance", error)?,
+    }
+    if !part.is_empty() {
+        write!(page, "<h2>Predicted and measured</h2>\n{part}")?;
+    }
+    Ok(of_step)
 }
 
 /// What was found when recordings were replayed.
@@ -283,58 +308,6 @@ fn replays(page: &mut String, replays: &[ReportedReplay], description: &Descript
     Ok(())
 }
 
-/// The figures of the run, and of what they are.
-fn figures(page: &mut String, report: &Report, fmu: &str, roles: &Roles) -> Result<()> {
-    if let Some(figures) = report.figures {
-        let step = figures.step.as_ref().map_or_else(String::new, |step| {
-            let unit = with_unit(step.to, report.units[0]);
-            format!("Setpoint from {} to {unit}, ", three(step.from))
-        });
-        writeln!(
-            page,
-            "<h2>Figures</h2>\n<p class=\"about\">{}{} s to {} s.</p>\n<dl class=\"figures\">",
-            Text(&step),
-            short(figures.from),
-            short(figures.to)
-        )?;
-        for figure in &figures.figures {
-            if let Some(value) = figure.value {
-                let (title, value) = (Text(&figure.title), with_unit(value, figure.unit.as_deref()));
-                writeln!(page, "<div><dt>{title}</dt> <dd>{}</dd></div>", Text(&value))?;
-            }
-        }
-        writeln!(page, "</dl>")?;
-        let later = report.record.map(|record| changed_after(record, figures.from, fmu, roles)).unwrap_or_default();
-        if !later.is_empty() {
-            let later = later.join(", ");
-            writeln!(page, "<p>Settings changed after this step: {}.</p>", Text(&later))?;
-        }
-        if !figures.remarks.is_empty() {
-            writeln!(page, "<ul>")?;
-            for remark in &figures.remarks {
-                writeln!(page, "<li>{}</li>", Text(remark))?;
-            }
-            writeln!(page, "</ul>")?;
-        }
-    }
-    Ok(())
-}
-
-/// The settings of a controller, which is this FMU, that were changed after a time.
-fn changed_after(record: &Record, time: f64, fmu: &str, roles: &Roles) -> Vec<String> {
-    let Some(member) = record.setup().members.iter().find(|member| member.fmu == fmu) else { return Vec::new() };
-    let own = |variable: &str| -> Option<String> {
-        let name = variable.strip_prefix(&member.name)?.strip_prefix('.')?;
-        roles.controller.iter().chain(&roles.structure).find(|own| *own == name).cloned()
-    };
-    let events = record.events().events;
-    let later = events.iter().filter(|event| event.time > time).filter_map(|event| {
-        let name = own(&event.variable)?;
-        Some(format!("{name} {} at {} s", shown_alone(event.value), short(event.time)))
-    });
-    later.collect()
-}
-
 /// A figure with three significant digits and its unit, `degC^2 s` as `°C²·s`.
 fn with_unit(value: f64, unit: Option<&str>) -> String {
     let unit: Vec<_> = unit.unwrap_or_default().split(' ').map(units::shown).collect();
@@ -351,7 +324,7 @@ fn compared(page: &mut String, runs: &[(&ReportedRun, Figures)], unit: Option<&s
     if runs.len() < 2 {
         return Ok(());
     }
-    writeln!(page, "<h2>Before and after</h2>\n<table>\n<thead><tr><th>Figure</th>")?;
+    writeln!(page, "<h2>Before and after</h2>\n<table>\n<thead><tr><th>Metric</th>")?;
     for (run, _) in runs {
         let told = |(name, value): (&String, &Value)| {
             let all: Vec<Value> = runs.iter().filter_map(|(other, _)| other.values.get(name).copied()).collect();

@@ -136,7 +136,8 @@ fn a_setpoint_that_never_changes_is_a_step_from_the_first_call_on() {
     // 24 at 0.2 s and 56 at 1.667 s; within 0.8 of 60 from 3 s on.
     assert_eq!((figures.get("overshoot"), figures.get("settling")), (Some(10.0), Some(3.0)));
     assert!((figures.get("rise").unwrap() - (1.0 + 16.0 / 24.0 - 0.2)).abs() < 1e-12);
-    let happened = Happened { cause: Cause::Start, from: 20.0, to: 60.0, start: 0.0, duration: 4.0, by: vec![] };
+    let happened =
+        Happened { cause: Cause::Start, from: 20.0, to: 60.0, start: 0.0, duration: 4.0, band: Some(0.8), by: vec![] };
     assert_eq!(figures.step_happened(), Some(happened));
     // The same where members run in parallel: the first row holds the outputs before the first call.
     let late = [0.0, 20.0, 40.0, 64.0, 60.0];
@@ -187,9 +188,17 @@ fn the_window_of_a_step_ends_at_the_disturbance_which_has_figures_of_its_own() {
         assert!((value - expected).abs() < 1e-12, "{key}: {value}");
     }
     assert_eq!(figures.all_remarks(), [""; 0]);
-    let step = Happened { cause: Cause::Setpoint, from: 0.0, to: 10.0, start: 1.0, duration: 4.0, by: vec![] };
-    let disturbance =
-        Happened { cause: Cause::Disturbance, from: 10.0, to: 10.0, start: 6.0, duration: 5.0, by: vec![set(6.0)] };
+    let (start, band) = (1.0, Some(0.2));
+    let step = Happened { cause: Cause::Setpoint, from: 0.0, to: 10.0, start, duration: 4.0, band, by: vec![] };
+    let disturbance = Happened {
+        cause: Cause::Disturbance,
+        from: 10.0,
+        to: 10.0,
+        start: 6.0,
+        duration: 5.0,
+        band,
+        by: vec![set(6.0)],
+    };
     assert_eq!((figures.step_happened(), figures.disturbance_happened()), (Some(step), Some(disturbance)));
     // One after the other, each with only its own figures.
     let each = Window::of_events(disturbed(&times, &setpoint, &by));

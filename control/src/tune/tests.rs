@@ -45,6 +45,7 @@ fn a_foreign_fmu_and_a_plant_have_no_settings_to_find() {
         closed_loop: None,
         pace: None,
         step: Step::default(),
+        band: None,
         ultimate: None,
         exchange: Exchange::default(),
     };

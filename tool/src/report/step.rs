@@ -6,7 +6,7 @@ use crate::home::Home;
 use crate::message::{Figures, FiguresRequest};
 use crate::session::{Record, Session};
 use crate::signals;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use blocks::Kind;
 use control::figures::{Cause, Happened};
 use control::predict::{self, Forecast};
@@ -16,7 +16,7 @@ use draw::escape::Text;
 use modeldescription::digits::short;
 use run::component::Type;
 use run::dialog::Roles;
-use run::fmus::{Fmus, Member};
+use run::fmus::{Fmus, Member, Values};
 use run::system::Value;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -57,30 +57,10 @@ pub(super) fn predicted(
     if step.cause != Cause::Setpoint || !is_held || is_manual() {
         return Ok(None);
     }
-    let mut controller = Controller::of(home, own)?;
-    let mut values = own.values.clone();
-    for variable in controller.table.variables.iter().filter(|variable| variable.role.is_settable()) {
-        let column = column(&variable.name)?;
-        let value = record.trace().get(column, call);
-        let value = match record.columns()[column].kind {
-            Type::Boolean => Value::Boolean(value != 0.0),
-            _ => Value::Number(value),
-        };
-        values.insert(variable.name.clone(), value);
-    }
-    controller.member = Member { values: values.clone(), ..own.clone() };
+    let (controller, values) = in_force(home, record, own, call)?;
     let manual = roles.manipulated_value.as_ref().and_then(before).filter(|value| value.is_finite());
-    let request = Request {
-        model: tuning.model,
-        rule: tuning.rule,
-        structure: Structure::Pi,
-        controller: controller.member.clone(),
-        closed_loop: None,
-        pace: None,
-        step: Step { from: Some(step.from), size: Some(step.to - step.from), manual },
-        ultimate: None,
-        exchange: record.setup().exchange,
-    };
+    let step_of = Step { from: Some(step.from), size: Some(step.to - step.from), manual };
+    let request = request(record, &controller, tuning, step_of);
     let forecast = predict::forecast(home, &controller, &request, &values, step.duration)?;
     let acts = |name: &&String| {
         let field = controller.groups.iter().flat_map(|group| &group.fields).find(|field| field.name == **name);
@@ -92,6 +72,111 @@ pub(super) fn predicted(
     };
     let settings: Vec<String> = roles.controller.iter().filter(acts).map(told).collect();
     Ok(Some(Predicted { start: step.start, forecast, settings: settings.join(", ") }))
+}
+
+/// A controller with the settings that were in force in a call.
+fn in_force(home: &dyn Fmus, record: &Record, own: &Member, call: usize) -> Result<(Controller, Values)> {
+    let mut controller = Controller::of(home, own)?;
+    let mut values = own.values.clone();
+    for variable in controller.table.variables.iter().filter(|variable| variable.role.is_settable()) {
+        let column = record.column(&format!("{}.{}", own.name, variable.name))?;
+        let value = record.trace().get(column, call);
+        let value = match record.columns()[column].kind {
+            Type::Boolean => Value::Boolean(value != 0.0),
+            _ => Value::Number(value),
+        };
+        values.insert(variable.name.clone(), value);
+    }
+    controller.member = Member { values: values.clone(), ..own.clone() };
+    Ok((controller, values))
+}
+
+/// What is predicted of a step with the settings of a controller; no rule is asked.
+fn request(record: &Record, controller: &Controller, tuning: &Tuning, step: Step) -> Request {
+    Request {
+        model: tuning.model,
+        rule: tuning.rule,
+        structure: Structure::Pi,
+        controller: controller.member.clone(),
+        closed_loop: None,
+        pace: None,
+        step,
+        band: None,
+        ultimate: None,
+        exchange: record.setup().exchange,
+    }
+}
+
+/// A disturbance as the identified plant predicts it.
+pub(super) struct Disturbance {
+    /// The load at the plant's input that it amounts to, in the unit of the manipulated value.
+    load: f64,
+    /// Its figures by their keys.
+    figures: Vec<(&'static str, f64)>,
+}
+
+/// Predicts the last disturbance of a run with the settings that were in force: as a load at the plant's input. Its size is that of the
+/// controller's own disturbance, or what the manipulated value has made up for.
+///
+/// # Errors
+/// Why it cannot be predicted.
+pub(super) fn disturbance(
+    home: &dyn Fmus,
+    record: &Record,
+    (fmu, roles): (&str, &Roles),
+    tuning: &Tuning,
+    figures: &Figures,
+) -> Result<Option<Disturbance>> {
+    let Some(own) = record.setup().members.first().filter(|own| own.fmu == fmu) else { return Ok(None) };
+    let Some(happened) = &figures.disturbance else { return Ok(None) };
+    let calls = record.calls_between(Some(happened.start), Some(happened.start + happened.duration));
+    let Some(before) = calls.start.checked_sub(1) else { return Ok(None) };
+    let output = roles.manipulated_value.as_ref().context("the controller has no manipulated value")?;
+    let output = record.column(&format!("{}.{output}", own.name))?;
+    let band = happened.band.context("no setpoint step came before it")?;
+    if !record.trace().exact().contains(&before) || (happened.from - happened.to).abs() > band {
+        bail!("the loop was not at rest before it");
+    }
+    let (controller, values) = in_force(home, record, own, calls.start)?;
+    let manipulated = |call: usize| record.trace().get(output, call);
+    let is_own = |name: &str| {
+        let name = name.strip_prefix(&own.name).and_then(|name| name.strip_prefix('.'));
+        name.is_some_and(|name| roles.disturbances.iter().any(|of| of == name))
+    };
+    let load = if happened.by.iter().all(|set| is_own(&set.variable)) {
+        let sum: Option<f64> = happened.by.iter().map(|set| Some(set.value? - set.before?)).sum();
+        let factor = predict::output_factor(home, &controller)?.unwrap_or(1.0);
+        sum.context("its value before is not known")? * factor
+    } else {
+        let has_recovered = figures.figures.iter().any(|figure| figure.key == "recovery" && figure.value.is_some());
+        if !has_recovered {
+            bail!("the loop has not recovered, which would tell how large a load it is at the plant's input");
+        }
+        manipulated(before) - manipulated(calls.end - 1)
+    };
+    let at_rest = Step { from: Some(happened.to), size: None, manual: Some(manipulated(before)) };
+    let request = Request { band: Some(band), ..request(record, &controller, tuning, at_rest) };
+    let figures = predict::forecast_load(home, &controller, &request, &values, (happened.duration, load))?;
+    Ok(Some(Disturbance { load, figures }))
+}
+
+/// The figures of a disturbance, predicted and of the run.
+pub(super) fn disturbance_side_by_side(
+    page: &mut String,
+    of: &Disturbance,
+    by: &str,
+    figures: &Figures,
+    unit: Option<&str>,
+) -> Result<()> {
+    let load = with_unit(of.load, unit);
+    writeln!(
+        page,
+        "<p class=\"about\">The disturbance by {}: predicted as a load of {} at the plant\u{2019}s input, over the same time, and measured \
+         in the run.</p>",
+        Text(by),
+        Text(&load)
+    )?;
+    table(page, &of.figures, figures)
 }
 
 /// A step that the identified plant predicts.
@@ -138,19 +223,24 @@ pub(super) fn side_by_side(
     let to = with_unit(step.to, unit);
     writeln!(
         page,
-        "<h2>Predicted and measured</h2>\n<p class=\"about\">The setpoint step from {} to {} with {}, over the same {} s: predicted with \
+        "<p class=\"about\">The setpoint step from {} to {} with {}, over the same {} s: predicted with \
          the identified plant, and measured in the run.</p>",
         three(step.from),
         Text(&to),
         Text(&of.settings),
         short(step.duration)
     )?;
+    table(page, &of.forecast.figures, figures)
+}
+
+/// Predicted figures, by their keys, beside those of the run.
+fn table(page: &mut String, predicted: &[(&'static str, f64)], figures: &Figures) -> Result<()> {
     writeln!(
         page,
-        "<table>\n<thead><tr><th>Figure</th><th class=\"number\">Predicted</th><th class=\"number\">Measured</th></tr></thead>\n<tbody>"
+        "<table>\n<thead><tr><th>Metric</th><th class=\"number\">Predicted</th><th class=\"number\">Measured</th></tr></thead>\n<tbody>"
     )?;
     for figure in &figures.figures {
-        let predicted = of.forecast.figures.iter().find(|(key, _)| *key == figure.key);
+        let predicted = predicted.iter().find(|(key, _)| *key == figure.key);
         let Some((_, predicted)) = predicted else { continue };
         write!(page, "<tr><td>{}</td>", Text(&figure.title))?;
         for value in [Some(*predicted), figure.value] {

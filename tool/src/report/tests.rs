@@ -150,6 +150,9 @@ fn tuning(gain: f64) -> Tuning {
         sensitivity: None,
         gain_margin: None,
         phase_margin: None,
+        step: Step::default(),
+        rows: Vec::new(),
+        before: Values::new(),
     }
 }
 
@@ -310,6 +313,9 @@ fn it_tells_its_date_and_from_what_the_settings_were_computed() {
         sensitivity: Some(1.59),
         gain_margin: Some(3.1),
         phase_margin: None,
+        step: Step::default(),
+        rows: Vec::new(),
+        before: Values::new(),
     };
     let now = of("TIC101", vec![setting("GAIN", 2.0, None)]);
     let page = made(&Report { date: Some("2026-03-01 12:00 UTC"), tuning: Some(&tuning), ..report(&now) });
@@ -342,7 +348,15 @@ fn runs_of_the_same_step_stand_side_by_side_with_their_names() {
     };
     let stepped = |from: f64, start: f64, iae: f64| {
         let cause = control::figures::Cause::Setpoint;
-        let step = control::figures::Happened { cause, from, to: 60.0, start, duration: 50.0, by: Vec::new() };
+        let step = control::figures::Happened {
+            cause,
+            from,
+            to: 60.0,
+            start,
+            duration: 50.0,
+            band: Some(0.4),
+            by: Vec::new(),
+        };
         Figures { step: Some(step), ..figures(iae) }
     };
     let run = |run: usize, name: &str, gain: f64| ReportedRun {
@@ -364,4 +378,132 @@ fn runs_of_the_same_step_stand_side_by_side_with_their_names() {
     ] {
         assert!(page.contains(part), "{part}\n{page}");
     }
+}
+
+/// A run at rest at 60 that a load of 10 % disturbs at 50 s, of a lag with K = 1.5 and T = 10 s whose controller has GAIN = 2 and TI = T.
+fn disturbed() -> (Session, Figures) {
+    let mut session = session_with("C", &[("TI", 10.0)]);
+    session.send(&Values::from([("P.LOAD".to_string(), Value::Number(10.0))])).unwrap();
+    session.run(100).unwrap();
+    let figures = crate::signals::figures(&TestHome::default(), &session, &FiguresRequest::default()).unwrap();
+    (session, figures)
+}
+
+#[test]
+fn a_disturbance_is_named_beside_its_metrics_and_the_bands_are_told_in_the_unit_of_the_process_value() {
+    let (session, figures) = disturbed();
+    let now = of("C", Vec::new());
+    let page = made(&Report { record: session.record(None).ok(), figures: Some(&figures), ..report(&now) });
+    // The step goes from 39.9 to 60: 2 % of it are 0.40.
+    for part in [
+        "Setpoint from 39.9 to 60 \u{b0}C, 25 s to 49.5 s. Settled: the process value stays within \u{b1}0.402 K of the setpoint, 2 % of the step.</p>",
+        "<p class=\"about\">Disturbance: P.LOAD from 0 to 10 % at 50 s, until 99.5 s. Recovered: the process value stays within \u{b1}0.402 K of the setpoint, 2 % of the last setpoint step.</p>",
+    ] {
+        assert!(page.contains(part), "{part}\n{page}");
+    }
+    // Each metric stands beside what it belongs to.
+    let (of_step, of_disturbance) = page.split_once("Disturbance: P.LOAD").unwrap();
+    let of_disturbance = of_disturbance.split("</dl>").next().unwrap();
+    assert!(of_step.contains("<dt>Rise time</dt>") && !of_step.contains("<dt>Recovery time</dt>"), "{page}");
+    assert!(of_disturbance.contains("<dt>Recovery time</dt>") && !of_disturbance.contains("Rise time"), "{page}");
+    // Without a disturbance nothing is said of one.
+    let other = Figures { disturbance: None, ..figures };
+    assert!(!made(&Report { figures: Some(&other), ..report(&now) }).contains("Disturbance"));
+}
+
+#[test]
+fn a_disturbance_is_predicted_beside_what_was_measured_as_the_load_that_the_output_made_up_for() {
+    // With TI = T the answer to a load d is d K (e^(-t/T) - e^(-GAIN K t/T))/(GAIN K - 1) = 7.5 (e^(-0.1 t) - e^(-0.3 t)): at most 2.89 at
+    // ln(3)/0.2 = 5.5 s, below 0.402 from 29.3 s on, and its integral is d TI/GAIN = 50 K s. A call of 0.5 s delays it a little.
+    // What is predicted is computed a second time in test_tool_tuning.py, with a block that is bumpless.
+    let (session, figures) = disturbed();
+    let now = of("C", Vec::new());
+    let (record, tuning) = (session.record(None).ok(), tuning(1.5));
+    let with =
+        |figures: &Figures| made(&Report { record, figures: Some(figures), tuning: Some(&tuning), ..report(&now) });
+    let page = with(&figures);
+    let told = "The disturbance by P.LOAD from 0 to 10 % at 50 s, until 99.5 s: predicted as a load of 10 % at the plant\u{2019}s input";
+    assert!(page.contains(told), "{page}");
+    for (title, expected, off) in [
+        ("Recovery time", 29.3, 1.0),
+        ("Deviation after disturbance", 2.89, 0.12),
+        ("IAE after disturbance", 50.0, 1.5),
+    ] {
+        let [_, measured] = cells(&page, title).try_into().unwrap();
+        let value: f64 = measured.split(' ').next().unwrap().parse().unwrap();
+        assert!((value - expected).abs() <= off, "{title}: {measured}");
+    }
+    // What has not recovered does not tell its size.
+    let mut swinging = figures.clone();
+    swinging.figures.iter_mut().filter(|figure| figure.key == "recovery").for_each(|figure| figure.value = None);
+    let page = with(&swinging);
+    assert!(page.contains("<p>The disturbance is not predicted: the loop has not recovered"), "{page}");
+}
+
+/// A rule of the table with an overshoot, and with a load that costs so much.
+fn row(rule: Rule, values: &[(&str, f64)], overshoot: f64, iae: f64) -> Row {
+    let predicted = control::tune::Predicted {
+        setpoint: vec![50.0, 60.0],
+        overshoot: Some(overshoot),
+        settling: None,
+        load: Some(control::tune::Load { deviation: 2.5, recovery: Some(12.0), iae: Some(iae), band: 0.2 }),
+        ..control::tune::Predicted::default()
+    };
+    let tuned = control::tune::Tuned {
+        values: values.iter().map(|(name, value)| (name.to_string(), Value::Number(*value))).collect(),
+        dead_time: 1.0,
+        closed_loop: None,
+        pace: None,
+        sensitivity: Some(1.5),
+        gain_margin: Some(3.0),
+        phase_margin: None,
+        predicted,
+        remarks: Vec::new(),
+    };
+    Row { rule, name: control::rules::name(rule).into(), tuned: Some(tuned), refusal: None }
+}
+
+#[test]
+fn the_table_of_rules_marks_the_applied_one_and_the_step_is_drawn_before_and_after() {
+    let after = [("GAIN", 2.0), ("TI", 10.0)];
+    let refused = Row { tuned: None, refusal: Some("it needs a dead time".into()), ..row(Rule::Amigo, &[], 0.0, 0.0) };
+    let values =
+        |of: [(&str, f64); 2]| -> Values { of.map(|(name, value)| (name.into(), Value::Number(value))).into() };
+    let of_rules = Tuning {
+        rows: vec![
+            row(Rule::Simc, &[("GAIN", 1.0), ("TI", 20.0)], 1.0, 80.0),
+            row(Rule::Lambda, &after, 3.25, 50.0),
+            refused,
+        ],
+        values: values(after),
+        before: values([("GAIN", 0.5), ("TI", 20.0)]),
+        step: Step { from: Some(50.0), size: Some(10.0), manual: Some(30.0) },
+        ..tuning(1.5)
+    };
+    let now =
+        of("C", [("GAIN", 2.0), ("TI", 10.0), ("CYCLE", 0.5)].map(|(name, value)| setting(name, value, None)).into());
+    let page = made(&Report { tuning: Some(&of_rules), ..report(&now) });
+    let number = |cell: &str| format!("<td class=\"number\">{cell}</td>");
+    let applied =
+        ["2", "10", "1.5", "3.25", "\u{2013}", "\u{2013}", "2.5", "12", "50", "3", "\u{2013}"].map(number).concat();
+    for part in [
+        &format!("<tr class=\"changed\"><td>{} (applied)</td>{applied}</tr>", control::rules::name(Rule::Lambda)),
+        "the setpoint step from 50 to 60 \u{b0}C, settled within 2 % of it",
+        "the process value stays within \u{b1}0.2 K of the setpoint.",
+        "<th class=\"number\">TI<br>s</th>",
+        "<th class=\"number\">load: IAE<br>K\u{b7}s</th>",
+        "<td colspan=\"11\">it needs a dead time</td>",
+        "has the lowest load: IAE.</p>",
+        "<h2>The step before and after tuning</h2>",
+        ">PV before: GAIN 0.5, TI 20 s</text>",
+        ">PV after: GAIN 2, TI 10 s</text>",
+    ] {
+        assert!(page.contains(part), "{part}\n{page}");
+    }
+    assert_eq!(page.matches("(applied)").count(), 1);
+    // This block has pulses: they drive the plant, and no manipulated value is drawn.
+    assert!(!page.contains(">OUT after"), "{page}");
+    // The same settings before are no other step.
+    let same = Tuning { before: of_rules.values.clone(), ..of_rules };
+    assert!(!made(&Report { tuning: Some(&same), ..report(&now) }).contains("before and after"));
 }

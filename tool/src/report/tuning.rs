@@ -60,7 +60,17 @@ pub(super) fn told(
         if is_integrating { "integrating, and " } else { "time constant T and " }
     )?;
     facts(page, &rows)?;
-    in_force(page, home, report, of, (fmu, description))
+    in_force(page, home, report, of, (fmu, description))?;
+    super::rules::table(page, report, of, description)?;
+    let mut part = String::new();
+    match super::rules::before_and_after(&mut part, home, report, of, (fmu, description)) {
+        Ok(()) => page.push_str(&part),
+        Err(error) => {
+            let why = format!("{error:#}");
+            writeln!(page, "<p>The step before and after tuning is not predicted: {}.</p>", Text(&why))?;
+        }
+    }
+    Ok(())
 }
 
 /// The settings of the controller that are others than those of the rule, with the margins that they have.

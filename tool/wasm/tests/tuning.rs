@@ -34,6 +34,7 @@ fn with(fmu: &str, rule: Rule, structure: Structure, model: Model, values: &[(&s
         closed_loop: None,
         pace: None,
         step: Step::default(),
+        band: None,
         ultimate: None,
         exchange: Exchange::Sequential,
     }
@@ -650,6 +651,26 @@ fn a_load_step_costs_ti_over_gain() {
     let unanswered = |time: f64| 10.0 * (1.0 - (-time / 10.0_f64).exp());
     assert!(load.deviation > unanswered(1.0) && load.deviation < unanswered(4.0), "{load:?}");
     assert!(load.recovery.unwrap() > 2.0 && load.recovery.unwrap() < 40.0, "{load:?}");
+}
+
+#[test]
+fn what_a_load_does_depends_on_the_band_of_a_run_and_on_no_other_step() {
+    let load = |size: Option<f64>, band: Option<f64>| {
+        let mut request = request("CONT_C", Rule::Simc, Structure::Pi, &[("CYCLE", 0.05)]);
+        (request.step.size, request.band) = (size, band);
+        tuned(&request).predicted.load.unwrap()
+    };
+    // The default step is 10 % times the gain of 1, and the band 2 % of it.
+    let usual = load(None, None);
+    assert_eq!((usual.band, load(Some(3.0), None), load(Some(-25.0), None)), (0.2, usual.clone(), usual.clone()));
+    // A wider band is reached earlier, and nothing else changes.
+    let wide = load(Some(3.0), Some(1.0));
+    assert!(wide.band == 1.0 && wide.recovery < usual.recovery, "{wide:?} {usual:?}");
+    assert_eq!((wide.deviation, wide.iae), (usual.deviation, usual.iae));
+    let mut wrong = request("CONT_C", Rule::Simc, Structure::Pi, &[]);
+    wrong.band = Some(0.0);
+    let told = tuned(&wrong).remarks.concat();
+    assert!(told.contains("the band of the recovery is 0: it has to be above 0"), "{told}");
 }
 
 #[test]

@@ -465,6 +465,11 @@ to: number,
 start: number,
 /** How long its window is, in seconds. */
 duration: number,
+/**
+ * Half the width of the band around the setpoint in which the process value counts as settled or recovered, in
+ * its unit; absent after a disturbance with no step before it.
+ */
+band: number | null,
 /** What disturbed the loop, each variable with its last value. */
 by: Array<Set>, };
 
@@ -531,10 +536,12 @@ programs: Array<MadeOf>, };
 export type Load = {
 /** The largest deviation from the setpoint, in its unit. */
 deviation: number,
-/** When the deviation stays within the band of the settling time, in seconds after the load; absent if it does not. */
+/** When the deviation stays within the band, in seconds after the load; absent if it does not. */
 recovery: number | null,
 /** The integral of the absolute error, in the unit of the setpoint times seconds; absent if the loop does not recover. */
-iae: number | null, };
+iae: number | null,
+/** Half the width of the band around the setpoint in which the loop has recovered, in its unit. */
+band: number, };
 
 /** A loop of a file. */
 export type Loop = {
@@ -1250,6 +1257,11 @@ closed_loop?: number | null,
 pace?: number | null,
 /** The step of the setpoint that is predicted. */
 step: Step,
+/**
+ * Half the width of the band in which the loop has recovered from a load, in the unit of the process value, above 0: 2 % of the last
+ * step of a run. Without it 2 % of the step that is predicted by default.
+ */
+band?: number | null,
 /** Ultimate gain and period, for the ultimate rule; computed from the model without it. */
 ultimate?: [number, number] | null,
 /** When the loop exchanges its values: the prediction has the rows of such a run. */
@@ -1291,7 +1303,13 @@ sensitivity?: number | null,
 /** How much more gain the loop takes, as a factor. */
 gain_margin?: number | null,
 /** In degrees. */
-phase_margin?: number | null, };
+phase_margin?: number | null,
+/** The step of the setpoint that was predicted. */
+step: Step,
+/** All rules with what they lead to, as they were compared; the curves may be left out but for both ends of the setpoint. */
+rows: Array<Row>,
+/** The values of the same settings that were in force before. */
+before: Values, };
 
 /** A condition. */
 export type Until = {

@@ -160,7 +160,7 @@ export function settingsTable(loop, answer, units) {
     ],
     [
       "load: recovery",
-      "Until the deviation stays within the band of the settling time",
+      `Until the process value stays within 2 % of the run's last setpoint step around the setpoint${predicted.load ? `: ± ${number(predicted.load.band, ` ${units.deviation}`)}` : ""}`,
       number(predicted.load?.recovery ?? null, " s"),
     ],
     ["dead time used", "The model's, half a cycle, half a pulse period", number(answer.dead_time, " s")],

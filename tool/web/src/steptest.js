@@ -5,6 +5,7 @@
  */
 
 import { ask } from "tool/engine.js";
+import { SETTLED } from "tool/figures.js";
 import { controlledValue } from "tool/signals.js";
 import { runValue, source, store, variable, wiredTo } from "tool/store.js";
 import { number, same } from "tool/values.js";
@@ -18,8 +19,9 @@ const LEAST = 1e-3;
  * @param {Work} loop
  * @param {{ from: string, to: string }} typed process value before and setpoint after it; empty for those of the run
  * @param {import("./messages").Model} model
- * @returns {Promise<{ step: import("./messages").Step, origin: import("tool/overlay.js").Origin, same: string }>} `same` is what start and
- *   target both are, if they are typed so, else empty
+ * @returns {Promise<{ step: import("./messages").Step, band: number | null, origin: import("tool/overlay.js").Origin, same: string }>}
+ *   `band` is the one in which a run of the loop has recovered, which what is typed does not change; `same` is what start and target both
+ *   are, if they are typed so, else empty
  */
 export async function userStep(loop, typed, model) {
   const { setpoint } = loop.description.roles;
@@ -32,7 +34,9 @@ export async function userStep(loop, typed, model) {
   const isNext = typed.to !== "" && !(aim && same(aim.variable.kind, to, goal));
   const before = await restBefore(loop, goal, isNext);
   const from = typed.from === "" ? before.processValue : Number(typed.from);
-  const isStep = Math.abs(to - from) > LEAST * Math.max(Math.abs(from), Math.abs(to));
+  const isFar = (/** @type {number} */ one, /** @type {number} */ other) =>
+    Math.abs(one - other) > LEAST * Math.max(Math.abs(one), Math.abs(other));
+  const isStep = isFar(to, from);
   const isSame = typed.to !== "" && !isStep && Number.isFinite(to) && Number.isFinite(from);
   // Where the user lets it begin, another manipulated value holds the plant.
   const moved = typed.from === "" || model.is_integrating ? 0 : (from - before.processValue) / model.gain;
@@ -42,8 +46,10 @@ export async function userStep(loop, typed, model) {
     size: isStep ? to - from : null,
     manual: Number.isFinite(manual) ? manual : null,
   };
+  const { processValue: start } = isNext ? await restBefore(loop, goal, false) : before;
+  const band = isFar(goal, start) ? SETTLED * Math.abs(goal - start) : null;
   const origin = typed.from === "" ? before : { ...before, processValue: Number.NaN };
-  return { step, origin, same: isSame ? typed.to : "" };
+  return { step, band, origin, same: isSame ? typed.to : "" };
 }
 
 /**

@@ -67,6 +67,8 @@ let asked = 0;
 let tuned;
 /** The name of its rule. */
 let tunedBy = "";
+/** All rules and the step for which they are compared, as a report has them. @type {Pick<import("./messages").Tuning, "rows" | "step">} */
+let comparison = { rows: [], step: {} };
 
 /** @type {HTMLElement} */
 let csvPlace;
@@ -646,15 +648,16 @@ async function tune() {
     return;
   }
   try {
-    const { step, origin, same: place } = await userStep(loop, kept, of);
+    const { step, band, origin, same: place } = await userStep(loop, kept, of);
     const closed = Number(kept.closedLoop);
     const rows = await ask({
       ...{ do: "rules", model: of, rule: kept.rule, structure: kept.structure },
       controller: { name: loop.member, fmu: loop.description.name, values: valuesOf(loop) },
       closed_loop: kept.closedLoop !== "" && closed > 0 ? closed : null,
-      ...{ pace: kept.pace, step, ultimate: kept.ultimate, exchange: loop.exchange },
+      ...{ pace: kept.pace, step, band, ultimate: kept.ultimate, exchange: loop.exchange },
     });
     if (mine !== asked || store.loop !== loop) return;
+    comparison = { rows: rows.map(withoutCurves), step };
     const row = rows.find(({ rule }) => rule === kept.rule);
     tuned = row?.tuned ?? undefined;
     showRules(rows, row, place);
@@ -668,6 +671,15 @@ async function tune() {
     showBode();
     fill(resultPlace, element("p", { class: "error" }, error instanceof Error ? error.message : String(error)));
   }
+}
+
+/** A row of the table for a report, which is kept with the loop: of its curves both ends of the setpoint. @param {import("./messages").Row} row */
+function withoutCurves(row) {
+  if (!row.tuned) return row;
+  const { predicted } = row.tuned;
+  const setpoint = predicted.setpoint.length > 0 ? [predicted.setpoint[0], ...predicted.setpoint.slice(-1)] : [];
+  const ends = { setpoint, times: [], process_value: [], manipulated_value: [] };
+  return { ...row, tuned: { ...row.tuned, predicted: { ...predicted, ...ends } } };
 }
 
 /** The open loop, for the settings in force and for those of the rule. */
@@ -787,8 +799,12 @@ async function runStep(setpoint, from, to) {
 function applyTuned(answer) {
   const { values, closed_loop, sensitivity, gain_margin, phase_margin } = answer;
   const of = model();
-  if (typeof of === "object")
-    notes().applied = { model: of, rule: notes().rule, values, closed_loop, sensitivity, gain_margin, phase_margin };
+  const settings = store.loop?.settings ?? {};
+  const before = Object.fromEntries(
+    Object.keys(values).flatMap((name) => (settings[name] ? [[name, settings[name].sent]] : [])),
+  );
+  const applied = { values, closed_loop, sensitivity, gain_margin, phase_margin, before, ...comparison };
+  if (typeof of === "object") notes().applied = { model: of, rule: notes().rule, ...applied };
   store.edit(values);
   store.send(Object.keys(values));
 }

@@ -1,0 +1,232 @@
+//! The rules that were compared, as the table of the page, and the step before and after one of them was applied.
+
+use super::{Report, Tuning, three};
+use crate::home::Home;
+use crate::message::Description;
+use anyhow::{Context, Result};
+use control::figures::Unit;
+use control::predict::{self, Forecast};
+use control::rules::Structure;
+use control::tune::{Controller, Request, Row, Tuned};
+use draw::escape::Text;
+use draw::plot::{Chart, Curve, Panel, svg};
+use draw::response::Colors;
+use modeldescription::units;
+use run::fmus::{Member, Values, number_of};
+use run::system::{Exchange, Value};
+use std::fmt::Write;
+
+/// The step is drawn for so many times the longer settling time.
+const LONGER: f64 = 1.5;
+
+/// The table of the rules, the applied one marked.
+pub(super) fn table(page: &mut String, report: &Report, of: &Tuning, description: &Description) -> Result<()> {
+    let tuned: Vec<&Tuned> = of.rows.iter().filter_map(|row| row.tuned.as_ref()).collect();
+    let Some(first) = tuned.first() else { return Ok(()) };
+    // What no rule sets, such as TD of PI, takes no room.
+    let is_set = |name: &&String| tuned.iter().any(|one| matches!(one.values.get(*name), Some(Value::Number(_))));
+    let settings: Vec<&String> = description.roles.controller.iter().filter(is_set).collect();
+    let [deviation, iae] = [Unit::ProcessValue, Unit::ProcessValueSeconds]
+        .map(|unit| unit.text(report.units[0], None).unwrap_or_default().replace(' ', "\u{b7}"));
+    let travel = units::shown(report.units[1].unwrap_or("%"));
+    writeln!(page, "<p class=\"about\">{}</p>", Text(&about(first, report, &deviation)))?;
+    writeln!(page, "<table class=\"rules\">\n<thead><tr><th>Rule</th>")?;
+    let unit_of = |name: &String| description.variables.iter().find(|one| one.name == *name)?.unit.clone();
+    let own = settings.iter().map(|name| {
+        let unit = unit_of(name);
+        ((*name).clone(), units::shown(unit.as_deref().unwrap_or_default()))
+    });
+    let metrics = [
+        ("Ms", ""),
+        ("overshoot", "%"),
+        ("settles", "s"),
+        ("travel", &*travel),
+        ("load: deviation", &deviation),
+        ("recovers", "s"),
+        ("load: IAE", &iae),
+        ("gain margin", ""),
+        ("phase margin", "\u{b0}"),
+    ];
+    for (name, unit) in own.chain(metrics.map(|(name, unit)| (name.to_string(), unit.to_string()))) {
+        write!(page, "<th class=\"number\">{}<br>{}</th>", Text(&name), Text(&unit))?;
+    }
+    writeln!(page, "</tr></thead>\n<tbody>")?;
+    for Row { rule, name, tuned, refusal } in &of.rows {
+        let (class, mark) = if *rule == of.rule { (" class=\"changed\"", " (applied)") } else { ("", "") };
+        write!(page, "<tr{class}><td>{}{mark}</td>", Text(name))?;
+        match tuned {
+            Some(tuned) => {
+                let given = settings.iter().map(|name| tuned.values.get(*name).map(|value| number_of(*value)));
+                for value in given.chain(metrics_of(tuned)) {
+                    let told = value.map_or_else(|| "\u{2013}".to_string(), three);
+                    write!(page, "<td class=\"number\">{told}</td>")?;
+                }
+            }
+            None => {
+                let width = settings.len() + metrics.len();
+                write!(page, "<td colspan=\"{width}\">{}</td>", Text(refusal.as_deref().unwrap_or_default()))?;
+            }
+        }
+        writeln!(page, "</tr>")?;
+    }
+    writeln!(page, "</tbody>\n</table>")?;
+    if let Some(applied) = of.rows.iter().find(|row| row.rule == of.rule) {
+        let best = best(applied, &of.rows, &metrics.map(|(name, _)| name));
+        if !best.is_empty() {
+            let best = best.join(", ");
+            writeln!(page, "<p>Of these rules, {} has the lowest {}.</p>", Text(&applied.name), Text(&best))?;
+        }
+    }
+    Ok(())
+}
+
+/// For what the numbers of the table are.
+fn about(first: &Tuned, report: &Report, deviation: &str) -> String {
+    let unit = units::shown(report.units[0].unwrap_or_default());
+    let step = match first.predicted.setpoint.as_slice() {
+        [from, .., to] => format!("the setpoint step from {} to {} {unit}", three(*from), three(*to)),
+        _ => "the setpoint step".to_string(),
+    };
+    let recovered = first.predicted.load.as_ref().map(|load| {
+        let half = format!("{} {deviation}", three(load.band));
+        format!(" It recovers when the process value stays within \u{b1}{} of the setpoint.", half.trim_end())
+    });
+    format!(
+        "The rules that were compared, with what is predicted with the plant of the model: {}, settled within 2 % of it; and a load of 10 % \
+         at the plant\u{2019}s input.{}",
+        step.trim_end(),
+        recovered.unwrap_or_default()
+    )
+}
+
+/// The metrics of a rule in the order of the table.
+fn metrics_of(tuned: &Tuned) -> [Option<f64>; 9] {
+    let Tuned { sensitivity, gain_margin, phase_margin, predicted, .. } = tuned;
+    let load = predicted.load.as_ref();
+    [
+        *sensitivity,
+        predicted.overshoot,
+        predicted.settling,
+        predicted.travel,
+        load.map(|load| load.deviation),
+        load.and_then(|load| load.recovery),
+        load.and_then(|load| load.iae),
+        *gain_margin,
+        *phase_margin,
+    ]
+}
+
+/// The metrics, margins aside, in which a rule is better than all others that leave the loop stable.
+fn best<'a>(applied: &Row, rows: &[Row], names: &[&'a str; 9]) -> Vec<&'a str> {
+    let Some(own) = applied.tuned.as_ref().map(metrics_of) else { return Vec::new() };
+    let others = || rows.iter().filter(|row| row.rule != applied.rule).filter_map(|row| row.tuned.as_ref());
+    let others: Vec<_> = others().filter(|tuned| tuned.sensitivity.is_some()).map(metrics_of).collect();
+    let is_best =
+        |at: &usize| own[*at].is_some_and(|value| others.iter().all(|of| of[*at].is_none_or(|one| value < one)));
+    if others.is_empty() { Vec::new() } else { (0..7).filter(is_best).map(|at| names[at]).collect() }
+}
+
+/// The step with the settings before and after a rule was applied, as the model predicts them, in one picture.
+///
+/// # Errors
+/// Why the block cannot be simulated with the model.
+pub(super) fn before_and_after(
+    page: &mut String,
+    home: &dyn Home,
+    report: &Report,
+    of: &Tuning,
+    (fmu, description): (&str, &Description),
+) -> Result<()> {
+    let differs = |(name, value): (&String, &Value)| of.before.get(name).is_some_and(|before| before != value);
+    if !of.values.iter().any(differs) {
+        return Ok(());
+    }
+    let base: Values = report.of.settings.iter().map(|setting| (setting.name.clone(), setting.value)).collect();
+    let pair = [&of.before, &of.values]
+        .map(|values| -> Values { base.iter().chain(values).map(|(name, value)| (name.clone(), *value)).collect() });
+    let request = |values: &Values| -> Result<(Controller, Request)> {
+        let member = Member { name: report.of.name.clone(), fmu: fmu.into(), values: values.clone() };
+        let controller = Controller::of(home, &member)?;
+        let request = Request {
+            model: of.model,
+            rule: of.rule,
+            structure: Structure::Pi,
+            controller: member,
+            closed_loop: None,
+            pace: None,
+            step: of.step,
+            band: None,
+            ultimate: None,
+            exchange: report.record.map_or(Exchange::default(), |record| record.setup().exchange),
+        };
+        Ok((controller, request))
+    };
+    let mut duration = 0.0_f64;
+    let mut settled = 0.0_f64;
+    for values in &pair {
+        let (controller, request) = request(values)?;
+        let (predicted, _) = predict::predict(home, &controller, &request, values)?;
+        let begin = predicted.setpoint.iter().position(|setpoint| Some(setpoint) == predicted.setpoint.last());
+        let begin = begin.context("there is no step")?;
+        duration = duration.max(predicted.times[predicted.times.len() - 1] - predicted.times[begin]);
+        settled = settled.max(predicted.settling.unwrap_or_default());
+    }
+    let duration = if settled > 0.0 { duration.min(LONGER * settled) } else { duration };
+    let mut forecasts = Vec::new();
+    for values in &pair {
+        let (controller, request) = request(values)?;
+        forecasts.push(predict::forecast(home, &controller, &request, values, duration)?);
+    }
+    let told = |values: &Values| -> String {
+        let numbers = description.roles.controller.iter().filter_map(|name| match values.get(name)? {
+            Value::Boolean(_) => None,
+            value => {
+                let unit = description.variables.iter().find(|one| one.name == *name)?.unit.as_deref();
+                let unit = units::shown(unit.unwrap_or_default());
+                Some(format!("{name} {} {unit}", three(number_of(*value))).trim_end().to_string())
+            }
+        });
+        numbers.collect::<Vec<_>>().join(", ")
+    };
+    let names =
+        [("before", told(&of.before)), ("after", told(&of.values))].map(|(when, told)| format!("{when}: {told}"));
+    let drawing = svg(&drawn(report, description, &forecasts, names))?;
+    writeln!(
+        page,
+        "<h2>The step before and after tuning</h2>\n<p class=\"about\">Predicted with the plant of the model.</p>\n<figure>{drawing}</figure>"
+    )?;
+    Ok(())
+}
+
+/// Both predictions: process values with the setpoint, and manipulated values.
+fn drawn(report: &Report, description: &Description, of: &[Forecast], names: [String; 2]) -> Chart {
+    let cycle = of[0].cycle;
+    let count = of.iter().map(|one| one.process_value.len()).min().unwrap_or_default();
+    let stride = count.div_ceil(super::POINTS).max(1);
+    let calls: Vec<usize> = (0..count).step_by(stride).collect();
+    let pick = |values: &[f64]| calls.iter().map(|call| values[*call]).collect::<Vec<f64>>();
+    let [_, process_value, manipulated_value] = description.roles.signals();
+    let own = |name: Option<&String>, else_: &str| name.map_or_else(|| else_.to_string(), Clone::clone);
+    // What was before is dashed.
+    let colors = [Colors::free(false, &Colors::OF_ROLES), Colors::OF_ROLES[1]];
+    let curves = |name: &str, values: fn(&Forecast) -> &[f64], colors: [usize; 2]| -> Vec<Curve> {
+        let both = of.iter().zip(&names).zip(colors).enumerate();
+        let curve = |(at, ((one, when), color)): (usize, ((&Forecast, &String), usize))| Curve {
+            name: format!("{name} {when}"),
+            values: pick(values(one)),
+            is_input: at == 0,
+            color: Some(color),
+        };
+        both.map(curve).collect()
+    };
+    let label = |unit: Option<&str>| unit.unwrap_or_default().to_string();
+    let controlled = curves(&own(process_value, "process value"), |one| &one.process_value, colors);
+    let mut panels = vec![Panel { label: label(report.units[0]), curves: controlled, ..Panel::default() }];
+    if of.iter().all(|one| !one.manipulated_value.is_empty()) {
+        let colors = [colors[0], Colors::OF_ROLES[2]];
+        let moved = curves(&own(manipulated_value, "manipulated value"), |one| &one.manipulated_value, colors);
+        panels.push(Panel { label: label(report.units[1]), curves: moved, ..Panel::default() });
+    }
+    let time = calls.iter().map(|call| *call as f64 * cycle).collect();
+    Chart { title: report.of.name.clone(), time, panels, ..Chart::default() }
+}
