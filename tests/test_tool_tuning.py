@@ -244,7 +244,13 @@ def assert_report_of_the_step(page):
 
 def predicted_step(model, own, step, manual):
     """The process value that CONT_C brings about in a lag with dead time, from rest at the setpoint with this manipulated value."""
-    lags, cycle, level = (model["time_constant"], model.get("second_time_constant") or 0.0), own["CYCLE"], step["PV"][0]
+    return answered(model, own, (step["PV"][0], step["SP_INT"][-1]), manual, 0.0, len(step["time"]))[0]
+
+
+def answered(model, own, setpoints, manual, load, calls):
+    """Process and manipulated value of CONT_C with a lag with dead time: from rest at the first setpoint with this manipulated value, from
+    which on the second one and a load at the plant's input are in force."""
+    lags, cycle, level = (model["time_constant"], model.get("second_time_constant") or 0.0), own["CYCLE"], setpoints[0]
     controller = oracle.CONT_C()
     for name, value in {"GAIN": own["GAIN"], "TI": round(own["TI"] * 1000), "CYCLE": round(cycle * 1000), "SP_INT": level, "MAN": manual}.items():
         controller.set(name, value)
@@ -253,22 +259,99 @@ def predicted_step(model, own, step, manual):
     for is_manual in [True] * 5 + [False] * 5:
         controller.set("MAN_ON", is_manual)
         controller.call()
-    controller.set("SP_INT", step["SP_INT"][-1])
+    controller.set("SP_INT", setpoints[1])
 
     def answer(time):
         time = np.maximum(time - model["dead_time"], 0.0)
         parts = [lag * np.exp(-time / lag) for lag in lags if lag > 0]
         return model["gain"] * (1 - (parts[0] - sum(parts[1:])) / (lags[0] - lags[1]))
 
-    moves, values, before = [], [], manual
-    for call in range(len(step["time"])):
+    moves, values, outputs, before = [], [], [], manual
+    for call in range(calls):
         since = cycle * (call - np.arange(call))
-        values.append(level + float(np.dot(moves, answer(since))) if moves else level)
+        values.append(level + float(np.dot(moves, answer(since))) + load * float(answer(cycle * call)))
         controller.set("PV_IN", values[-1])
         controller.call()
-        moves.append(float(controller.LMN) - before)
-        before = float(controller.LMN)
-    return np.array(values)
+        outputs.append(float(controller.LMN))
+        moves.append(outputs[-1] - before)
+        before = outputs[-1]
+    return np.array(values), np.array(outputs)
+
+
+def after_load(deviations, half, cycle):
+    """What a load does: the largest deviation, when it stays within the band, and its integral."""
+    outside = np.flatnonzero(np.abs(deviations) > half)
+    return {
+        "Deviation after disturbance": np.max(np.abs(deviations)),
+        "Recovery time": (outside[-1] + 1) * cycle,
+        "IAE after disturbance": np.sum(np.abs(deviations)) * cycle,
+    }
+
+
+def test_a_report_tells_of_disturbance_and_rules_what_a_second_computation_does(tool):
+    # At rest where the manipulated value has room to both sides.
+    set_now(tool, "MAN", 25)
+    run_calls(tool, 200)
+    set_now(tool, "setpoint", 50)
+    automatic(tool)
+    run_calls(tool, 100)
+    make_step_test(tool)
+    tool.locator("#tune-to").fill("60")
+    tool.locator("#tune").get_by_role("button", name="Apply").click()
+    tool.locator("#tune").get_by_role("button", name="Run the step to").click()
+    tool.locator("#run .status").get_by_text("settled").wait_for()
+    set_now(tool, "disturbance", -8)
+    run_calls(tool, 120)
+    _, table = saved(tool, "CSV of everything")
+    run = {name.split(".")[-1]: np.array([float(one) for one in of]) for name, of in recorded(table.decode()).items()}
+    text = saved(tool, "Report (HTML)")[1].decode()
+    applied = tool.evaluate("async () => (await moduleOf('tool/tune.js')).tuning()")
+    model, own = applied["model"], {**applied["values"], "CYCLE": 1.0}
+
+    # The disturbance: measured from the recording, predicted with the model's load of 8 % from rest.
+    begin = int(np.argmax(run["LOAD"] != 0))
+    step = max(at for at in range(1, begin) if run["SP_INT"][at] != run["SP_INT"][at - 1])
+    goal, count = run["SP_INT"][-1], len(run["time"]) - begin
+    half = 0.02 * abs(goal - run["PV"][step])
+    predicted, _ = answered(model, own, (goal, goal), run["LMN"][begin - 1], -8.0, count)
+    assert f"Disturbance: PLANT.LOAD from 0 to -8 % at {begin} s" in text
+    assert "predicted as a load of -8 % at the plant\u2019s input" in text
+    told = dict(re.findall(r"<tr><td>([^<]+)</td>(<td.*)</tr>", text.split("predicted as a load of")[1].split("</table>")[0]))
+    for place, values in enumerate((predicted, run["PV"][begin:])):
+        for title, value in after_load(values - goal, half, own["CYCLE"]).items():
+            cell = [float(one) for one in re.findall(r">(-?[\d.]+)", told[title])][place]
+            assert cell == pytest.approx(value, rel=0.006), (title, place)
+
+    # The row of the applied rule: the step from rest, and a load of 10 %.
+    names = [head.strip() for head in re.findall(r"<th[^>]*>(.*?)<br>", text.split('<table class="rules">')[1].split("</thead>")[0])]
+    (row,) = re.findall(r'<tr class="changed"><td>SIMC \(applied\)</td>(.*)</tr>', text)
+    cells = dict(zip(names, re.findall(r">([^<]+)</td>", row)))
+    before, after = map(float, re.search(r"the setpoint step from (-?[\d.]+) to (-?[\d.]+)", text).groups())
+    half = float(re.search(r"stays within \u00b1([\d.]+\d)\b.* of the setpoint.</p>\n<table class=\"rules\"", text)[1])
+    # There was no setpoint step in automatic mode: 2 % of the default one, which is 10 % times the gain of 2.
+    assert (before, after, half) == (50, 60, 0.4)
+    values, outputs = answered(model, own, (before, after), applied["step"]["manual"], 0.0, 400)
+    loaded, _ = answered(model, own, (after, after), applied["step"]["manual"], 10.0, 400)
+    outside = np.flatnonzero(np.abs(values - after) > 0.02 * abs(after - before))
+    load = after_load(loaded - after, half, own["CYCLE"])
+    expected = {
+        "GAIN": own["GAIN"],
+        "TI": own["TI"],
+        "settles": outside[-1] + 1.0,
+        "travel": np.sum(np.abs(np.diff(outputs, prepend=applied["step"]["manual"]))),
+        "load: deviation": load["Deviation after disturbance"],
+        "recovers": load["Recovery time"],
+        "load: IAE": load["IAE after disturbance"],
+    }
+    for name, value in expected.items():
+        assert float(cells[name]) == pytest.approx(value, rel=0.006), name
+    overshoot = max(0.0, np.max((values - after) / (after - before))) * 100
+    assert float(cells["overshoot"]) == pytest.approx(overshoot, abs=0.02)
+
+    # Before and after in one picture: process values, and manipulated values.
+    for name in ("PV", "LMN"):
+        for when in ("before: GAIN 2, TI 20 s", f"after: GAIN {own['GAIN']:g}, TI {own['TI']:g} s"):
+            assert f">{name} {when}</text>" in text, (name, when)
 
 
 def test_another_method_or_kind_of_plant_identifies_the_same_step_again(tool):
