@@ -96,7 +96,7 @@ def test_a_relay_gives_the_ultimate_gain_and_period_and_settings(tool):
     tool.locator("#tune .error").get_by_text("10 more or less are beyond its limits").wait_for()
     set_now(tool, "MAN", 40)
     tool.locator("#relay-test").click()
-    tool.locator("#tune li").get_by_text("Ultimate gain").wait_for()
+    tool.locator("#tune li").get_by_text(re.compile("^Ultimate gain")).wait_for()
     told = re.search(r"Ultimate gain ([\d.]+), ultimate period ([\d.]+) s", tool.locator("#tune").inner_text())
     gain, period = map(float, told.groups())
     # GAIN = 0.45 Ku and TI = 0.83 Pu of Ziegler and Nichols.
@@ -204,6 +204,18 @@ def test_after_a_step_test_what_comes_next_stands_in_one_place_in_sight(tool):
     values = tool.evaluate("async () => (await moduleOf('tool/store.js')).store.state.values")
     assert values["TIC101.PV"] == pytest.approx(values["TIC101.SP_INT"], abs=0.05) and not values["TIC101.MAN_ON"]
     assert_report_of_the_step(tool)
+
+
+def test_the_table_of_rules_says_why_a_metric_is_missing(tool):
+    # The step test rests at 0 %, the lower limit: nothing makes up for a load.
+    make_step_test(tool)
+    line = tool.locator("#tune .missing").get_by_text("– in recovers, load: IAE of all rules: the manipulated value stays at its limit of 0.")
+    line.wait_for()
+    cell = tool.locator("#tune .rules .is-now td").filter(has_text="–").first
+    assert cell.get_attribute("title") == "the manipulated value stays at its limit of 0"
+    tool.locator("#tune").get_by_role("button", name="Apply").click()
+    report = saved(tool, "Report (HTML)")[1].decode()
+    assert "<li>\u2013 in recovers, load: IAE of all rules: the manipulated value stays at its limit of 0.</li>" in report
 
 
 # As a report names them, and as `second` does.

@@ -16,7 +16,7 @@
 //! Pulses drive the model as they are, as 100 % or 0 or -100 %. The pulses of a step controller move a valve, which takes the motor
 //! time from stop to stop and begins in the middle.
 
-use crate::figures::{BAND, FIGURES, OVERSHOOT, SETTLING, Signals, Span, Window};
+use crate::figures::{BAND, OVERSHOOT, SETTLING, Signals, Span, Window, find};
 use crate::process::Process;
 use crate::tune::{Controller, Load, Predicted, Request};
 use anyhow::{Context, Result, bail};
@@ -29,6 +29,7 @@ use run::fmus::Values;
 use run::master::Run;
 use run::plan::Plan;
 use run::system::{Connection, Exchange, Member, Recorded, Setting, System, Value};
+use std::collections::BTreeMap;
 
 /// The manual value before the step, in percent.
 const MANUAL: f64 = 50.0;
@@ -241,7 +242,16 @@ impl Schedule {
     }
 }
 
-/// Simulates the loop with these settings; with what the user should know.
+/// What the user should know of a prediction.
+#[derive(Debug, Default)]
+pub struct Told {
+    /// A sentence each.
+    pub remarks: Vec<String>,
+    /// Why metrics are absent, as [`Tuned::absent`](crate::tune::Tuned::absent).
+    pub absent: BTreeMap<String, String>,
+}
+
+/// Simulates the loop with these settings.
 ///
 /// # Errors
 /// Why the block cannot be simulated with a model.
@@ -250,9 +260,9 @@ pub fn predict(
     controller: &Controller,
     request: &Request,
     values: &Values,
-) -> Result<(Predicted, Vec<String>)> {
+) -> Result<(Predicted, Told)> {
     let first = predicted(home, controller, request, values, 1)?;
-    let rests = |(of, _): &(Predicted, Vec<String>)| {
+    let rests = |(of, _): &(Predicted, Told)| {
         of.settling.is_some() && of.load.as_ref().is_some_and(|load| load.recovery.is_some())
     };
     if rests(&first) {
@@ -275,15 +285,20 @@ fn predicted(
     request: &Request,
     values: &Values,
     longer: usize,
-) -> Result<(Predicted, Vec<String>)> {
+) -> Result<(Predicted, Told)> {
     let dead_time = request.model.dead_time + controller.cycle() / 2.0;
     let schedule = Schedule::of(controller, request, dead_time, values, longer)?;
     let simulation = Simulation::of(home, controller, request, values, schedule)?;
-    let load = Load::of(&simulation.load(LOAD)?, &schedule, simulation.band);
-    let (mut predicted, mut remarks) = shown(&simulation.step()?, &schedule, controller, simulation.height);
+    let loaded = simulation.load(LOAD)?;
+    let load = Load::of(&loaded, &schedule, simulation.band);
+    let (mut predicted, mut told) = shown(&simulation.step()?, &schedule, controller, simulation.height);
+    if load.recovery.is_none() {
+        let why = unrecovered(&loaded[schedule.step..], controller);
+        told.absent.extend(["recovery", "iae"].map(|metric| (metric.to_string(), why.clone())));
+    }
     predicted.load = Some(load);
-    remarks.extend(simulation.terminal.remark());
-    Ok((predicted, remarks))
+    told.remarks.extend(simulation.terminal.remark());
+    Ok((predicted, told))
 }
 
 /// A predicted step beside one that was measured.
@@ -469,6 +484,16 @@ fn figures_after(rows: &[[f64; 3]], schedule: &Schedule, band: f64) -> Vec<(&'st
     window.figures().filter_map(|figure| Some((figure.key, figure.value(&window).ok()?))).collect()
 }
 
+/// Why the process value does not come back after a load. At rest near a limit, the manipulated value cannot make up for it.
+fn unrecovered(rows: &[[f64; 3]], controller: &Controller) -> String {
+    let later = rows[rows.len() / 2..].iter().map(|[_, _, manipulated_value]| *manipulated_value);
+    let (low, high) = later.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), of| (low.min(of), high.max(of)));
+    if controller.roles.pulses.is_empty() && low == high {
+        return format!("the manipulated value stays at its limit of {}", short(low));
+    }
+    find("recovery").map(|figure| figure.absent).unwrap_or_default().into()
+}
+
 /// The default step of the setpoint, in units of the process value: the tenth of what the process value does over 100 % of the
 /// manipulated value; of an integrating plant as much as moves the manipulated value by 10 % at first.
 fn usual_height(request: &Request, gain: Option<&Value>) -> f64 {
@@ -588,7 +613,7 @@ fn simulate(plan: &Plan, components: Vec<Box<dyn Component>>) -> Result<Vec<[f64
 }
 
 /// What the page draws: from shortly before the step on.
-fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height: f64) -> (Predicted, Vec<String>) {
+fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height: f64) -> (Predicted, Told) {
     let begin = schedule.automatic;
     let rows = &rows[begin..];
     let step = schedule.step - begin;
@@ -614,17 +639,29 @@ fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height
     let is_shown = |call: &usize| *call < step + ALL_SHOWN || (call - step - ALL_SHOWN).is_multiple_of(stride);
     let from = step.saturating_sub(ALL_SHOWN);
     let pick = |values: &[f64]| (from..rows.len()).filter(is_shown).map(|call| values[call]).collect::<Vec<f64>>();
+    let mut absent = BTreeMap::new();
+    let mut known = |key: &str| match find(key)?.value(&window) {
+        Ok(value) => Some(value),
+        Err(_) if key == "travel" && !controller.roles.pulses.is_empty() => {
+            absent.insert(key.into(), "pulses drive the plant".into());
+            None
+        }
+        Err(why) => {
+            absent.insert(key.into(), why);
+            None
+        }
+    };
     let predicted = Predicted {
         times: pick(&times),
         setpoint: pick(&setpoint),
         process_value: pick(&process_value),
         manipulated_value: pick(&manipulated_value),
-        overshoot: OVERSHOOT.value(&window).ok(),
-        settling: SETTLING.value(&window).ok(),
+        overshoot: known("overshoot"),
+        settling: known("settling"),
         load: None,
-        travel: FIGURES.iter().find(|figure| figure.key == "travel").and_then(|figure| figure.value(&window).ok()),
+        travel: known("travel"),
     };
-    (predicted, remarks)
+    (predicted, Told { remarks, absent })
 }
 
 /// Says when the manipulated value stays at its extreme after the step: the loop is slower than a linear one then.

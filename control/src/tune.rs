@@ -14,7 +14,7 @@
 //! The margins hold for these settings, computed in each call as the block does, and the plant's own dead time.
 
 use crate::identify::Model;
-use crate::margins::{self, Law, Plant};
+use crate::margins::{self, Law, Margins, Plant};
 use crate::predict;
 use crate::rules::{self, Rule, Settings, Structure};
 use anyhow::{Context, Result, bail};
@@ -26,6 +26,7 @@ use run::fmus::Fmus;
 use run::fmus::{Member, Values, number_of};
 use run::system::{Exchange, Value};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The number of significant digits of a setting: as many as a table shows, so that the displayed value is applied. A
@@ -112,6 +113,10 @@ pub struct Tuned {
     pub phase_margin: Option<f64>,
     /// The simulated setpoint step of the real block with the model.
     pub predicted: Predicted,
+    /// Why metrics are absent, by the names of their fields: `sensitivity`, `gain_margin`, `phase_margin`, `overshoot`, `settling`, `travel`,
+    /// and `deviation`, `recovery` and `iae` of the load.
+    #[serde(default)]
+    pub absent: BTreeMap<String, String>,
     /// What the user should know, a sentence each.
     pub remarks: Vec<String>,
 }
@@ -399,13 +404,17 @@ fn tune_calmer(home: &dyn Fmus, request: &Request, calmer: Option<f64>) -> Resul
     remarks.extend(nervousness(&controller, &settings, factor, closed_loop.is_some()));
     remarks.extend(coarseness(&controller, request));
     let values = values(&controller, request.structure, &settings);
+    let mut absent = unknown(&margins);
     let predicted = match predict::predict(home, &controller, request, &values) {
         Ok((predicted, told)) => {
-            remarks.extend(told);
+            remarks.extend(told.remarks);
+            absent.extend(told.absent);
             predicted
         }
         Err(error) => {
             remarks.push(format!("There is no predicted curve: {error:#}."));
+            let all = ["overshoot", "settling", "travel", "deviation", "recovery", "iae"];
+            absent.extend(all.map(|metric| (metric.to_string(), format!("{error:#}"))));
             Predicted::default()
         }
     };
@@ -418,8 +427,20 @@ fn tune_calmer(home: &dyn Fmus, request: &Request, calmer: Option<f64>) -> Resul
         gain_margin: margins.gain_margin,
         phase_margin: margins.phase_margin,
         predicted,
+        absent,
         remarks,
     })
+}
+
+/// Why margins are absent.
+fn unknown(margins: &Margins) -> BTreeMap<String, String> {
+    let no_gain = if margins.is_stable() { "no higher gain makes the loop unstable" } else { "the loop is unstable" };
+    let all = [
+        ("sensitivity", margins.sensitivity, "the loop is unstable"),
+        ("gain_margin", margins.gain_margin, no_gain),
+        ("phase_margin", margins.phase_margin, "the gain of the open loop is 1 at no frequency"),
+    ];
+    all.into_iter().filter(|(_, value, _)| value.is_none()).map(|(name, _, why)| (name.into(), why.into())).collect()
 }
 
 /// Computes all rules with the structure of the request, whose own rule is ignored: the initial choice for a user.

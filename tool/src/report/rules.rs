@@ -16,8 +16,23 @@ use run::fmus::{Member, Values, number_of};
 use run::system::{Exchange, Value};
 use std::fmt::Write;
 
+/// What a cell without a value shows.
+const NONE: &str = "\u{2013}";
 /// The step is drawn for so many times the longer settling time.
 const LONGER: f64 = 1.5;
+
+/// The metrics of the table: what they are called, and what [`Tuned::absent`] calls them.
+const METRICS: [(&str, &str); 9] = [
+    ("Ms", "sensitivity"),
+    ("overshoot", "overshoot"),
+    ("settles", "settling"),
+    ("travel", "travel"),
+    ("load: deviation", "deviation"),
+    ("recovers", "recovery"),
+    ("load: IAE", "iae"),
+    ("gain margin", "gain_margin"),
+    ("phase margin", "phase_margin"),
+];
 
 /// The table of the rules, the applied one marked.
 pub(super) fn table(page: &mut String, report: &Report, of: &Tuning, description: &Description) -> Result<()> {
@@ -36,18 +51,9 @@ pub(super) fn table(page: &mut String, report: &Report, of: &Tuning, description
         let unit = unit_of(name);
         ((*name).clone(), units::shown(unit.as_deref().unwrap_or_default()))
     });
-    let metrics = [
-        ("Ms", ""),
-        ("overshoot", "%"),
-        ("settles", "s"),
-        ("travel", &*travel),
-        ("load: deviation", &deviation),
-        ("recovers", "s"),
-        ("load: IAE", &iae),
-        ("gain margin", ""),
-        ("phase margin", "\u{b0}"),
-    ];
-    for (name, unit) in own.chain(metrics.map(|(name, unit)| (name.to_string(), unit.to_string()))) {
+    let units = ["", "%", "s", &*travel, &deviation, "s", &iae, "", "\u{b0}"];
+    let metrics = METRICS.iter().zip(units).map(|((name, _), unit)| (name.to_string(), unit.to_string()));
+    for (name, unit) in own.chain(metrics) {
         write!(page, "<th class=\"number\">{}<br>{}</th>", Text(&name), Text(&unit))?;
     }
     writeln!(page, "</tr></thead>\n<tbody>")?;
@@ -56,22 +62,38 @@ pub(super) fn table(page: &mut String, report: &Report, of: &Tuning, description
         write!(page, "<tr{class}><td>{}{mark}</td>", Text(name))?;
         match tuned {
             Some(tuned) => {
-                let given = settings.iter().map(|name| tuned.values.get(*name).map(|value| number_of(*value)));
-                for value in given.chain(metrics_of(tuned)) {
-                    let told = value.map_or_else(|| "\u{2013}".to_string(), three);
+                for value in settings.iter().map(|name| tuned.values.get(*name).map(|value| number_of(*value))) {
+                    let told = value.map_or_else(|| NONE.to_string(), three);
                     write!(page, "<td class=\"number\">{told}</td>")?;
+                }
+                for (value, (_, key)) in metrics_of(tuned).into_iter().zip(METRICS) {
+                    match (value, tuned.absent.get(key)) {
+                        (Some(value), _) => write!(page, "<td class=\"number\">{}</td>", three(value))?,
+                        (None, Some(why)) => write!(page, "<td class=\"number\" title=\"{}\">{NONE}</td>", Text(why))?,
+                        (None, None) => write!(page, "<td class=\"number\">{NONE}</td>")?,
+                    }
                 }
             }
             None => {
-                let width = settings.len() + metrics.len();
+                let width = settings.len() + METRICS.len();
                 write!(page, "<td colspan=\"{width}\">{}</td>", Text(refusal.as_deref().unwrap_or_default()))?;
             }
         }
         writeln!(page, "</tr>")?;
     }
     writeln!(page, "</tbody>\n</table>")?;
+    let missing = missing(&of.rows);
+    if !missing.is_empty() {
+        writeln!(page, "<ul class=\"rest\">")?;
+        for (why, metrics, rules) in missing {
+            let rules = if rules.len() == tuned.len() { "all rules".to_string() } else { rules.join(", ") };
+            let metrics = metrics.join(", ");
+            writeln!(page, "<li>{NONE} in {} of {}: {}.</li>", Text(&metrics), Text(&rules), Text(why))?;
+        }
+        writeln!(page, "</ul>")?;
+    }
     if let Some(applied) = of.rows.iter().find(|row| row.rule == of.rule) {
-        let best = best(applied, &of.rows, &metrics.map(|(name, _)| name));
+        let best = best(applied, &of.rows);
         if !best.is_empty() {
             let best = best.join(", ");
             writeln!(page, "<p>Of these rules, {} has the lowest {}.</p>", Text(&applied.name), Text(&best))?;
@@ -116,14 +138,35 @@ fn metrics_of(tuned: &Tuned) -> [Option<f64>; 9] {
     ]
 }
 
+/// Why metrics are missing: each reason with the metrics and the rules that it explains.
+fn missing(rows: &[Row]) -> Vec<(&str, Vec<&str>, Vec<&str>)> {
+    let mut all: Vec<(&str, Vec<&str>, Vec<&str>)> = Vec::new();
+    for (name, absent) in rows.iter().filter_map(|row| Some((&*row.name, &row.tuned.as_ref()?.absent))) {
+        let mut own: Vec<(&str, Vec<&str>)> = Vec::new();
+        for (title, why) in METRICS.iter().filter_map(|(title, key)| Some((*title, &**absent.get(*key)?))) {
+            match own.iter_mut().find(|(other, _)| *other == why) {
+                Some((_, metrics)) => metrics.push(title),
+                None => own.push((why, vec![title])),
+            }
+        }
+        for (why, metrics) in own {
+            match all.iter_mut().find(|(other, same, _)| *other == why && *same == metrics) {
+                Some((_, _, rules)) => rules.push(name),
+                None => all.push((why, metrics, vec![name])),
+            }
+        }
+    }
+    all
+}
+
 /// The metrics, margins aside, in which a rule is better than all others that leave the loop stable.
-fn best<'a>(applied: &Row, rows: &[Row], names: &[&'a str; 9]) -> Vec<&'a str> {
+fn best(applied: &Row, rows: &[Row]) -> Vec<&'static str> {
     let Some(own) = applied.tuned.as_ref().map(metrics_of) else { return Vec::new() };
     let others = || rows.iter().filter(|row| row.rule != applied.rule).filter_map(|row| row.tuned.as_ref());
     let others: Vec<_> = others().filter(|tuned| tuned.sensitivity.is_some()).map(metrics_of).collect();
     let is_best =
         |at: &usize| own[*at].is_some_and(|value| others.iter().all(|of| of[*at].is_none_or(|one| value < one)));
-    if others.is_empty() { Vec::new() } else { (0..7).filter(is_best).map(|at| names[at]).collect() }
+    if others.is_empty() { Vec::new() } else { (0..7).filter(is_best).map(|at| METRICS[at].0).collect() }
 }
 
 /// The step with the settings before and after a rule was applied, as the model predicts them, in one picture.

@@ -458,9 +458,19 @@ fn row(rule: Rule, values: &[(&str, f64)], overshoot: f64, iae: f64) -> Row {
         gain_margin: Some(3.0),
         phase_margin: None,
         predicted,
+        absent: [("settling", "it swings"), ("travel", "it swings"), ("phase_margin", "there is none")]
+            .map(|(metric, why)| (metric.to_string(), why.to_string()))
+            .into(),
         remarks: Vec::new(),
     };
     Row { rule, name: control::rules::name(rule).into(), tuned: Some(tuned), refusal: None }
+}
+
+fn with_phase_margin(mut row: Row) -> Row {
+    let tuned = row.tuned.as_mut().unwrap();
+    tuned.phase_margin = Some(60.0);
+    tuned.absent.remove("phase_margin");
+    row
 }
 
 #[test]
@@ -471,7 +481,7 @@ fn the_table_of_rules_marks_the_applied_one_and_the_step_is_drawn_before_and_aft
         |of: [(&str, f64); 2]| -> Values { of.map(|(name, value)| (name.into(), Value::Number(value))).into() };
     let of_rules = Tuning {
         rows: vec![
-            row(Rule::Simc, &[("GAIN", 1.0), ("TI", 20.0)], 1.0, 80.0),
+            with_phase_margin(row(Rule::Simc, &[("GAIN", 1.0), ("TI", 20.0)], 1.0, 80.0)),
             row(Rule::Lambda, &after, 3.25, 50.0),
             refused,
         ],
@@ -484,8 +494,14 @@ fn the_table_of_rules_marks_the_applied_one_and_the_step_is_drawn_before_and_aft
         of("C", [("GAIN", 2.0), ("TI", 10.0), ("CYCLE", 0.5)].map(|(name, value)| setting(name, value, None)).into());
     let page = made(&Report { tuning: Some(&of_rules), ..report(&now) });
     let number = |cell: &str| format!("<td class=\"number\">{cell}</td>");
-    let applied =
-        ["2", "10", "1.5", "3.25", "\u{2013}", "\u{2013}", "2.5", "12", "50", "3", "\u{2013}"].map(number).concat();
+    let none = |why: &str| format!("<td class=\"number\" title=\"{why}\">\u{2013}</td>");
+    let applied = [
+        ["2", "10", "1.5", "3.25"].map(number).concat(),
+        none("it swings").repeat(2),
+        ["2.5", "12", "50", "3"].map(number).concat(),
+        none("there is none"),
+    ]
+    .concat();
     for part in [
         &format!("<tr class=\"changed\"><td>{} (applied)</td>{applied}</tr>", control::rules::name(Rule::Lambda)),
         "the setpoint step from 50 to 60 \u{b0}C, settled within 2 % of it",
@@ -494,6 +510,8 @@ fn the_table_of_rules_marks_the_applied_one_and_the_step_is_drawn_before_and_aft
         "<th class=\"number\">load: IAE<br>K\u{b7}s</th>",
         "<td colspan=\"11\">it needs a dead time</td>",
         "has the lowest load: IAE.</p>",
+        "<li>\u{2013} in settles, travel of all rules: it swings.</li>",
+        "<li>\u{2013} in phase margin of lambda: there is none.</li>",
         "<h2>The step before and after tuning</h2>",
         ">PV before: GAIN 0.5, TI 20 s</text>",
         ">PV after: GAIN 2, TI 10 s</text>",

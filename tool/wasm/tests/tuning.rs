@@ -674,6 +674,31 @@ fn what_a_load_does_depends_on_the_band_of_a_run_and_on_no_other_step() {
 }
 
 #[test]
+fn a_metric_that_is_absent_has_a_reason() {
+    let mut request = request("CONT_C", Rule::Simc, Structure::Pi, &[("CYCLE", 0.05)]);
+    assert!(tuned(&request).absent.is_empty());
+    // At rest at 0 %, the lower limit, nothing makes up for a load of 10 %: the process value goes up by 10 % times the gain of 1.
+    request.step.manual = Some(0.0);
+    let Tuned { predicted, absent, .. } = tuned(&request);
+    let limited = "the manipulated value stays at its limit of 0".to_string();
+    assert_eq!(
+        absent,
+        [("recovery", &limited), ("iae", &limited)].map(|(name, why)| (name.into(), why.clone())).into()
+    );
+    assert!((predicted.load.unwrap().deviation - 10.0).abs() < 0.1);
+    // A GAIN of 45 makes this plant swing, whose ultimate gain is about 16.
+    let wild = Request {
+        ultimate: Some((100.0, 4.0)),
+        ..self::request("CONT_C", Rule::ZieglerNicholsUltimate, Structure::Pi, &[("CYCLE", 0.05)])
+    };
+    let Tuned { absent, gain_margin, .. } = tuned(&wild);
+    assert_eq!(absent["sensitivity"], "the loop is unstable");
+    assert!(gain_margin.unwrap() < 1.0 && !absent.contains_key("gain_margin"), "{absent:?}");
+    assert_eq!(absent["recovery"], "the process value does not come back");
+    assert!(absent.contains_key("settling"), "{absent:?}");
+}
+
+#[test]
 fn a_test_in_automatic_mode_ends_there_at_rest_at_the_setpoint() {
     let home = Linked::new();
     let mut session = held_process(&home, &[("GAIN", 1.5), ("T1", 10.0), ("DEAD_TM", 1.0)], false);

@@ -1285,6 +1285,11 @@ gain_margin: number | null,
 phase_margin: number | null,
 /** The simulated setpoint step of the real block with the model. */
 predicted: Predicted,
+/**
+ * Why metrics are absent, by the names of their fields: `sensitivity`, `gain_margin`, `phase_margin`, `overshoot`, `settling`, `travel`,
+ * and `deviation`, `recovery` and `iae` of the load.
+ */
+absent: { [key in string]: string },
 /** What the user should know, a sentence each. */
 remarks: Array<string>, };
 

@@ -19,18 +19,18 @@ import { rounded, shown } from "tool/values.js";
  * @property {string} travel
  */
 
-/** What the table says of each rule, beside its settings. */
-const FIGURES = [
-  "Ms",
-  "overshoot",
-  "settles",
-  "travel",
-  "load: deviation",
-  "recovers",
-  "load: IAE",
-  "gain margin",
-  "phase margin",
-];
+/** What the table says of each rule, beside its settings, and what an answer calls it where it is absent. */
+const METRICS = /** @type {[string, string][]} */ ([
+  ["Ms", "sensitivity"],
+  ["overshoot", "overshoot"],
+  ["settles", "settling"],
+  ["travel", "travel"],
+  ["load: deviation", "deviation"],
+  ["recovers", "recovery"],
+  ["load: IAE", "iae"],
+  ["gain margin", "gain_margin"],
+  ["phase margin", "phase_margin"],
+]);
 /** What a narrow table leaves out, and what a very narrow one does: the list of the chosen rule has it. @type {Record<string, string>} */
 const DETAILS = {
   ...{ travel: "detail", recovers: "detail", "gain margin": "detail", "phase margin": "detail" },
@@ -59,11 +59,11 @@ export function rulesTable(loop, rows, chosen, units, choose) {
       return element("tr", {}, button, element("td", { class: "faint", colspan: 12, title: refusal }, refusal ?? ""));
     }
     const { predicted, sensitivity, values } = tuned;
-    const cells = [
-      ...settings.map((one) => {
-        const value = values[one];
-        return typeof value === "number" ? rounded(value, "LREAL", 3) : "";
-      }),
+    const given = settings.map((one) => {
+      const value = values[one];
+      return element("td", { class: "number" }, typeof value === "number" ? rounded(value, "LREAL", 3) : "");
+    });
+    const metrics = [
       ...[number(sensitivity), number(predicted.overshoot, " %"), number(predicted.settling, " s")],
       number(predicted.travel, ` ${units.travel}`),
       number(predicted.load?.deviation ?? null, ` ${units.deviation}`),
@@ -74,12 +74,44 @@ export function rulesTable(loop, rows, chosen, units, choose) {
       "tr",
       { class: rule === chosen && "is-now" },
       button,
-      cells.map((cell, at) => element("td", { class: `number ${DETAILS[FIGURES[at - settings.length]] ?? ""}` }, cell)),
+      given,
+      metrics.map((cell, at) => {
+        const [metric, key] = METRICS[at];
+        return element("td", { class: `number ${DETAILS[metric] ?? ""}`, title: tuned.absent[key] }, cell);
+      }),
     );
   });
-  const head = tableHead(["Rule", ...names, ...FIGURES], (at) => at > 0);
+  const head = tableHead(["Rule", ...names, ...METRICS.map(([metric]) => metric)], (at) => at > 0);
   for (const cell of head.querySelectorAll("th")) cell.className += ` ${DETAILS[cell.textContent ?? ""] ?? ""}`;
-  return element("table", {}, head, element("tbody", {}, body));
+  const missing = missingMetrics(rows);
+  return element(
+    "div",
+    {},
+    element("table", {}, head, element("tbody", {}, body)),
+    missing.length > 0 &&
+      element(
+        "ul",
+        { class: "remarks missing" },
+        missing.map((line) => element("li", {}, line)),
+      ),
+  );
+}
+
+/** Why metrics are missing, a line for each reason and the metrics that it explains. @param {import("./messages").Row[]} rows */
+function missingMetrics(rows) {
+  /** @type {{ metrics: string, why: string, names: string[] }[]} */
+  const found = [];
+  const computed = rows.filter(({ tuned }) => tuned);
+  for (const { name, tuned } of computed) {
+    for (const why of new Set(Object.values(tuned?.absent ?? {}))) {
+      const metrics = METRICS.flatMap(([metric, key]) => (tuned?.absent[key] === why ? metric : [])).join(", ");
+      const same = found.find((one) => one.metrics === metrics && one.why === why);
+      if (same) same.names.push(name);
+      else found.push({ metrics, why: why ?? "", names: [name] });
+    }
+  }
+  const whose = (/** @type {string[]} */ names) => (names.length === computed.length ? "all rules" : names.join(", "));
+  return found.map(({ metrics, why, names }) => `– in ${metrics} of ${whose(names)}: ${why}.`);
 }
 
 /**
