@@ -312,6 +312,29 @@ def test_what_was_done_is_a_list_that_repeats_to_the_same_bits_with_what_was_sen
     assert tool.locator("#field-GAIN").input_value() == "3.5"
 
 
+def test_what_is_typed_is_part_of_the_values_with_which_to_run_again(tool):
+    again = tool.get_by_role("button", name="Run again with these values")
+    field = tool.locator("#field-GAIN")
+    field.fill("0.5")
+    # There is no run yet to be made again.
+    assert again.is_hidden()
+    field.press("Escape")
+    set_now(tool, "setpoint", 60)
+    manual(tool).uncheck()
+    run_calls(tool, 30)
+    assert again.is_hidden() and "primary" in tool.locator("#run-go").get_attribute("class")
+    field.fill("0.5")
+    again.wait_for()
+    assert "primary" not in (tool.locator("#run-go").get_attribute("class") or "")
+    field.press("Escape")
+    again.wait_for(state="hidden")
+    field.fill("0.5")
+    again.click()
+    again.wait_for(state="hidden")
+    values = tool.evaluate("async () => (await moduleOf('tool/store.js')).store.state.values")
+    assert made(tool) == 30 and values["TIC101.GAIN"] == 0.5
+
+
 def test_the_same_test_has_the_stimuli_of_before_and_the_settings_of_now(tool, run_described):
     set_now(tool, "setpoint", 60)
     manual(tool).uncheck()

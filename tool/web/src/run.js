@@ -56,6 +56,8 @@ let runButton;
 let againButton;
 /** When settings were applied last in the run, and when the step began that the metrics belong to, in seconds. */
 let [applied, stepped] = [0, 0];
+/** Whether settings were applied since the run began that would make it another one. */
+let isOffered = false;
 /** How long to run, in seconds; empty is until Pause. @type {HTMLInputElement} */
 let duration;
 /** @type {HTMLElement} */
@@ -161,15 +163,16 @@ export function mount(content) {
   store.on("plant", showControls);
   store.on("run", showControls);
   store.on("settings", followSettings);
+  store.on("settings", showAgain);
   store.on("applied", async (/** @type {string[]} */ names) => {
     const { loop, state } = store;
     const isSetting = names.some((name) => loop?.settings[name]?.variable.is_stimulus === false);
     if (!loop || !isSetting || !store.isLive() || made() === 0) return;
     const time = store.state?.time ?? 0;
-    const isOffered = await isAnotherTest(loop);
+    const isOther = await isAnotherTest(loop);
     if (store.loop !== loop || store.state?.run !== state?.run) return;
     applied = time;
-    offerAgain(isOffered);
+    offerAgain(isOther);
   });
   store.on("figures", (/** @type {import("./messages").Figures} */ { from, step }) => {
     stepped = step?.start ?? from;
@@ -363,17 +366,26 @@ async function oneCall() {
   }
 }
 
-/** @param {boolean} isOffered */
-function offerAgain(isOffered) {
-  againButton.hidden = !isOffered;
+/** @param {boolean} next whether settings that were applied would make the run another one */
+function offerAgain(next) {
+  isOffered = next;
   showFormer();
-  runButton.classList.toggle("primary", !isOffered);
+  showAgain();
+}
+
+/** What is typed is part of "these values", too. */
+function showAgain() {
+  const { loop } = store;
+  const isSetting = (/** @type {string} */ name) => loop?.settings[name]?.variable.is_stimulus === false;
+  const isShown = isOffered || (store.isLive() && made() > 0 && store.edited(loop).some(isSetting));
+  againButton.hidden = !isShown;
+  runButton.classList.toggle("primary", !isShown);
   showButton();
 }
 
 /** The metrics in the bar are of former settings, if the step that they belong to was made before others were applied. */
 function showFormer() {
-  byId("glance").classList.toggle("is-former", !againButton.hidden && stepped <= applied);
+  byId("glance").classList.toggle("is-former", isOffered && stepped <= applied);
 }
 
 async function runAgain() {
