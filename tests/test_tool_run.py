@@ -335,6 +335,29 @@ def test_what_is_typed_is_part_of_the_values_with_which_to_run_again(tool):
     assert made(tool) == 30 and values["TIC101.GAIN"] == 0.5
 
 
+def test_the_field_of_a_disturbance_shows_the_value_that_acts(tool):
+    shown = lambda value: tool.wait_for_function(
+        "value => document.querySelector('#disturbance').value === value", arg=value, timeout=5000
+    )
+    manual(tool).uncheck()
+    run_calls(tool, 10)
+    # The button takes the focus; no call has been made with it yet.
+    tool.locator("#disturbance").fill("5")
+    tool.get_by_role("button", name="Disturb", exact=True).click()
+    tool.locator("#done").get_by_text("LOAD").first.wait_for(state="attached")
+    shown("5")
+    run_calls(tool, 10)
+    shown("5")
+    # What is set elsewhere, too.
+    tool.evaluate("""async () => {
+        const { store } = await moduleOf('tool/store.js');
+        const { ask } = await moduleOf('tool/engine.js');
+        await store.take(ask({ do: 'force', act: 'force', values: { 'PLANT.LOAD': 7 } }));
+    }""")
+    run_calls(tool, 10)
+    shown("7")
+
+
 def test_the_same_test_has_the_stimuli_of_before_and_the_settings_of_now(tool, run_described):
     set_now(tool, "setpoint", 60)
     manual(tool).uncheck()

@@ -45,8 +45,9 @@ export function numberField(label, id, of, value, set) {
   });
   /** @param {Value} next */
   const follow = (next) => {
+    const isTyped = document.activeElement === input && input.value !== shown(before, of.kind);
     before = next;
-    if (document.activeElement === input) return;
+    if (isTyped) return;
     input.value = shown(next, of.kind);
     check();
   };

@@ -81,13 +81,18 @@ export function sensorOf(loop) {
 }
 
 /**
- * The inputs by which a user disturbs the loop, `PLANT.DOOR`, those of the plant first.
+ * The inputs by which a user disturbs the loop, `PLANT.DOOR`, those of the plant first, with the values that act now.
  *
  * @param {Work} loop
  * @returns {Promise<{ name: string, variable: Variable, value: Value }[]>}
  */
 export async function disturbances(loop) {
   const found = [];
+  const state = store.isLive() ? store.state : undefined;
+  // What was sent after the last call is in no row yet.
+  const { events } = state ? await ask({ do: "events" }) : { events: [] };
+  const sent = events.filter(({ call, act = "set" }) => state && call >= state.calls && act === "set");
+  const acting = { ...state?.values, ...Object.fromEntries(sent.map(({ variable: name, value }) => [name, value])) };
   // A controller without a plant has no loop to disturb.
   const own =
     loop.members.length > 0 ? [{ name: loop.member, fmu: loop.description.name, values: valuesOf(loop, "sent") }] : [];
@@ -97,8 +102,7 @@ export async function disturbances(loop) {
       const variable = description.variables.find((one) => one.name === name);
       const full = `${member.name}.${name}`;
       if (!variable || loop.connections.some(([, to]) => to === full)) continue;
-      const now = store.isLive() ? store.state?.values[full] : undefined;
-      found.push({ name: full, variable, value: now ?? member.values[name] ?? variable.start });
+      found.push({ name: full, variable, value: acting[full] ?? member.values[name] ?? variable.start });
     }
   }
   return found;

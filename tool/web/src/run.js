@@ -184,6 +184,7 @@ export function mount(content) {
     showDone();
   });
   store.on("state", showStatus);
+  store.on("state", followRun);
   store.on("failure", () => {
     pause();
     store.say(
@@ -480,6 +481,8 @@ async function now(values, isEvent = false) {
 /** Fields of the bar that show a setting: its name, and how the field is set. @type {Map<string, (value: Value) => void>} */
 const fields = new Map();
 let shownControls = "";
+/** How many calls the run had made when the fields followed it last. */
+let followed = 0;
 
 /** Setpoint, disturbance, noise, manual value: those that the loop has. */
 async function showControls() {
@@ -519,6 +522,17 @@ function followSettings(names) {
     if (store.loop && setting) (fields.get(name) ?? fields.get(variable(store.loop, name)))?.(setting.sent);
   }
   scheduleDone();
+}
+
+/** The run has made calls: what its events set acts now. */
+function followRun() {
+  const state = store.isLive() ? store.state : undefined;
+  if (!state || state.calls === followed) return;
+  followed = state.calls;
+  for (const [name, follow] of fields) {
+    const value = state.values[name];
+    if (value !== undefined) follow(value);
+  }
 }
 
 /**
@@ -570,28 +584,29 @@ function disturbanceControl(disturbing) {
       return element("option", { value: number }, isOnly ? split(name)[1] : name);
     }),
   );
+  /** @type {(value: Value) => void} */
+  let follow = () => {};
+  for (const one of disturbing) {
+    fields.set(one.name, (next) => {
+      one.value = next;
+      if (one === disturbing[at]) follow(next);
+    });
+  }
   const showOne = () => {
     const { name, variable, value } = disturbing[at];
-    for (const one of disturbing) fields.delete(one.name);
     word.hidden = !isSwitch(variable);
     if (isSwitch(variable)) {
       const box = element("input", { type: "checkbox", id: "disturbance", checked: value === true });
-      box.addEventListener("change", () => {
-        disturbing[at].value = box.checked;
-        now({ [name]: box.checked }, true);
-      });
-      fields.set(name, (next) => {
+      box.addEventListener("change", () => now({ [name]: box.checked }, true));
+      follow = (next) => {
         box.checked = next === true;
-      });
+      };
       fill(place, element("label", { for: "disturbance" }, box, " on"));
       return;
     }
-    const field = numberField("", "disturbance", variable, value, (next) => {
-      disturbing[at].value = next;
-      now({ [name]: next }, true);
-    });
+    const field = numberField("", "disturbance", variable, value, (next) => now({ [name]: next }, true));
     attribute(field.input, "aria-label", `Disturbance ${name}`);
-    fields.set(name, field.follow);
+    follow = field.follow;
     fill(
       place,
       field.row,
