@@ -146,6 +146,28 @@ def test_a_run_with_a_step_test_replays_from_its_curves_and_another_gain_is_name
     in_force(2)
 
 
+def test_another_cycle_is_told_with_the_other_settings_and_applying_all_of_them_replays_with_them(tool, tmp_path):
+    def put(**settings):
+        for name, value in settings.items():
+            tool.locator(f"#field-{name}").fill(value)
+            tool.locator(f"#field-{name}").press("Enter")
+
+    put(CYCLE="0.5", GAIN="1.2", TI="12")
+    set_now(tool, "setpoint", 60)
+    manual(tool).uncheck()
+    run_calls(tool, 60, cycle=0.5)
+    path = tmp_path / "half.csv"
+    path.write_bytes(saved(tool, "CSV of the curves")[1])
+    put(CYCLE="1", GAIN="2", TI="20")
+    show_tab(tool, "Replay")
+    tool.locator("#replay-file").set_input_files(path)
+    # Not TI 24 s, which integrates as much in a cycle of 1 s.
+    apply = tool.locator("#replay").get_by_role("button", name=re.compile("^Apply CYCLE 0.5, GAIN 1.2, TI 12$"))
+    apply.click(timeout=60_000)
+    tool.locator("#replay .verdict strong").get_by_text("equal from the first cycle on, bit for bit").wait_for(timeout=60_000)
+    assert [tool.locator(f"#field-{name}").input_value() for name in ("CYCLE", "GAIN", "TI")] == ["0.5", "1.2", "12"]
+
+
 def differing(rows, gain):
     """In how many rows CONT_C, as it is written a second time, gives another LMN."""
     controller = oracle.CONT_C()

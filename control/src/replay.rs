@@ -9,9 +9,9 @@
 //! Whoever gives a tolerance gets that and nothing else.
 //!
 //! If they differ, the cause is looked for in this order: the mode, if the recording does not say it; the time between two calls, if the
-//! times of the recording disagree with it; then one setting, then two, whose values are estimated with the block itself; then a setting
-//! that was changed while the recording was made. An explanation is sure if it is the only one and its values could not be others;
-//! otherwise the conclusion is that the recording does not tell.
+//! times of the recording disagree with it, and with that from there on where they leave no other; then one setting, then two, whose
+//! values are estimated with the block itself; then a setting that was changed while the recording was made. An explanation is sure if
+//! it is the only one and its values could not be others; otherwise the conclusion is that the recording does not tell.
 //!
 //! What the block did before the first row is in its memory and not in the file. If the file begins with a restart (COM_RST is
 //! TRUE), that is row 0. If it does not say so, the block is brought to the recorded manipulated value in manual, or begins with

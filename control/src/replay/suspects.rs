@@ -7,7 +7,7 @@ use super::compare::{Comparison, Outcome, rank};
 use super::estimate::{Found, Search, held};
 use super::instance::{Block, Variant, change, typed};
 use anyhow::Result;
-use run::fmus::Values;
+use run::fmus::{Values, number_of};
 use std::collections::BTreeSet;
 
 /// This many rows behind the first difference tell whether a suspect is worth a full run.
@@ -37,6 +37,19 @@ struct Try {
     changes: Vec<Change>,
 }
 
+impl Try {
+    /// Whether the times of the recording leave no other CYCLE: no recorder has more rows with new outputs than there are calls, and outputs
+    /// that change in each n-th row only are those of a slower block.
+    fn is_sure(&self, comparison: &Comparison) -> bool {
+        let own = comparison.block.settings[comparison.block.table.cycle];
+        self.changes.iter().any(|change| match change {
+            Change::Setting { why: Some(Why::Rhythm(_)), .. } => true,
+            Change::Setting { value, why: Some(Why::Spacing), .. } => number_of(*value) < own,
+            _ => false,
+        })
+    }
+}
+
 /// A suspect that was tried.
 pub(super) struct Tried {
     pub(super) outcome: Outcome,
@@ -64,23 +77,31 @@ pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspe
     let rows = (base.first().unwrap_or(0) + BEHIND).min(comparison.recording.rows);
     let search = Search::new(comparison, rows, MOST_CALLS);
     let diagnosis = Diagnosis { comparison, search, rows };
-    let (start, mode) = match mode(comparison, base) {
+    let (start, mut known) = match mode(comparison, base) {
         Some(Try { variant, changes }) => (comparison.best(&variant, rows)?, changes),
         None => (comparison.run(&base.variant, rows)?, Vec::new()),
     };
-    let start = start.without_outputs();
-    let whole = |changes: Vec<Change>| mode.iter().cloned().chain(changes).collect::<Vec<_>>();
+    let mut start = start.without_outputs();
     let mut all: Vec<Tried> = Vec::new();
     let mut is_told = false;
-    if !mode.is_empty() {
+    if !known.is_empty() {
         is_told = start.different() == 0;
-        all.push(Tried::new(start.clone(), mode.clone(), Vec::new()));
+        all.push(Tried::new(start.clone(), known.clone(), Vec::new()));
     }
     if !is_told {
-        let of_time = diagnosis.discrete(&start, time(comparison), &whole);
+        let of_time = diagnosis.discrete(&start, time(comparison), &|changes| after(&known, changes));
         is_told = of_time.iter().any(|tried| tried.outcome.different() == 0);
         all.extend(of_time);
     }
+    // With a wrong CYCLE, a false TI would make up for it.
+    if !is_told
+        && let Some(Try { mut variant, changes }) = time(comparison).into_iter().find(|one| one.is_sure(comparison))
+    {
+        variant.values.extend(&start.variant.values);
+        start = comparison.best(&variant, rows)?.without_outputs();
+        known.extend(changes);
+    }
+    let whole = |changes: Vec<Change>| after(&known, changes);
     let mut is_sure = is_told;
     // With a call for each row of a slower recorder, a false TI would make up for the calls that are missing.
     if !is_told && !comparison.recording.is_coarse {
@@ -93,7 +114,12 @@ pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspe
     diagnosis.told(all, is_sure, base)
 }
 
-/// The changes with that of the mode before them.
+/// Changes with those before them that are known.
+fn after(known: &[Change], changes: Vec<Change>) -> Vec<Change> {
+    known.iter().cloned().chain(changes).collect()
+}
+
+/// The changes with those of mode and time before them.
 type Whole<'a> = &'a dyn Fn(Vec<Change>) -> Vec<Change>;
 
 pub(super) struct Diagnosis<'a> {

@@ -216,6 +216,21 @@ fn another_cycle_is_named() {
 }
 
 #[test]
+fn settings_are_told_with_the_cycle_of_the_recording_not_with_one_that_a_false_ti_makes_up_for() {
+    // With CYCLE 1 s a TI of 24 s integrates in each call what 12 s does with CYCLE 0.5 s.
+    let others = [("CYCLE", 0.5), ("GAIN", 1.2), ("TI", 12.0)];
+    let replayed = with_fault(&others);
+    let [cycle, settings @ ..] = named(&replayed) else { panic!("{replayed:?}") };
+    assert!(is_setting(cycle, "CYCLE", 0.5, 1.0), "{replayed:#?}");
+    for (name, is, before) in [("GAIN", 1.2, 2.0), ("TI", 12.0, 20.0)] {
+        assert!(settings.iter().any(|change| is_setting(change, name, is, before)), "{name}: {replayed:#?}");
+    }
+    // With all of it applied, nothing differs.
+    let text = Plant { values: &with(&others), ..Plant::default() }.record();
+    assert_eq!(run(&request(member("CONT_C", &with(&others)), text)).conclusion, Conclusion::Equal);
+}
+
+#[test]
 fn another_sign_of_the_gain_is_named() {
     assert_named(&with_fault(&[("GAIN", -2.0)]), "GAIN", -2.0, 2.0);
 }
