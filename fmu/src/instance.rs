@@ -48,7 +48,7 @@ impl<B: Cyclic> Instance<B> {
 
     /// Whether the host handles the calls of this block. Those that compute what inputs lead to that are held until the next call
     /// are made in steps all the same: nothing jumps at them.
-    fn handled(&self) -> Option<Events> {
+    pub(crate) fn handled(&self) -> Option<Events> {
         self.events.filter(|_| !B::HOLDS_INPUTS)
     }
 

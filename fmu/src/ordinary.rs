@@ -10,8 +10,9 @@
 //! | [`Door::try_ordinary`] | [`Door::enter`] |
 //! | [`Instance::get_ordinary`], [`Instance::set_ordinary`] | [`Instance::get`], [`Instance::set`] |
 //! | [`Instance::make_ordinary_step`], [`Session::make_ordinary_step`] | [`Instance::do_step`], [`Session::step`] |
+//! | [`Instance::make_ordinary_step_to`], [`Session::make_ordinary_step_between_events`] | [`Instance::do_step`], [`Session::step_between_events`] |
 //! | [`Abreast`](crate::abreast::Abreast), of several instances at once | [`Instance::set`], [`Instance::do_step`], [`Instance::get`] |
-//! | [`Clock::make_ordinary_step`], [`Clock::check_and_make_ordinary_step`] | [`Clock::advance`] |
+//! | [`Clock::make_ordinary_step`], [`Clock::check_and_make_ordinary_step`], [`Clock::make_step_between_calls`] | [`Clock::advance`] |
 
 use crate::clock::{Clock, MOST_DRIFT, RESOLUTION, ROUNDINGS, SAME};
 use crate::component::Component;
@@ -19,11 +20,12 @@ use crate::cyclic::Cyclic;
 use crate::door::{Door, Host};
 use crate::host_type::{HostType, Version};
 use crate::instance::Instance;
+use crate::mean::Mean;
 use crate::refusal::Answer;
 use crate::session::Session;
 use crate::state::{Function, State};
 use blocks::table::number;
-use blocks::{Kind, Role, Table, Value};
+use blocks::{Kind, Real, Role, Table, Value};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// This many steps are known to be ordinary after one look.
@@ -84,10 +86,52 @@ impl<B: Cyclic> Instance<B> {
         self.session.make_ordinary_step(tc, h)
     }
 
-    /// The same, if calls may be events; then no step is ordinary.
+    /// Whether steps go from call to call, which the host handles.
     #[inline(always)]
-    pub fn make_ordinary_step_without_events(&mut self, tc: f64, h: f64) -> bool {
-        self.events().is_none() && self.session.make_ordinary_step(tc, h)
+    pub fn handles_events(&self) -> bool {
+        self.handled().is_some()
+    }
+
+    /// Makes a step from a call to the next, which is an event or not.
+    #[inline(always)]
+    pub fn make_ordinary_step_to(&mut self, is_event: bool, tc: f64, h: f64) -> bool {
+        match is_event {
+            true => self.session.make_ordinary_step_between_events(tc, h),
+            false => self.session.make_ordinary_step(tc, h),
+        }
+    }
+}
+
+/// A number as a host gives it to a REAL.
+pub trait Number: Copy {
+    /// Whether it rounds to a finite REAL.
+    fn is_real(self) -> bool;
+
+    /// The REAL next to it.
+    fn to_real(self) -> Real;
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn is_real(self) -> bool {
+        number::is_real(self)
+    }
+
+    #[inline(always)]
+    fn to_real(self) -> Real {
+        self as Real
+    }
+}
+
+impl Number for f32 {
+    #[inline(always)]
+    fn is_real(self) -> bool {
+        self.is_finite()
+    }
+
+    #[inline(always)]
+    fn to_real(self) -> Real {
+        self
     }
 }
 
@@ -97,74 +141,67 @@ pub fn set_numbers<V: Version, B: Cyclic>(block: &mut B, references: &[u32], val
 where
     f64: HostType<V>,
 {
-    let table = block.table();
-    let fits = |reference: &u32, value: &f64| {
-        table.tunable_reals.get(*reference as usize) == Some(&true) && number::is_real(*value)
-    };
-    // No loop: in one the compiler would compute the addresses of all REALs first.
-    match (references, values) {
-        ([reference], [value]) if fits(reference, value) => put_real(block, *reference, *value),
-        ([reference], [value]) if set_lreal(block, *reference, *value) => {}
-        ([first, second], [one, other]) if fits(first, one) && fits(second, other) => {
-            put_real(block, *first, *one);
-            put_real(block, *second, *other);
-        }
-        _ => return set_many(block, references, values),
+    #[inline(never)]
+    fn set_many<V: Version, B: Cyclic>(block: &mut B, references: &[u32], values: &[f64]) -> bool
+    where
+        f64: HostType<V>,
+    {
+        set_many_reals(block, references, values) || set_values(block, references, values)
     }
-    true
+    if set_few_reals(block, references, values) {
+        return true;
+    }
+    match (references, values) {
+        ([reference], [value]) if set_lreal(block, *reference, *value) => true,
+        _ => set_many(block, references, values),
+    }
 }
 
 /// Writes REALs that are given as such, if all may be set at any time and all values are finite.
 #[inline(always)]
 pub fn set_reals<B: Cyclic>(block: &mut B, references: &[u32], values: &[f32]) -> bool {
-    #[inline(never)]
-    fn put<B: Cyclic>(block: &mut B, reference: u32, value: f32) {
-        if let Some(real) = block.real_mut(reference as usize) {
-            *real = value;
-        }
-    }
-    let reals = block.table().tunable_reals;
-    let fits = |(reference, value): (&u32, &f32)| reals.get(*reference as usize) == Some(&true) && value.is_finite();
+    set_few_reals(block, references, values) || set_many_reals(block, references, values)
+}
+
+/// Writes one or two REALs.
+#[inline(always)]
+fn set_few_reals<B: Cyclic, T: Number>(block: &mut B, references: &[u32], values: &[T]) -> bool {
+    // No loop: in one the compiler would compute the addresses of all REALs first.
     match (references, values) {
-        ([reference], [value]) if fits((reference, value)) => {
-            if let Some(real) = block.real_mut(*reference as usize) {
-                *real = *value;
-            }
-        }
-        _ if references.iter().zip(values).all(fits) => {
-            references.iter().zip(values).for_each(|(reference, value)| put(block, *reference, *value));
+        ([reference], [value]) if takes(block, (reference, value)) => put_real(block, *reference, *value),
+        ([first, second], [one, other]) if takes(block, (first, one)) && takes(block, (second, other)) => {
+            put_real(block, *first, *one);
+            put_real(block, *second, *other);
         }
         _ => return false,
     }
     true
 }
 
-/// Reads REALs as such, if all are.
-#[inline(always)]
-pub fn get_reals<B: Cyclic>(block: &B, references: &[u32], values: &mut [f32]) -> bool {
+/// Writes any number of REALs.
+#[inline(never)]
+fn set_many_reals<B: Cyclic, T: Number>(block: &mut B, references: &[u32], values: &[T]) -> bool {
     #[inline(never)]
-    fn real<B: Cyclic>(block: &B, row: usize) -> Option<f32> {
-        block.real(row)
+    fn put<B: Cyclic>(block: &mut B, reference: u32, value: Real) {
+        put_real(block, reference, value);
     }
-    if let ([reference], [value]) = (references, &mut *values) {
-        let got = block.real(*reference as usize);
-        got.into_iter().for_each(|got| *value = got);
-        return got.is_some();
+    let fits = references.iter().zip(values).all(|pair| takes(block, pair));
+    if fits {
+        references.iter().zip(values).for_each(|(reference, value)| put(block, *reference, value.to_real()));
     }
-    let rows = block.table().rows;
-    if !references.iter().all(|reference| rows.get(*reference as usize).is_some_and(|row| row.kind == Kind::Real)) {
-        return false;
-    }
-    for (value, reference) in values.iter_mut().zip(references) {
-        *value = real(block, *reference as usize).unwrap_or_default();
-    }
-    true
+    fits
+}
+
+/// Whether the variable is a REAL that may be set at any time, and the value one.
+#[inline(always)]
+fn takes<B: Cyclic, T: Number>(block: &B, (reference, value): (&u32, &T)) -> bool {
+    block.table().tunable_reals.get(*reference as usize) == Some(&true) && value.is_real()
 }
 
 #[inline(always)]
-fn put_real<B: Cyclic>(block: &mut B, reference: u32, value: f64) {
+fn put_real<B: Cyclic, T: Number>(block: &mut B, reference: u32, value: T) {
     if let Some(real) = block.real_mut(reference as usize) {
-        *real = value as f32;
+        *real = value.to_real();
     }
 }
 
@@ -176,26 +213,6 @@ fn set_lreal<B: Cyclic>(block: &mut B, reference: u32, value: f64) -> bool {
         *lreal = value;
     }
     fits
-}
-
-/// Writes any numbers.
-#[inline(never)]
-fn set_many<V: Version, B: Cyclic>(block: &mut B, references: &[u32], values: &[f64]) -> bool
-where
-    f64: HostType<V>,
-{
-    #[inline(never)]
-    fn put<B: Cyclic>(block: &mut B, reference: u32, value: f64) {
-        put_real(block, reference, value);
-    }
-    let reals = block.table().tunable_reals;
-    let fits =
-        |(reference, value): (&u32, &f64)| reals.get(*reference as usize) == Some(&true) && number::is_real(*value);
-    if !references.iter().zip(values).all(fits) {
-        return set_values(block, references, values);
-    }
-    references.iter().zip(values).for_each(|(reference, value)| put(block, *reference, *value));
-    true
 }
 
 /// Writes inputs and parameters of one type, if all are of it and all values in range.
@@ -233,26 +250,55 @@ pub fn get_numbers<V: Version, B: Cyclic>(block: &B, references: &[u32], values:
 where
     f64: HostType<V>,
 {
-    match (references, &mut *values) {
-        ([reference], [value]) => {
-            if let Some(real) = block.real(*reference as usize) {
-                *value = f64::from(real);
-                return true;
-            }
-            if let Some(lreal) = block.lreal(*reference as usize) {
-                *value = lreal;
-                return true;
-            }
-        }
-        ([first, second], [one, other]) => {
-            if let (Some(first), Some(second)) = (block.real(*first as usize), block.real(*second as usize)) {
-                (*one, *other) = (f64::from(first), f64::from(second));
-                return true;
-            }
-        }
-        _ => {}
+    if get_few_reals(block, references, values) {
+        return true;
+    }
+    if let ([reference], [value]) = (references, &mut *values)
+        && let Some(lreal) = block.lreal(*reference as usize)
+    {
+        *value = lreal;
+        return true;
     }
     get_many(block, references, values)
+}
+
+/// Reads one or two REALs.
+#[inline(always)]
+fn get_few_reals<B: Cyclic, T: From<Real>>(block: &B, references: &[u32], values: &mut [T]) -> bool {
+    match (references, values) {
+        ([reference], [value]) => {
+            let Some(real) = block.real(*reference as usize) else { return false };
+            *value = real.into();
+        }
+        ([first, second], [one, other]) => {
+            let (Some(first), Some(second)) = (block.real(*first as usize), block.real(*second as usize)) else {
+                return false;
+            };
+            (*one, *other) = (first.into(), second.into());
+        }
+        _ => return false,
+    }
+    true
+}
+
+/// Reads REALs as such, if all are.
+#[inline(always)]
+pub fn get_reals<B: Cyclic>(block: &B, references: &[u32], values: &mut [f32]) -> bool {
+    #[inline(never)]
+    fn real<B: Cyclic>(block: &B, row: usize) -> Option<f32> {
+        block.real(row)
+    }
+    if get_few_reals(block, references, values) {
+        return true;
+    }
+    let rows = block.table().rows;
+    if !references.iter().all(|reference| rows.get(*reference as usize).is_some_and(|row| row.kind == Kind::Real)) {
+        return false;
+    }
+    for (value, reference) in values.iter_mut().zip(references) {
+        *value = real(block, *reference as usize).unwrap_or_default();
+    }
+    true
 }
 
 /// Reads REALs and LREALs, and any numbers if not all are such.
@@ -321,6 +367,17 @@ impl<B: Cyclic> Session<B> {
         }
         is_ordinary
     }
+
+    /// Goes from a call that the host has handled to the next one, which is due then, and says whether it does. If not, nothing has
+    /// happened, and [`Session::step_between_events`] makes the step.
+    #[inline]
+    pub fn make_ordinary_step_between_events(&mut self, tc: f64, h: f64) -> bool {
+        let is_ordinary = B::IS_SURE && self.extrapolations.is_empty() && self.clock.make_step_between_calls(tc, h);
+        if is_ordinary {
+            Self::show_mean(&mut self.block, Mean::default());
+        }
+        is_ordinary
+    }
 }
 
 impl Clock {
@@ -357,13 +414,29 @@ impl Clock {
         self.since += h;
     }
 
-    /// The ordinary step goes from where the last one ended, at a tick, to the next tick: nothing that `check_and_advance`
-    /// checks can fail then, and the result is the same.
+    /// Goes from a tick whose call is made to the next one, and says whether `tc` and `h` ask for that.
+    #[inline]
+    pub fn make_step_between_calls(&mut self, tc: f64, h: f64) -> bool {
+        // Where a step of one CYCLE leaves a rounding of its own, `advance` keeps it.
+        let is_ordinary = self.next == self.tick + 1 && self.rounding >= 0.0 && self.is_from_tick_to_tick(tc, h);
+        if is_ordinary {
+            self.advance_by_a_tick(tc, h);
+        }
+        is_ordinary
+    }
+
+    /// The ordinary step holds one call: that at its begin.
     #[inline]
     pub(crate) fn is_ordinary(&self, tc: f64, h: f64) -> bool {
+        self.next == self.tick && self.is_from_tick_to_tick(tc, h)
+    }
+
+    /// Whether a step goes from where the last one ended, at a tick, to the next tick: nothing that `check_and_advance` checks can
+    /// fail then, and the result is the same.
+    #[inline]
+    fn is_from_tick_to_tick(&self, tc: f64, h: f64) -> bool {
         h == self.period
             && self.offset == 0.0
-            && self.next == self.tick
             && tc < self.horizon
             && if tc == self.end { self.drift(tc) < MOST_DRIFT * self.cycle } else { self.is_at_tick(tc) }
     }
@@ -436,6 +509,57 @@ mod tests {
             assert!(!set_numbers::<Fmi2, _>(&mut block, &[V, reference], &[5.0, value]), "{reference}");
         }
         assert_eq!((block.u, block.factor, block.v), (3.0, 4.0, 0.1));
+    }
+
+    #[test]
+    fn reals_given_as_such_are_set_and_read_at_once_and_none_is_if_one_is_refused() {
+        let mut block = Sum::default();
+        for references in [&[U][..], &[U, FACTOR], &[U, FACTOR, U]] {
+            let values = [0.1, 2.5, 0.3].map(|value: f32| value * references.len() as f32);
+            let values = &values[..references.len()];
+            assert!(set_reals(&mut block, references, values));
+            assert_eq!(block.u, values[if references.len() == 3 { 2 } else { 0 }]);
+            let mut got = vec![0.0; references.len()];
+            assert!(get_reals(&block, references, &mut got));
+            assert_eq!(got[0], block.u);
+        }
+        let (u, factor) = (block.u, block.factor);
+        assert_eq!(factor, 7.5);
+        for (reference, value) in [(V, 1.0), (ON, 1.0), (1000, 1.0), (U, f32::NAN), (U, f32::INFINITY)] {
+            for references in [&[reference][..], &[FACTOR, reference], &[FACTOR, U, reference]] {
+                let mut values = vec![5.0; references.len()];
+                values[references.len() - 1] = value;
+                assert!(!set_reals(&mut block, references, &values), "{references:?}");
+            }
+        }
+        assert_eq!((block.u, block.factor), (u, factor));
+        let mut got = [9.0; 3];
+        assert!(!get_reals(&block, &[U, V], &mut got[..2]) && !get_reals(&block, &[U, FACTOR, ON], &mut got));
+        assert_eq!(got, [9.0; 3]);
+    }
+
+    #[test]
+    fn a_step_between_two_events_comes_to_the_same_as_the_checked_one() {
+        let mut ordinary = Session::new(Sum::default());
+        ordinary.restart(0.0, f64::INFINITY).unwrap();
+        let mut checked = ordinary.clone();
+        for k in 0..20 {
+            let tc = ordinary.end();
+            for session in [&mut ordinary, &mut checked] {
+                session.block.u = k as f32;
+                session.handle_event().unwrap();
+            }
+            assert!(ordinary.make_ordinary_step_between_events(tc, 0.1), "step {k}");
+            let reached = checked.step_between_events(tc, 0.1, k % 2 == 0).unwrap();
+            assert!((reached.end, reached.is_early, reached.is_event) == (tc + 0.1, false, true));
+            let bytes = [&ordinary, &checked].map(|session| {
+                let mut bytes = Vec::new();
+                session.store(&mut bytes);
+                bytes
+            });
+            assert_eq!(bytes[0], bytes[1], "step {k}");
+        }
+        assert_eq!(ordinary.block.count, 20);
     }
 
     #[test]

@@ -179,7 +179,7 @@ impl<B: Cyclic> Session<B> {
     }
 
     #[inline(always)]
-    fn show_mean(block: &mut B, mean: Mean) {
+    pub(crate) fn show_mean(block: &mut B, mean: Mean) {
         if B::HAS_MEAN {
             block.set_mean(mean.percent(block.pulse()));
         }

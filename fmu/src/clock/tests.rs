@@ -497,6 +497,55 @@ fn the_ordinary_step_comes_to_the_same_as_the_checked_one() {
 }
 
 #[test]
+fn a_step_between_two_events_comes_to_the_same_as_the_checked_one() {
+    let bytes = |clock: &Clock| {
+        let mut bytes = Vec::new();
+        clock.write(&mut bytes);
+        bytes
+    };
+    for computes_anew in [false, true] {
+        for (start, stop, cycle) in [
+            (0.0, f64::INFINITY, 1),
+            (0.0, 100.0, 10),
+            (1234.5, f64::INFINITY, 20),
+            (-1e5, f64::INFINITY, 100),
+            (1e8, f64::INFINITY, 1),
+            // 1.001 * 1000 is not 1001.
+            (0.0, f64::INFINITY, 1001),
+        ] {
+            let mut ordinary = Clock::new(start, stop, Time::ms(cycle));
+            let mut checked = ordinary.clone();
+            let mut count = 0;
+            for k in 0..5_000 {
+                let tc = if computes_anew { start + f64::from(k) * ordinary.period } else { ordinary.end };
+                let h = ordinary.period;
+                assert_eq!(ordinary.make_due_call().unwrap(), checked.make_due_call().unwrap());
+                let expected = checked.check_and_advance(tc, h).unwrap().count;
+                if ordinary.make_step_between_calls(tc, h) {
+                    assert_eq!(expected, 0, "the call at the begin is made");
+                    count += 1;
+                } else {
+                    assert_eq!(ordinary.check_and_advance(tc, h).unwrap().count, expected);
+                }
+                assert_eq!(bytes(&ordinary), bytes(&checked), "{start} {cycle}, step {k}");
+            }
+            let is_ordinary = if cycle == 1001 { count == 0 } else { count > 4_900 };
+            assert!(is_ordinary, "{start} {cycle}: {count} of 5000 were ordinary");
+        }
+    }
+}
+
+#[test]
+fn only_a_step_from_a_call_that_was_made_is_one_between_two_events() {
+    let mut clock = clock(0.0, 1000);
+    assert!(!clock.make_step_between_calls(0.0, 1.0), "the call at the start is due");
+    assert!(clock.make_due_call().unwrap());
+    assert!(!clock.make_step_between_calls(0.0, 0.5) && !clock.make_step_between_calls(0.5, 1.0));
+    assert!(clock.make_step_between_calls(0.0, 1.0));
+    assert!((clock.end(), clock.next_call(), clock.is_due()) == (1.0, 1.0, true));
+}
+
+#[test]
 fn steps_of_a_host_that_computes_its_points_anew_are_ordinary_and_come_to_the_same_as_checked_ones() {
     for (start, stop, cycle) in [
         (0.0, f64::INFINITY, 100),
