@@ -1,11 +1,11 @@
 //! What holds for the table of every block. Those of the manuals are compared in `tests/rust/parameters.rs`.
 
 use blocks::table::number::number;
-use blocks::{Block, Characteristic, EachBlock, Kind, Role, Row, Table, Value, for_each_block};
+use blocks::{Block, Characteristic, EachBlock, Kind, Role, StaticRow, StaticTable, Value, for_each_block};
 
 /// The tables of all blocks.
-fn tables() -> Vec<&'static Table> {
-    struct Tables(Vec<&'static Table>);
+fn tables() -> Vec<&'static StaticTable> {
+    struct Tables(Vec<&'static StaticTable>);
     impl EachBlock for Tables {
         fn block<B: Block>(&mut self) {
             self.0.push(B::TABLE);
@@ -20,7 +20,7 @@ fn tables() -> Vec<&'static Table> {
 #[test]
 fn names_are_those_of_a_plc_and_occur_once() {
     for table in tables() {
-        let mut names: Vec<_> = table.rows.iter().map(Row::full_name).collect();
+        let mut names: Vec<_> = table.rows.iter().map(StaticRow::full_name).collect();
         for name in &names {
             let allowed = |c: char| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_' || c == '.';
             assert!(name.chars().all(allowed), "{} in {}", name, table.name);

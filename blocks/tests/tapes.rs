@@ -2,7 +2,7 @@
 //! tests/tapes.py plays them on the FMU and on the second text of the law.
 
 use blocks::table::number::{number, to_value};
-use blocks::{Block, EachBlock, Kind, Real, Table, for_each_block};
+use blocks::{Block, EachBlock, Kind, Real, StaticTable, for_each_block};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -179,7 +179,7 @@ fn folder(block: &str) -> PathBuf {
 
 /// A block with the runs of its tape, and what is wrong in them.
 struct Played {
-    table: &'static Table,
+    table: &'static StaticTable,
     runs: Vec<Run>,
     wrong: Vec<String>,
 }

@@ -23,7 +23,7 @@ const BELOW: f64 = 30.0;
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "BodeRequest"))]
-pub struct Request {
+pub struct BodeRequest {
     /// The plant.
     pub model: Model,
     /// The controller with the settings of the first loop.
@@ -67,7 +67,7 @@ pub struct OpenLoop {
 /// # Errors
 /// The model is not that of a plant, the FMU is not a controller or lacks such a setting, or its P action is off; the
 /// message names what works.
-pub fn bode(home: &dyn Fmus, request: &Request) -> Result<Bode> {
+pub fn bode(home: &dyn Fmus, request: &BodeRequest) -> Result<Bode> {
     request.model.check()?;
     let mut plotted = Vec::new();
     for other in std::iter::once(&Values::new()).chain(&request.others) {

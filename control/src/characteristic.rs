@@ -22,7 +22,7 @@ const FEWEST_POINTS: usize = 11;
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "CharacteristicRequest"))]
-pub struct Request {
+pub struct CharacteristicRequest {
     /// The block with its settings.
     pub member: Member,
 }

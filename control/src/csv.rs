@@ -71,7 +71,7 @@ impl Error for Fault {}
 
 /// A recorded table.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Table {
+pub struct CsvTable {
     /// The columns in the order of the file. Text columns are left out; a date column is merged into the column with
     /// the time of day.
     pub columns: Vec<Column>,
@@ -141,12 +141,12 @@ pub struct Times {
     pub remark: Option<String>,
 }
 
-impl Table {
+impl CsvTable {
     /// Parses a file's text.
     ///
     /// # Errors
     /// The text is malformed; the message gives line and column, and the remedy.
-    pub fn read(text: &str) -> Result<Table> {
+    pub fn read(text: &str) -> Result<CsvTable> {
         Layout::of(text, RowsAre::Calls)?.read()
     }
 
@@ -155,7 +155,7 @@ impl Table {
     ///
     /// # Errors
     /// As in [`Table::read`]; a [`Fault`] if the error concerns a line.
-    pub fn of_loops(text: &str) -> Result<Table> {
+    pub fn of_loops(text: &str) -> Result<CsvTable> {
         Layout::of(text, RowsAre::Loops)?.read()
     }
 
@@ -386,7 +386,7 @@ impl<'a> Layout<'a> {
         Ok(())
     }
 
-    fn read(self) -> Result<Table> {
+    fn read(self) -> Result<CsvTable> {
         let style = self.style()?;
         let width = self.header.len();
         let mut columns: Vec<Cells> = (0..width).map(|_| Cells::default()).collect();
@@ -426,7 +426,7 @@ impl<'a> Layout<'a> {
             }
             Ok(())
         })?;
-        let mut table = Table { columns: Vec::new(), lines, remarks: Vec::new() };
+        let mut table = CsvTable { columns: Vec::new(), lines, remarks: Vec::new() };
         if let Some((line, found)) = short {
             // A recording may be cut off where the recorder was switched off, but a list of loops may not.
             if self.rows_are == RowsAre::Loops {
@@ -444,7 +444,7 @@ impl<'a> Layout<'a> {
         }
         for (number, (header, cells)) in self.header.into_iter().zip(columns).enumerate() {
             let is_variable = self.rows_are == RowsAre::Loops && is_variable(&header.name);
-            let Table { lines, remarks, .. } = &mut table;
+            let CsvTable { lines, remarks, .. } = &mut table;
             let column = if is_variable {
                 Some(cells.of_variable(number, header, lines)?)
             } else {

@@ -484,7 +484,7 @@ impl<'a> Window<'a> {
     /// Returns the figures that can be computed from the signals.
     pub fn figures(&self) -> impl Iterator<Item = &'static Figure> {
         let has_step = self.has_step;
-        let given = Given {
+        let given = LoopSignals {
             manipulated_value: !self.signals.manipulated_value.is_empty(),
             pulses: !self.signals.pulses.is_empty(),
             disturbance: self.disturbed.is_some(),
@@ -574,7 +574,7 @@ impl<'a> Window<'a> {
 
 /// The signals of a loop besides setpoint and process value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Given {
+pub struct LoopSignals {
     /// Whether there is a manipulated value that is not just the mean of pulses.
     pub manipulated_value: bool,
     /// Whether there are pulse outputs.
@@ -584,7 +584,7 @@ pub struct Given {
 }
 
 /// Returns the figures that can be computed from the given signals.
-pub fn applicable(given: Given) -> impl Iterator<Item = &'static Figure> {
+pub fn applicable(given: LoopSignals) -> impl Iterator<Item = &'static Figure> {
     FIGURES.into_iter().filter(move |figure| match figure.needs {
         Needs::Nothing => true,
         Needs::ManipulatedValue => given.manipulated_value,

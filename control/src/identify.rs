@@ -27,7 +27,7 @@ mod step;
 pub use step::{means_of_pulses, resolution};
 
 use crate::csv::names::{MANIPULATED_VALUES, PROCESS_VALUES};
-use crate::csv::{Column, Table};
+use crate::csv::{Column, CsvTable};
 use crate::process::Process;
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
@@ -46,7 +46,7 @@ const SETTLED: f64 = 0.02;
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "IdentifyRequest", optional_fields = nullable))]
-pub struct Request {
+pub struct IdentifyRequest {
     /// The recorded step.
     pub data: Data,
     /// How.
@@ -237,11 +237,11 @@ impl Answer {
 ///
 /// # Errors
 /// The file is malformed; the message gives line and column. Otherwise as in [`of`].
-pub fn of_csv(request: &Request) -> Result<Identified> {
+pub fn of_csv(request: &IdentifyRequest) -> Result<Identified> {
     let Data::Csv { text, time, input, output, from, to } = &request.data else {
         bail!("the data are not a CSV file");
     };
-    let table = Table::read(text)?;
+    let table = CsvTable::read(text)?;
     let time = match time {
         Some(name) => table.find(name).with_context(|| format!("the file has no column {name}"))?,
         None => table.time().context("the file has no column with a time that is known by its name: choose it")?,

@@ -18,7 +18,7 @@
 
 use crate::figures::{BAND, OVERSHOOT, SETTLING, Signals, Span, Window, find};
 use crate::process::Process;
-use crate::tune::{Controller, Load, Predicted, Request};
+use crate::tune::{Controller, Load, Predicted, TuneRequest};
 use anyhow::{Context, Result, bail};
 use blocks::{Kind, Role};
 use modeldescription::digits::short;
@@ -195,7 +195,7 @@ impl Schedule {
     /// The pulses are too long to be simulated.
     fn of(
         controller: &Controller,
-        request: &Request,
+        request: &TuneRequest,
         dead_time: f64,
         values: &Values,
         longer: usize,
@@ -227,7 +227,7 @@ impl Schedule {
     ///
     /// # Errors
     /// It was measured for too long.
-    fn lasting(controller: &Controller, request: &Request, values: &Values, duration: f64) -> Result<Schedule> {
+    fn lasting(controller: &Controller, request: &TuneRequest, values: &Values, duration: f64) -> Result<Schedule> {
         let dead_time = request.model.dead_time + controller.cycle() / 2.0;
         let schedule = Schedule::of(controller, request, dead_time, values, 1)?;
         let calls = (duration / schedule.cycle).round() + 1.0;
@@ -258,7 +258,7 @@ pub struct Told {
 pub fn predict(
     home: &dyn Fmus,
     controller: &Controller,
-    request: &Request,
+    request: &TuneRequest,
     values: &Values,
 ) -> Result<(Predicted, Told)> {
     let first = predicted(home, controller, request, values, 1)?;
@@ -282,7 +282,7 @@ pub fn predict(
 fn predicted(
     home: &dyn Fmus,
     controller: &Controller,
-    request: &Request,
+    request: &TuneRequest,
     values: &Values,
     longer: usize,
 ) -> Result<(Predicted, Told)> {
@@ -320,7 +320,7 @@ pub struct Forecast {
 pub fn forecast(
     home: &dyn Fmus,
     controller: &Controller,
-    request: &Request,
+    request: &TuneRequest,
     values: &Values,
     duration: f64,
 ) -> Result<Forecast> {
@@ -346,7 +346,7 @@ pub fn forecast(
 pub fn forecast_load(
     home: &dyn Fmus,
     controller: &Controller,
-    request: &Request,
+    request: &TuneRequest,
     values: &Values,
     (duration, size): (f64, f64),
 ) -> Result<Vec<(&'static str, f64)>> {
@@ -378,7 +378,7 @@ impl<'a> Simulation<'a> {
     fn of(
         home: &'a dyn Fmus,
         controller: &'a Controller,
-        request: &Request,
+        request: &TuneRequest,
         values: &Values,
         schedule: Schedule,
     ) -> Result<Simulation<'a>> {
@@ -496,7 +496,7 @@ fn unrecovered(rows: &[[f64; 3]], controller: &Controller) -> String {
 
 /// The default step of the setpoint, in units of the process value: the tenth of what the process value does over 100 % of the
 /// manipulated value; of an integrating plant as much as moves the manipulated value by 10 % at first.
-fn usual_height(request: &Request, gain: Option<&Value>) -> f64 {
+fn usual_height(request: &TuneRequest, gain: Option<&Value>) -> f64 {
     match gain {
         Some(Value::Number(gain)) if request.model.is_integrating => STEP / gain,
         _ => STEP * request.model.gain,

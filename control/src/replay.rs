@@ -25,7 +25,7 @@ mod instance;
 mod midway;
 mod suspects;
 
-use crate::csv::Table as Csv;
+use crate::csv::CsvTable as Csv;
 use anyhow::{Context, Result, bail};
 pub use change::{Change, Doubt, Moving, Since, Why};
 use columns::Recording;
@@ -50,7 +50,7 @@ const MOST_POINTS: usize = 8_000;
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "ReplayRequest", optional_fields = nullable))]
-pub struct Request {
+pub struct ReplayRequest {
     /// The block with the file's parameters.
     pub controller: Member,
     /// The text of the CSV file.
@@ -164,7 +164,7 @@ pub struct Suspect {
 ///
 /// # Errors
 /// There is no such block; the file cannot be read; nothing of it belongs to the block; a value that the block does not take.
-pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
+pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     let fmu = &request.controller.fmu;
     let table = home.table(fmu)?;
     let table = table.with_context(|| format!("{fmu} is a foreign FMU: only a block with a table can be replayed"))?;
@@ -274,7 +274,7 @@ impl Late {
 
 /// The recording with each output in the row of its call. What a recorder calls the process value may be the block's input or its output:
 /// whatever explains more.
-fn late(block: &Block, csv: &Csv, request: &Request, has_to_explain: bool) -> Result<Late> {
+fn late(block: &Block, csv: &Csv, request: &ReplayRequest, has_to_explain: bool) -> Result<Late> {
     let of = |has_late_process_value: bool, has_to_explain: bool| -> Result<Option<Late>> {
         let recording = Recording::of(block, csv, &request.columns, &mut Vec::new())?;
         if has_late_process_value && !recording.has_unclear_process_value(block) {
@@ -307,7 +307,7 @@ fn late(block: &Block, csv: &Csv, request: &Request, has_to_explain: bool) -> Re
 }
 
 /// The recording as it is, and with each output in the row of its call.
-fn readings(block: &Block, csv: &Csv, request: &Request) -> Result<Vec<Recording>> {
+fn readings(block: &Block, csv: &Csv, request: &ReplayRequest) -> Result<Vec<Recording>> {
     let plain = || Recording::of(block, csv, &request.columns, &mut Vec::new());
     let has_unclear = plain()?.has_unclear_process_value(block);
     let late = [false, true].into_iter().filter(|is_late| !is_late || has_unclear);

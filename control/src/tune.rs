@@ -48,7 +48,7 @@ const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "TuneRequest", optional_fields = nullable))]
-pub struct Request {
+pub struct TuneRequest {
     /// The plant.
     pub model: Model,
     /// The rule.
@@ -124,7 +124,7 @@ pub struct Tuned {
 /// A rule with what it leads to.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
-pub struct Row {
+pub struct RuleOutcome {
     /// The rule.
     pub rule: Rule,
     /// Its name.
@@ -351,13 +351,13 @@ const MOST_TIMES: f64 = 10.0;
 ///
 /// # Errors
 /// The FMU is not a controller, or the rule has no formula for the plant or the structure; the error names what works.
-pub fn tune(home: &dyn Fmus, request: &Request) -> Result<Tuned> {
+pub fn tune(home: &dyn Fmus, request: &TuneRequest) -> Result<Tuned> {
     tune_calmer(home, request, None)
 }
 
 /// Like [`tune`], but for a loop that is calmer by a factor than the rule makes it, if the request does not specify the
 /// speed.
-fn tune_calmer(home: &dyn Fmus, request: &Request, calmer: Option<f64>) -> Result<Tuned> {
+fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> Result<Tuned> {
     let controller = Controller::of(home, &request.controller)?;
     controller.require(request.structure)?;
     request.model.check()?;
@@ -447,14 +447,14 @@ fn unknown(margins: &Margins) -> BTreeMap<String, String> {
 ///
 /// # Errors
 /// The FMU is not a controller or does not have this structure, or the model is not that of a plant.
-pub fn table(home: &dyn Fmus, request: &Request) -> Result<Vec<Row>> {
+pub fn table(home: &dyn Fmus, request: &TuneRequest) -> Result<Vec<RuleOutcome>> {
     Controller::of(home, &request.controller)?.require(request.structure)?;
     request.model.check()?;
     let row = |rule: Rule| {
         let calmer = (rule == Rule::Simc).then_some(CALMER);
-        let tuned = tune_calmer(home, &Request { rule, ..request.clone() }, calmer);
+        let tuned = tune_calmer(home, &TuneRequest { rule, ..request.clone() }, calmer);
         let refusal = tuned.as_ref().err().map(|error| format!("{error:#}"));
-        Row { rule, name: rules::name(rule).into(), tuned: tuned.ok(), refusal }
+        RuleOutcome { rule, name: rules::name(rule).into(), tuned: tuned.ok(), refusal }
     };
     Ok(Rule::ALL.map(row).into())
 }
@@ -493,7 +493,7 @@ pub fn ratio(heating: &Model, cooling: &Model) -> Result<Ratio> {
 
 /// Returns the remark about a second lag that the rule does not support; the model's dead time includes that of the
 /// sampling.
-fn half_rule(request: &Request, model: &Model, sampling: &str) -> Option<String> {
+fn half_rule(request: &TuneRequest, model: &Model, sampling: &str) -> Option<String> {
     let knows_two = request.rule == Rule::ZieglerNicholsUltimate
         || request.rule == Rule::Simc && request.structure == Structure::Pid;
     if request.model.second_time_constant == 0.0 || knows_two {
@@ -567,7 +567,7 @@ fn nervousness(controller: &Controller, settings: &Settings, factor: f64, has_sp
 
 /// Returns the remark that a step controller never rests, if its shortest pulse moves the process value through the
 /// dead band.
-fn coarseness(controller: &Controller, request: &Request) -> Option<String> {
+fn coarseness(controller: &Controller, request: &TuneRequest) -> Option<String> {
     if !controller.is_step_controller() || request.model.is_integrating {
         return None;
     }

@@ -2,7 +2,7 @@
 
 use crate::layout::Layout;
 use blocks::table::Abreast;
-use blocks::{Block, LReal, Real, Stored, Table, Time, Value};
+use blocks::{Block, LReal, Real, StaticTable, Stored, Time, Value};
 
 /// As [`blocks::table::Reader`].
 pub type Reader<B> = fn(&<B as Cyclic>::Abreast, &mut [f64]);
@@ -31,7 +31,7 @@ macro_rules! cyclic {
             type Abreast: Abreast<Self>;
 
             /// The table.
-            fn table(&self) -> &Table;
+            fn table(&self) -> &StaticTable;
             /// The arrays among the rows and texts; `None` if there are none. A block has none.
             fn layout(&self) -> Option<&Layout> {
                 None
@@ -73,7 +73,7 @@ macro_rules! cyclic {
             type Abreast = B::Abreast;
 
             #[inline(always)]
-            fn table(&self) -> &Table {
+            fn table(&self) -> &StaticTable {
                 B::TABLE
             }
 

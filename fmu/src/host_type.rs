@@ -1,7 +1,7 @@
 //! Values as a host passes them: what a version of the standard has to say of each of its types.
 
 use crate::cyclic::Cyclic;
-use blocks::{Kind, Row, Value};
+use blocks::{Kind, StaticRow, Value};
 
 /// The words of a version of the standard.
 pub trait Version {
@@ -15,7 +15,7 @@ pub trait Version {
     const CAPABILITIES: &'static [(&'static str, &'static str)];
 
     /// Its name of the type that holds the values of a row, as in the name of the function that sets it.
-    fn name_of(row: &Row) -> &'static str;
+    fn name_of(row: &StaticRow) -> &'static str;
 }
 
 /// A type of values, as C passes it in a version of the standard.
@@ -25,7 +25,7 @@ pub trait HostType<V: Version>: Copy {
 
     /// Whether the values of a row are values of this type.
     #[inline(always)]
-    fn is_of(row: &Row) -> bool {
+    fn is_of(row: &StaticRow) -> bool {
         Self::holds(row.kind)
     }
 

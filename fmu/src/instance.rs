@@ -9,7 +9,7 @@ use crate::session::{Reached, Session};
 use crate::state::{Function, State};
 use crate::texts;
 use blocks::table::fingerprint::checksum;
-use blocks::{Role, Row, Stored, Table, Value};
+use blocks::{Role, StaticRow, StaticTable, Stored, Value};
 
 /// One instance. A clone is a saved state.
 #[derive(Clone, Debug)]
@@ -342,7 +342,11 @@ impl<B: Cyclic> Instance<B> {
 const MAGIC: &[u8] = b"plcfmu\0\x01";
 
 /// The row of the variable with a value reference, which must be of the type `T`. `access` is Get or Set, for the message.
-fn row<'a, V: Version, T: HostType<V>>(table: &'a Table, reference: u32, access: &str) -> Result<&'a Row, Refusal> {
+fn row<'a, V: Version, T: HostType<V>>(
+    table: &'a StaticTable,
+    reference: u32,
+    access: &str,
+) -> Result<&'a StaticRow, Refusal> {
     match table.rows.get(reference as usize) {
         Some(row) if T::is_of(row) => Ok(row),
         _ => Err(no_variable::<V>(table, reference, |kind| format!("{}{access}{kind}", V::PREFIX))),
@@ -350,7 +354,7 @@ fn row<'a, V: Version, T: HostType<V>>(table: &'a Table, reference: u32, access:
 }
 
 /// The refusal of a reference that is not one of a variable of the right type; `functions` names those for another type.
-pub fn no_variable<V: Version>(table: &Table, reference: u32, functions: impl Fn(&str) -> String) -> Refusal {
+pub fn no_variable<V: Version>(table: &StaticTable, reference: u32, functions: impl Fn(&str) -> String) -> Refusal {
     let row = table.rows.get(reference as usize).map(|row| (row.full_name(), V::name_of(row)));
     let text = texts::text(table, reference).map(|(_, text)| (text.name.to_string(), texts::TYPE));
     match row.or(text) {

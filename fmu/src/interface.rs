@@ -3,7 +3,7 @@
 use crate::host_type::Version;
 use crate::log::Category;
 use crate::table::{self, Guid, quoted};
-use blocks::{Block, Table};
+use blocks::{Block, StaticTable};
 
 /// The description of the library as a JSON object: the block's table (see [`table::json`]) and the interface, which is
 /// the version, the GUID, the capabilities and the log categories.
@@ -12,7 +12,7 @@ pub fn json<V: Version, B: Block>() -> String {
 }
 
 /// The same of a table and a GUID that are known at run time only.
-pub fn json_of<V: Version>(table: &Table, guid: &str) -> String {
+pub fn json_of<V: Version>(table: &StaticTable, guid: &str) -> String {
     let capabilities: Vec<String> =
         V::CAPABILITIES.iter().map(|(name, value)| format!("{}:{value}", quoted(name))).collect();
     let categories: Vec<String> = Category::ALL

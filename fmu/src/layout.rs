@@ -1,17 +1,17 @@
 //! Arrays as one variable each, where a version of the standard has them: which rows and texts a value reference stands for.
 
-use blocks::Table;
+use blocks::StaticTable;
 use blocks::table::arrays::{Group, grouped};
 
 /// What each value reference stands for, of the rows and, behind them, the texts.
 #[derive(Debug)]
 pub struct Layout {
-    parts: Vec<Part>,
+    parts: Vec<Referent>,
 }
 
 /// What a value reference stands for.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum Referent {
     /// A single value.
     Single,
     /// An array, which has the value reference of its first element; the references of all elements.
@@ -22,12 +22,12 @@ pub enum Part {
 
 impl Layout {
     /// The arrays of a table; `None` if it has none.
-    pub fn of(table: &Table) -> Option<Layout> {
-        let names: Vec<String> = table.rows.iter().map(blocks::Row::full_name).collect();
+    pub fn of(table: &StaticTable) -> Option<Layout> {
+        let names: Vec<String> = table.rows.iter().map(blocks::StaticRow::full_name).collect();
         let rows =
             grouped(names.iter().map(String::as_str).zip(table.rows.iter().map(|row| (row.kind, row.role))), true);
         let texts = grouped(table.texts.iter().map(|text| (text.name, (text.ty.name(), text.role))), true);
-        let mut parts = vec![Part::Single; table.rows.len() + table.texts.len()];
+        let mut parts = vec![Referent::Single; table.rows.len() + table.texts.len()];
         let mut has_arrays = false;
         let first = table.rows.len();
         let mut add = |group: &Group, first: usize| {
@@ -38,9 +38,9 @@ impl Layout {
             let references: Vec<u32> = group.rows.iter().map(|row| (first + row) as u32).collect();
             let whole = references[0];
             for reference in &references[1..] {
-                parts[*reference as usize] = Part::Inside(whole);
+                parts[*reference as usize] = Referent::Inside(whole);
             }
-            parts[whole as usize] = Part::Array(references);
+            parts[whole as usize] = Referent::Array(references);
         };
         rows.iter().for_each(|group| add(group, 0));
         texts.iter().for_each(|group| add(group, first));
@@ -48,7 +48,7 @@ impl Layout {
     }
 
     /// What a value reference stands for; a single value if it is none.
-    pub fn part(&self, reference: u32) -> &Part {
-        self.parts.get(reference as usize).unwrap_or(&Part::Single)
+    pub fn part(&self, reference: u32) -> &Referent {
+        self.parts.get(reference as usize).unwrap_or(&Referent::Single)
     }
 }

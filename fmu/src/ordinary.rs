@@ -25,7 +25,7 @@ use crate::refusal::Answer;
 use crate::session::Session;
 use crate::state::{Function, State};
 use blocks::table::number;
-use blocks::{Kind, Real, Role, Table, Value};
+use blocks::{Kind, Real, Role, StaticTable, Value};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// This many steps are known to be ordinary after one look.
@@ -223,7 +223,7 @@ pub fn set_values<V: Version, B: Cyclic, T: HostType<V>>(block: &mut B, referenc
     fn put<B: Cyclic>(block: &mut B, row: usize, value: Value) {
         block.set(row, value);
     }
-    let value_of = |table: &Table, reference: &u32, value: &T| {
+    let value_of = |table: &StaticTable, reference: &u32, value: &T| {
         let row = table.rows.get(*reference as usize)?;
         let is_tunable = matches!(row.role, Role::Input | Role::Parameter) && T::is_of(row);
         value.to_plc(row.kind).ok().filter(|_| is_tunable)

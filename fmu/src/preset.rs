@@ -9,7 +9,7 @@ use crate::resources;
 use crate::table::Fingerprint;
 use blocks::table::fingerprint;
 use blocks::table::start::{self, FILE, LARGEST, Start};
-use blocks::{Block, Table, Value};
+use blocks::{Block, StaticTable, Value};
 use std::ffi::CStr;
 
 /// A text that a host passes, by the name that the standard gives it; `None` stands for NULL.
@@ -88,7 +88,7 @@ pub type Settings = (usize, u128, Vec<(usize, Value)>);
 ///
 /// # Errors
 /// There are no start values, or they are damaged, or those of another preset or library.
-pub fn read(identity: Identity, resources: Argument, table: &Table, own: u128) -> Result<Settings, Refusal> {
+pub fn read(identity: Identity, resources: Argument, table: &StaticTable, own: u128) -> Result<Settings, Refusal> {
     let (name, given) = (identity.name, identity.shown());
     let (path, bytes) = resources::read(resources, FILE, LARGEST).map_err(|why| {
         format!(

@@ -7,7 +7,7 @@ use crate::cyclic::Cyclic;
 use crate::mean::Mean;
 use crate::refusal::Refusal;
 use blocks::table::number::{number, to_value};
-use blocks::{Kind, Role, Row, Stored};
+use blocks::{Kind, Role, StaticRow, Stored};
 use std::mem::ManuallyDrop;
 
 /// How many time derivatives of an input can be given.
@@ -189,7 +189,7 @@ impl<B: Cyclic> Session<B> {
     ///
     /// # Errors
     /// The row is not a REAL or LREAL input, the order is not 1 to 4, the derivative is not finite.
-    pub fn check_derivative(row: &Row, order: i32, derivative: f64) -> Result<(), Refusal> {
+    pub fn check_derivative(row: &StaticRow, order: i32, derivative: f64) -> Result<(), Refusal> {
         if row.role != Role::Input || !matches!(row.kind, Kind::Real | Kind::LReal) {
             return Err(format!("{} is not a Real input: only Real inputs have derivatives", row.full_name()).into());
         }

@@ -2,7 +2,7 @@
 
 use blocks::table::fingerprint::{self, BASIS, hash};
 use blocks::table::number::{beyond_number, number};
-use blocks::{Block, Row, Table, Types, Value};
+use blocks::{Block, StaticRow, StaticTable, Types, Value};
 use std::fmt::Write;
 use std::marker::PhantomData;
 
@@ -74,7 +74,7 @@ const fn value_hash(state: u128, value: Option<Value>) -> u128 {
     }
 }
 
-const fn row_hash(mut state: u128, row: &Row) -> u128 {
+const fn row_hash(mut state: u128, row: &StaticRow) -> u128 {
     let mut i = 0;
     while i < row.path.len() {
         state = text_hash(state, row.path[i]);
@@ -95,7 +95,7 @@ const fn row_hash(mut state: u128, row: &Row) -> u128 {
     state
 }
 
-const fn table_hash(mut state: u128, table: &Table) -> u128 {
+const fn table_hash(mut state: u128, table: &StaticTable) -> u128 {
     state = text_hash(state, table.name);
     let mut i = 0;
     while i < table.rows.len() {
@@ -118,7 +118,7 @@ const fn table_hash(mut state: u128, table: &Table) -> u128 {
 /// The table as a JSON object: name, documentation, the row numbers of the cycle and the mean, the variables in the order
 /// of the rows, and the response. Numbers are plain: a TIME in seconds, TRUE as 1. A variable whose restart value depends on
 /// settings names them as `from`.
-pub fn json(table: &Table) -> String {
+pub fn json(table: &StaticTable) -> String {
     let mut json = String::new();
     let _ = write!(
         json,
@@ -218,35 +218,35 @@ mod tests {
     #[test]
     fn everything_a_host_relies_on_is_in_the_fingerprint() {
         let row = Sum::TABLE.rows[0];
-        let of = |row: Row| row_hash(BASIS, &row);
+        let of = |row: StaticRow| row_hash(BASIS, &row);
         let same = of(row);
-        assert_ne!(of(Row { name: "OTHER", ..row }), same, "name");
-        assert_ne!(of(Row { path: ["A", "", ""], ..row }), same, "path");
-        assert_ne!(of(Row { role: blocks::Role::Parameter, ..row }), same, "role");
-        assert_ne!(of(Row { kind: blocks::Kind::Int, ..row }), same, "type");
-        assert_ne!(of(Row { start: Value::Bool(true), ..row }), same, "start");
-        assert_ne!(of(Row { min: Some(Value::Bool(false)), ..row }), same, "min");
-        assert_ne!(of(Row { max: Some(Value::Bool(false)), ..row }), same, "max");
-        assert_ne!(of(Row { unit: Some("s"), ..row }), same, "unit");
-        assert_ne!(of(Row { from: &[4], ..row }), same, "settings of the restart value");
-        assert_ne!(of(Row { from: &[4], ..row }), of(Row { from: &[3], ..row }), "which settings");
-        assert_eq!(of(Row { description: "in other words", ..row }), same, "its description is not");
+        assert_ne!(of(StaticRow { name: "OTHER", ..row }), same, "name");
+        assert_ne!(of(StaticRow { path: ["A", "", ""], ..row }), same, "path");
+        assert_ne!(of(StaticRow { role: blocks::Role::Parameter, ..row }), same, "role");
+        assert_ne!(of(StaticRow { kind: blocks::Kind::Int, ..row }), same, "type");
+        assert_ne!(of(StaticRow { start: Value::Bool(true), ..row }), same, "start");
+        assert_ne!(of(StaticRow { min: Some(Value::Bool(false)), ..row }), same, "min");
+        assert_ne!(of(StaticRow { max: Some(Value::Bool(false)), ..row }), same, "max");
+        assert_ne!(of(StaticRow { unit: Some("s"), ..row }), same, "unit");
+        assert_ne!(of(StaticRow { from: &[4], ..row }), same, "settings of the restart value");
+        assert_ne!(of(StaticRow { from: &[4], ..row }), of(StaticRow { from: &[3], ..row }), "which settings");
+        assert_eq!(of(StaticRow { description: "in other words", ..row }), same, "its description is not");
     }
 
     #[test]
     fn the_memory_that_a_state_is_made_of_is_in_the_fingerprint() {
-        let table = |memory| Table { memory, ..*Sum::TABLE };
+        let table = |memory| StaticTable { memory, ..*Sum::TABLE };
         assert_ne!(table_hash(BASIS, &table(&[("a", "Real")])), table_hash(BASIS, &table(&[("a", "LReal")])));
         assert_ne!(table_hash(BASIS, &table(&[("a", "Real")])), table_hash(BASIS, &table(&[("b", "Real")])));
     }
 
     #[test]
     fn the_instances_that_a_state_is_made_of_are_in_the_fingerprint() {
-        const fn table(name: &'static str, instances: &'static [&'static Table]) -> Table {
-            Table { name, instances, ..*Sum::TABLE }
+        const fn table(name: &'static str, instances: &'static [&'static StaticTable]) -> StaticTable {
+            StaticTable { name, instances, ..*Sum::TABLE }
         }
-        const A: &Table = &table("A", &[]);
-        const B: &Table = &table("B", &[]);
+        const A: &StaticTable = &table("A", &[]);
+        const B: &StaticTable = &table("B", &[]);
         let of = |instances| table_hash(BASIS, &table("X", instances));
         let all = [of(&[]), of(&[A]), of(&[B]), of(&[A, A]), of(&[A, B]), of(&[B, A])];
         for (i, one) in all.iter().enumerate() {
@@ -257,7 +257,8 @@ mod tests {
     #[test]
     fn a_limit_of_a_real_holds_its_decimal_and_itself() {
         // The REAL next to 0.1 lies above it, the one next to 0.7 below.
-        let row = |limit| Row { min: Some(Value::Real(limit)), max: Some(Value::Real(limit)), ..Row::EMPTY };
+        let row =
+            |limit| StaticRow { min: Some(Value::Real(limit)), max: Some(Value::Real(limit)), ..StaticRow::EMPTY };
         let limits = |limit| (row(limit).least().unwrap(), row(limit).greatest().unwrap());
         assert_eq!(limits(0.1), (0.1, 0.10000000149011612));
         assert_eq!(limits(0.7), (0.699999988079071, 0.7));

@@ -5,14 +5,14 @@ use crate::host_type::Version;
 use crate::instance::{Instance, no_variable, read_only};
 use crate::refusal::Refusal;
 use crate::state::State;
-use blocks::{Table, Text};
+use blocks::{StaticTable, Text};
 use std::ffi::CStr;
 
 /// The standard's name of the type.
 pub const TYPE: &str = "String";
 
 /// The text with a value reference, and its number in the table.
-pub fn text(table: &Table, reference: u32) -> Option<(usize, &Text)> {
+pub fn text(table: &StaticTable, reference: u32) -> Option<(usize, &Text)> {
     let number = (reference as usize).checked_sub(table.rows.len())?;
     Some((number, table.texts.get(number)?))
 }
@@ -60,7 +60,7 @@ impl<B: Cyclic> Instance<B> {
     }
 }
 
-fn found<'a, V: Version>(table: &'a Table, reference: u32, access: &str) -> Result<(usize, &'a Text), Refusal> {
+fn found<'a, V: Version>(table: &'a StaticTable, reference: u32, access: &str) -> Result<(usize, &'a Text), Refusal> {
     text(table, reference)
         .ok_or_else(|| no_variable::<V>(table, reference, |kind| format!("{}{access}{kind}", V::PREFIX)))
 }

@@ -1,6 +1,6 @@
 //! The laws as typed programs have the same bits as the laws in Rust, call by call, with typical and extreme values.
 
-use blocks::{Block, EachBlock, Kind, Row, Time, Value, Word, for_each_block};
+use blocks::{Block, EachBlock, Kind, StaticRow, Time, Value, Word, for_each_block};
 use laws::{Law, Sources};
 use scl::machine::{Code, Machine};
 use scl::program::{Program, Scalar, Type};
@@ -14,7 +14,7 @@ fn calls() -> usize {
 }
 
 /// Generates a value for a row: a typical one or, if `odd`, any bits of the type.
-fn value(random: &mut Random, row: &Row, odd: bool) -> Value {
+fn value(random: &mut Random, row: &StaticRow, odd: bool) -> Value {
     const ODD: [f32; 10] = [
         f32::NAN,
         f32::INFINITY,
@@ -90,7 +90,7 @@ fn stored_block(program: &Program, ty: &Type, bytes: &mut &[u8], into: &mut Vec<
 }
 
 /// Returns the type and offset of a table row.
-fn place(law: &Law, row: &Row) -> (Scalar, usize) {
+fn place(law: &Law, row: &StaticRow) -> (Scalar, usize) {
     let path = format!("{}.{}", law.name, row.full_name());
     match law.program.find(&path) {
         Some((offset, Type::Scalar(ty))) => (ty, offset),
@@ -115,7 +115,7 @@ fn compare<B: Block>(law: &Law, calls: usize) {
     let mut machine = Machine::new(Arc::new(code));
     let mut random = Random::new(B::TABLE.name.len() as u64);
     let mut block = B::default();
-    let is_kept = |row: &Row| !row.role.is_settable();
+    let is_kept = |row: &StaticRow| !row.role.is_settable();
     let whole = Type::Record(law.record);
     let mut restarts = 0;
     for call in 0..calls {
@@ -150,7 +150,7 @@ fn compare<B: Block>(law: &Law, calls: usize) {
         stored_block(&law.program, &whole, &mut &own[..], &mut expected);
         stored(&law.program, &whole, machine.state(), &mut found);
         if expected != found {
-            let differ = |(row, (ty, offset)): (&Row, &(Scalar, usize))| {
+            let differ = |(row, (ty, offset)): (&StaticRow, &(Scalar, usize))| {
                 let index = rows.iter().position(|it| std::ptr::eq(it, row)).unwrap();
                 let (law, rust) = (machine.get(*ty, *offset), block.get(index).unwrap());
                 let rust = scl::program::Value::of_plc(rust);
@@ -186,8 +186,8 @@ impl EachBlock for CompareScl {
 /// Compares a law, printed as SCL and parsed again, with the block.
 fn compare_scl<B: Block>(dialect: Dialect, calls: usize) {
     // The mean of a pulse is for the host of an FMU; a PLC does not have it.
-    let is_mean = |row: &Row| row.kind == Kind::LReal;
-    let rows: Vec<(usize, &Row)> = B::TABLE.rows.iter().enumerate().filter(|(_, row)| !is_mean(row)).collect();
+    let is_mean = |row: &StaticRow| row.kind == Kind::LReal;
+    let rows: Vec<(usize, &StaticRow)> = B::TABLE.rows.iter().enumerate().filter(|(_, row)| !is_mean(row)).collect();
     let law = laws::read(&Sources::of_blocks(), B::TABLE.name).unwrap_or_else(|error| panic!("{error}"));
     let text = law.scl(dialect).unwrap_or_else(|error| panic!("{}: {error}", law.name));
     assert_eq!(text.contains('#') && text.contains("S7_Optimized_Access"), dialect == Dialect::Tia);
@@ -199,7 +199,7 @@ fn compare_scl<B: Block>(dialect: Dialect, calls: usize) {
     let compiled = scl::compile(&[parameters::Source::new("law.scl", text.clone().into_bytes())], &options)
         .unwrap_or_else(|errors| panic!("{}\n{text}", errors[0]));
     let root = compiled.root.unwrap();
-    let path = |row: &Row| format!("{}.{}", root.instance, row.full_name());
+    let path = |row: &StaticRow| format!("{}.{}", root.instance, row.full_name());
     let places: Vec<(Scalar, usize)> = rows
         .iter()
         .map(|(_, row)| match compiled.program.find(&path(row)) {

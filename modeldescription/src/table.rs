@@ -134,11 +134,11 @@ pub struct Characteristic {
     pub show: Vec<String>,
 }
 
-impl From<&blocks::Table> for Table {
+impl From<&blocks::StaticTable> for Table {
     /// Converts the table of a linked block.
-    fn from(of: &blocks::Table) -> Table {
+    fn from(of: &blocks::StaticTable) -> Table {
         let texts = |texts: &[&str]| texts.iter().map(ToString::to_string).collect();
-        let row = |row: &blocks::Row| Row {
+        let row = |row: &blocks::StaticRow| Row {
             name: row.full_name(),
             description: row.description.into(),
             help: row.help.into(),

@@ -1,12 +1,12 @@
 //! The description of a block that parameter files need: its names, its members and its advice on settings.
 
-use blocks::{EachBlock, Kind, Role, Row, Value, for_each_block};
+use blocks::{EachBlock, Kind, Role, StaticRow, Value, for_each_block};
 use std::fmt;
 use std::sync::Arc;
 
 /// A block type, as far as parameter files are concerned.
 #[derive(Clone)]
-pub struct Block {
+pub struct BlockType {
     /// Its name, such as `PUMP`.
     pub name: String,
     /// Other names by which a PLC project may call it, such as `FB 41`.
@@ -40,7 +40,7 @@ pub struct Member {
     /// Its physical unit; `None` also for a TIME, which is in seconds.
     pub unit: Option<String>,
     /// Where the PLC stores it.
-    pub part: Part,
+    pub part: VariableOwner,
 }
 
 impl Member {
@@ -55,7 +55,7 @@ impl Member {
             min: None,
             max: None,
             unit: None,
-            part: Part::Own,
+            part: VariableOwner::Own,
         }
     }
 
@@ -67,7 +67,7 @@ impl Member {
 
 /// The owner of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum VariableOwner {
     /// The block itself: the variable has an address in the instance data block.
     Own,
     /// A block inside it.
@@ -76,11 +76,11 @@ pub enum Part {
     FmuOnly,
 }
 
-impl Block {
+impl BlockType {
     /// The description in the table of a block.
-    pub fn of<B: blocks::Block>() -> Block {
+    pub fn of<B: blocks::Block>() -> BlockType {
         let table = B::TABLE;
-        let member = |(index, row): (usize, &Row)| Member {
+        let member = |(index, row): (usize, &StaticRow)| Member {
             name: row.full_name(),
             description: row.description.to_string(),
             kind: row.kind,
@@ -90,12 +90,12 @@ impl Block {
             max: row.max,
             unit: row.unit.map(str::to_string),
             part: match () {
-                () if table.mean == Some(index) => Part::FmuOnly,
-                () if row.path[0].is_empty() => Part::Own,
-                () => Part::Inner,
+                () if table.mean == Some(index) => VariableOwner::FmuOnly,
+                () if row.path[0].is_empty() => VariableOwner::Own,
+                () => VariableOwner::Inner,
             },
         };
-        Block {
+        BlockType {
             name: table.name.to_string(),
             aliases: table.aliases.iter().map(|alias| alias.to_string()).collect(),
             members: table.rows.iter().enumerate().map(member).collect(),
@@ -104,16 +104,16 @@ impl Block {
     }
 
     /// A block known only by its description, so that no advice on its settings is available.
-    pub fn new(name: String, aliases: Vec<String>, members: Vec<Member>) -> Block {
-        Block { name, aliases, members, advice: None }
+    pub fn new(name: String, aliases: Vec<String>, members: Vec<Member>) -> BlockType {
+        BlockType { name, aliases, members, advice: None }
     }
 
     /// All blocks of the crate `blocks`.
-    pub fn all() -> Vec<Arc<Block>> {
-        struct All(Vec<Arc<Block>>);
+    pub fn all() -> Vec<Arc<BlockType>> {
+        struct All(Vec<Arc<BlockType>>);
         impl EachBlock for All {
             fn block<B: blocks::Block>(&mut self) {
-                self.0.push(Arc::new(Block::of::<B>()));
+                self.0.push(Arc::new(BlockType::of::<B>()));
             }
         }
         let mut all = All(Vec::new());
@@ -151,14 +151,14 @@ fn advice<B: blocks::Block>(settings: &[(usize, Value)]) -> Vec<String> {
     advice
 }
 
-impl fmt::Debug for Block {
+impl fmt::Debug for BlockType {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         formatter.debug_struct("Block").field("name", &self.name).finish_non_exhaustive()
     }
 }
 
-impl PartialEq for Block {
-    fn eq(&self, other: &Block) -> bool {
+impl PartialEq for BlockType {
+    fn eq(&self, other: &BlockType) -> bool {
         (&self.name, &self.aliases, &self.members) == (&other.name, &other.aliases, &other.members)
     }
 }

@@ -3,7 +3,7 @@
 //! A dump contains the exact values, but does not name its block. A remark points out anything that does not look like
 //! an instance of the block named by the user.
 
-use crate::block::{Block, Part};
+use crate::block::{BlockType, VariableOwner};
 use crate::layout::{self, Address};
 use crate::loops::{Loop, Origin};
 use crate::report::{Report, list};
@@ -15,7 +15,7 @@ use std::sync::Arc;
 ///
 /// # Errors
 /// The user names no block, or one whose instances cannot be dumped, or the dump is too short.
-pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
+pub fn read(source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Result<Reading, Problems> {
     let mut report = Report::new(source, options);
     let Ok(chosen) = report.chosen(blocks, options) else { return report.finish(Vec::new()) };
     let Some(block) = chosen else {
@@ -88,8 +88,8 @@ pub fn write(loops: &[Loop]) -> Result<Vec<u8>, String> {
 }
 
 /// The addresses of a block that is completely described by its table, that is, one without inner blocks.
-fn whole(block: &Block) -> Result<(Vec<Option<Address>>, usize), String> {
-    if let Some(inner) = block.members.iter().find(|member| member.part == Part::Inner) {
+fn whole(block: &BlockType) -> Result<(Vec<Option<Address>>, usize), String> {
+    if let Some(inner) = block.members.iter().find(|member| member.part == VariableOwner::Inner) {
         return Err(format!(
             "{} contains other blocks ({}), and where a data block holds these is not known: use another format than a dump",
             block.name, inner.name
@@ -99,7 +99,7 @@ fn whole(block: &Block) -> Result<(Vec<Option<Address>>, usize), String> {
 }
 
 /// The bytes that have bits set outside all members.
-fn unused(addresses: &[Option<Address>], block: &Block, data: &[u8]) -> Vec<usize> {
+fn unused(addresses: &[Option<Address>], block: &BlockType, data: &[u8]) -> Vec<usize> {
     let mut used = vec![0u8; data.len()];
     for (member, address) in block.members.iter().zip(addresses) {
         match address {

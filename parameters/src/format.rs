@@ -1,6 +1,6 @@
 //! The formats of parameter files.
 
-use crate::block::Block;
+use crate::block::BlockType;
 use crate::loops::Loop;
 use crate::problem::{Problem, Problems};
 use crate::reading::{Options, Reading};
@@ -112,7 +112,12 @@ impl Format {
 ///
 /// # Errors
 /// All problems in the file. Nothing is then used of it, unless [`Options::is_partial`] is set.
-pub fn read(format: Format, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
+pub fn read(
+    format: Format,
+    source: &Source,
+    blocks: &[Arc<BlockType>],
+    options: &Options,
+) -> Result<Reading, Problems> {
     let is_tree = matches!(format, Format::Openness | Format::Json | Format::Ssv);
     if is_tree && source.bytes.len() > LARGEST_TREE {
         let (length, most) = (source.bytes.len(), LARGEST_TREE >> 20);

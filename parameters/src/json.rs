@@ -13,7 +13,7 @@
 //! A TIME is in seconds. An object that contains only numbers is a single unnamed loop. Missing members have the
 //! block's start values. The file does not state the block of a loop, which is identified by its names.
 
-use crate::block::Block;
+use crate::block::BlockType;
 use crate::loops::Loop;
 use crate::named::{self, Choice, Entry, Given};
 use crate::problem::quoted;
@@ -45,13 +45,13 @@ const STRICT: ParseOptions = ParseOptions {
 ///
 /// # Errors
 /// The file is malformed, or the block of a loop is ambiguous; [`Options::block`] resolves that.
-pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
+pub fn read(source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Result<Reading, Problems> {
     let mut report = Report::new(source, options);
     let loops = loops(&mut report, source, blocks, options);
     report.finish(loops)
 }
 
-fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Vec<Loop> {
+fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Vec<Loop> {
     let mut loops = Vec::new();
     let Ok(chosen) = report.chosen(blocks, options) else { return loops };
     let span = |ranged: &dyn Ranged| {
@@ -155,7 +155,7 @@ fn lower_first(text: &str) -> String {
 pub fn write(loops: &[Loop]) -> Result<String, String> {
     named::check_names(loops)?;
     let object = |one: &Loop| {
-        let member = |setting: &crate::Setting| {
+        let member = |setting: &crate::MemberValue| {
             let name = &one.block.members[setting.member].name;
             let value = value::text(setting.value)
                 .map_err(|value| format!("{}: {name} is {value}, but JSON has finite numbers only", one.name))?;

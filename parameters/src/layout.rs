@@ -3,7 +3,7 @@
 //! BOOLs fill a byte from its lowest bit up. Wider types, and the first BOOL after them, start at an even byte. Numbers
 //! are big-endian.
 
-use crate::block::{Block, Part};
+use crate::block::{BlockType, VariableOwner};
 use blocks::Kind;
 use std::fmt;
 
@@ -28,12 +28,12 @@ impl fmt::Display for Address {
 
 /// The address of each member, and their total size in bytes, which is even. Members of inner blocks have no address,
 /// because the table does not give the size of their neighbours' memory; neither do members that exist only in the FMU.
-pub fn addresses(block: &Block) -> (Vec<Option<Address>>, usize) {
+pub fn addresses(block: &BlockType) -> (Vec<Option<Address>>, usize) {
     let mut next = Address { byte: 0, bit: 0, is_bit: true };
     let mut addresses = Vec::new();
     let mut previous = None;
     for member in &block.members {
-        if member.part != Part::Own {
+        if member.part != VariableOwner::Own {
             addresses.push(None);
             continue;
         }

@@ -31,10 +31,10 @@ pub mod tags;
 
 pub mod xml;
 
-pub use block::{Block, Member, Part};
+pub use block::{BlockType, Member, VariableOwner};
 pub use format::{Format, read, write};
-pub use loops::{Loop, Origin, Setting};
-pub use problem::{Place, Problem, Problems, Remedy};
+pub use loops::{Loop, MemberValue, Origin};
+pub use problem::{Problem, Problems, Remedy, TextPosition};
 pub use reading::{Options, Reading};
 pub use rewrite::{Replaced, rewrite};
 pub use source::Source;

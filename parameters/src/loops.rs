@@ -1,6 +1,6 @@
 //! Loops: instances of blocks with the values of their inputs and parameters.
 
-use crate::block::Block;
+use crate::block::BlockType;
 use crate::layout::Address;
 use crate::value::decimal;
 use blocks::table::number::number;
@@ -18,14 +18,14 @@ pub struct Loop {
     /// Its title: the TITLE of its data block in a STEP 7 source.
     pub title: Option<String>,
     /// The block of which it is an instance.
-    pub block: Arc<Block>,
+    pub block: Arc<BlockType>,
     /// The values of the block's settable members ([`blocks::Role::is_settable`]), in the order of the members.
-    pub settings: Vec<Setting>,
+    pub settings: Vec<MemberValue>,
 }
 
 /// A value of an input or parameter.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Setting {
+pub struct MemberValue {
     /// The index of the member in the block.
     pub member: usize,
     /// Its value, of the member's type.
@@ -78,13 +78,13 @@ impl fmt::Display for Origin {
 
 impl Loop {
     /// An instance with the start values of its block.
-    pub fn new(name: impl Into<String>, block: Arc<Block>) -> Loop {
+    pub fn new(name: impl Into<String>, block: Arc<BlockType>) -> Loop {
         let settings = block
             .members
             .iter()
             .enumerate()
             .filter(|(_, member)| member.role.is_settable())
-            .map(|(index, member)| Setting { member: index, value: member.start, origin: Origin::Default })
+            .map(|(index, member)| MemberValue { member: index, value: member.start, origin: Origin::Default })
             .collect();
         Loop { name: name.into(), title: None, block, settings }
     }
@@ -104,7 +104,7 @@ impl Loop {
 
     /// Warnings about settings outside their plausible range, which the block does not enforce: a sentence each.
     pub fn outside(&self) -> Vec<String> {
-        let outside = |setting: &Setting| {
+        let outside = |setting: &MemberValue| {
             let member = &self.block.members[setting.member];
             let value = number(setting.value);
             let is_low = member.min.is_some_and(|min| value < number(min));

@@ -1,6 +1,6 @@
 //! Loops given as names and numbers, as in JSON and SSV: a TIME is in seconds, as in the FMU.
 
-use crate::block::{Block, Member};
+use crate::block::{BlockType, Member};
 use crate::loops::Loop;
 use crate::problem::{Remedy, quoted, with_article};
 use crate::report::{Report, list};
@@ -35,7 +35,7 @@ pub(crate) enum Given<'a> {
 #[derive(Clone, Copy)]
 pub(crate) struct Choice<'a> {
     /// The block of loops that do not indicate theirs.
-    pub(crate) block: Option<&'a Arc<Block>>,
+    pub(crate) block: Option<&'a Arc<BlockType>>,
     /// Whether the file has only one loop: the chosen block then applies, whatever the names.
     pub(crate) is_for_one: bool,
 }
@@ -44,13 +44,13 @@ pub(crate) struct Choice<'a> {
 /// names; `span` is the location of the loop.
 pub(crate) fn read(
     report: &mut Report,
-    blocks: &[Arc<Block>],
+    blocks: &[Arc<BlockType>],
     chosen: Choice,
     name: &str,
     span: Range<usize>,
     entries: &[Entry],
 ) -> Option<Loop> {
-    let fits = |block: &Arc<Block>| entries.iter().all(|entry| is_settable(block, entry.name));
+    let fits = |block: &Arc<BlockType>| entries.iter().all(|entry| is_settable(block, entry.name));
     let block = match chosen.block {
         Some(block) if chosen.is_for_one || fits(block) || !blocks.iter().any(fits) => block.clone(),
         _ => recognize(report, blocks, name, span, entries)?,
@@ -81,7 +81,7 @@ pub(crate) fn read(
 }
 
 /// The settable member of this name.
-pub(crate) fn member(block: &Block, name: &str) -> Result<usize, (String, Option<String>)> {
+pub(crate) fn member(block: &BlockType, name: &str) -> Result<usize, (String, Option<String>)> {
     match block.find(name) {
         Some(index) if block.members[index].role.is_settable() => Ok(index),
         Some(index) => {
@@ -113,13 +113,13 @@ pub(crate) fn member(block: &Block, name: &str) -> Result<usize, (String, Option
 /// The only block that has all these names; of several, the one that has no others.
 fn recognize(
     report: &mut Report,
-    blocks: &[Arc<Block>],
+    blocks: &[Arc<BlockType>],
     name: &str,
     span: Range<usize>,
     entries: &[Entry],
-) -> Option<Arc<Block>> {
-    let matches = |block: &&Arc<Block>| entries.iter().filter(|entry| is_settable(block, entry.name)).count();
-    let fitting: Vec<&Arc<Block>> = blocks.iter().filter(|block| matches(block) == entries.len()).collect();
+) -> Option<Arc<BlockType>> {
+    let matches = |block: &&Arc<BlockType>| entries.iter().filter(|entry| is_settable(block, entry.name)).count();
+    let fitting: Vec<&Arc<BlockType>> = blocks.iter().filter(|block| matches(block) == entries.len()).collect();
     let names: Vec<&str> = entries.iter().map(|entry| entry.name).collect();
     let mut whole = fitting.iter().filter(|block| is_complete(block, &names));
     match (fitting.as_slice(), whole.next(), whole.next()) {
@@ -134,7 +134,7 @@ fn recognize(
             best.cloned()
         }
         (several, ..) => {
-            let several: Vec<Arc<Block>> = several.iter().map(|block| (*block).clone()).collect();
+            let several: Vec<Arc<BlockType>> = several.iter().map(|block| (*block).clone()).collect();
             let help = Some(Remedy::ChooseBlock(list(&several)));
             report.wrong_with(span, format!("{}: several blocks have these inputs and parameters", quoted(name)), help);
             None
@@ -143,13 +143,13 @@ fn recognize(
 }
 
 /// Whether these are the names of all inputs and parameters of the block.
-pub(crate) fn is_complete(block: &Block, names: &[&str]) -> bool {
+pub(crate) fn is_complete(block: &BlockType, names: &[&str]) -> bool {
     let settable = block.members.iter().filter(|member| member.role.is_settable()).count();
     names.len() == settable && names.iter().all(|name| is_settable(block, name))
 }
 
 /// Whether the block has an input or parameter of this name.
-pub(crate) fn is_settable(block: &Block, name: &str) -> bool {
+pub(crate) fn is_settable(block: &BlockType, name: &str) -> bool {
     block.find(name).is_some_and(|index| block.members[index].role.is_settable())
 }
 

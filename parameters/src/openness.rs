@@ -13,7 +13,7 @@
 //! A member without a start value has that of the block. The version in the namespace is ignored. Files written by this
 //! module have never been imported into TIA Portal.
 
-use crate::block::{Block, Member, Part};
+use crate::block::{BlockType, Member, VariableOwner};
 use crate::literal;
 use crate::loops::Loop;
 use crate::named;
@@ -36,13 +36,13 @@ const NAMESPACE: &str = "http://www.siemens.com/automation/Openness/SW/Interface
 ///
 /// # Errors
 /// It is not such a document, or an instance has a member, type or value that its block does not have.
-pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
+pub fn read(source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Result<Reading, Problems> {
     let mut report = Report::new(source, options);
     let loops = loops(&mut report, source, blocks, options).unwrap_or_default();
     report.finish(loops)
 }
 
-fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Option<Vec<Loop>> {
+fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Option<Vec<Loop>> {
     let chosen = report.chosen(blocks, options).ok()?;
     let document = xml::read(report, source)?;
     let root = document.root();
@@ -122,8 +122,8 @@ fn tell_apart(loops: &mut [Loop], containers: &[String]) {
 
 /// The known blocks, and the one chosen by the user for instances of unknown types.
 struct Types<'a> {
-    blocks: &'a [Arc<Block>],
-    chosen: Option<&'a Arc<Block>>,
+    blocks: &'a [Arc<BlockType>],
+    chosen: Option<&'a Arc<BlockType>>,
 }
 
 impl Types<'_> {
@@ -153,21 +153,24 @@ impl Types<'_> {
         }
     }
 
-    fn named(&self, of: &str) -> Option<Arc<Block>> {
+    fn named(&self, of: &str) -> Option<Arc<BlockType>> {
         self.blocks.iter().find(|block| block.is_called(of)).cloned()
     }
 
     /// The block of an instance with an unknown type, for example after a migration: all inputs and parameters are
     /// present, with their types, and no other input.
-    fn by_members(&self, sections: Element) -> Option<Arc<Block>> {
+    fn by_members(&self, sections: Element) -> Option<Arc<BlockType>> {
         let inputs: Vec<(&str, &str)> = inputs(sections)
             .map(|member| {
                 (member.attribute("Name").unwrap_or_default(), member.attribute("Datatype").unwrap_or_default())
             })
             .collect();
-        let fits = |block: &&Arc<Block>| {
-            let settable: Vec<&Member> =
-                block.members.iter().filter(|member| member.role.is_settable() && member.part == Part::Own).collect();
+        let fits = |block: &&Arc<BlockType>| {
+            let settable: Vec<&Member> = block
+                .members
+                .iter()
+                .filter(|member| member.role.is_settable() && member.part == VariableOwner::Own)
+                .collect();
             let has = |member: &&Member| {
                 inputs
                     .iter()
@@ -215,7 +218,7 @@ fn inputs(sections: Element<'_>) -> impl Iterator<Item = Element<'_>> {
 }
 
 /// Reads the loop of one instance; `None` if it has an error, which is reported.
-fn instance(report: &mut Report, block: &Arc<Block>, at: &Place, sections: Element) -> Option<Loop> {
+fn instance(report: &mut Report, block: &Arc<BlockType>, at: &Place, sections: Element) -> Option<Loop> {
     let mut one = Loop::new(&at.name, block.clone());
     let mut given = vec![false; block.members.len()];
     let mut is_right = true;
@@ -280,7 +283,7 @@ pub fn write(loops: &[Loop], origin: &str) -> Result<String, String> {
     named::check_names(loops)?;
     for one in loops {
         xml::check(&one.name)?;
-        if let Some(inner) = one.block.members.iter().find(|member| member.part == Part::Inner) {
+        if let Some(inner) = one.block.members.iter().find(|member| member.part == VariableOwner::Inner) {
             return Err(format!(
                 "{} contains other blocks ({}), which is not written as Openness XML: use JSON or SSV",
                 one.block.name, inner.name
@@ -313,7 +316,8 @@ fn attributes(xml: &mut Xml, one: &Loop) {
                 }
             });
             xml.element("Section", &[("Name", "Output")], |xml| {
-                let outputs = one.block.members.iter().filter(|m| m.part == Part::Own && !m.role.is_settable());
+                let outputs =
+                    one.block.members.iter().filter(|m| m.part == VariableOwner::Own && !m.role.is_settable());
                 for member in outputs {
                     xml.empty("Member", &[("Name", &member.name), ("Datatype", member.kind.tia_name())]);
                 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 /// A location in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct TextPosition {
     /// The line, from 1.
     pub line: usize,
     /// The column in characters, from 1.
@@ -19,7 +19,7 @@ pub struct Place {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// Its location; `None` if it concerns the whole file, or a file that is not text.
-    pub place: Option<Place>,
+    pub place: Option<TextPosition>,
     /// One sentence, without a full stop, on what was found and what was expected.
     pub message: String,
     /// The remedy, unless the message contains it.
@@ -105,7 +105,7 @@ impl Problems {
     /// A problem as one line, `FILE:LINE:COLUMN: message; help`.
     fn line(&self, problem: &Problem) -> String {
         let place = match problem.place {
-            Some(Place { line, column, .. }) => format!("{line}:{column}:"),
+            Some(TextPosition { line, column, .. }) => format!("{line}:{column}:"),
             None => String::new(),
         };
         let help = problem.help.as_ref().map_or_else(String::new, |help| format!("; {help}"));
@@ -156,7 +156,7 @@ pub fn each_drawn(problems: &Problems) -> impl Iterator<Item = String> {
 }
 
 /// The line of a location, with the location underlined.
-fn underlined(text: &str, place: &Place) -> String {
+fn underlined(text: &str, place: &TextPosition) -> String {
     /// Of a long line, only this many bytes before and after the location are displayed.
     const AROUND: usize = 60;
     let start = text.floor_char_boundary(place.span.start);

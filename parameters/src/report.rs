@@ -1,8 +1,8 @@
 //! Collects a reader's findings: problems with locations, and origins of values.
 
-use crate::block::Block;
+use crate::block::BlockType;
 use crate::loops::{Loop, Origin};
-use crate::problem::{Place, Problem, Problems, Remedy};
+use crate::problem::{Problem, Problems, Remedy, TextPosition};
 use crate::reading::{Options, Reading};
 use crate::source::Source;
 use std::ops::Range;
@@ -40,7 +40,7 @@ impl<'a> Report<'a> {
 
     /// The origin of a value in the text.
     pub(crate) fn origin(&self, span: Range<usize>) -> Origin {
-        let Place { line, column, span } = self.source.place(span);
+        let TextPosition { line, column, span } = self.source.place(span);
         Origin::Text { file: self.source.file.clone(), line, column, span }
     }
 
@@ -115,7 +115,11 @@ impl<'a> Report<'a> {
     ///
     /// # Errors
     /// There is no such block, which is reported.
-    pub(crate) fn chosen(&mut self, blocks: &[Arc<Block>], options: &Options) -> Result<Option<Arc<Block>>, ()> {
+    pub(crate) fn chosen(
+        &mut self,
+        blocks: &[Arc<BlockType>],
+        options: &Options,
+    ) -> Result<Option<Arc<BlockType>>, ()> {
         let Some(name) = &options.block else { return Ok(None) };
         if let Some(block) = blocks.iter().find(|block| block.is_called(name)) {
             return Ok(Some(block.clone()));
@@ -152,7 +156,7 @@ pub(crate) fn elements(bounds: &str) -> Option<Vec<String>> {
 }
 
 /// The names of blocks, for a message.
-pub(crate) fn list(blocks: &[Arc<Block>]) -> String {
+pub(crate) fn list(blocks: &[Arc<BlockType>]) -> String {
     let names: Vec<&str> = blocks.iter().map(|block| block.name.as_str()).collect();
     names.join(", ")
 }

@@ -1,10 +1,10 @@
 //! Replaces values in a source; everything else stays byte for byte.
 
-use crate::loops::{Loop, Origin, Setting};
+use crate::loops::{Loop, MemberValue, Origin};
 use crate::problem::quoted;
 use crate::step7::member_path;
 use crate::value::{decimal, text};
-use crate::{Block, Format, Options, Source, literal, read};
+use crate::{BlockType, Format, Options, Source, literal, read};
 use blocks::Value;
 use std::ops::Range;
 use std::sync::Arc;
@@ -29,7 +29,7 @@ pub struct Replaced {
 pub fn rewrite(
     format: Format,
     source: &Source,
-    blocks: &[Arc<Block>],
+    blocks: &[Arc<BlockType>],
     options: &Options,
     loops: &[Loop],
 ) -> Result<(Vec<u8>, Vec<Replaced>), String> {
@@ -87,7 +87,7 @@ fn same(a: Value, b: Value) -> bool {
 /// A range of the text, and its replacement.
 type Edit = (Range<usize>, String);
 
-fn edit(format: Format, source: &Source, own: &Loop, old: &Setting, value: Value) -> Option<Edit> {
+fn edit(format: Format, source: &Source, own: &Loop, old: &MemberValue, value: Value) -> Option<Edit> {
     let Origin::Text { span, .. } = &old.origin else { return inserted(format, source, own, old.member, value) };
     let written = source.text.get(span.clone())?;
     if format == Format::Ssv {
@@ -140,7 +140,7 @@ fn value_of_attribute(tag: &str, name: &str) -> Option<Range<usize>> {
 
 /// Inserts a missing value next to that of another member of the loop.
 fn inserted(format: Format, source: &Source, own: &Loop, member: usize, value: Value) -> Option<Edit> {
-    let is_given = |setting: &&Setting| matches!(setting.origin, Origin::Text { .. });
+    let is_given = |setting: &&MemberValue| matches!(setting.origin, Origin::Text { .. });
     let before = own.settings.iter().rev().filter(|setting| setting.member < member).find(is_given);
     let beside = before.or_else(|| own.settings.iter().find(is_given))?;
     let Origin::Text { span, .. } = &beside.origin else { return None };

@@ -1,7 +1,7 @@
 //! Source files as read.
 
 use crate::encoding::Encoding;
-use crate::problem::Place;
+use crate::problem::TextPosition;
 use std::fs::File;
 use std::io::{self, Read};
 use std::ops::Range;
@@ -20,7 +20,7 @@ pub struct Source {
     /// The length of the byte order mark.
     pub(crate) start: usize,
     /// The location of the first character in each stretch of [`STRETCH`] bytes of the text.
-    stretches: Vec<Place>,
+    stretches: Vec<TextPosition>,
 }
 
 /// The size of a stretch in bytes, which limits the effort to locate a character.
@@ -41,7 +41,7 @@ impl Source {
     pub(crate) fn in_encoding(file: String, bytes: Vec<u8>, encoding: Encoding) -> Source {
         let (encoding, start) = Encoding::of_mark(&bytes).unwrap_or((encoding, 0));
         let text = encoding.decode(&bytes[start..]);
-        let mut stretches = vec![Place { line: 1, column: 1, span: 0..0 }];
+        let mut stretches = vec![TextPosition { line: 1, column: 1, span: 0..0 }];
         let mut place = stretches[0].clone();
         while place.span.start + STRETCH < text.len() {
             place = advanced(&text, &place, text.floor_char_boundary(place.span.start + STRETCH));
@@ -102,23 +102,23 @@ impl Source {
 
     /// The line and column of a range of the text. The effort does not grow with the size of the file or the length of
     /// a line.
-    pub fn place(&self, span: Range<usize>) -> Place {
+    pub fn place(&self, span: Range<usize>) -> TextPosition {
         let start = self.text.floor_char_boundary(span.start);
         let before = self.stretches.partition_point(|place| place.span.start <= start);
         let stretch = &self.stretches[before.saturating_sub(1)];
-        Place { span, ..advanced(&self.text, stretch, start) }
+        TextPosition { span, ..advanced(&self.text, stretch, start) }
     }
 }
 
 /// The location of byte `to`, counted from an earlier location.
-fn advanced(text: &str, from: &Place, to: usize) -> Place {
+fn advanced(text: &str, from: &TextPosition, to: usize) -> TextPosition {
     let between = &text[from.span.start..to];
     let lines = between.bytes().filter(|byte| *byte == b'\n').count();
     let column = match between.rfind('\n') {
         Some(end) => between[end + 1..].chars().count() + 1,
         None => from.column + between.chars().count(),
     };
-    Place { line: from.line + lines, column, span: to..to }
+    TextPosition { line: from.line + lines, column, span: to..to }
 }
 
 #[cfg(test)]

@@ -13,8 +13,8 @@
 //! A set with one loop uses the names of the FMU; in a set of several, they are prefixed with the loop: `TIC101.GAIN`.
 //! A TIME is in seconds. The file does not state the block of a loop, which is identified by its names.
 
-use crate::block::Block;
-use crate::loops::{Loop, Setting};
+use crate::block::BlockType;
+use crate::loops::{Loop, MemberValue};
 use crate::named::{self, Choice, Entry, Given};
 use crate::problem::quoted;
 use crate::report::{MOST_LOOPS, Report};
@@ -32,13 +32,13 @@ const NAMESPACE: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterVa
 ///
 /// # Errors
 /// The file is malformed, or the block of a loop is ambiguous; [`Options::block`] resolves that.
-pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
+pub fn read(source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Result<Reading, Problems> {
     let mut report = Report::new(source, options);
     let loops = loops(&mut report, source, blocks, options).unwrap_or_default();
     report.finish(loops)
 }
 
-fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Option<Vec<Loop>> {
+fn loops(report: &mut Report, source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Option<Vec<Loop>> {
     let chosen = report.chosen(blocks, options).ok()?;
     let document = xml::read(report, source)?;
     let root = document.root();
@@ -93,7 +93,12 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
 }
 
 /// The value of a Parameter, with its name excluding the loop.
-fn entry<'a>(report: &mut Report, blocks: &[Arc<Block>], parameter: Element<'a>, name: &'a str) -> Option<Entry<'a>> {
+fn entry<'a>(
+    report: &mut Report,
+    blocks: &[Arc<BlockType>],
+    parameter: Element<'a>,
+    name: &'a str,
+) -> Option<Entry<'a>> {
     let types = ["Real", "Integer", "Boolean", "Enumeration", "String", "Binary", "Float64", "Float32"];
     let Some(value) = parameter.elements().find(|child| types.contains(&child.name())) else {
         let message = format!("{}: expected a Real, an Integer or a Boolean, found none", quoted(name));
@@ -130,7 +135,7 @@ fn last(full_name: &str) -> &str {
 
 /// Whether the names form complete blocks if everything before the last dot is taken as the loop. They are then read
 /// that way: a loop may have the name of an instance inside another block.
-fn is_listed<'a>(blocks: &[Arc<Block>], names: impl Iterator<Item = &'a str>) -> bool {
+fn is_listed<'a>(blocks: &[Arc<BlockType>], names: impl Iterator<Item = &'a str>) -> bool {
     let mut groups: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for name in names {
         let own = last(name);
@@ -142,7 +147,7 @@ fn is_listed<'a>(blocks: &[Arc<Block>], names: impl Iterator<Item = &'a str>) ->
 /// The part of a name that is an input or parameter of a block, the longest one if there are several:
 /// `TIC101.INNER.GAIN` is `INNER.GAIN` of a loop `TIC101` if a block has that. If no block does, the part after the
 /// last dot.
-fn member_name<'a>(blocks: &[Arc<Block>], full_name: &'a str) -> &'a str {
+fn member_name<'a>(blocks: &[Arc<BlockType>], full_name: &'a str) -> &'a str {
     if full_name.len() > LONGEST {
         return last(full_name);
     }
@@ -190,7 +195,7 @@ fn parameter(xml: &mut Xml, name: &str, element: &str, value: &str) {
 }
 
 /// The element for a value, according to its FMI type.
-fn element(setting: &Setting) -> &'static str {
+fn element(setting: &MemberValue) -> &'static str {
     match setting.value.kind().class() {
         Class::Real => "ssv:Real",
         Class::Integer => "ssv:Integer",

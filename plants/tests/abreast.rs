@@ -2,7 +2,7 @@
 
 use blocks::table::abreast::LANES;
 use blocks::table::{Abreast, number};
-use blocks::{Block, EachBlock, Kind, Role, Row, Value};
+use blocks::{Block, EachBlock, Kind, Role, StaticRow, Value};
 
 /// How many calls each block makes.
 const CALLS: usize = 300;
@@ -29,7 +29,7 @@ impl Random {
     }
 
     /// A value for a row: around its start, where it has room, and not outside of what the row takes.
-    fn value(&mut self, row: &Row) -> f64 {
+    fn value(&mut self, row: &StaticRow) -> f64 {
         let limit = |limit: Option<Value>, none: f64| limit.map_or(none, number::number);
         let start = number::number(row.start);
         let value = match row.kind {
@@ -61,7 +61,7 @@ impl EachBlock for Compared {
 impl Compared {
     fn compare<B: Block>(&mut self, count: usize) {
         let random = &mut self.random;
-        let is_own = |row: &Row| row.path[0].is_empty() && matches!(row.role, Role::Input | Role::Parameter);
+        let is_own = |row: &StaticRow| row.path[0].is_empty() && matches!(row.role, Role::Input | Role::Parameter);
         let own: Vec<usize> =
             (0..B::TABLE.rows.len()).filter(|row| is_own(&B::TABLE.rows[*row]) && B::writer(*row).is_some()).collect();
         let mut alone: Vec<B> = (0..count).map(|_| B::default()).collect();

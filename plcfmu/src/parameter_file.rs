@@ -10,7 +10,7 @@ use blocks::table::number::to_value;
 use host::child::Starter;
 use host::package::Package;
 use modeldescription::{Description, Row, Table};
-use parameters::{Block, Format, Loop, Member, Options, Origin, Part, Problems, Reading, Source};
+use parameters::{BlockType, Format, Loop, Member, Options, Origin, Problems, Reading, Source, VariableOwner};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -27,7 +27,7 @@ pub fn read(
     name: &str,
     format: Option<Format>,
     encoding: Option<&str>,
-    blocks: &[Arc<Block>],
+    blocks: &[Arc<BlockType>],
     options: &Options,
 ) -> Result<Reading> {
     if is_plc(name) {
@@ -51,7 +51,7 @@ pub(crate) fn is_plc(name: &str) -> bool {
 
 /// Reads the data block of a PLC as a dump.
 #[cfg(feature = "s7")]
-fn read_plc(name: &str, blocks: &[Arc<Block>], options: &Options) -> Result<Reading> {
+fn read_plc(name: &str, blocks: &[Arc<BlockType>], options: &Options) -> Result<Reading> {
     let address: plc::Address = name.parse()?;
     let names = || blocks.iter().map(|block| block.name.as_str()).collect::<Vec<_>>().join(", ");
     let Some(block) = &options.block else {
@@ -77,7 +77,7 @@ fn read_plc(name: &str, _blocks: &[Arc<Block>], _options: &Options) -> Result<Re
 /// # Errors
 /// As [`read`].
 pub fn read_any(name: &str, options: &Options) -> Result<Reading> {
-    read(name, None, None, &Block::all(), options)
+    read(name, None, None, &BlockType::all(), options)
 }
 
 /// The format of a file, by its extension. That of standard input has to be named.
@@ -97,10 +97,10 @@ pub fn format_of(name: &str) -> Result<Format> {
 }
 
 /// An FMU as a loop: its name and its start values.
-fn read_fmu(name: &str, blocks: &[Arc<Block>], options: &Options) -> Result<Reading> {
+fn read_fmu(name: &str, blocks: &[Arc<BlockType>], options: &Options) -> Result<Reading> {
     let description = Package::open(Path::new(name))?.description;
     let called = options.name.as_deref().unwrap_or(&description.model_name);
-    let of_block = |block: &Arc<Block>| start_values(&description, block, called, name);
+    let of_block = |block: &Arc<BlockType>| start_values(&description, block, called, name);
     let known = blocks.iter().filter(|block| is_of(&description, block)).find_map(|block| of_block(block).ok());
     let one = match known {
         Some(one) => one,
@@ -111,7 +111,7 @@ fn read_fmu(name: &str, blocks: &[Arc<Block>], options: &Options) -> Result<Read
 }
 
 /// Whether an FMU is named as one of this block.
-pub(crate) fn is_of(description: &Description, block: &Block) -> bool {
+pub(crate) fn is_of(description: &Description, block: &BlockType) -> bool {
     description.model_identifier() == Some(&block.name)
 }
 
@@ -119,7 +119,7 @@ pub(crate) fn is_of(description: &Description, block: &Block) -> bool {
 ///
 /// # Errors
 /// The FMU lacks a start value, or the block cannot have it.
-pub(crate) fn start_values(description: &Description, block: &Arc<Block>, name: &str, file: &str) -> Result<Loop> {
+pub(crate) fn start_values(description: &Description, block: &Arc<BlockType>, name: &str, file: &str) -> Result<Loop> {
     let mut one = Loop::new(name, block.clone());
     for (index, value) in values(description, block)? {
         one.set(index, value, Origin::File { file: file.to_string() });
@@ -128,7 +128,7 @@ pub(crate) fn start_values(description: &Description, block: &Arc<Block>, name: 
 }
 
 /// The start values that an FMU has for the settings of a block.
-fn values(description: &Description, block: &Block) -> Result<Vec<(usize, Value)>> {
+fn values(description: &Description, block: &BlockType) -> Result<Vec<(usize, Value)>> {
     let mut values = Vec::new();
     let places = description.places(block.members.iter().map(|of| (of.name.as_str(), (of.kind, of.role))));
     let settings = block.members.iter().zip(places).enumerate().filter(|(_, (member, _))| member.role.is_settable());
@@ -148,7 +148,7 @@ fn values(description: &Description, block: &Block) -> Result<Vec<(usize, Value)
 ///
 /// # Errors
 /// The FMU cannot be loaded here, ends its process, or was made otherwise.
-pub fn block_of_library(path: &Path) -> Result<Block> {
+pub fn block_of_library(path: &Path) -> Result<BlockType> {
     let interface = match crate::package::program::interface_of(&mut Package::open(path)?)? {
         Some(interface) => interface,
         None => apart::interface(&Starter { limit: LOADING, ..Starter::new()? }, path)?,
@@ -157,7 +157,7 @@ pub fn block_of_library(path: &Path) -> Result<Block> {
 }
 
 /// The block that a library's table describes.
-pub(crate) fn block(table: &Table) -> Result<Block> {
+pub(crate) fn block(table: &Table) -> Result<BlockType> {
     let member = |(index, row): (usize, &Row)| {
         let value = |number: f64| {
             to_value(number, row.kind)
@@ -173,14 +173,14 @@ pub(crate) fn block(table: &Table) -> Result<Block> {
             max: row.max.map(value).transpose()?,
             unit: row.unit.clone(),
             part: match () {
-                () if table.mean == Some(index) => Part::FmuOnly,
-                () if row.name.contains('.') => Part::Inner,
-                () => Part::Own,
+                () if table.mean == Some(index) => VariableOwner::FmuOnly,
+                () if row.name.contains('.') => VariableOwner::Inner,
+                () => VariableOwner::Own,
             },
         })
     };
     let members: Result<Vec<Member>> = table.variables.iter().enumerate().map(member).collect();
-    Ok(Block::new(table.name.clone(), table.aliases.clone(), members?))
+    Ok(BlockType::new(table.name.clone(), table.aliases.clone(), members?))
 }
 
 /// Refuses to write to a PLC.

@@ -7,7 +7,7 @@
 //! setting of the PLC to change; and it takes an answer that arrives in two pieces for a refusal.
 
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
-use parameters::{Block, layout};
+use parameters::{BlockType, layout};
 use std::fmt;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -93,7 +93,7 @@ impl fmt::Display for Address {
 ///
 /// # Errors
 /// One sentence: the PLC cannot be reached, or why it refuses, and which setting to change.
-pub fn fetch(address: &Address, block: &Block, offset: usize) -> Result<Vec<u8>> {
+pub fn fetch(address: &Address, block: &BlockType, offset: usize) -> Result<Vec<u8>> {
     let (_, length) = layout::addresses(block);
     let mut bytes = vec![0; offset];
     bytes.extend(fetch_from(address, offset, length).with_context(|| address.to_string())?);

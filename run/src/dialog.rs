@@ -19,7 +19,7 @@
 //!
 //! A block without the fence has a group for its inputs and one for its parameters, and no roles.
 
-use crate::fmus::Part;
+use crate::fmus::LoopRole;
 use crate::plan::near;
 use anyhow::{Context, Result, bail};
 use blocks::Role;
@@ -311,21 +311,21 @@ impl Roles {
     }
 
     /// The role of the FMU in a loop.
-    pub fn part(&self, table: &Table) -> Part {
+    pub fn part(&self, table: &Table) -> LoopRole {
         let is = |name: &Option<String>, role: Role| {
             let row = name.as_ref().and_then(|name| table.find(name));
             row.is_some_and(|row| table.variables[row].role == role)
         };
         let has_pulses = |role: Role| is(&self.pulses.first().cloned(), role);
         if self.setpoint.is_some() || is(&self.manipulated_value, Role::Output) || has_pulses(Role::Output) {
-            Part::Controller
+            LoopRole::Controller
         } else if is(&self.manipulated_value, Role::Input)
             || is(&self.process_value, Role::Output)
             || has_pulses(Role::Input)
         {
-            Part::Plant
+            LoopRole::Plant
         } else {
-            Part::Other
+            LoopRole::Other
         }
     }
 }

@@ -28,7 +28,7 @@
 mod write;
 
 use crate::plan::near;
-use crate::system::{Connection, EXACT, Exchange, Member, Place, Recorded, Setting, System, Value, whole};
+use crate::system::{Connection, EXACT, Exchange, FilePosition, Member, Recorded, Setting, System, Value, whole};
 use anyhow::{Context, Error, Result, anyhow, bail};
 use manifest::Manifest;
 use parameters::{Options, Reading, Source};
@@ -249,7 +249,7 @@ struct Entry<'a> {
     /// Its keys, joined by dots.
     name: String,
     /// The location of the last key.
-    place: Place,
+    place: FilePosition,
     node: &'a Spanned<Node>,
 }
 
@@ -259,7 +259,7 @@ pub struct Word {
     /// The text as written.
     pub text: String,
     /// Its location.
-    pub place: Place,
+    pub place: FilePosition,
     /// Whether it is a key.
     pub is_key: bool,
 }
@@ -521,15 +521,15 @@ impl<'a> Reader<'a> {
     }
 
     /// The line and column of a part of the file.
-    pub fn place(&self, span: Range<usize>) -> Place {
+    pub fn place(&self, span: Range<usize>) -> FilePosition {
         place(&self.source, span)
     }
 }
 
 /// The location at which a range of a file starts.
-pub fn place(source: &Source, span: Range<usize>) -> Place {
-    let parameters::Place { line, column, .. } = source.place(span);
-    Place { file: source.file.clone(), line, column }
+pub fn place(source: &Source, span: Range<usize>) -> FilePosition {
+    let parameters::TextPosition { line, column, .. } = source.place(span);
+    FilePosition { file: source.file.clone(), line, column }
 }
 
 /// Parses the contents of a TOML file.

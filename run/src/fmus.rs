@@ -49,7 +49,7 @@ pub struct Member {
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
-pub enum Part {
+pub enum LoopRole {
     /// It has a setpoint or gives a manipulated value.
     Controller,
     /// It takes a manipulated value and has a process value.

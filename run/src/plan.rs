@@ -2,7 +2,7 @@
 //! needs in each step.
 
 use crate::component::Type;
-use crate::system::{Connection, EXACT, Exchange, Place, Recorded, Setting, System, Value, own_name};
+use crate::system::{Connection, EXACT, Exchange, FilePosition, Recorded, Setting, System, Value, own_name};
 use anyhow::{Context, Result, bail};
 use modeldescription::{Causality, Description, Variability, Variable};
 use serde::{Deserialize, Serialize};
@@ -65,15 +65,15 @@ pub struct MemberPlan {
     /// Assignments at later times in seconds, in ascending order.
     pub events: Vec<(f64, Assignment)>,
     /// The connected inputs.
-    pub connected: Block,
+    pub connected: TypedBatch,
     /// The sources of these inputs: the member, and the position in its `observed`.
     pub sources: Vec<(usize, usize)>,
     /// The connected outputs.
-    pub outputs: Block,
+    pub outputs: TypedBatch,
     /// The positions of these outputs in `observed`.
     pub output_places: Vec<usize>,
     /// The variables read after each step: connected outputs, and what is recorded.
-    pub observed: Block,
+    pub observed: TypedBatch,
 }
 
 /// A variable and its value.
@@ -89,21 +89,24 @@ pub struct Assignment {
 
 /// Variables of one FMU grouped by type, so that one call reads or writes all of a type.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Block {
+pub struct TypedBatch {
     /// The value references, grouped in the order of `Type::ALL`.
     pub references: Vec<u32>,
     /// The number of variables of each type.
     pub counts: [usize; Type::ALL.len()],
 }
 
-impl Block {
+impl TypedBatch {
     /// Groups variables and removes duplicates.
-    fn of(variables: impl IntoIterator<Item = (Type, u32)>) -> Block {
+    fn of(variables: impl IntoIterator<Item = (Type, u32)>) -> TypedBatch {
         let mut variables: Vec<_> = variables.into_iter().collect();
         variables.sort_unstable();
         variables.dedup();
         let count = |kind| variables.iter().filter(|(of, _)| *of == kind).count();
-        Block { counts: Type::ALL.map(count), references: variables.iter().map(|(_, reference)| *reference).collect() }
+        TypedBatch {
+            counts: Type::ALL.map(count),
+            references: variables.iter().map(|(_, reference)| *reference).collect(),
+        }
     }
 
     /// Iterates over the variables in order.
@@ -224,10 +227,11 @@ impl Plan {
         for (member, of) in plan.members.iter_mut().enumerate() {
             let from = wires.iter().filter(|wire| wire.from.member == member).map(|wire| wire.from.key());
             let shown = recorded.iter().filter(|reference| reference.member == member).map(Reference::key);
-            of.observed = Block::of(from.clone().chain(shown));
-            of.outputs = Block::of(from);
+            of.observed = TypedBatch::of(from.clone().chain(shown));
+            of.outputs = TypedBatch::of(from);
             of.output_places = of.outputs.variables().map(|output| of.observed.place(output)).collect();
-            of.connected = Block::of(wires.iter().filter(|wire| wire.to.member == member).map(|wire| wire.to.key()));
+            of.connected =
+                TypedBatch::of(wires.iter().filter(|wire| wire.to.member == member).map(|wire| wire.to.key()));
         }
         plan.connect(&wires)?;
         plan.columns = recorded.iter().map(|reference| plan.column(&names, reference, &wires)).collect();
@@ -435,7 +439,7 @@ pub fn effective<'a, 's>(
 }
 
 /// Adds to an error its location in a file.
-fn located<T>(place: Option<&Place>, result: Result<T>) -> Result<T> {
+fn located<T>(place: Option<&FilePosition>, result: Result<T>) -> Result<T> {
     match place {
         Some(place) => result.with_context(|| place.to_string()),
         None => result,

@@ -73,7 +73,7 @@ pub struct Setting {
     /// precedence.
     pub is_preliminary: bool,
     /// Its location, if it is in a file.
-    pub place: Option<Place>,
+    pub place: Option<FilePosition>,
 }
 
 /// A variable that is recorded.
@@ -82,7 +82,7 @@ pub struct Recorded {
     /// `FMU.VARIABLE`
     pub variable: String,
     /// Its location, if it is in a file.
-    pub place: Option<Place>,
+    pub place: Option<FilePosition>,
 }
 
 /// A value as the user writes it.
@@ -105,12 +105,12 @@ pub struct Connection {
     /// The input, `FMU.VARIABLE`.
     pub to: String,
     /// Its location, if it is in a file.
-    pub place: Option<Place>,
+    pub place: Option<FilePosition>,
 }
 
 /// A location in a file, displayed as `FILE:LINE:COLUMN`.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq, Eq)]
-pub struct Place {
+pub struct FilePosition {
     /// The file, as given by the user.
     pub file: String,
     /// The line, from 1.
@@ -124,7 +124,7 @@ pub fn own_name<'a>(variable: &'a str, member: &str) -> Option<&'a str> {
     variable.strip_prefix(member)?.strip_prefix('.')
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for FilePosition {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         write!(formatter, "{}:{}:{}", self.file, self.line, self.column)
     }
@@ -165,11 +165,11 @@ impl FromStr for Setting {
 impl Setting {
     /// The values of a PLC loop as settings of an FMU called `member`. A value without a location of its own gets
     /// `place`.
-    pub fn of_loop(one: &Loop, member: &str, place: Option<&Place>) -> Vec<Setting> {
-        let setting = |setting: &parameters::Setting| {
+    pub fn of_loop(one: &Loop, member: &str, place: Option<&FilePosition>) -> Vec<Setting> {
+        let setting = |setting: &parameters::MemberValue| {
             let place = match &setting.origin {
                 Origin::Text { file, line, column, .. } => {
-                    Some(Place { file: file.clone(), line: *line, column: *column })
+                    Some(FilePosition { file: file.clone(), line: *line, column: *column })
                 }
                 _ => place.cloned(),
             };

@@ -9,10 +9,10 @@ mod known;
 use crate::compiler::{BlockId, Compiler, Interface};
 use crate::lower::placed;
 use crate::network::{Call, Parameter, Way};
-use crate::syntax::{Block, BlockKind, ExpressionKind, Scope, SectionKind, Tree, attribute, key};
+use crate::syntax::{BlockKind, ExpressionKind, Scope, SectionKind, SourceBlock, Tree, attribute, key};
 use crate::system_memory;
 use crate::types::Elementary;
-use crate::undeclared::{Bounds, Formal, Part, Undeclared, Uses, What};
+use crate::undeclared::{Bounds, Formal, Undeclared, UndeclaredStep, Uses, What};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt::Write as _;
 
@@ -146,9 +146,9 @@ impl<'a> Node<'a> {
             let mut node = &mut root;
             for part in path {
                 node = match part {
-                    Part::Member(name) => node.members.entry(name).or_default(),
-                    Part::Element(_) => node.element.get_or_insert_default(),
-                    Part::Value => node.value.get_or_insert_default(),
+                    UndeclaredStep::Member(name) => node.members.entry(name).or_default(),
+                    UndeclaredStep::Element(_) => node.element.get_or_insert_default(),
+                    UndeclaredStep::Value => node.value.get_or_insert_default(),
                 };
             }
             node.uses = Some(uses);
@@ -378,7 +378,7 @@ fn function(name: &str, result: &str, formals: &[Formal]) -> String {
 }
 
 /// Whether a block is marked as a stub.
-pub fn is_marked(block: &Block) -> bool {
+pub fn is_marked(block: &SourceBlock) -> bool {
     attribute(&block.attributes, STUB).is_some_and(|value| value.eq_ignore_ascii_case("true"))
 }
 

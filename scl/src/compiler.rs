@@ -4,7 +4,7 @@ use crate::copies::Twin;
 use crate::lexer::Span;
 use crate::program::{self, At, Base, Expr, Place, Program};
 use crate::report::Report;
-use crate::syntax::{Block, BlockKind, ExpressionId, Expressions, Member, Section, SectionKind, Tree};
+use crate::syntax::{BlockKind, ExpressionId, Expressions, Member, Section, SectionKind, SourceBlock, Tree};
 use crate::types::{Elementary, Type};
 use crate::undeclared::{Missing, Undeclared};
 use manifest::{Cpu, Manifest};
@@ -86,7 +86,7 @@ impl<'a> Compiler<'a> {
     }
 
     /// Returns a block of a source.
-    pub fn block(&self, (file, index): BlockId) -> &'a Block {
+    pub fn block(&self, (file, index): BlockId) -> &'a SourceBlock {
         &self.trees[file].blocks[index]
     }
 

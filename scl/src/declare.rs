@@ -5,8 +5,8 @@ use crate::lexer::Span;
 use crate::lower::Lowerer;
 use crate::program::{self, Body, Function, Local};
 use crate::syntax::{
-    Block, BlockKind, Member, Name, Section, SectionKind, Start, Statement, StatementKind, Type as Written, TypeKind,
-    attribute, key,
+    BlockKind, Member, Name, Section, SectionKind, SourceBlock, Start, Statement, StatementKind, Type as Written,
+    TypeKind, attribute, key,
 };
 use crate::types::{Array, Elementary, Field, Structure, Type};
 use crate::undeclared::What;
@@ -477,7 +477,7 @@ impl Compiler<'_> {
     }
 
     /// The constants of a block; each may use those declared before it.
-    fn constants(&mut self, block: &Block, file: usize) -> HashMap<String, Symbol> {
+    fn constants(&mut self, block: &SourceBlock, file: usize) -> HashMap<String, Symbol> {
         let mut symbols = HashMap::new();
         if file == self.library_file() {
             crate::library::constants(self.cpu, &block.name.text, &mut symbols);
@@ -549,7 +549,7 @@ impl Compiler<'_> {
     }
 
     /// The members of all sections of a data block as one structure.
-    fn joined(&mut self, block: &Block, file: usize, symbols: &Rc<HashMap<String, Symbol>>) -> Structure {
+    fn joined(&mut self, block: &SourceBlock, file: usize, symbols: &Rc<HashMap<String, Symbol>>) -> Structure {
         let part = |section: &Section| {
             let mut part = self.structure_of("", &section.members, file, symbols);
             part.fields.iter_mut().for_each(|field| field.is_retained = section.is_retained);
@@ -585,7 +585,7 @@ impl Compiler<'_> {
     }
 
     /// Whether the block is to be compiled as a stub.
-    fn is_stub(&self, block: &Block) -> bool {
+    fn is_stub(&self, block: &SourceBlock) -> bool {
         block.kind == BlockKind::FunctionBlock
             && (self.stubs.contains(&block.name.key()) || crate::assume::is_marked(block))
     }
@@ -623,7 +623,7 @@ impl Compiler<'_> {
     }
 
     /// Applies the start values in the body of a data block: `BEGIN a.b := 1;`.
-    fn start_values(&mut self, block: &Block, file: usize, global: &Global) {
+    fn start_values(&mut self, block: &SourceBlock, file: usize, global: &Global) {
         for statement in &block.body {
             self.start_value_of(statement, file, global);
         }

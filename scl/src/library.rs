@@ -5,7 +5,7 @@ use crate::lexer::Span;
 use crate::program::{Body, Function, Value};
 use crate::syntax::{BlockKind, ExpressionId, ExpressionKind, SectionKind, key};
 use crate::types::{Elementary, Type};
-use blocks::{Role, Table};
+use blocks::{Role, StaticTable};
 use manifest::Cpu;
 use parameters::Source;
 use std::collections::HashMap;
@@ -305,8 +305,8 @@ pub fn last_name(tree: &crate::syntax::Tree, path: ExpressionId) -> Option<(Stri
 }
 
 /// The tables of the native blocks.
-fn tables() -> Vec<&'static Table> {
-    struct Tables(Vec<&'static Table>);
+fn tables() -> Vec<&'static StaticTable> {
+    struct Tables(Vec<&'static StaticTable>);
     impl blocks::EachBlock for Tables {
         fn block<B: blocks::Block>(&mut self) {
             self.0.push(B::TABLE);
@@ -323,8 +323,8 @@ pub fn natives() -> Vec<&'static str> {
 }
 
 /// The table of a native block, by its name or an alias such as `FB41`.
-fn table(name: &str) -> Option<&'static Table> {
-    let is_it = |table: &&Table| {
+fn table(name: &str) -> Option<&'static StaticTable> {
+    let is_it = |table: &&StaticTable| {
         let mut names = table.aliases.iter().chain([&table.name]);
         names.any(|alias| alias.replace(' ', "").eq_ignore_ascii_case(name))
     };

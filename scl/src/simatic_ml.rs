@@ -9,7 +9,7 @@ use crate::ladder::Owner;
 use crate::lexer::Span;
 use crate::parser::Fragments;
 use crate::report::Report;
-use crate::syntax::{Attribute, Block, BlockKind, EVENT, Name, Tree, Type, TypeKind};
+use crate::syntax::{Attribute, BlockKind, EVENT, Name, SourceBlock, Tree, Type, TypeKind};
 use parameters::problem::quoted;
 use parameters::xml::{self, Element};
 use text::Written;
@@ -102,7 +102,7 @@ impl Reader<'_> {
             return;
         };
         let name = Name { text: name.to_string(), span };
-        let mut block = Block { comment: block_comment(element), ..Block::new(kind, name) };
+        let mut block = SourceBlock { comment: block_comment(element), ..SourceBlock::new(kind, name) };
         let extent = self.extent(element);
         self.report.locate(extent, block.title());
         if self.attribute(element, "MemoryLayout").is_some_and(|(layout, _)| layout == "Standard") {
@@ -131,7 +131,7 @@ impl Reader<'_> {
     /// Keeps the block of an instance by the interface that its data block repeats.
     fn instantiated(&mut self, element: Element, extent: Span, name: Name) {
         let span = name.span;
-        let mut block = Block::new(BlockKind::FunctionBlock, name);
+        let mut block = SourceBlock::new(BlockKind::FunctionBlock, name);
         self.interface(element, &mut block);
         if block.sections.is_empty() {
             return;

@@ -4,7 +4,7 @@ use crate::compiler::{Compiler, Operand, Parameter, Slot, Symbol};
 use crate::lexer::Span;
 use crate::lower::Lowerer;
 use crate::program::{Base, Expr, Place, Step, Type as Lowered};
-use crate::syntax::{ExpressionId, Expressions, Part, Start};
+use crate::syntax::{ExpressionId, Expressions, PathStep, Start};
 use crate::types::Type;
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -173,16 +173,16 @@ impl Starting<'_, '_> {
     }
 
     /// Writes the value of a part.
-    fn part(&mut self, of: &Type, path: &[Part], value: ExpressionId, span: Span, bytes: &mut [u8]) {
+    fn part(&mut self, of: &Type, path: &[PathStep], value: ExpressionId, span: Span, bytes: &mut [u8]) {
         let Some((part, rest)) = path.split_first() else {
             return self.write(of, &Start::Value(value), bytes);
         };
         let found = match (of, part) {
             (Type::Wrong, _) => return,
-            (Type::Structure(structure), Part::Member(name)) => structure
+            (Type::Structure(structure), PathStep::Member(name)) => structure
                 .number(&name.key())
                 .map(|number| (structure.record, number, structure.fields[number].of.clone())),
-            (Type::Instance(block), Part::Member(name)) => {
+            (Type::Instance(block), PathStep::Member(name)) => {
                 let interface = &self.compiler.blocks[*block];
                 let found = interface.members.iter().find(|member| member.key == name.key());
                 found.and_then(|member| match member.slot {
@@ -190,7 +190,7 @@ impl Starting<'_, '_> {
                     Slot::Local(_) => None,
                 })
             }
-            (Type::Array(array), Part::Element(indices)) if indices.len() == array.bounds.len() => {
+            (Type::Array(array), PathStep::Element(indices)) if indices.len() == array.bounds.len() => {
                 let size = self.compiler.program.size(&self.compiler.lowered(&array.of));
                 let mut number = 0i64;
                 for (index, (low, high)) in indices.iter().zip(&array.bounds) {
@@ -217,7 +217,7 @@ impl Starting<'_, '_> {
                 self.part(&of, rest, value, span, &mut bytes[offset..offset + size]);
             }
             None => {
-                let name = if let Part::Member(name) = part { name.text.as_str() } else { "an element" };
+                let name = if let PathStep::Member(name) = part { name.text.as_str() } else { "an element" };
                 let message = format!("a start value of {name}, which {of} does not have");
                 self.compiler.error(span, message, Some("export the block again"));
             }

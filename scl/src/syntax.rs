@@ -230,7 +230,7 @@ pub enum BlockKind {
 
 /// A block of a source.
 #[derive(Debug)]
-pub struct Block {
+pub struct SourceBlock {
     /// Its kind.
     pub kind: BlockKind,
     /// Its name.
@@ -247,10 +247,10 @@ pub struct Block {
     pub body: Vec<Statement>,
 }
 
-impl Block {
+impl SourceBlock {
     /// A block of which only the name is known yet.
-    pub fn new(kind: BlockKind, name: Name) -> Block {
-        Block {
+    pub fn new(kind: BlockKind, name: Name) -> SourceBlock {
+        SourceBlock {
             kind,
             name,
             of: None,
@@ -369,12 +369,12 @@ pub enum Start {
     /// `(x := 1, y := 2)`.
     Members(Vec<(Name, Start)>, Span),
     /// The values of individual parts, by path; other parts keep the defaults of their types.
-    Parts(Vec<(Vec<Part>, ExpressionId)>, Span),
+    Parts(Vec<(Vec<PathStep>, ExpressionId)>, Span),
 }
 
 /// A step of a path to a part of a variable.
 #[derive(Clone, Debug)]
-pub enum Part {
+pub enum PathStep {
     /// A member of a structure or an instance.
     Member(Name),
     /// An element of an array.
@@ -385,7 +385,7 @@ pub enum Part {
 #[derive(Debug, Default)]
 pub struct Tree {
     /// Its blocks.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<SourceBlock>,
     /// The networks in LAD and FBD, each with the index of its block.
     pub networks: Vec<(usize, Network)>,
     /// Where each block stands, from its first word or element to its last.

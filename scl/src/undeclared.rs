@@ -31,12 +31,12 @@ pub struct Missing {
     /// The lookup key of the name.
     pub name: String,
     /// The path to the part; empty for the whole.
-    pub path: Vec<Part>,
+    pub path: Vec<UndeclaredStep>,
 }
 
 /// A step in the path to a part of something undeclared.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Part {
+pub enum UndeclaredStep {
     /// A member, as written.
     Member(String),
     /// An element of an array with this number of dimensions.
@@ -52,7 +52,7 @@ impl Missing {
     }
 
     /// A part of this one.
-    pub fn part(mut self, part: Part) -> Missing {
+    pub fn part(mut self, part: UndeclaredStep) -> Missing {
         self.path.push(part);
         self
     }
@@ -101,7 +101,7 @@ pub struct Undeclared {
     /// Its kind, inferred from its uses.
     pub what: What,
     /// The uses of the whole and of its parts.
-    pub uses: BTreeMap<Vec<Part>, Uses>,
+    pub uses: BTreeMap<Vec<UndeclaredStep>, Uses>,
     /// The arguments with which it is called, without duplicates.
     pub formals: Vec<Formal>,
     /// Whether it is called.
@@ -122,9 +122,9 @@ impl Undeclared {
         let mut members: Vec<&str> = Vec::new();
         for path in self.uses.keys() {
             let member = match path.first() {
-                Some(Part::Member(name)) => name.as_str(),
-                Some(Part::Element(_)) => "[]",
-                Some(Part::Value) | None => continue,
+                Some(UndeclaredStep::Member(name)) => name.as_str(),
+                Some(UndeclaredStep::Element(_)) => "[]",
+                Some(UndeclaredStep::Value) | None => continue,
             };
             if members.last() != Some(&member) {
                 members.push(member);

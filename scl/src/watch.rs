@@ -8,15 +8,15 @@ mod decide;
 mod network;
 
 pub(crate) use decide::terms;
-pub use decide::{Decision, Logic, Part};
+pub use decide::{Decision, Influence, Logic};
 pub use network::{Element, From, Input, Network, Operand, Output, Shape};
 
 use crate::format::{self, Format};
 use crate::lexer::Span;
 use crate::report::Report;
 use crate::syntax::{
-    Argument, Binary, Block, BlockKind, ExpressionId, ExpressionKind, Expressions, Member, Scope, SectionKind, Start,
-    Statement, StatementKind, TypeKind, Unary,
+    Argument, Binary, BlockKind, ExpressionId, ExpressionKind, Expressions, Member, Scope, SectionKind, SourceBlock,
+    Start, Statement, StatementKind, TypeKind, Unary,
 };
 use parameters::{Source, literal};
 use std::collections::HashMap;
@@ -216,7 +216,7 @@ pub fn watched(sources: &[Source]) -> Vec<Watched> {
     found
 }
 
-fn start(file: usize, source: &Source, block: &Block, expressions: &Expressions) -> Watched {
+fn start(file: usize, source: &Source, block: &SourceBlock, expressions: &Expressions) -> Watched {
     let written = |span: Span| source.text[span.range()].to_string();
     let of_kind = |kind: SectionKind| {
         let sections = block.sections.iter().filter(move |section| section.kind == kind);

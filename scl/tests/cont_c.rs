@@ -1,7 +1,7 @@
 //! CONT_C written in SCL (`data/cont_c.scl`) has the same bits as its law in `blocks`, which was written independently
 //! in another language.
 
-use blocks::{Block, ContC, Kind, Law, Role, Row, Time, Value, Word};
+use blocks::{Block, ContC, Kind, Law, Role, StaticRow, Time, Value, Word};
 use parameters::Source;
 use scl::machine::{Code, Machine};
 use scl::program::{Program, Scalar, Type};
@@ -45,7 +45,7 @@ impl Controller {
     }
 }
 
-fn place(program: &Program, instance: &str, row: &Row) -> (Scalar, usize) {
+fn place(program: &Program, instance: &str, row: &StaticRow) -> (Scalar, usize) {
     match program.find(&format!("{instance}.{}", row.name)) {
         Some((offset, Type::Scalar(ty))) => (ty, offset),
         _ => panic!("cont_c.scl has no {}", row.name),
@@ -61,7 +61,7 @@ fn bits(value: Value) -> u64 {
 }
 
 /// Generates a value for a row: usually a typical one, sometimes one that no loop has.
-fn value(random: &mut Random, row: &Row) -> Value {
+fn value(random: &mut Random, row: &StaticRow) -> Value {
     match row.kind {
         Kind::Bool => Value::Bool(random.below(2) == 1),
         Kind::Time => Value::Time(Time::ms(match random.below(4) {
@@ -88,7 +88,7 @@ fn compare(controller: &mut Controller, random: &mut Random, switches: &[usize],
     for (index, row) in table.rows.iter().enumerate() {
         assert_eq!(controller.get(index), bits(row.start), "start value of {}", row.name);
     }
-    let is_switch = |row: &Row| row.kind == Kind::Bool && row.role.is_settable();
+    let is_switch = |row: &StaticRow| row.kind == Kind::Bool && row.role.is_settable();
     for call in 0..calls {
         for (index, row) in table.rows.iter().enumerate() {
             let changes = match row.role {

@@ -101,14 +101,14 @@ pub fn open(path: &Path) -> Result<Reading> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use run::system::{Member, Place, Setting, System, Value};
+    use run::system::{FilePosition, Member, Setting, System, Value};
 
     #[test]
     fn a_bundle_has_the_fingerprint_of_its_study_wherever_it_is() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("PUMP.fmu");
         fs::write(&path, "an FMU").unwrap();
-        let place = Some(Place { file: "loop.toml".into(), line: 3, column: 1 });
+        let place = Some(FilePosition { file: "loop.toml".into(), line: 3, column: 1 });
         let value = Value::Number(0.1);
         let setting = Setting { variable: "A.GAIN".into(), value, time: None, is_preliminary: false, place };
         let member = |name: &str| Member { name: name.into(), path: path.clone() };

@@ -8,7 +8,7 @@ use crate::tuning::Tuning;
 use crate::{Along, Axis};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use blocks::table::number::to_value;
-use parameters::{Block, Format, Options, Origin};
+use parameters::{BlockType, Format, Options, Origin};
 use run::fmus::number_of;
 use run::system::{Setting, Value, own_name};
 use std::fmt::Write as _;
@@ -177,7 +177,7 @@ pub fn written_back(source: &Source, variables: &[String], tuned: &[Tuned]) -> R
         loops.push(one);
     }
     let text = parameters::Source::read(&source.path, None).map_err(anyhow::Error::msg)?;
-    let rewritten = parameters::rewrite(format, &text, &Block::all(), &Options::default(), &loops);
+    let rewritten = parameters::rewrite(format, &text, &BlockType::all(), &Options::default(), &loops);
     Ok(rewritten.map_err(anyhow::Error::msg)?.0)
 }
 

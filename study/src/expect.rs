@@ -368,7 +368,7 @@ impl fmt::Display for Expectation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::results::Row;
+    use crate::results::RunResult;
 
     const NONE: f64 = f64::NAN;
 
@@ -390,7 +390,7 @@ mod tests {
         for row in rows {
             let (overshoot, settling) = row.unwrap_or((NONE, NONE));
             let error = row.is_none().then(|| "PLANT: division by zero".to_string());
-            results.push(&[], &Row { figures: vec![overshoot, settling, NONE, NONE, NONE], error }).unwrap();
+            results.push(&[], &RunResult { figures: vec![overshoot, settling, NONE, NONE, NONE], error }).unwrap();
         }
         results
     }

@@ -2,7 +2,7 @@
 
 use crate::axes::{Axes, Target, varied};
 use crate::measures::{Measures, Traces};
-use crate::results::{Loops, Quantity, Results, Row};
+use crate::results::{Loops, Quantity, Results, RunResult};
 use crate::{Job, Signals, Study};
 use anyhow::{Context, Result};
 use control::figures::Set;
@@ -272,7 +272,7 @@ impl<C: Reset> Executor<C> {
     ///
     /// # Panics
     /// The point does not have a value for each coordinate.
-    pub fn row(&mut self, point: &[f64], instantiate: impl FnMut(usize) -> Result<C>) -> Row {
+    pub fn row(&mut self, point: &[f64], instantiate: impl FnMut(usize) -> Result<C>) -> RunResult {
         self.rows(&[point.to_vec()], Gives::Figures, instantiate).remove(0)
     }
 
@@ -286,7 +286,7 @@ impl<C: Reset> Executor<C> {
         points: &[Vec<f64>],
         gives: Gives,
         mut instantiate: impl FnMut(usize) -> Result<C>,
-    ) -> Vec<Row> {
+    ) -> Vec<RunResult> {
         if points.len() > 1 && self.make(points, gives, &mut instantiate).is_ok() {
             return (0..points.len()).map(|number| self.row_of(number, gives)).collect();
         }
@@ -300,20 +300,20 @@ impl<C: Reset> Executor<C> {
             }
             let Err(error) = made else { return self.row_of(0, gives) };
             let error = format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ");
-            Row { figures: vec![f64::NAN; self.experiment.figures.len()], error: Some(error) }
+            RunResult { figures: vec![f64::NAN; self.experiment.figures.len()], error: Some(error) }
         };
         points.iter().map(&mut row).collect()
     }
 
     /// The row of one of the last runs.
-    fn row_of(&mut self, number: usize, gives: Gives) -> Row {
+    fn row_of(&mut self, number: usize, gives: Gives) -> RunResult {
         let Experiment { measures, plan, .. } = &self.experiment;
         let traces = &mut self.traces[number];
         let mut figures = measures.end(traces, plan);
         if gives == Gives::Trace {
             figures.extend(measures.process_values(traces));
         }
-        Row { figures, error: None }
+        RunResult { figures, error: None }
     }
 
     /// Executes the run of a point with new instances and records it: the signals of the loop, the variables that

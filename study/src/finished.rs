@@ -10,22 +10,22 @@ use std::path::Path;
 
 /// The entry in `summary.json` about the table of runs.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq, Eq)]
-pub struct Table {
+pub struct RunsTable {
     /// The file name.
     pub file: String,
     /// The SHA-256 hash of the file in hexadecimal.
     pub sha256: String,
 }
 
-impl Table {
+impl RunsTable {
     /// Finds and hashes the table in a folder.
     ///
     /// # Errors
     /// There is no such table, or it cannot be read.
-    pub fn of(out: &Path, format: Format) -> Result<Table> {
+    pub fn of(out: &Path, format: Format) -> Result<RunsTable> {
         let path = format.file(out);
         let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Table { file, sha256: hash(&path)? })
+        Ok(RunsTable { file, sha256: hash(&path)? })
     }
 }
 
@@ -33,7 +33,7 @@ impl Table {
 #[derive(Deserialize)]
 struct Summary {
     fingerprint: String,
-    table: Table,
+    table: RunsTable,
 }
 
 /// Reads the rows of a finished study one by one from its folder; returns `false` if there are no results. The table
@@ -61,7 +61,7 @@ pub fn rows(out: &Path, fingerprint: &str, coordinates: usize, figures: usize, e
     let table = format.file(out);
     ensure!(table.is_file(), "{} is missing: {REMEDY}", table.display());
     ensure!(
-        Table::of(out, format)? == summary.table,
+        RunsTable::of(out, format)? == summary.table,
         "{} has changed since the study has written it: {REMEDY}",
         table.display()
     );
@@ -72,7 +72,7 @@ pub fn rows(out: &Path, fingerprint: &str, coordinates: usize, figures: usize, e
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::results::{Quantity, Results, Row};
+    use crate::results::{Quantity, Results, RunResult};
 
     #[test]
     fn results_of_another_study_and_a_changed_table_are_refused() {
@@ -89,10 +89,10 @@ mod tests {
         assert_eq!(rows("f").unwrap(), None);
         let quantity = |name: &str| vec![Quantity { name: name.into(), unit: None }];
         let mut results = Results::new(quantity("C.GAIN"), quantity("iae"));
-        let row = Row { figures: vec![0.1], error: None };
+        let row = RunResult { figures: vec![0.1], error: None };
         results.push(&[2.0], &row).unwrap();
         output::write(&Format::Csv.file(out), Format::Csv, &results).unwrap();
-        let table = Table::of(out, Format::Csv).unwrap();
+        let table = RunsTable::of(out, Format::Csv).unwrap();
         let summary = serde_json::json!({ "fingerprint": "f", "table": table });
         fs::write(out.join("summary.json"), summary.to_string()).unwrap();
         assert_eq!(rows("f").unwrap(), Some(vec![row]));

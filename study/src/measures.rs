@@ -4,7 +4,7 @@ use crate::experiment::traced;
 use crate::results::Quantity;
 use crate::{Limit, Signals, Study, Take};
 use anyhow::{Context, Result, bail};
-use control::figures::{self, Figure, Given, Set, Span, Window, Wiring};
+use control::figures::{self, Figure, LoopSignals, Set, Span, Window, Wiring};
 use run::component::Type;
 use run::dialog::Roles;
 use run::plan::{Names, Plan, Reference};
@@ -230,7 +230,7 @@ impl Measures {
             Ok(column)
         };
         let pulses = signals.pulses.iter().flatten().map(pulse).collect::<Result<Vec<_>>>()?;
-        let figures: Vec<_> = figures::applicable(Given {
+        let figures: Vec<_> = figures::applicable(LoopSignals {
             // The mean of pulses does not count as travel; variables named by the user do.
             manipulated_value: manipulated.is_some()
                 && (pulses.is_empty() || study.signals.manipulated_value.is_some()),

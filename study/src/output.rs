@@ -4,7 +4,7 @@
 //! The columns are `run`, `loop` if the study has a table of named loops, the coordinates of the run's point, its
 //! figures, and `error`. A missing figure is null in Parquet and an empty field in CSV; true is 1.
 
-use crate::results::{Loops, Quantity, Results, Row};
+use crate::results::{Loops, Quantity, Results, RunResult};
 use anyhow::{Context, Result, bail};
 use host::package::temporary;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
@@ -104,7 +104,7 @@ pub fn write_csv(to: &mut impl Write, results: &Results) -> Result<()> {
 }
 
 /// A callback for the next row of a table.
-pub type Take<'a> = dyn FnMut(Row) -> Result<()> + 'a;
+pub type Take<'a> = dyn FnMut(RunResult) -> Result<()> + 'a;
 
 /// Reads a table written by [`write()`], with this many coordinates and figures, row by row.
 ///
@@ -124,7 +124,7 @@ fn read_csv(from: impl BufRead, coordinates: usize, figures: usize, each: &mut T
     let mut lines = from.lines().enumerate();
     let header = lines.next().map(|(_, line)| line).transpose()?.unwrap_or_default();
     let has_loops = header.split(',').nth(1) == Some(LOOP);
-    let row = |line: &str| -> Option<Row> {
+    let row = |line: &str| -> Option<RunResult> {
         let mut rest = line.split_once(',')?.1;
         if has_loops {
             rest = &rest[end_of_field(rest)? + 1..];
@@ -133,7 +133,7 @@ fn read_csv(from: impl BufRead, coordinates: usize, figures: usize, each: &mut T
         let mut fields = rest.splitn(coordinates + figures + 1, ',').skip(coordinates);
         let number = |field: &str| if field.is_empty() { Some(f64::NAN) } else { field.parse().ok() };
         let figures = fields.by_ref().take(figures).map(number).collect::<Option<_>>()?;
-        Some(Row { figures, error: Some(unquoted(fields.next()?)).filter(|error| !error.is_empty()) })
+        Some(RunResult { figures, error: Some(unquoted(fields.next()?)).filter(|error| !error.is_empty()) })
     };
     for (number, line) in lines {
         each(row(&line?).with_context(|| format!("line {} is damaged", number + 1))?)?;
@@ -155,7 +155,7 @@ fn read_parquet(from: File, coordinates: usize, figures: usize, each: &mut Take)
     // The run number and, for a table of loops, the name.
     let columns = reader.metadata().file_metadata().schema_descr().columns();
     let leading = if columns.get(1).is_some_and(|column| column.name() == LOOP) { 2 } else { 1 };
-    let row = |row: &parquet::record::Row| Row {
+    let row = |row: &parquet::record::Row| RunResult {
         // Null stands for NaN.
         figures: (0..figures)
             .map(|figure| row.get_double(leading + coordinates + figure).unwrap_or(f64::NAN))
@@ -283,10 +283,10 @@ mod tests {
             vec![quantity("C.GAIN", None), quantity("P.LAG", Some("s"))],
             vec![quantity("rise", Some("s")), quantity("overshoot", Some("%"))],
         );
-        results.push(&[0.1, 30.0], &Row { figures: vec![1.0 / 3.0, f64::NAN], error: None }).unwrap();
+        results.push(&[0.1, 30.0], &RunResult { figures: vec![1.0 / 3.0, f64::NAN], error: None }).unwrap();
         let error = Some("P: \"dry\", twice".into());
-        results.push(&[1e-300, -0.0], &Row { figures: vec![f64::NAN, f64::NAN], error }).unwrap();
-        results.push(&[2.0, 5.0], &Row { figures: vec![f64::INFINITY, 4.0], error: None }).unwrap();
+        results.push(&[1e-300, -0.0], &RunResult { figures: vec![f64::NAN, f64::NAN], error }).unwrap();
+        results.push(&[2.0, 5.0], &RunResult { figures: vec![f64::INFINITY, 4.0], error: None }).unwrap();
         results
     }
 
@@ -322,7 +322,7 @@ mod tests {
             assert_eq!(row.get_long(0).unwrap(), run as i64);
             let value = |column| row.get_double(column).unwrap_or(f64::NAN);
             let error = row.get_string(5).ok().cloned();
-            read.push(&[value(1), value(2)], &Row { figures: vec![value(3), value(4)], error }).unwrap();
+            read.push(&[value(1), value(2)], &RunResult { figures: vec![value(3), value(4)], error }).unwrap();
         }
         let mut from_parquet = Vec::new();
         write_csv(&mut from_parquet, &read).unwrap();
@@ -363,7 +363,7 @@ mod tests {
             write(&path, format, &results).unwrap();
             let mut read_back = Results::new(results.coordinates.clone(), results.figures.clone());
             read_back.loops = results.loops.clone();
-            let mut each = |row: Row| read_back.push(&results.point(read_back.count())?, &row);
+            let mut each = |row: RunResult| read_back.push(&results.point(read_back.count())?, &row);
             read(&path, format, 2, 2, &mut each).unwrap();
             let csv = |results: &Results| {
                 let mut csv = Vec::new();

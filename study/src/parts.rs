@@ -5,7 +5,7 @@
 //! may overlap.
 
 use crate::Writer;
-use crate::results::Row;
+use crate::results::RunResult;
 use anyhow::{Context, Result, bail, ensure};
 use host::package::temporary;
 use serde::de::DeserializeOwned;
@@ -68,7 +68,7 @@ impl Rows {
     ///
     /// # Errors
     /// The folder for temporary files is full.
-    pub fn push(&mut self, row: &Row) -> Result<()> {
+    pub fn push(&mut self, row: &RunResult) -> Result<()> {
         let bytes = postcard::to_stdvec(row)?;
         self.encoded.write_all(&bytes).with_context(|| {
             let folder = std::env::temp_dir();
@@ -273,7 +273,7 @@ impl Parts {
     ///
     /// # Errors
     /// A part cannot be read, or `each` fails.
-    pub fn rows(&self, mut each: impl FnMut(u64, Row) -> Result<()>) -> Result<()> {
+    pub fn rows(&self, mut each: impl FnMut(u64, RunResult) -> Result<()>) -> Result<()> {
         let mut next = 0;
         for ((first, end), path) in &self.files {
             if *end <= next {
@@ -322,7 +322,7 @@ impl Collector<'_> {
     ///
     /// # Errors
     /// A part cannot be written.
-    pub fn push(&mut self, run: u64, row: &Row) -> Result<()> {
+    pub fn push(&mut self, run: u64, row: &RunResult) -> Result<()> {
         if self.is_due() || self.rows.size >= MOST_BYTES || self.first + self.rows.count != run {
             self.flush()?;
             self.first = run;
@@ -360,8 +360,8 @@ impl Collector<'_> {
 mod tests {
     use super::*;
 
-    fn row(run: u64) -> Row {
-        Row { figures: vec![run as f64, f64::NAN], error: run.is_multiple_of(3).then(|| format!("run {run}")) }
+    fn row(run: u64) -> RunResult {
+        RunResult { figures: vec![run as f64, f64::NAN], error: run.is_multiple_of(3).then(|| format!("run {run}")) }
     }
 
     fn rows(runs: Range<u64>) -> Rows {
@@ -452,7 +452,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut parts = Parts::open(folder.path(), "f", false).unwrap();
         let long = "dry ".repeat(PIECE as usize);
-        let given = |run: u64| Row { error: (run == 3000).then(|| long.clone()), ..row(run) };
+        let given = |run: u64| RunResult { error: (run == 3000).then(|| long.clone()), ..row(run) };
         let mut rows = Rows::default();
         (0..9000).for_each(|run| rows.push(&given(run)).unwrap());
         parts.add(0, &mut rows).unwrap();
@@ -474,7 +474,7 @@ mod tests {
         let mut parts = Parts::open(folder.path(), "f", false).unwrap();
         let mut collector = Collector::new(&mut parts);
         // 8 kB each.
-        let row = Row { figures: vec![0.5; 1000], error: None };
+        let row = RunResult { figures: vec![0.5; 1000], error: None };
         (0..600).for_each(|run| collector.push(run, &row).unwrap());
         collector.flush().unwrap();
         assert_eq!(parts.missing(600), []);

@@ -387,7 +387,7 @@ pub fn curves(
 mod tests {
     use super::*;
     use crate::report::tests::recording;
-    use crate::results::Row;
+    use crate::results::RunResult;
 
     fn quantity(name: &str) -> Quantity {
         Quantity { name: name.into(), unit: Some("s".into()) }
@@ -397,7 +397,7 @@ mod tests {
     fn results(points: &[[f64; 2]], width: usize, figure: &str, values: &[f64]) -> Results {
         let mut results = Results::new(["P.A", "P.B"].map(quantity)[..width].to_vec(), vec![quantity(figure)]);
         for (point, value) in points.iter().zip(values) {
-            results.push(&point[..width], &Row { figures: vec![*value], error: None }).unwrap();
+            results.push(&point[..width], &RunResult { figures: vec![*value], error: None }).unwrap();
         }
         results
     }

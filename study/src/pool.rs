@@ -7,7 +7,7 @@
 use crate::Job;
 use crate::experiment::{Detail, Experiment, Gives};
 use crate::process::{Curve, End, Starter, TICK, Worker};
-use crate::results::Row;
+use crate::results::RunResult;
 use crate::worker::{self, FLUSH};
 use anyhow::{Context, Result, bail};
 use host::child;
@@ -71,7 +71,7 @@ pub trait Sink {
     ///
     /// # Errors
     /// It cannot be stored: no more runs are made.
-    fn row(&mut self, number: u64, row: Row) -> Result<()>;
+    fn row(&mut self, number: u64, row: RunResult) -> Result<()>;
 
     /// Called when no row has arrived for a while.
     ///
@@ -83,13 +83,13 @@ pub trait Sink {
 }
 
 /// A callback for the next row, with its number.
-pub type Receive<'a> = dyn FnMut(u64, Row) -> Result<()> + 'a;
+pub type Receive<'a> = dyn FnMut(u64, RunResult) -> Result<()> + 'a;
 
 /// A callback as a sink.
 struct Each<'a>(&'a mut Receive<'a>);
 
 impl Sink for Each<'_> {
-    fn row(&mut self, number: u64, row: Row) -> Result<()> {
+    fn row(&mut self, number: u64, row: RunResult) -> Result<()> {
         (self.0)(number, row)
     }
 }
@@ -285,7 +285,7 @@ impl Slot {
 struct Batch {
     /// The index of the first run.
     first: u64,
-    rows: Vec<Row>,
+    rows: Vec<RunResult>,
 }
 
 impl Batch {
@@ -429,7 +429,7 @@ impl Maker<'_> {
                 Some(end) => {
                     self.keep_printed(next, &listening, &end);
                     let error = format!("{}, twice", listening.text(&end, self.starter));
-                    let row = Row { figures: vec![f64::NAN; self.figures], error: Some(error) };
+                    let row = RunResult { figures: vec![f64::NAN; self.figures], error: Some(error) };
                     points.remove(0);
                     hand_in(sender, &mut next, vec![row]);
                 }
@@ -451,7 +451,7 @@ impl Maker<'_> {
 }
 
 /// Sends the next rows to the receiving thread.
-fn hand_in(sender: &Sender<Result<Batch>>, next: &mut u64, rows: Vec<Row>) {
+fn hand_in(sender: &Sender<Result<Batch>>, next: &mut u64, rows: Vec<RunResult>) {
     let first = *next;
     *next += rows.len() as u64;
     // If nobody listens any more, there is an error already, which stops the others.
@@ -468,7 +468,7 @@ mod tests {
     }
 
     fn batch(first: u64, count: u64) -> Result<Batch> {
-        let rows = (first..first + count).map(|run| Row { figures: vec![run as f64], error: None });
+        let rows = (first..first + count).map(|run| RunResult { figures: vec![run as f64], error: None });
         Ok(Batch { first, rows: rows.collect() })
     }
 
@@ -477,7 +477,7 @@ mod tests {
         batches.into_iter().for_each(|batch| sender.send(batch).unwrap());
         drop(sender);
         let mut numbers = Vec::new();
-        let mut each = |number: u64, row: Row| {
+        let mut each = |number: u64, row: RunResult| {
             assert_eq!(row.figures, [number as f64]);
             numbers.push(number);
             Ok(())

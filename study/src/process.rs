@@ -1,8 +1,8 @@
 //! A worker process as seen by the main process.
 
 use crate::experiment::{Detail, Gives};
-use crate::results::Row;
-use crate::worker::{ROLE, Ready, Reply, Request};
+use crate::results::RunResult;
+use crate::worker::{ROLE, Ready, Reply, WorkerRequest};
 use anyhow::{Result, bail};
 use host::child::{self, OWN, Prints, Process};
 pub use host::child::{End, TICK};
@@ -37,7 +37,7 @@ impl Starter {
         // The output of FMUs over thousands of runs is useless, unless one crashes.
         let mut worker = Worker(self.child.start(ROLE, if listens { Prints::Kept } else { Prints::Dropped })?);
         let Starter { renews, exact_door, .. } = *self;
-        worker.0.send(&Request::Begin { job: self.job.clone(), is_prompt: listens, renews, exact_door });
+        worker.0.send(&WorkerRequest::Begin { job: self.job.clone(), is_prompt: listens, renews, exact_door });
         let (began, mut calls) = (Instant::now(), 0);
         // Loading a library may take as long as a run.
         let reply = worker.0.receive(|witness| {
@@ -75,8 +75,13 @@ impl Worker {
 
     /// Makes runs. `each` receives the rows, whose points are removed from `points`. Returns why the process ended if
     /// it did so before all rows were made.
-    pub fn rows(&mut self, points: &mut Vec<Vec<f64>>, gives: Gives, mut each: impl FnMut(Vec<Row>)) -> Option<End> {
-        self.0.send(&Request::Rows(points.clone(), gives));
+    pub fn rows(
+        &mut self,
+        points: &mut Vec<Vec<f64>>,
+        gives: Gives,
+        mut each: impl FnMut(Vec<RunResult>),
+    ) -> Option<End> {
+        self.0.send(&WorkerRequest::Rows(points.clone(), gives));
         while !points.is_empty() {
             match self.reply() {
                 Ok(Reply::Rows(rows)) if rows.len() <= points.len() => {
@@ -95,7 +100,7 @@ impl Worker {
     /// # Errors
     /// The reason why the process ended; the inner error is a refusal by an FMU.
     pub fn curve(&mut self, point: &[f64], detail: Detail) -> Result<Result<Curve>, End> {
-        self.0.send(&Request::Curve(point.to_vec(), detail));
+        self.0.send(&WorkerRequest::Curve(point.to_vec(), detail));
         let mut recording: Option<Recording> = None;
         loop {
             match self.reply()? {
@@ -118,7 +123,7 @@ impl Worker {
     /// # Errors
     /// The reason why the process ended.
     pub fn check_reset(&mut self) -> Result<Option<String>, End> {
-        self.0.send(&Request::CheckReset);
+        self.0.send(&WorkerRequest::CheckReset);
         match self.reply()? {
             Reply::Reset(warning) => Ok(warning),
             _ => Err(self.0.disturbed()),

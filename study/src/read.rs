@@ -21,7 +21,7 @@ use crate::{Along, Axis, Correlation, Job, Limit, Sampling, Signals, Study, Take
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use host::child::OWN;
 use run::file::{self, Entries, Event, Node, ReadParameters, Reader, Word, plain};
-use run::system::{Place, Setting, System, Value};
+use run::system::{FilePosition, Setting, System, Value};
 use serde::Deserialize;
 use std::path::{Component, Path, PathBuf};
 use toml::{Spanned, Table};
@@ -50,17 +50,17 @@ pub struct Reading {
     /// Whether each run needs new instances; unknown for a file written by a user.
     pub renews: Option<bool>,
     /// The parts of the file that an error may be about, with their locations.
-    pub places: Vec<Part>,
+    pub places: Vec<FileSection>,
 }
 
 /// A part of a study's file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part {
+pub struct FileSection {
     /// The beginning of error messages about it.
     begins: String,
     /// The name contained in such messages; any if empty.
     names: String,
-    place: Place,
+    place: FilePosition,
     /// The file referenced there, if the error is about its contents.
     file: Option<String>,
 }
@@ -72,7 +72,7 @@ impl Reading {
     }
 }
 
-fn located(places: &[Part], error: anyhow::Error, path: &Path) -> anyhow::Error {
+fn located(places: &[FileSection], error: anyhow::Error, path: &Path) -> anyhow::Error {
     let (text, shown) = (format!("{error:#}"), path.display().to_string());
     // Already located, for example in the loop's file.
     let has_place = |start: &str| start.rsplitn(3, ':').take(2).all(|number| number.parse::<usize>().is_ok());
@@ -80,7 +80,7 @@ fn located(places: &[Part], error: anyhow::Error, path: &Path) -> anyhow::Error 
     if text.starts_with(OWN) || text.starts_with(&shown) || text.split(": ").next().is_some_and(has_place) {
         return error;
     }
-    let is_about = |part: &&Part| text.starts_with(&part.begins) && text.contains(&part.names);
+    let is_about = |part: &&FileSection| text.starts_with(&part.begins) && text.contains(&part.names);
     let part = places.iter().filter(is_about).max_by_key(|part| (part.begins.len(), part.names.len()));
     let error = match part.and_then(|part| part.file.clone()) {
         Some(file) => error.context(file),
@@ -90,8 +90,8 @@ fn located(places: &[Part], error: anyhow::Error, path: &Path) -> anyhow::Error 
 }
 
 /// The parts of a file.
-fn places(reader: &Reader, path: &Path, content: &Content, axes: &[Axis]) -> Vec<Part> {
-    let part = |begins: &str, names: &str, span| Part {
+fn places(reader: &Reader, path: &Path, content: &Content, axes: &[Axis]) -> Vec<FileSection> {
+    let part = |begins: &str, names: &str, span| FileSection {
         begins: begins.into(),
         names: names.into(),
         place: reader.place(span),
@@ -109,7 +109,7 @@ fn places(reader: &Reader, path: &Path, content: &Content, axes: &[Axis]) -> Vec
         if let Some(file) = &of.file {
             // Any problem with such an axis is a problem with the contents of its file.
             let shown = path.with_file_name(file.get_ref()).display().to_string();
-            parts.push(Part { file: Some(shown), ..part(&format!("{label}: "), "", file.span()) });
+            parts.push(FileSection { file: Some(shown), ..part(&format!("{label}: "), "", file.span()) });
         }
     }
     parts.extend(content.axes.first().map(|axis| part("the axes span", "", axis.span())));
@@ -146,13 +146,13 @@ fn places(reader: &Reader, path: &Path, content: &Content, axes: &[Axis]) -> Vec
         // The value is a more precise location than its key.
         let begins = if is_key { "[tune]" } else { "[tune]: " }.to_string();
         if let Some((_, own)) = word.split_once('.') {
-            parts.push(Part { begins: begins.clone(), names: own.into(), place: place.clone(), file: None });
+            parts.push(FileSection { begins: begins.clone(), names: own.into(), place: place.clone(), file: None });
         }
         if is_key {
             let begins = format!("[tune]: unknown field `{word}`");
-            parts.push(Part { begins, names: String::new(), place: place.clone(), file: None });
+            parts.push(FileSection { begins, names: String::new(), place: place.clone(), file: None });
         }
-        parts.push(Part { begins, names: word, place, file: None });
+        parts.push(FileSection { begins, names: word, place, file: None });
     }
     // Any other problem comes from the loop.
     parts.extend(content.description.iter().map(|of| part("", "", of.span())));
@@ -253,7 +253,7 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
         ensure!(
             place.is_none(),
             "{}: {name} is an FMU: name its variable, {name}.VARIABLE = VALUE",
-            place.map_or_else(String::new, Place::to_string),
+            place.map_or_else(String::new, FilePosition::to_string),
             name = of.variable
         );
     }

@@ -5,7 +5,7 @@ mod what;
 
 use crate::envelope::Envelope;
 use crate::expect::{Expectation, MOST_RUNS, Of, Verdict, runs_text, with_unit};
-use crate::finished::Table;
+use crate::finished::RunsTable;
 use crate::interval;
 use crate::pictures::{self, Coordinate};
 use crate::ran::Ran;
@@ -46,7 +46,7 @@ pub struct Report<'a> {
     /// What the results depend on, from [`fingerprint`](super::fingerprint).
     pub fingerprint: &'a str,
     /// The table with the runs.
-    pub table: &'a Table,
+    pub table: &'a RunsTable,
     /// The properties common to all runs.
     pub ran: &'a Ran,
     /// The loop's signals, `FMU.VARIABLE`.
@@ -478,7 +478,7 @@ struct Document<'a> {
     fingerprint: &'a str,
     #[serde(flatten)]
     ran: &'a Ran,
-    table: &'a Table,
+    table: &'a RunsTable,
     runs: u64,
     failed: u64,
     failures: &'a [crate::summary::Failure],

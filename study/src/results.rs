@@ -19,7 +19,7 @@ pub struct Quantity {
 
 /// The result of one run.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
-pub struct Row {
+pub struct RunResult {
     /// A value for each figure of the experiment; NaN if missing.
     pub figures: Vec<f64>,
     /// The reason why the run failed, in which case all figures are NaN.
@@ -91,7 +91,7 @@ impl Results {
     ///
     /// # Panics
     /// The number of values in the point or the row differs from the number of columns.
-    pub fn push(&mut self, point: &[f64], row: &Row) -> Result<()> {
+    pub fn push(&mut self, point: &[f64], row: &RunResult) -> Result<()> {
         assert_eq!(point.len(), self.coordinates.len(), "a value for each coordinate");
         assert_eq!(row.figures.len(), self.figures.len(), "a value for each figure");
         self.errors.extend(row.error.clone().map(|error| (self.count(), error)));
@@ -165,7 +165,7 @@ mod tests {
             let error = (run % 100 == 99).then(|| format!("run {run} is dry"));
             let rise = if run % 7 == 6 { f64::NAN } else { point[0] - 3.0 * point[1] };
             let figures = if error.is_some() { vec![f64::NAN; 2] } else { vec![rise, point[0] / 3.0] };
-            results.push(&point, &Row { figures, error }).unwrap();
+            results.push(&point, &RunResult { figures, error }).unwrap();
         }
         results
     }

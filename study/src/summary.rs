@@ -290,14 +290,14 @@ fn shared_ranks(order: &[u32], values: &[f64], mut tell: impl FnMut(u32, f64)) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::results::Row;
+    use crate::results::RunResult;
 
     /// Results of one figure over one coordinate; NaN is a run without the figure.
     fn results(figure: &str, values: &[(f64, f64)]) -> Results {
         let quantity = |name: &str| Quantity { name: name.into(), unit: None };
         let mut results = Results::new(vec![quantity("P.GAIN")], vec![quantity(figure)]);
         for (point, value) in values {
-            results.push(&[*point], &Row { figures: vec![*value], error: None }).unwrap();
+            results.push(&[*point], &RunResult { figures: vec![*value], error: None }).unwrap();
         }
         results
     }
@@ -352,7 +352,7 @@ mod tests {
     fn what_cannot_be_said_and_what_failed_do_not_count_and_are_named() {
         let mut results = results("settling", &[(1.0, 5.0), (2.0, f64::NAN), (3.0, 7.0)]);
         for reason in ["b", "a", "b"] {
-            results.push(&[4.0], &Row { figures: vec![f64::NAN], error: Some(reason.into()) }).unwrap();
+            results.push(&[4.0], &RunResult { figures: vec![f64::NAN], error: Some(reason.into()) }).unwrap();
         }
         let summary = Summary::of(&results, 1).unwrap();
         assert_eq!((summary.runs, summary.failed), (6, 3));
@@ -390,7 +390,7 @@ mod tests {
         for (point, value) in
             [([1.0, 4.0, 2.0], 1.0), ([1.0, 3.0, 1.0], 2.0), ([1.0, 2.0, 4.0], 3.0), ([1.0, 1.0, 3.0], 4.0)]
         {
-            results.push(&point, &Row { figures: vec![value], error: None }).unwrap();
+            results.push(&point, &RunResult { figures: vec![value], error: None }).unwrap();
         }
         assert_eq!(Summary::of(&results, 1).unwrap().strongest(0), [1, 2]);
     }

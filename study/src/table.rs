@@ -11,7 +11,7 @@ use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use control::csv;
 use host::package::Package;
 use modeldescription::Description;
-use parameters::{Block, Format, Loop, Options, Origin};
+use parameters::{BlockType, Format, Loop, Options, Origin};
 use run::file::{ReadParameters, remarks};
 use run::system::{Setting, System, Value};
 use std::collections::{BTreeMap, BTreeSet};
@@ -120,7 +120,7 @@ fn of_csv(shown: &str, text: &str) -> Result<Given> {
         Some(fault) => anyhow!("{}", fault.in_file(shown)),
         None => error.context(shown.to_string()),
     };
-    let table = csv::Table::of_loops(text).map_err(placed)?;
+    let table = csv::CsvTable::of_loops(text).map_err(placed)?;
     let names = csv::texts(text, &NAMES)?.unwrap_or_default();
     let columns: Vec<&csv::Column> = table.columns.iter().filter(|column| column.name.contains('.')).collect();
     let value = |column: &&csv::Column, row: usize| match column.values[row] {
@@ -210,8 +210,8 @@ fn of_fmu(system: &System, fmu: &str, loops: &[Loop]) -> Option<String> {
     let description = Package::open(path).ok().map(|package| package.description);
     let stem = path.file_stem().and_then(|stem| stem.to_str());
     let named = [description.as_ref().and_then(Description::model_identifier), stem];
-    let is_named = |block: &Block| named.into_iter().flatten().any(|name| block.name.eq_ignore_ascii_case(name));
-    let fits = |block: &Block| {
+    let is_named = |block: &BlockType| named.into_iter().flatten().any(|name| block.name.eq_ignore_ascii_case(name));
+    let fits = |block: &BlockType| {
         let mut settable = block.members.iter().filter(|member| member.role.is_settable());
         description.as_ref().is_some_and(|of| settable.all(|member| of.variable(&member.name).is_some()))
     };

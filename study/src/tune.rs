@@ -14,7 +14,7 @@ pub mod robustness;
 mod search;
 
 use crate::expect::{Expectation, Of};
-use crate::results::Row;
+use crate::results::RunResult;
 use crate::summary::{mean, percentile};
 use anyhow::{Result, bail};
 use control::identify::Model;
@@ -221,7 +221,7 @@ pub struct Constraint(pub Expectation);
 
 impl Constraint {
     /// The value that comes closest to violating it, or violates it most; NaN if any value is missing.
-    pub fn value(&self, rows: &[Row]) -> f64 {
+    pub fn value(&self, rows: &[RunResult]) -> f64 {
         let mut values: Vec<f64> = rows.iter().map(|row| row.figures[self.0.figure]).collect();
         if values.iter().any(|value| value.is_nan()) {
             return f64::NAN;
@@ -239,17 +239,17 @@ impl Constraint {
     }
 
     /// Whether its value is within 2 % of the bound, so that it prevents a lower objective.
-    pub fn is_active(&self, rows: &[Row]) -> bool {
+    pub fn is_active(&self, rows: &[RunResult]) -> bool {
         (self.value(rows) - self.0.bound).abs() <= 0.02 * self.scale()
     }
 
     /// Whether it holds.
-    pub fn holds(&self, rows: &[Row]) -> bool {
+    pub fn holds(&self, rows: &[RunResult]) -> bool {
         self.violation(rows) == 0.0
     }
 
     /// The violation: 0 if it holds, up to 1.
-    fn violation(&self, rows: &[Row]) -> f64 {
+    fn violation(&self, rows: &[RunResult]) -> f64 {
         if self.0.of != Of::Each {
             return bounded(self.excess(self.value(rows)));
         }
@@ -307,7 +307,7 @@ pub struct Candidate {
     /// The value of each search variable.
     pub values: Vec<f64>,
     /// The rows, one for each plant.
-    pub rows: Vec<Row>,
+    pub rows: Vec<RunResult>,
     /// The minimized figure; `None` if it is missing for any plant.
     pub objective: Option<f64>,
     /// The second figure, for the front.
@@ -318,7 +318,7 @@ pub struct Candidate {
 
 impl Candidate {
     /// Evaluates settings from their rows.
-    pub fn of(problem: &Problem, values: Vec<f64>, rows: Vec<Row>) -> Candidate {
+    pub fn of(problem: &Problem, values: Vec<f64>, rows: Vec<RunResult>) -> Candidate {
         let figure = |number: usize| -> Vec<f64> { rows.iter().map(|row| row.figures[number]).collect() };
         let counted = |number: usize| problem.over.of(&figure(number));
         // An unknown figure counts as worse, the more plants lack it.

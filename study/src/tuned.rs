@@ -11,7 +11,7 @@ use draw::plot::{self, Chart, Curve, Panel};
 use host::package::temporary;
 use modeldescription::digits::{short, within};
 use modeldescription::units;
-use parameters::{Block, Format, Loop, Origin};
+use parameters::{BlockType, Format, Loop, Origin};
 use run::file;
 use run::fmus::number_of;
 use run::system::{System, own_name};
@@ -273,7 +273,8 @@ pub fn write(folder: &Path, found: &Found) -> Result<Vec<PathBuf>> {
 
 /// The controller's settings as a parameter file, if its block supports such files.
 fn parameter_file(tuning: &Tuning, system: &System) -> Result<Option<Vec<u8>>> {
-    let known = |table: &modeldescription::Table| Block::all().into_iter().find(|block| block.is_called(&table.name));
+    let known =
+        |table: &modeldescription::Table| BlockType::all().into_iter().find(|block| block.is_called(&table.name));
     let Some(block) = tuning.table().and_then(known) else { return Ok(None) };
     let Some(controller) = system.members.first() else { return Ok(None) };
     let mut one = Loop::new(controller.name.as_str(), block.clone());

@@ -4,7 +4,7 @@ use crate::expect::Expectation;
 use crate::experiment::Detail;
 use crate::pool::{Options, Pool};
 use crate::read::Reading;
-use crate::results::{Quantity, Row};
+use crate::results::{Quantity, RunResult};
 use crate::tune::robustness::{Identification, Linear};
 use crate::tune::{self, Candidate, Grid, Outcome, Problem, SENSITIVITY, Search, Tune};
 use crate::{Along, Axis, Job};
@@ -136,7 +136,8 @@ impl Tuning {
             return Ok((outcome, known));
         }
         let rows = self.evaluate(std::slice::from_ref(&present))?.and_then(|mut rows| rows.pop());
-        let unknown = || vec![Row { figures: vec![f64::NAN; self.figures.len()], error: None }; self.plants.len()];
+        let unknown =
+            || vec![RunResult { figures: vec![f64::NAN; self.figures.len()], error: None }; self.plants.len()];
         let rows = rows.unwrap_or_else(unknown);
         Ok((outcome, Candidate::of(&problem, present, rows)))
     }
@@ -158,7 +159,7 @@ impl Tuning {
     }
 
     /// For each candidate, a row for each plant; `None` after an interruption.
-    fn evaluate(&mut self, batch: &[Vec<f64>]) -> Result<Option<Vec<Vec<Row>>>> {
+    fn evaluate(&mut self, batch: &[Vec<f64>]) -> Result<Option<Vec<Vec<RunResult>>>> {
         let plants = &self.plants;
         let point = |run: u64| {
             let (candidate, plant) = (run as usize / plants.len(), run as usize % plants.len());
@@ -172,7 +173,7 @@ impl Tuning {
         if rows.len() < batch.len() * plants.len() {
             return Ok(None);
         }
-        let mut rows: Vec<Vec<Row>> = rows.chunks(plants.len()).map(<[Row]>::to_vec).collect();
+        let mut rows: Vec<Vec<RunResult>> = rows.chunks(plants.len()).map(<[RunResult]>::to_vec).collect();
         if let Some(robustness) = &self.robustness {
             robustness.add(&self.problem.search, plants, batch, &mut rows, self.jobs)?;
         }
@@ -225,13 +226,13 @@ impl Robustness {
         search: &[Search],
         plants: &[Vec<f64>],
         batch: &[Vec<f64>],
-        rows: &mut [Vec<Row>],
+        rows: &mut [Vec<RunResult>],
         jobs: usize,
     ) -> Result<()> {
-        let mut work: Vec<(&Vec<f64>, &mut Vec<Row>)> = batch.iter().zip(rows).collect();
+        let mut work: Vec<(&Vec<f64>, &mut Vec<RunResult>)> = batch.iter().zip(rows).collect();
         let share = work.len().div_ceil(jobs.max(1)).max(1);
         let controller = search.iter().map(|of| self.linear.own_name(&of.variable)).collect::<Vec<_>>();
-        let one = |values: &[f64], rows: &mut [Row]| -> Result<()> {
+        let one = |values: &[f64], rows: &mut [RunResult]| -> Result<()> {
             for ((point, plant), row) in plants.iter().zip(&self.plants).zip(rows) {
                 let of_plant = of_point(&self.own, point);
                 let searched = controller.iter().zip(values);

@@ -10,7 +10,7 @@
 
 use crate::Job;
 use crate::experiment::{Detail, Executor, Experiment, Gives};
-use crate::results::Row;
+use crate::results::RunResult;
 use anyhow::{Context, Result, bail};
 use host::child::witness::Witnessed;
 use host::child::{Channel, serve};
@@ -43,7 +43,7 @@ const MOST_RECORDED: usize = 1 << 23;
 
 /// A request to a worker. The first one is [`Request::Begin`].
 #[derive(Debug, Deserialize, Serialize)]
-pub enum Request {
+pub enum WorkerRequest {
     /// Load the FMUs.
     Begin {
         /// The [`Job`] as JSON.
@@ -87,7 +87,7 @@ pub enum Reply {
     /// The job is faulty, or a curve cannot be made.
     Refused(String),
     /// The next rows, in the order of the points. They are complete when there are as many as points.
-    Rows(Vec<Row>),
+    Rows(Vec<RunResult>),
     /// The next piece of the recording.
     Piece(Recording),
     /// The recording is complete. Contains the figures of the run, unless an FMU ended it.
@@ -129,7 +129,7 @@ pub fn experiment(job: &Job, descriptions: &[&Description], table: Option<&Table
 /// There is no standard output, or the main process has ended.
 pub fn run(folder: &Path, find: Find) -> Result<()> {
     serve(folder, |channel| {
-        let Some(Request::Begin { job, is_prompt, renews, exact_door }) = channel.next()? else {
+        let Some(WorkerRequest::Begin { job, is_prompt, renews, exact_door }) = channel.next()? else {
             bail!("there is no job")
         };
         let Begun { members, experiment, ready } = match begin(&job, channel, find, exact_door) {
@@ -276,9 +276,9 @@ impl Serving {
         }
         while let Some(request) = output.next()? {
             match request {
-                Request::Begin { .. } => bail!("there is a job already"),
-                Request::CheckReset => output.send(&Reply::Reset(executor.check_reset(&mut instantiate)))?,
-                Request::Curve(point, detail) => {
+                WorkerRequest::Begin { .. } => bail!("there is a job already"),
+                WorkerRequest::CheckReset => output.send(&Reply::Reset(executor.check_reset(&mut instantiate)))?,
+                WorkerRequest::Curve(point, detail) => {
                     let made = executor
                         .recording(&point, detail, &mut instantiate, |recording| output.send(&Reply::Piece(recording)));
                     match made {
@@ -286,7 +286,7 @@ impl Serving {
                         Err(error) => output.send(&Reply::Refused(format!("{error:#}")))?,
                     }
                 }
-                Request::Rows(points, gives) => {
+                WorkerRequest::Rows(points, gives) => {
                     let (mut rows, mut flushed) = (Vec::new(), Instant::now());
                     for points in points.chunks(self.abreast) {
                         rows.extend(executor.rows(points, gives, &mut instantiate));
@@ -311,10 +311,10 @@ mod tests {
 
     #[test]
     fn rows_keep_their_bits_on_their_way() {
-        let row = Row { figures: vec![f64::NAN, -0.0, 0.1], error: Some("PUMP: dry".into()) };
+        let row = RunResult { figures: vec![f64::NAN, -0.0, 0.1], error: Some("PUMP: dry".into()) };
         let bytes = postcard::to_stdvec(&Reply::Rows(vec![row.clone()])).unwrap();
         let Reply::Rows(rows) = postcard::from_bytes(&bytes).unwrap() else { panic!() };
-        let bits = |row: &Row| row.figures.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        let bits = |row: &RunResult| row.figures.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
         assert_eq!((bits(&rows[0]), &rows[0].error), (bits(&row), &row.error));
     }
 }

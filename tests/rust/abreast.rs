@@ -7,7 +7,7 @@ use plants::Heater;
 use plcfmu::linked::find;
 use run::system::{Exchange, Member, System, Value};
 use study::experiment::{Detail, Executor, Gives};
-use study::results::Row;
+use study::results::RunResult;
 use study::{Along, Axis, Job, Study, worker};
 
 fn description<B: Block>() -> Description {
@@ -45,7 +45,7 @@ fn runs_side_by_side_give_the_bits_of_runs_alone_and_one_that_fails_costs_itself
         let points: Vec<_> = (0..experiment.count()).map(|run| experiment.point(run)).collect();
         let mut executor = Executor::new(experiment);
         let mut instantiate = |member: usize| (linked[member].instantiate)("F");
-        let rows: Vec<Row> = points
+        let rows: Vec<RunResult> = points
             .chunks(worker::ABREAST)
             .flat_map(|points| executor.rows(points, Gives::Figures, &mut instantiate))
             .collect();

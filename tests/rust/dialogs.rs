@@ -1,6 +1,6 @@
 //! The dialogs in the documentation of the blocks: all settings are in them, and those that they call unused are.
 
-use blocks::{Block, EachBlock, Kind, Role, Row, Time, Value, Word, for_each_block};
+use blocks::{Block, EachBlock, Kind, Role, StaticRow, Time, Value, Word, for_each_block};
 use modeldescription::Table;
 use run::dialog::{self, Field};
 use std::collections::BTreeSet;
@@ -59,7 +59,8 @@ fn results<B: Block>() -> Vec<usize> {
         let mut rows = B::TABLE.instances.iter().flat_map(|table| table.rows);
         rows.any(|row| row.name == name && row.role == Role::Output)
     };
-    let is_result = |row: &Row| row.role == Role::Output || (row.role == Role::Local && is_inner_output(row.name));
+    let is_result =
+        |row: &StaticRow| row.role == Role::Output || (row.role == Role::Local && is_inner_output(row.name));
     (0..B::TABLE.rows.len()).filter(|place| is_result(&B::TABLE.rows[*place])).collect()
 }
 

@@ -2,20 +2,20 @@
 //! included, and round trips of all blocks.
 
 use blocks::table::number::number;
-use blocks::{EachBlock, Row, Table, Time, Value, for_each_block};
+use blocks::{EachBlock, StaticRow, StaticTable, Time, Value, for_each_block};
 use parameters::layout::addresses;
-use parameters::{Block, Format, Loop, Options, Origin, Source, literal, read, write};
+use parameters::{BlockType, Format, Loop, Options, Origin, Source, literal, read, write};
 use std::fs::{self, DirEntry};
 use std::path::Path;
 use std::sync::Arc;
 
-fn block(name: &str) -> Arc<Block> {
-    Block::all().into_iter().find(|block| block.name == name).unwrap()
+fn block(name: &str) -> Arc<BlockType> {
+    BlockType::all().into_iter().find(|block| block.name == name).unwrap()
 }
 
 /// The tables of all blocks of ours.
-fn tables() -> Vec<&'static Table> {
-    struct Tables(Vec<&'static Table>);
+fn tables() -> Vec<&'static StaticTable> {
+    struct Tables(Vec<&'static StaticTable>);
     impl EachBlock for Tables {
         fn block<B: blocks::Block>(&mut self) {
             self.0.push(B::TABLE);
@@ -28,10 +28,10 @@ fn tables() -> Vec<&'static Table> {
 
 /// A table as the manual prints it, one line for each terminal: address, name, type, start, range and unit; and what we
 /// make of it, its role. The block's own memory and the instances inside lie behind `size`.
-fn as_manual(table: &Table) -> Vec<String> {
+fn as_manual(table: &StaticTable) -> Vec<String> {
     let (addresses, size) = addresses(&block(table.name));
     let own = table.rows.iter().enumerate().filter(|(row, of)| of.path[0].is_empty() && table.mean != Some(*row));
-    let line = |(row, of): (usize, &Row)| {
+    let line = |(row, of): (usize, &StaticRow)| {
         let address = addresses[row].map_or(String::new(), |address| address.to_string());
         let value = |value: Value| match value {
             Value::Time(time) => format!("{}ms", time.milliseconds()),
@@ -70,10 +70,10 @@ fn the_tables_of_the_blocks_are_those_of_the_manuals() {
 #[test]
 fn the_loops_of_all_blocks_are_recognized_in_one_file_of_json_and_of_ssv() {
     let loops: Vec<Loop> =
-        Block::all().into_iter().map(|block| Loop::new(format!("DB_{}", block.name), block)).collect();
+        BlockType::all().into_iter().map(|block| Loop::new(format!("DB_{}", block.name), block)).collect();
     for format in [Format::Json, Format::Ssv] {
         let text = write(format, &loops, "").unwrap();
-        let reading = read(format, &Source::new("plant", text), &Block::all(), &Options::default());
+        let reading = read(format, &Source::new("plant", text), &BlockType::all(), &Options::default());
         let back = reading.unwrap_or_else(|problems| panic!("{problems}")).loops;
         let names =
             |loops: &[Loop]| -> Vec<_> { loops.iter().map(|one| (one.name.clone(), one.block.name.clone())).collect() };
@@ -91,15 +91,15 @@ fn a_dump_of_cont_c_is_recognized_as_wrong_where_it_is_one_of_cont_s() {
     let mut longer = dump.clone();
     longer.resize(126, 0);
     let options = Options { block: Some("FB 41".into()), ..Options::default() };
-    let short = read(Format::Dump, &Source::new("DB42.bin", dump), &Block::all(), &options).unwrap_err();
+    let short = read(Format::Dump, &Source::new("DB42.bin", dump), &BlockType::all(), &options).unwrap_err();
     assert!(short.to_string().contains("CONT_C takes 100 bytes, but the dump has 62 bytes"), "{short}");
-    let reading = read(Format::Dump, &Source::new("DB42.bin", longer), &Block::all(), &options).unwrap();
+    let reading = read(Format::Dump, &Source::new("DB42.bin", longer), &BlockType::all(), &options).unwrap();
     let advice = reading.loops[0].advice().join("\n");
     assert!(advice.contains("LMN_HLM"), "{advice}");
 }
 
 fn loops_of(text: &str) -> Vec<Loop> {
-    let reading = read(Format::Step7, &Source::new("plant.awl", text.into()), &Block::all(), &Options::default());
+    let reading = read(Format::Step7, &Source::new("plant.awl", text.into()), &BlockType::all(), &Options::default());
     reading.unwrap_or_else(|problems| panic!("{problems}")).loops
 }
 
@@ -158,7 +158,7 @@ fn forty_tuned_loops_return_as_sources_that_read_back_bit_equal() {
         |loops: &[Loop]| -> Vec<_> { loops.iter().flat_map(|one| [value(one, "GAIN"), value(one, "TI")]).collect() };
     for format in [Format::Step7, Format::Tia] {
         let text = write(format, &loops, "plant.fmu").unwrap();
-        let reading = read(format, &Source::new("plant", text), &Block::all(), &Options::default());
+        let reading = read(format, &Source::new("plant", text), &BlockType::all(), &Options::default());
         assert_eq!(values(&reading.unwrap_or_else(|problems| panic!("{problems}")).loops), values(&loops));
     }
 }

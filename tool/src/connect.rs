@@ -6,7 +6,7 @@
 
 use crate::describe::describe;
 use crate::home::Home;
-use crate::message::{Description, KnownLoop, Member, Open, Part, Proposal, Values, Variable, Wire};
+use crate::message::{Description, KnownLoop, LoopRole, Member, Open, Proposal, Values, Variable, Wire};
 use anyhow::{Result, bail};
 use modeldescription::units;
 use run::fmus::number_of;
@@ -132,7 +132,7 @@ fn fitting_plants(home: &dyn Home, controller: &End) -> Vec<String> {
             is_driven && !plant.driven().is_empty()
         })
     };
-    let plants = home.entries().into_iter().filter(|entry| entry.part == Part::Plant && !entry.is_foreign);
+    let plants = home.entries().into_iter().filter(|entry| entry.part == LoopRole::Plant && !entry.is_foreign);
     plants.map(|entry| entry.name).filter(is_fitting).collect()
 }
 
@@ -368,7 +368,7 @@ fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft)
             proposal.remarks.push(text);
         }
     }
-    if plant.description.part == Part::Controller {
+    if plant.description.part == LoopRole::Controller {
         proposal.remarks.push(format!("{} is a controller, too", plant.member.fmu));
     }
 }

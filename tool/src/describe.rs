@@ -3,7 +3,7 @@
 
 use crate::home::Home;
 use crate::message::{
-    Catalogue, Checked, Description, Loop, Loops, Part, Problem, ReadFile, Remark, Setting, Values, Variable,
+    Catalogue, Checked, Description, Loop, LoopRole, LoopValue, Loops, Problem, ReadFile, Remark, Values, Variable,
 };
 use anyhow::{Context, Result, bail};
 use base64::Engine;
@@ -46,7 +46,7 @@ pub fn describe(home: &dyn Home, fmu: &str) -> Result<Description> {
             block: description.model_name.clone(),
             summary: description.description.clone().unwrap_or_default(),
             aliases: Vec::new(),
-            part: entry.map_or(Part::Other, |entry| entry.part),
+            part: entry.map_or(LoopRole::Other, |entry| entry.part),
             cycle: None,
             variables: foreign_variables(&description),
             roles,
@@ -219,7 +219,7 @@ pub fn remedy(remedy: &Remedy) -> String {
 /// A loop as a message.
 fn as_message(of: &parameters::Loop) -> Loop {
     let members = &of.block.members;
-    let setting = |setting: &parameters::Setting| Setting {
+    let setting = |setting: &parameters::MemberValue| LoopValue {
         name: members[setting.member].name.clone(),
         value: shown(members[setting.member].kind, number(setting.value)),
         origin: (setting.origin != Origin::Default).then(|| setting.origin.to_string()),

@@ -278,7 +278,7 @@ fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, 
         bench.settle(REST, has_moved)?;
     }
     let data = Data::Run { run: None, from: Some(bench.from), to: None };
-    let of = identify::Request { data, method: request.method, is_integrating: request.is_integrating };
+    let of = identify::IdentifyRequest { data, method: request.method, is_integrating: request.is_integrating };
     let identified = signals::identify(bench.home, bench.session, &of)?;
     Ok((step, identified, level))
 }

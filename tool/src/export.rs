@@ -26,7 +26,7 @@ const LONGEST_DESCRIPTION: usize = 1 << 20;
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(tag = "what", rename_all = "snake_case", deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(rename = "Export", optional_fields = nullable))]
-pub enum Request {
+pub enum ExportRequest {
     /// Loops as a parameter file.
     Parameters {
         /// `awl`, `scl`, `db`, `xml`, `json`, `ssv`: the ending of the file.
@@ -75,7 +75,7 @@ pub enum Request {
         of: Loop,
         /// The values before, to compare with; may be empty.
         #[serde(default)]
-        before: Vec<crate::message::Setting>,
+        before: Vec<crate::message::LoopValue>,
         /// The run; the present one without it.
         #[serde(default)]
         run: Option<usize>,
@@ -126,19 +126,19 @@ pub struct Exported {
 ///
 /// # Errors
 /// What it cannot be made of, and what to do.
-pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<Exported> {
+pub fn export(home: &dyn Home, session: &Session, request: &ExportRequest) -> Result<Exported> {
     match request {
-        Request::Parameters { format, loops, origin, stimuli } => {
+        ExportRequest::Parameters { format, loops, origin, stimuli } => {
             parameter_file(home, format, &of_settings(home, loops, *stimuli)?, origin)
         }
-        Request::Source { file, loops, stimuli } => source(home, file, &of_settings(home, loops, *stimuli)?),
-        Request::Description { run } => {
+        ExportRequest::Source { file, loops, stimuli } => source(home, file, &of_settings(home, loops, *stimuli)?),
+        ExportRequest::Description { run } => {
             let record = session.record(*run)?;
             let (text, remarks) = description(home, record)?;
             let file = format!("{}.toml", file_name(&record.setup().members[0].name));
             Ok(Exported::of(file, "application/toml", text.into_bytes(), remarks))
         }
-        Request::Csv { run, variables, inputs } => {
+        ExportRequest::Csv { run, variables, inputs } => {
             let record = session.record(*run)?;
             let mut columns: Vec<usize> = match variables.as_slice() {
                 [] => (0..record.columns().len()).collect(),
@@ -152,7 +152,7 @@ pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<E
             let file = format!("{}.csv", file_name(&record.setup().members[0].name));
             Ok(Exported::of(file, "text/csv", text, remarks))
         }
-        Request::Report { of, before, run, picture, date, tuning, runs, replays, unit, travel_unit } => {
+        ExportRequest::Report { of, before, run, picture, date, tuning, runs, replays, unit, travel_unit } => {
             // A report of settings alone needs no run.
             let record = match run {
                 Some(run) => Some(session.record(Some(*run))?),
@@ -173,7 +173,7 @@ pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<E
             let page = report::page(home, &report)?;
             Ok(Exported::of(format!("{}.html", file_name(&of.name)), "text/html", page.into_bytes(), Vec::new()))
         }
-        Request::Preset { of } => preset(home, of),
+        ExportRequest::Preset { of } => preset(home, of),
     }
 }
 

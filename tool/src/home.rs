@@ -3,7 +3,7 @@
 use crate::message::{Entry, KnownLoop};
 use anyhow::Result;
 use manifest::Manifest;
-use parameters::Block;
+use parameters::BlockType;
 use run::fmus::Fmus;
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ pub trait Home: Fmus {
     fn known_loops(&self) -> Vec<KnownLoop>;
 
     /// The blocks that parameter files are read and written for, those of the catalogue.
-    fn blocks(&self) -> Vec<Arc<Block>>;
+    fn blocks(&self) -> Vec<Arc<BlockType>>;
 
     /// The home's FMU of a block with other start values, as bytes.
     ///

@@ -14,7 +14,7 @@ use manifest::Manifest;
 use serde::{Deserialize, Serialize};
 
 pub use control::figures::Happened;
-pub use run::fmus::{Member, Part, Values};
+pub use run::fmus::{LoopRole, Member, Values};
 pub use run::system::{Exchange, Value};
 
 /// What there is to choose from.
@@ -38,7 +38,7 @@ pub struct Entry {
     /// What it does, in one sentence.
     pub summary: String,
     /// What it is in a loop.
-    pub part: Part,
+    pub part: LoopRole,
     /// Whether it is a foreign FMU: native code of somebody else.
     pub is_foreign: bool,
 }
@@ -112,7 +112,7 @@ pub struct Description {
     /// The other names by which a PLC project may call the block.
     pub aliases: Vec<String>,
     /// What it is in a loop.
-    pub part: Part,
+    pub part: LoopRole,
     /// The variable that holds the time between two calls; a foreign FMU has none.
     pub cycle: Option<String>,
     /// Its variables, in the order of the table.
@@ -191,7 +191,7 @@ pub struct Loop {
     /// The time between two calls.
     pub cycle: Option<f64>,
     /// Its values.
-    pub settings: Vec<Setting>,
+    pub settings: Vec<LoopValue>,
     /// What the block will do with them where a user may not expect it, and values out of range.
     pub warnings: Vec<String>,
 }
@@ -199,7 +199,7 @@ pub struct Loop {
 /// A value of a loop.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-pub struct Setting {
+pub struct LoopValue {
     /// The variable.
     pub name: String,
     /// Its value.

@@ -14,7 +14,7 @@ use blocks::table::start::{self, Start};
 use blocks::{Types, Value};
 use modeldescription::v3::token;
 use modeldescription::{self, Causality, Description, ModelDescription, Variable, shortened};
-use parameters::{Block, Member};
+use parameters::{BlockType, Member};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -80,7 +80,7 @@ impl Original<'_> {
         let places = self.places(block, &values.block)?;
         let name = identifier(&values.name);
         let members = &values.block.members;
-        let setting = |setting: &parameters::Setting| {
+        let setting = |setting: &parameters::MemberValue| {
             let name = &members[setting.member].name;
             let number = number(setting.value);
             let more = beyond_number(setting.value);
@@ -108,7 +108,7 @@ impl Original<'_> {
     }
 
     /// The places of a block's members among the variables. A block of which this is not an FMU is refused.
-    fn places(&self, own: &str, block: &Block) -> Result<Vec<usize>> {
+    fn places(&self, own: &str, block: &BlockType) -> Result<Vec<usize>> {
         ensure!(block.name == own, "it is an FMU of {own}, not of {}", block.name);
         let variables = &self.description.variables;
         let other = "it was made from another version of the block";
@@ -175,7 +175,7 @@ pub fn identifier(name: &str) -> String {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(rename = "PresetRequest"))]
-pub struct Request {
+pub struct PresetRequest {
     /// The loop with its values.
     pub of: Loop,
     /// The FMU's `modelDescription.xml`, `documentation/index.html` and `resources/start.txt`, as far as it has them.
@@ -186,7 +186,7 @@ pub struct Request {
 ///
 /// # Errors
 /// The files are not those of an FMU of the loop's block, in the version that the home has; a value that the FMU does not take.
-pub fn of(home: &dyn Home, request: &Request) -> Result<Preset> {
+pub fn of(home: &dyn Home, request: &PresetRequest) -> Result<Preset> {
     let values = as_loop(home, &request.of)?;
     let file = |path: &str| request.files.get(path).map(String::as_str);
     let text = file(DESCRIPTION).with_context(|| format!("it is not an FMU: it has no {DESCRIPTION}"))?;

@@ -10,7 +10,7 @@ pub use kept::Programs;
 
 use crate::describe::remedy;
 use crate::home::Home;
-use crate::message::{Part, Program, Value, Values};
+use crate::message::{LoopRole, Program, Value, Values};
 use crate::session::Session;
 use anyhow::Result;
 use fmu::cyclic::Cyclic;
@@ -47,7 +47,7 @@ pub struct Compiled {
     /// The texts of the sources.
     pub sources: Vec<SourceText>,
     /// The blocks with code, in the order of the sources.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<CodeBlock>,
     /// Where data blocks and tags are declared: the name, which of the sources, from 0, and the line.
     pub declared: Vec<(String, usize, usize)>,
     /// The instances of blocks; first the program itself, whose path is empty.
@@ -103,7 +103,7 @@ pub struct SourceText {
 /// A block with code.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-pub struct Block {
+pub struct CodeBlock {
     /// Which of the sources it is in, from 0.
     pub file: usize,
     /// Its name.
@@ -414,7 +414,7 @@ fn findings(problems: &[Problems], is_error: bool) -> Vec<Finding> {
     problems.iter().flat_map(of_file).take(MOST_PROBLEMS).collect()
 }
 
-fn as_message(of: &Watched) -> Block {
+fn as_message(of: &Watched) -> CodeBlock {
     let passed = |of: &watch::Passed| Passed { formal: of.formal.clone(), path: of.path.clone(), line: of.line };
     let called = |of: &watch::Called| Called {
         instance: of.instance.clone(),
@@ -442,7 +442,7 @@ fn as_message(of: &Watched) -> Block {
         reads: of.reads.iter().map(named).collect(),
         guards: of.guards.iter().map(guard).collect(),
     };
-    Block {
+    CodeBlock {
         file: of.file,
         name: of.name.clone(),
         line: of.line,
@@ -458,8 +458,8 @@ fn as_message(of: &Watched) -> Block {
 
 impl Kept {
     /// What it is in a loop: whatever drives the rest of it.
-    fn part(&self) -> Part {
-        Part::Controller
+    fn part(&self) -> LoopRole {
+        LoopRole::Controller
     }
 }
 

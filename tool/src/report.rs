@@ -7,13 +7,13 @@ mod tuning;
 
 use crate::describe::{check, describe};
 use crate::home::Home;
-use crate::message::{Act, Description, Figures, Loop, Setting, Values, Variable, View};
+use crate::message::{Act, Description, Figures, Loop, LoopValue, Values, Variable, View};
 use crate::session::Record;
 use anyhow::{Context, Result, bail};
 use control::identify::Model;
 use control::replay::Change;
 use control::rules::Rule;
-use control::tune::{Row, Step};
+use control::tune::{RuleOutcome, Step};
 use draw::escape::Text;
 use draw::plot::{Chart, Curve, Panel, svg};
 use draw::response::Colors;
@@ -64,7 +64,7 @@ pub struct Tuning {
     pub step: Step,
     /// All rules with what they lead to, as they were compared; the curves may be left out but for both ends of the setpoint.
     #[serde(default)]
-    pub rows: Vec<Row>,
+    pub rows: Vec<RuleOutcome>,
     /// The values of the same settings that were in force before.
     #[serde(default)]
     pub before: Values,
@@ -111,7 +111,7 @@ pub(crate) struct Report<'a> {
     /// The loop with its values.
     pub(crate) of: &'a Loop,
     /// The values before; may be empty.
-    pub(crate) before: &'a [Setting],
+    pub(crate) before: &'a [LoopValue],
     /// The run, if there is one.
     pub(crate) record: Option<&'a Record>,
     /// Its result.

@@ -198,14 +198,14 @@ requests! { |home, session|
         tuning: Box<Tuning>,
     } -> Option<Forecasted> = report::forecast(home, session, run, &tuning)?;
     /// A plant's model from a step in a run or in a CSV file.
-    Identify(of: identify::Request) -> Identified = signals::identify(home, session, &of)?;
+    Identify(of: identify::IdentifyRequest) -> Identified = signals::identify(home, session, &of)?;
     /// Settings for a plant's model by a rule, with what they lead to.
-    Tune(of: tune::Request) -> Tuned = tune::tune(home, &of)?;
+    Tune(of: tune::TuneRequest) -> Tuned = tune::tune(home, &of)?;
     /// All rules for a plant's model and one structure, with what they lead to: Ms, overshoot, settling time and travel for one step.
     /// The rule of the request does not count.
-    Rules(of: tune::Request) -> Vec<tune::Row> = tune::table(home, &of)?;
+    Rules(of: tune::TuneRequest) -> Vec<tune::RuleOutcome> = tune::table(home, &of)?;
     /// The open loop of a plant's model with the controller, with its settings and with others, and its margins.
-    Bode(of: bode::Request) -> Bode = bode::bode(home, &of)?;
+    Bode(of: bode::BodeRequest) -> Bode = bode::bode(home, &of)?;
     /// Holds the plant at the present manipulated value until it rests, steps it, waits until it rests again, and identifies.
     StepTest(of: experiment::StepTest) -> StepTested = experiment::step(home, session, &of)?;
     /// Holds the plant, lets the manipulated value switch up and down, and gives the ultimate gain and period.
@@ -213,18 +213,18 @@ requests! { |home, session|
     /// RATIOFAC from a heating and a cooling step.
     Ratio(of: tune::RatioRequest) -> Ratio = tune::ratio(&of.heating, &of.cooling)?;
     /// The mean of a block's pulses over an input.
-    Characteristic(of: characteristic::Request) -> Characteristics = home.beside(|| characteristic::characteristics(home, &of.member))?;
+    Characteristic(of: characteristic::CharacteristicRequest) -> Characteristics = home.beside(|| characteristic::characteristics(home, &of.member))?;
     /// The names of a CSV file's columns, as its header has them; what is wrong with the file otherwise.
     Columns {
         /// The file's text.
         text: String,
-    } -> Vec<String> = csv::Table::read(&text)?.headers();
+    } -> Vec<String> = csv::CsvTable::read(&text)?.headers();
     /// A recorded file through the block.
-    Replay(of: replay::Request) -> Replayed = home.beside(|| replay::replay(home, &of))?;
+    Replay(of: replay::ReplayRequest) -> Replayed = home.beside(|| replay::replay(home, &of))?;
     /// The files in which a preset differs from its block's FMU.
-    Preset(of: preset::Request) -> Preset = preset::of(home, &of)?;
+    Preset(of: preset::PresetRequest) -> Preset = preset::of(home, &of)?;
     /// A file to take away.
-    Export(of: export::Request) -> Exported = home.beside(|| export::export(home, session, &of))?;
+    Export(of: export::ExportRequest) -> Exported = home.beside(|| export::export(home, session, &of))?;
 }
 
 #[cfg(test)]

@@ -188,7 +188,7 @@ pub fn tried(
 ///
 /// # Errors
 /// There is no such run, or it says nothing about the plant; what is wrong with the file.
-pub fn identify(home: &dyn Home, session: &Session, request: &identify::Request) -> Result<Identified> {
+pub fn identify(home: &dyn Home, session: &Session, request: &identify::IdentifyRequest) -> Result<Identified> {
     let Data::Run { run, from, to } = request.data else { return identify::of_csv(request) };
     let record = session.record(run)?;
     let signals = Signals::of(home, record, from, to)?;
@@ -256,7 +256,7 @@ mod tests {
     fn a_plant_is_identified_from_a_manual_step_of_the_run() {
         let home = TestHome::default();
         let data = Data::Run { run: None, from: None, to: None };
-        let request = identify::Request { data, method: identify::Method::LeastSquares, is_integrating: false };
+        let request = identify::IdentifyRequest { data, method: identify::Method::LeastSquares, is_integrating: false };
         let model = identify(&home, &session(&home, true), &request).unwrap().model;
         assert!((model.gain / 1.5 - 1.0).abs() < 0.01 && (model.time_constant / 10.0 - 1.0).abs() < 0.02, "{model:?}");
     }

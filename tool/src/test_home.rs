@@ -1,7 +1,7 @@
 //! The FMUs for tests, as a catalogue.
 
 use crate::home::Home;
-use crate::message::{Entry, KnownLoop, Part};
+use crate::message::{Entry, KnownLoop, LoopRole};
 use anyhow::Result;
 use modeldescription::{Description, Table};
 use run::component::Component;
@@ -42,15 +42,19 @@ impl Fmus for TestHome {
 impl Home for TestHome {
     fn entries(&self) -> Vec<Entry> {
         let entry = |name: &str, part, is_foreign| Entry { name: name.into(), summary: name.into(), part, is_foreign };
-        vec![entry("PID", Part::Controller, false), entry("LAG", Part::Plant, false), entry(FOREIGN, Part::Plant, true)]
+        vec![
+            entry("PID", LoopRole::Controller, false),
+            entry("LAG", LoopRole::Plant, false),
+            entry(FOREIGN, LoopRole::Plant, true),
+        ]
     }
 
     fn known_loops(&self) -> Vec<KnownLoop> {
         self.loops.clone()
     }
 
-    fn blocks(&self) -> Vec<Arc<parameters::Block>> {
-        vec![Arc::new(parameters::Block::of::<Pid>())]
+    fn blocks(&self) -> Vec<Arc<parameters::BlockType>> {
+        vec![Arc::new(parameters::BlockType::of::<Pid>())]
     }
 
     fn preset(&self, of: &parameters::Loop) -> Result<Vec<u8>> {

@@ -20,7 +20,7 @@ pub fn identify(
     home: &dyn Home,
     record: &Record,
     signals: &Signals,
-    request: &identify::Request,
+    request: &identify::IdentifyRequest,
 ) -> Result<Identified> {
     let member = record.setup().members.first().context("there is no controller")?;
     let remedy = "identify from a CSV file with the position of the actuator";

@@ -124,9 +124,9 @@ macro_rules! block {
         const _: () = {
             #[allow(unused_imports)]
             use $crate::{Time, Word};
-            use $crate::table::{Block, Kind, Law, Reader, Role, Row, Table, Value, Writer, number};
+            use $crate::table::{Block, Kind, Law, Reader, Role, StaticRow, StaticTable, Value, Writer, number};
 
-            const OWN: &[Row] = &[ $($( Row {
+            const OWN: &[StaticRow] = &[ $($( StaticRow {
                 path: [""; $crate::table::DEPTH],
                 name: $crate::block!(@upper $name),
                 description: $crate::table::short_text(concat!($($doc, "\n"),*)),
@@ -141,23 +141,23 @@ macro_rules! block {
                 from: &[$($( At::$from ),+)?],
             }, )*)* ];
 
-            const MEAN: &[Row] = &[ $( Row {
+            const MEAN: &[StaticRow] = &[ $( StaticRow {
                 name: $crate::block!(@upper $mean),
                 description: $crate::table::short_text(concat!($($mean_doc, "\n"),*)),
                 help: $crate::table::help(concat!($($mean_doc, "\n"),*)),
                 kind: Kind::LReal,
                 role: Role::Output,
                 start: Value::LReal(0.0),
-                ..Row::EMPTY
+                ..StaticRow::EMPTY
             }, )? ];
 
-            const INSTANCES: &[&Table] = &[ $($( <$Instance as Block>::TABLE, )*)? ];
+            const INSTANCES: &[&StaticTable] = &[ $($( <$Instance as Block>::TABLE, )*)? ];
 
             const COUNT: usize = OWN.len() + $crate::table::inner_rows(INSTANCES) + MEAN.len();
 
             #[allow(unused_assignments, unused_mut)]
-            const ROWS: [Row; COUNT] = {
-                let mut rows = [Row::EMPTY; COUNT];
+            const ROWS: [StaticRow; COUNT] = {
+                let mut rows = [StaticRow::EMPTY; COUNT];
                 let mut next = $crate::table::copy(OWN, &mut rows, 0);
                 $($(
                     next = $crate::table::nest(
@@ -199,7 +199,7 @@ macro_rules! block {
 
                 type Abreast = $crate::block!(@abreast $($($lanes)?)?);
 
-                const TABLE: &'static Table = &Table {
+                const TABLE: &'static StaticTable = &StaticTable {
                     name: $NAME,
                     aliases: &[$($alias),*],
                     docs: DOCS,

@@ -151,7 +151,7 @@ pub type Writer<B> = fn(&mut <B as Block>::Abreast, &[f64]) -> bool;
 /// by row number.
 pub trait Block: Law + Stored + Clone + Default + Send + 'static {
     /// The table as data.
-    const TABLE: &'static Table;
+    const TABLE: &'static StaticTable;
 
     /// A hash of the sources of the crate that defines the block, see [`CODE`](crate::CODE).
     const CODE: Option<&'static str>;
@@ -196,7 +196,7 @@ pub trait Block: Law + Stored + Clone + Default + Send + 'static {
 
 /// A block's table as data.
 #[derive(Debug)]
-pub struct Table {
+pub struct StaticTable {
     /// The block's name, such as `CONT_C`.
     pub name: &'static str,
     /// Other names for the block in a PLC project, such as `FB 41`.
@@ -204,7 +204,7 @@ pub struct Table {
     /// The block's documentation (Markdown); its first paragraph summarizes the block.
     pub docs: &'static str,
     /// All variables: the block's own, then those of its inner blocks, then the mean.
-    pub rows: &'static [Row],
+    pub rows: &'static [StaticRow],
     /// The texts of a program; empty for a block. Their value references follow those of the rows.
     pub texts: &'static [Text],
     /// For each row, whether it is a REAL that may be set at any time: the most frequent check by a host. One byte per
@@ -219,7 +219,7 @@ pub struct Table {
     /// The name and Rust type of each variable in the block's memory, in storage order.
     pub memory: &'static [(&'static str, &'static str)],
     /// The tables of the inner blocks.
-    pub instances: &'static [&'static Table],
+    pub instances: &'static [&'static StaticTable],
     /// The runs shown in the documentation, at least one.
     pub responses: &'static [Response],
     /// The characteristics shown in the documentation.
@@ -228,7 +228,7 @@ pub struct Table {
     pub drawn_unit: Option<&'static str>,
 }
 
-impl Table {
+impl StaticTable {
     /// Returns the index of the row with this full name, such as `GAIN` or `DI_CONT_C.GAIN`.
     pub fn find(&self, full_name: &str) -> Option<usize> {
         self.rows.iter().position(|row| row.full_name() == full_name)
@@ -286,7 +286,7 @@ pub const DEPTH: usize = 3;
 
 /// A variable.
 #[derive(Clone, Copy, Debug)]
-pub struct Row {
+pub struct StaticRow {
     /// The path of instances, outermost first; unused elements are empty.
     pub path: [&'static str; DEPTH],
     /// The name in upper case.
@@ -314,10 +314,10 @@ pub struct Row {
     pub from: &'static [usize],
 }
 
-impl Row {
+impl StaticRow {
     /// An unfilled element of a table.
     #[doc(hidden)]
-    pub const EMPTY: Row = Row {
+    pub const EMPTY: StaticRow = StaticRow {
         path: [""; DEPTH],
         name: "",
         description: "",

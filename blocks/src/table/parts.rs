@@ -1,8 +1,8 @@
 //! The parts of [`block!`](crate::block!) that are plain functions, evaluated at compile time.
 
-use crate::table::{DEPTH, Kind, Role, Row, Table, Value};
+use crate::table::{DEPTH, Kind, Role, StaticRow, StaticTable, Value};
 
-impl Table {
+impl StaticTable {
     /// Returns the number of rows of an inner block: all except the mean, which belongs to a communication step.
     #[doc(hidden)]
     pub const fn inner(&self) -> usize {
@@ -59,7 +59,7 @@ const fn first_line(bytes: &[u8]) -> (&[u8], &[u8]) {
 }
 
 #[doc(hidden)]
-pub const fn inner_rows(instances: &[&Table]) -> usize {
+pub const fn inner_rows(instances: &[&StaticTable]) -> usize {
     let mut rows = 0;
     let mut i = 0;
     while i < instances.len() {
@@ -70,7 +70,7 @@ pub const fn inner_rows(instances: &[&Table]) -> usize {
 }
 
 #[doc(hidden)]
-pub const fn copy(from: &[Row], to: &mut [Row], mut next: usize) -> usize {
+pub const fn copy(from: &[StaticRow], to: &mut [StaticRow], mut next: usize) -> usize {
     let mut i = 0;
     while i < from.len() {
         to[next] = from[i];
@@ -81,7 +81,7 @@ pub const fn copy(from: &[Row], to: &mut [Row], mut next: usize) -> usize {
 }
 
 #[doc(hidden)]
-pub const fn tunable<const N: usize>(rows: &[Row; N], kind: Kind) -> [bool; N] {
+pub const fn tunable<const N: usize>(rows: &[StaticRow; N], kind: Kind) -> [bool; N] {
     let mut tunable = [false; N];
     let mut i = 0;
     while i < N {
@@ -95,10 +95,10 @@ pub const fn tunable<const N: usize>(rows: &[Row; N], kind: Kind) -> [bool; N] {
 #[doc(hidden)]
 pub const fn nest(
     instance: &'static str,
-    table: &Table,
+    table: &StaticTable,
     wired: &[&str],
     starts: &[(&str, Value)],
-    to: &mut [Row],
+    to: &mut [StaticRow],
     mut next: usize,
 ) -> usize {
     let mut found = 0;
@@ -147,7 +147,7 @@ pub const fn nest(
 
 /// Asserts that a restart value depends on settings, never on a signal, and that only outputs have one.
 #[doc(hidden)]
-pub const fn check_restart_values(rows: &[Row]) {
+pub const fn check_restart_values(rows: &[StaticRow]) {
     let mut i = 0;
     while i < rows.len() {
         let from = rows[i].from;
@@ -165,7 +165,7 @@ pub const fn check_restart_values(rows: &[Row]) {
 }
 
 #[doc(hidden)]
-pub const fn cycle_row(rows: &[Row]) -> usize {
+pub const fn cycle_row(rows: &[StaticRow]) -> usize {
     let mut cycle = None;
     let mut i = 0;
     while i < rows.len() {

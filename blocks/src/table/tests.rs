@@ -160,20 +160,20 @@ fn an_output_names_the_settings_of_its_restart_value_and_an_inner_one_does_not()
 #[test]
 #[should_panic(expected = "`from` names settings")]
 fn a_restart_value_cannot_depend_on_a_signal() {
-    let signal = Row { role: Role::Input, ..Row::EMPTY };
-    check_restart_values(&[signal, Row { role: Role::Output, from: &[0], ..Row::EMPTY }]);
+    let signal = StaticRow { role: Role::Input, ..StaticRow::EMPTY };
+    check_restart_values(&[signal, StaticRow { role: Role::Output, from: &[0], ..StaticRow::EMPTY }]);
 }
 
 #[test]
 #[should_panic(expected = "`from` belongs to an output")]
 fn a_setting_has_no_restart_value() {
-    let setting = Row { role: Role::Parameter, ..Row::EMPTY };
-    check_restart_values(&[setting, Row { from: &[0], ..setting }]);
+    let setting = StaticRow { role: Role::Parameter, ..StaticRow::EMPTY };
+    check_restart_values(&[setting, StaticRow { from: &[0], ..setting }]);
 }
 
 #[test]
 fn rows_stand_in_the_order_of_the_table_then_the_instances_then_the_mean() {
-    let names: Vec<_> = Outer::TABLE.rows.iter().map(Row::full_name).collect();
+    let names: Vec<_> = Outer::TABLE.rows.iter().map(StaticRow::full_name).collect();
     let own = ["GAIN", "CYCLE", "STATE", "Q", "BETWEEN"];
     let inner = ["FIRST", "SECOND", "CYCLE", "ORDER", "SUM"];
     let mut expected: Vec<_> = own.map(String::from).to_vec();
@@ -353,7 +353,7 @@ fn a_reader_and_a_writer_do_what_a_host_does_with_numbers() {
 
 #[test]
 fn reals_that_are_inputs_or_parameters_may_be_set_at_any_time() {
-    let names = |table: &Table| -> Vec<String> {
+    let names = |table: &StaticTable| -> Vec<String> {
         let rows = table.rows.iter().zip(table.tunable_reals);
         rows.filter(|(_, is_tunable)| **is_tunable).map(|(row, _)| row.full_name()).collect()
     };

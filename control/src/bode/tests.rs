@@ -6,7 +6,7 @@ fn plotted(values: &[(&str, Value)]) -> Result<Bode> {
     let values = values.iter().map(|(name, value)| ((*name).to_string(), *value)).collect();
     let controller = Member { name: "TIC101".into(), fmu: "PID".into(), values };
     let model = Model { gain: 1.0, time_constant: 10.0, dead_time: 1.0, ..Model::default() };
-    bode(&TestHome::default(), &Request { model, controller, others: vec![Values::new()] })
+    bode(&TestHome::default(), &BodeRequest { model, controller, others: vec![Values::new()] })
 }
 
 #[test]

@@ -1,18 +1,18 @@
 use super::*;
 
-fn read(text: &str) -> Table {
-    Table::read(text).unwrap_or_else(|error| panic!("{error:#}\n{text}"))
+fn read(text: &str) -> CsvTable {
+    CsvTable::read(text).unwrap_or_else(|error| panic!("{error:#}\n{text}"))
 }
 
 fn error(text: &str) -> String {
-    format!("{:#}", Table::read(text).unwrap_err())
+    format!("{:#}", CsvTable::read(text).unwrap_err())
 }
 
-fn values<'a>(table: &'a Table, name: &str) -> &'a [f64] {
+fn values<'a>(table: &'a CsvTable, name: &str) -> &'a [f64] {
     &table.column(name).unwrap().values
 }
 
-fn seconds(table: &Table) -> Vec<f64> {
+fn seconds(table: &CsvTable) -> Vec<f64> {
     table.times(table.time().unwrap()).unwrap().seconds
 }
 
@@ -57,13 +57,14 @@ fn words_are_true_and_false_and_cells_may_be_missing() {
 #[test]
 fn a_column_of_a_variable_has_a_number_for_each_loop() {
     let fault = |text: &str| {
-        let error = Table::of_loops(text).unwrap_err();
+        let error = CsvTable::of_loops(text).unwrap_err();
         error.downcast_ref::<Fault>().unwrap_or_else(|| panic!("{error:#}")).in_file("loops.csv")
     };
-    let table = Table::of_loops("tag;P.RISE [K];P.ON;Descr. 1\nTIC1;300;TRUE;left\nTIC2;310,5;FALSE;right\n").unwrap();
+    let table =
+        CsvTable::of_loops("tag;P.RISE [K];P.ON;Descr. 1\nTIC1;300;TRUE;left\nTIC2;310,5;FALSE;right\n").unwrap();
     assert_eq!((values(&table, "P.RISE"), values(&table, "P.ON")), (&[300.0, 310.5][..], &[1.0, 0.0][..]));
     assert_eq!(table.columns.iter().map(|column| column.number).collect::<Vec<_>>(), [2, 3]);
-    let table = Table::of_loops("tag;P.RISE;P.TI\n;K;s\nTIC1;300;20\n").unwrap();
+    let table = CsvTable::of_loops("tag;P.RISE;P.TI\n;K;s\nTIC1;300;20\n").unwrap();
     assert_eq!((table.lines.as_slice(), table.columns[0].unit.as_deref()), (&[3][..], Some("K")));
     // All cells are texts, only the second is a text, the file is empty.
     for (text, expected) in [
@@ -94,7 +95,7 @@ fn a_column_of_a_variable_has_a_number_for_each_loop() {
         assert_eq!(fault(text), expected, "{text}");
     }
     assert_eq!(
-        format!("{:#}", Table::of_loops("P.GAIN\n").unwrap_err()),
+        format!("{:#}", CsvTable::of_loops("P.GAIN\n").unwrap_err()),
         "the file has a header and no rows of values: a row for each loop is needed"
     );
 }
@@ -234,11 +235,11 @@ fn hostile_texts_are_refused_or_read_and_never_panic() {
         "T\n1T\n",
         "a\n2026-\n1234\u{a0}\n",
     ] {
-        let _ = Table::read(text);
+        let _ = CsvTable::read(text);
     }
     assert!(error(&"x".repeat(LARGEST + 1)).contains("at most"));
     let wide = format!("{}\n{}\n", "a,".repeat(10_000), "1,".repeat(10_000));
-    assert!(Table::read(&wide).is_ok());
+    assert!(CsvTable::read(&wide).is_ok());
     assert!(error(&"a,".repeat(30_000)).contains("at most 20000"));
     assert!(error(&"a,".repeat(600_000)).contains("line 1 has more than 1048576 bytes"));
 }

@@ -581,7 +581,7 @@ fn a_csv_file_of_the_plant_is_read_by_its_columns() {
         from: None,
         to,
     };
-    let request = |data| Request { data, method: Method::LeastSquares, is_integrating: false };
+    let request = |data| IdentifyRequest { data, method: Method::LeastSquares, is_integrating: false };
     let identified = of_csv(&request(data(Some("Ventil"), None))).unwrap();
     assert_found(&identified, &lag(2.0, 10.0, 3.0), 0.001, "CSV");
     let error = |data| format!("{:#}", of_csv(&request(data)).unwrap_err());
@@ -622,12 +622,12 @@ fn columns_of_a_csv_file_are_found_by_their_usual_names_or_as_the_header_writes_
     for ((time, input), output) in record.times.iter().zip(&record.input).zip(&record.output) {
         text += &format!("{time:.3};50;{output:.6};{input:.3}\n").replace('.', ",");
     }
-    let headers = crate::csv::Table::read(&text).unwrap().headers();
+    let headers = crate::csv::CsvTable::read(&text).unwrap().headers();
     assert_eq!(headers, ["Zeit [s]", "Sollwert [°C]", "Istwert [°C]", "TIC1.Stellwert [%]"]);
     let column = |at: usize| Some(headers[at].clone());
     for (time, input, output) in [(None, None, None), (column(0), column(3), column(2))] {
         let data = Data::Csv { text: text.clone(), time, input, output, from: None, to: None };
-        let request = Request { data, method: Method::LeastSquares, is_integrating: false };
+        let request = IdentifyRequest { data, method: Method::LeastSquares, is_integrating: false };
         let identified = of_csv(&request).unwrap();
         assert_found(&identified, &lag(2.0, 10.0, 3.0), 0.001, "CSV");
         assert_eq!(

@@ -3,7 +3,7 @@
 use super::change::{Change, Moving};
 use super::instance::{Block, change, typed};
 use crate::csv::names::{MANIPULATED_VALUES, MANUAL, PROCESS_VALUES, SETPOINTS, ends, short_name};
-use crate::csv::{Column, Table as Csv};
+use crate::csv::{Column, CsvTable as Csv};
 use anyhow::{Context, Result, bail};
 use blocks::table::number::to_value;
 use blocks::{Kind, Role};

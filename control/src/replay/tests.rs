@@ -34,15 +34,15 @@ fn member(values: &[(&str, f64)]) -> Member {
     Member { name: "TIC101".into(), fmu: "PID".into(), values: values.iter().map(value).collect() }
 }
 
-fn request(text: String) -> Request {
-    Request { controller: member(&[]), text, columns: Vec::new(), tolerance: None, try_suspects: true }
+fn request(text: String) -> ReplayRequest {
+    ReplayRequest { controller: member(&[]), text, columns: Vec::new(), tolerance: None, try_suspects: true }
 }
 
-fn run(request: &Request) -> Replayed {
+fn run(request: &ReplayRequest) -> Replayed {
     replay(&TestHome::default(), request).unwrap_or_else(|error| panic!("{error:#}"))
 }
 
-fn error(request: &Request) -> String {
+fn error(request: &ReplayRequest) -> String {
     format!("{:#}", replay(&TestHome::default(), request).unwrap_err())
 }
 

@@ -37,7 +37,7 @@ fn a_number_is_rounded_to_its_significant_digits() {
 
 #[test]
 fn a_foreign_fmu_and_a_plant_have_no_settings_to_find() {
-    let request = |fmu: &str| Request {
+    let request = |fmu: &str| TuneRequest {
         model: lag(1.0, 10.0, 1.0),
         rule: Rule::Simc,
         structure: Structure::Pi,

@@ -329,7 +329,7 @@ fn function<'a>(
     checked: &Checked,
     element: &'a Element,
     content: &'a Content,
-    settings: &'a [model::Setting],
+    settings: &'a [model::DrawnSetting],
 ) -> Function<'a> {
     let Point { x, y } = element.at;
     let area = element.body();
@@ -364,7 +364,7 @@ fn function<'a>(
         let _ = write!(lines, "M{} {}H{}", Pixels(area.left), Pixels(y + half), Pixels(area.right));
     }
     let first_setting = area.bottom - settings.len() as f64 * SETTING + 10.0;
-    let setting = |(row, setting): (usize, &'a model::Setting)| Setting {
+    let setting = |(row, setting): (usize, &'a model::DrawnSetting)| Setting {
         name: &setting.name,
         title: title(checked, &setting.name),
         start: &setting.start,

@@ -105,7 +105,7 @@ pub enum Shape {
     /// An output terminal; `at` is the middle of its left edge.
     Output,
     /// A function; `at` is the middle of its symbol.
-    Box { content: Content, settings: Vec<Setting> },
+    Box { content: Content, settings: Vec<DrawnSetting> },
     /// A summing point with signs at its sides; `at` is its middle.
     Sum { signs: Vec<(Side, Sign)> },
     /// A switch; `at` is midway between its contacts.
@@ -132,7 +132,7 @@ pub enum Content {
 
 /// A variable that acts on a box.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Setting {
+pub struct DrawnSetting {
     pub name: String,
     /// Its start value, once the table is known.
     pub start: String,
@@ -238,7 +238,7 @@ impl Element {
     /// The rectangle of a box, or the area around `at` of any other element.
     pub fn body(&self) -> Area {
         let Shape::Box { content, settings } = &self.shape else { return Area::around(self.at, 0.0, 0.0) };
-        let row = |setting: &Setting| {
+        let row = |setting: &DrawnSetting| {
             let value = setting.start.chars().count().max(LEAST_VALUE) + 1;
             width(&setting.name, SMALL_CHARACTER) + value as f64 * SMALL_CHARACTER
         };

@@ -1,6 +1,6 @@
 //! Parses the description of a diagram. The documentation of [`super`] defines the language.
 
-use super::model::{Anchor, Content, Control, Diagram, Element, GRID, Icon, Point, Setting, Shape, Side, Sign};
+use super::model::{Anchor, Content, Control, Diagram, DrawnSetting, Element, GRID, Icon, Point, Shape, Side, Sign};
 use super::symbol::{self, SYMBOLS};
 use super::wire::{number, point};
 use anyhow::{Context, Result, anyhow, bail};
@@ -194,7 +194,7 @@ fn function(words: &mut Words, rest: &str) -> Result<Shape> {
     if with.as_ref().is_some_and(Vec::is_empty) {
         bail!("ends with 'with': name the variables that act on the box, or remove the word");
     }
-    let setting = |name| Setting { name, start: String::new() };
+    let setting = |name| DrawnSetting { name, start: String::new() };
     Ok(Shape::Box { content, settings: with.unwrap_or_default().into_iter().map(setting).collect() })
 }
 

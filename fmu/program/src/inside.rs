@@ -10,7 +10,7 @@ const MOST: usize = 2000;
 
 /// An instance of a block inside a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Part {
+pub struct InnerInstance {
     /// Its path, as the table names its variables: `motors[1]`; empty for the program itself.
     pub path: String,
     /// The name of its block.
@@ -28,8 +28,8 @@ impl Loaded {
     }
 
     /// The instances of blocks, those inside others behind them; first the program itself.
-    pub fn parts(&self) -> Vec<Part> {
-        let own = Part { path: String::new(), block: self.block.clone(), is_native: false, address: 0 };
+    pub fn parts(&self) -> Vec<InnerInstance> {
+        let own = InnerInstance { path: String::new(), block: self.block.clone(), is_native: false, address: 0 };
         let mut found = vec![own];
         let memory = self.program.memory;
         for member in &self.program.records[memory].members {
@@ -45,14 +45,14 @@ impl Loaded {
         found
     }
 
-    fn inside(&self, record: usize, path: &str, address: usize, found: &mut Vec<Part>) {
+    fn inside(&self, record: usize, path: &str, address: usize, found: &mut Vec<InnerInstance>) {
         for member in &self.program.records[record].members {
             let path = if path.is_empty() { member.name.clone() } else { format!("{path}.{}", member.name) };
             self.add(&member.ty, &path, address + member.offset, found);
         }
     }
 
-    fn add(&self, ty: &Type, path: &str, address: usize, found: &mut Vec<Part>) {
+    fn add(&self, ty: &Type, path: &str, address: usize, found: &mut Vec<InnerInstance>) {
         if found.len() >= MOST {
             return;
         }
@@ -64,7 +64,7 @@ impl Loaded {
                         Body::Native(name) => (name.to_string(), true),
                         Body::Code(_) => (function.name.clone(), false),
                     };
-                    found.push(Part { path: path.to_string(), block, is_native, address });
+                    found.push(InnerInstance { path: path.to_string(), block, is_native, address });
                 }
                 self.inside(*record, path, address, found);
             }

@@ -15,13 +15,13 @@ pub mod survey;
 mod table;
 mod wrong;
 
-pub use inside::Part;
+pub use inside::InnerInstance;
 pub use table::TextPlace;
 pub use wrong::Wrong;
 
 use blocks::table::abreast::Apart;
 use blocks::table::{fingerprint, start};
-use blocks::{LReal, Real, Table, Time, Value};
+use blocks::{LReal, Real, StaticTable, Time, Value};
 use fmu::component::{Fresh, Library, Origin};
 use fmu::cyclic::Cyclic;
 use fmu::layout::Layout;
@@ -42,7 +42,7 @@ pub const LARGEST: u64 = 16 << 20;
 /// A program that is translated, with its table.
 pub struct Loaded {
     /// What the host sees of it.
-    pub table: &'static Table,
+    pub table: &'static StaticTable,
     /// What the GUID is made of.
     pub hash: u128,
     /// What the author should know, with file and line.
@@ -55,7 +55,7 @@ pub struct Loaded {
     code: Arc<Code>,
     /// The number of the function of a cycle.
     cycle: usize,
-    places: Vec<table::Place>,
+    places: Vec<table::RowMemory>,
     texts: Vec<table::TextPlace>,
     /// The rows that the host gives of variables that the program writes, too.
     in_outs: Vec<usize>,
@@ -186,7 +186,7 @@ impl Cyclic for Program {
 
     type Abreast = Apart<Program>;
 
-    fn table(&self) -> &Table {
+    fn table(&self) -> &StaticTable {
         self.loaded.table
     }
 

@@ -4,7 +4,7 @@ use crate::table::Held;
 use crate::{Loaded, Program};
 use blocks::table::number::number;
 use fmu::cyclic::Cyclic;
-use fmu::sources::{self, Door, Given, Of, Parts, Variable};
+use fmu::sources::{self, Door, Of, Parts, TakesEffect, Variable};
 use std::sync::Arc;
 
 impl Loaded {
@@ -20,11 +20,12 @@ impl Loaded {
         let linked = with_laws(&self.program)?;
         let law = scl::c::print(&linked)?;
         let given = |held: Held| match held {
-            Held::Memory => Given::AtOnce,
-            Held::InOut => Given::EachCall,
-            Held::Start => Given::AtStart,
+            Held::Memory => TakesEffect::AtOnce,
+            Held::InOut => TakesEffect::EachCall,
+            Held::Start => TakesEffect::AtStart,
         };
-        let places: Vec<(usize, Given)> = self.places.iter().map(|place| (place.offset, given(place.held))).collect();
+        let places: Vec<(usize, TakesEffect)> =
+            self.places.iter().map(|place| (place.offset, given(place.held))).collect();
         let table = self.table;
         let texts: Vec<(blocks::Text, usize, usize)> =
             table.texts.iter().zip(&self.texts).map(|(text, place)| (*text, place.offset, place.size())).collect();

@@ -2,7 +2,7 @@
 
 use blocks::table::DEPTH;
 use blocks::table::number::{number, to_value};
-use blocks::{Class, Kind, Response, Role, Row, Table, Text, TextType, Time, Value};
+use blocks::{Class, Kind, Response, Role, StaticRow, StaticTable, Text, TextType, Time, Value};
 use manifest::Manifest;
 use scl::interface::{self, Variable};
 use scl::program::{Scalar, Type};
@@ -11,7 +11,7 @@ use std::collections::{HashMap, HashSet};
 
 /// Where the memory has a row.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct RowMemory {
     pub ty: Scalar,
     pub offset: usize,
     pub held: Held,
@@ -66,9 +66,9 @@ impl TextPlace {
 /// What a host sees, and where the memory has it.
 pub struct Shown {
     /// A table lives as long as the process: a library is asked for few programs.
-    pub table: &'static Table,
+    pub table: &'static StaticTable,
     /// The place of each row but that of the cycle.
-    pub places: Vec<Place>,
+    pub places: Vec<RowMemory>,
     /// The place of each text.
     pub texts: Vec<TextPlace>,
     /// Where the block has a CYCLE of its own.
@@ -100,8 +100,8 @@ const CYCLE: &str = "CYCLE";
 /// # Errors
 /// A name in the manifest that the program does not have; a text that the program writes is to be an input.
 pub fn of(manifest: &Manifest, compiled: &Compiled, root: &Root, is_unit: fn(&str) -> bool) -> Result<Shown, String> {
-    let mut rows: Vec<Row> = Vec::new();
-    let mut places: Vec<Place> = Vec::new();
+    let mut rows: Vec<StaticRow> = Vec::new();
+    let mut places: Vec<RowMemory> = Vec::new();
     let mut texts: Vec<(Text, TextPlace)> = Vec::new();
     let mut own_cycle = None;
     let variables: Vec<&Variable> = root.variables.iter().chain(&compiled.globals).collect();
@@ -140,7 +140,7 @@ pub fn of(manifest: &Manifest, compiled: &Compiled, root: &Root, is_unit: fn(&st
         let held = if is_written && role == Role::Input { Held::InOut } else { Held::Memory };
         let mut add = |name: &str, role, held| {
             rows.push(row(name, variable, kind, role, value, is_unit));
-            places.push(Place { ty, offset, held });
+            places.push(RowMemory { ty, offset, held });
         };
         add(&name, role, held);
         if held == Held::InOut {
@@ -151,19 +151,19 @@ pub fn of(manifest: &Manifest, compiled: &Compiled, root: &Root, is_unit: fn(&st
         }
     }
     let cycle = rows.len();
-    rows.push(Row {
+    rows.push(StaticRow {
         name: CYCLE,
         description: "Time between two calls",
         kind: Kind::Time,
         role: Role::Cycle,
         start: Value::Time(Time::ms(milliseconds as i32)),
         min: Some(Value::Time(Time::ms(1))),
-        ..Row::EMPTY
+        ..StaticRow::EMPTY
     });
     let (texts, text_places): (Vec<Text>, Vec<TextPlace>) = texts.into_iter().unzip();
     let no: &'static [bool] = vec![false; rows.len()].leak();
     let responses: &'static [Response] = vec![response(&rows)].leak();
-    let table = Table {
+    let table = StaticTable {
         name: leaked(&manifest.name.clone().unwrap_or_else(|| identifier(&root.block))),
         aliases: &[],
         docs: leaked(&documentation(manifest, milliseconds, root)),
@@ -183,7 +183,7 @@ pub fn of(manifest: &Manifest, compiled: &Compiled, root: &Root, is_unit: fn(&st
 }
 
 /// The recorded run: of all inputs and outputs, or of the first of each where a picture of all would show nothing.
-fn response(rows: &[Row]) -> Response {
+fn response(rows: &[StaticRow]) -> Response {
     let of = |role: Role| rows.iter().filter(move |row| row.role == role).map(|row| row.name);
     if of(Role::Input).count().max(of(Role::Output).count()) <= MOST_DRAWN {
         return Response::AT_REST;
@@ -282,7 +282,7 @@ fn role(of: interface::Role) -> Role {
     }
 }
 
-fn row(name: &str, variable: &Variable, kind: Kind, role: Role, start: Value, is_unit: fn(&str) -> bool) -> Row {
+fn row(name: &str, variable: &Variable, kind: Kind, role: Role, start: Value, is_unit: fn(&str) -> bool) -> StaticRow {
     let comment = &variable.comment;
     let is_real = kind.class() == Class::Real;
     let is_time = matches!(kind, Kind::Time | Kind::LTime);
@@ -313,7 +313,7 @@ fn row(name: &str, variable: &Variable, kind: Kind, role: Role, start: Value, is
         add(format!("range {} to {}, without the start value", shown(min), shown(max)));
         (min, max) = (None, None);
     }
-    Row {
+    StaticRow {
         path: [""; DEPTH],
         name: leaked(name),
         description: leaked(&description),

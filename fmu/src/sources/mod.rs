@@ -4,10 +4,10 @@
 //! promises as the library in Rust, and a self-test compares both: the hash of a tape of calls stands in the file.
 
 use crate::cyclic::Cyclic;
-use crate::layout::{Layout, Part};
+use crate::layout::{Layout, Referent};
 use blocks::table::fingerprint::{self, BASIS};
 use blocks::table::number::{number, to_value};
-use blocks::{Class, Kind, Role, Row, Text};
+use blocks::{Class, Kind, Role, StaticRow, Text};
 use std::fmt::Write;
 
 /// The parts of every door, in order, after what a version calls things and which functions it has.
@@ -66,7 +66,7 @@ const CALLS: u32 = 256;
 
 /// When a variable is given what the host has set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Given {
+pub enum TakesEffect {
     /// At once.
     #[default]
     AtOnce,
@@ -95,8 +95,8 @@ pub struct Variable {
     pub from: Vec<usize>,
 }
 
-impl From<&Row> for Variable {
-    fn from(row: &Row) -> Variable {
+impl From<&StaticRow> for Variable {
+    fn from(row: &StaticRow) -> Variable {
         let range = (row.least(), row.greatest());
         Variable {
             name: row.full_name(),
@@ -129,7 +129,7 @@ pub struct Parts<'a> {
     pub call: &'a str,
     /// Where each variable lies in the memory, in bytes, and when it is given what the host has set; of a program's cycle,
     /// anything.
-    pub places: &'a [(usize, Given)],
+    pub places: &'a [(usize, TakesEffect)],
     /// Which of its variables and texts are the elements of arrays.
     pub layout: Option<&'a Layout>,
     /// Its texts, where each lies in the memory, and how many bytes it takes there.
@@ -272,7 +272,7 @@ fn table(parts: &Parts) -> String {
         variables.len(),
         variables[*cycle].name,
         u8::from(matches!(parts.of, Of::Block { .. })),
-        u8::from(parts.places.iter().any(|(_, given)| *given == Given::EachCall)),
+        u8::from(parts.places.iter().any(|(_, given)| *given == TakesEffect::EachCall)),
         u8::from(["index_of(", "goes_on(", "stop("].iter().any(|stop| parts.law.contains(stop))),
         parts.call,
         (test >> 64) as u64,
@@ -454,12 +454,12 @@ typedef struct {{
         );
     }
     let one = |reference: u32| match layout.map(|layout| layout.part(reference)) {
-        Some(Part::Array(elements)) => elements.clone(),
-        Some(Part::Inside(_)) => Vec::new(),
+        Some(Referent::Array(elements)) => elements.clone(),
+        Some(Referent::Inside(_)) => Vec::new(),
         _ => vec![reference],
     };
     let array = |reference: u32| match layout.map(|layout| layout.part(reference)) {
-        Some(Part::Inside(first)) => *first,
+        Some(Referent::Inside(first)) => *first,
         _ => reference,
     };
     let all: Vec<Vec<u32>> = (0..count as u32).map(one).collect();

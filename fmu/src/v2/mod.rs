@@ -9,10 +9,10 @@ pub mod value;
 
 use crate::host_type::Version;
 use crate::refusal::Answer;
-use blocks::{Class, Row};
+use blocks::{Class, StaticRow};
 
 /// What the library of a program says of itself, see [`interface::json_of`](crate::interface::json_of).
-pub fn describe(table: &blocks::Table, guid: &str) -> String {
+pub fn describe(table: &blocks::StaticTable, guid: &str) -> String {
     crate::interface::json_of::<Fmi2>(table, guid)
 }
 
@@ -39,7 +39,7 @@ impl Version for Fmi2 {
         ("canNotUseMemoryManagementFunctions", "true"),
     ];
 
-    fn name_of(row: &Row) -> &'static str {
+    fn name_of(row: &StaticRow) -> &'static str {
         match row.kind.class() {
             Class::Real => "Real",
             Class::Integer => "Integer",

@@ -158,7 +158,7 @@ impl HostType<Fmi2> for Boolean {
 mod tests {
     use super::*;
     use crate::host_type::Version;
-    use blocks::Row;
+    use blocks::StaticRow;
     use blocks::Time;
 
     #[test]
@@ -238,7 +238,7 @@ mod tests {
                 <c_int as HostType<Fmi2>>::holds(kind),
                 <Boolean as HostType<Fmi2>>::holds(kind),
             ];
-            let expected = match Fmi2::name_of(&Row { kind, ..Row::EMPTY }) {
+            let expected = match Fmi2::name_of(&StaticRow { kind, ..StaticRow::EMPTY }) {
                 "Real" => [true, false, false],
                 "Integer" => [false, true, false],
                 _ => [false, false, true],

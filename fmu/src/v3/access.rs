@@ -5,13 +5,13 @@ use super::Choice;
 use crate::component::Component;
 use crate::cyclic::Cyclic;
 use crate::host_type::HostType;
-use crate::layout::Part;
+use crate::layout::Referent;
 use crate::refusal::Refusal;
-use blocks::{Role, Table};
+use blocks::{Role, StaticTable};
 use std::borrow::Cow;
 
 /// The value reference of the time, behind those of all variables.
-pub fn time_reference(table: &Table) -> u32 {
+pub fn time_reference(table: &StaticTable) -> u32 {
     (table.rows.len() + table.texts.len()) as u32
 }
 
@@ -28,9 +28,9 @@ fn elements<'a, V: Choice, B: Cyclic>(
             let mut all = Vec::with_capacity(count);
             for reference in references {
                 match layout.part(*reference) {
-                    Part::Single => all.push(*reference),
-                    Part::Array(elements) => all.extend(elements),
-                    Part::Inside(first) => {
+                    Referent::Single => all.push(*reference),
+                    Referent::Array(elements) => all.extend(elements),
+                    Referent::Inside(first) => {
                         let reason = format!(
                             "value reference {reference} is unknown: it is inside the array with value reference {first}"
                         );
@@ -143,8 +143,8 @@ pub fn dependencies<V: Choice, B: Cyclic>(component: &Component<B>, reference: u
         (None, None) => false,
     };
     let layout = block.layout().filter(|_| V::TYPES.has_arrays());
-    let part = layout.map_or(&Part::Single, |layout| layout.part(reference));
-    if !is_output || matches!(part, Part::Inside(_)) {
+    let part = layout.map_or(&Referent::Single, |layout| layout.part(reference));
+    if !is_output || matches!(part, Referent::Inside(_)) {
         return Err(format!(
             "value reference {reference} is not that of an output: no other variable has dependencies"
         )
@@ -156,12 +156,12 @@ pub fn dependencies<V: Choice, B: Cyclic>(component: &Component<B>, reference: u
     }
     let one = [reference];
     let elements = match part {
-        Part::Array(elements) => elements.as_slice(),
+        Referent::Array(elements) => elements.as_slice(),
         _ => &one,
     };
     let settings = elements.iter().filter_map(|element| table.rows.get(*element as usize)).flat_map(|row| row.from);
     let first = |setting: &usize| match layout.map(|layout| layout.part(*setting as u32)) {
-        Some(Part::Inside(first)) => *first,
+        Some(Referent::Inside(first)) => *first,
         _ => *setting as u32,
     };
     let mut found: Vec<u32> = settings.map(first).collect();

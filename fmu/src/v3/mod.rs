@@ -11,7 +11,7 @@ pub mod sources;
 pub mod value;
 
 use crate::host_type::Version;
-use blocks::{Row, Types};
+use blocks::{StaticRow, Types};
 
 /// FMI 3.0 with the types of the PLC.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +35,7 @@ macro_rules! versions {
             // modelDescription.xml has them of what the library says of FMI 2.0, which asks for nothing else.
             const CAPABILITIES: &'static [(&'static str, &'static str)] = &[];
 
-            fn name_of(row: &Row) -> &'static str {
+            fn name_of(row: &StaticRow) -> &'static str {
                 Types::$Version.of(row.kind, row.is_analog)
             }
         }

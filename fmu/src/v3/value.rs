@@ -5,7 +5,7 @@ use crate::cyclic::Cyclic;
 use crate::host_type::HostType;
 use crate::ordinary;
 use blocks::table::number::{exact, number, of_exact, to_value};
-use blocks::{Kind, Row, Time, Value};
+use blocks::{Kind, StaticRow, Time, Value};
 
 /// A Boolean: a byte, not 0 is true.
 #[repr(transparent)]
@@ -37,7 +37,7 @@ macro_rules! integers {
             }
 
             #[inline]
-            fn is_of(row: &Row) -> bool {
+            fn is_of(row: &StaticRow) -> bool {
                 // Of 16 bits there are two types: analog values have a sign.
                 let is_narrow = $Integer::BITS == 16;
                 let is_other = row.kind == Kind::Word && is_narrow && row.is_analog != ($Integer::MIN != 0);
@@ -252,7 +252,7 @@ mod tests {
     use blocks::table::number::is_real;
 
     /// The names of the types of which a row's values are.
-    fn holders<V: Version>(row: &Row) -> Vec<&'static str>
+    fn holders<V: Version>(row: &StaticRow) -> Vec<&'static str>
     where
         f32: HostType<V>,
         f64: HostType<V>,
@@ -286,7 +286,7 @@ mod tests {
     fn every_kind_is_held_by_the_one_type_that_is_named_for_it() {
         for kind in Kind::ALL {
             for is_analog in [false, true] {
-                let row = Row { kind: *kind, is_analog, ..Row::EMPTY };
+                let row = StaticRow { kind: *kind, is_analog, ..StaticRow::EMPTY };
                 assert_eq!(holders::<Native>(&row), [Native::name_of(&row)], "{kind:?}");
                 assert_eq!(holders::<Wide>(&row), [Wide::name_of(&row)], "{kind:?}");
             }

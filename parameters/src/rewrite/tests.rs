@@ -6,8 +6,8 @@ const AWL: &str = "DATA_BLOCK \"TIC101\"\r\n{ S7_m_c := 'true' }\r\nTITLE = Öfe
                    GAIN := 2.0; // from 1998\r\n  TI := T#20S;\r\nEND_DATA_BLOCK\r\nDATA_BLOCK DB 7\r\n FB 99\r\nBEGIN\r\n  GAIN := \
                    7.0;\r\nEND_DATA_BLOCK\r\n";
 
-fn blocks() -> Vec<Arc<Block>> {
-    Block::all()
+fn blocks() -> Vec<Arc<BlockType>> {
+    BlockType::all()
 }
 
 /// Returns the loops of a source.

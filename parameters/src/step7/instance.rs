@@ -2,7 +2,7 @@
 
 use super::parser::Name;
 use super::values::Assignment;
-use crate::block::{Block, Part};
+use crate::block::{BlockType, VariableOwner};
 use crate::literal;
 use crate::loops::Loop;
 use crate::problem::{nearest, quoted};
@@ -29,7 +29,7 @@ pub(super) struct Instance {
 }
 
 impl Instance {
-    pub(super) fn new(name: &str, block: Arc<Block>) -> Instance {
+    pub(super) fn new(name: &str, block: Arc<BlockType>) -> Instance {
         let given = vec![None; block.members.len()];
         Instance { one: Loop::new(name, block), given, complete: HashSet::new(), memory: 0, seven_digits: None }
     }
@@ -87,7 +87,7 @@ impl Instance {
     pub(super) fn assign_by_position(&mut self, db: &Name, assignments: &[Assignment], report: &mut Report) {
         let block = self.one.block.clone();
         let own: Vec<usize> =
-            (0..block.members.len()).filter(|index| block.members[*index].part == Part::Own).collect();
+            (0..block.members.len()).filter(|index| block.members[*index].part == VariableOwner::Own).collect();
         let needed = own.iter().rposition(|index| block.members[*index].role.is_settable()).map_or(0, |last| last + 1);
         let mut previous = None;
         for (position, assignment) in assignments.iter().enumerate() {
@@ -150,7 +150,7 @@ impl Instance {
 
 /// Whether these can be the names of an instance of the block: members without duplicates, and the block's memory after
 /// the last member. Returns the number of inputs and parameters among them.
-pub(super) fn fit<'a>(block: &Block, names: impl IntoIterator<Item = &'a [String]>) -> Option<usize> {
+pub(super) fn fit<'a>(block: &BlockType, names: impl IntoIterator<Item = &'a [String]>) -> Option<usize> {
     let mut given = vec![false; block.members.len()];
     let mut memory = 0;
     let mut is_complete = false;
@@ -166,14 +166,15 @@ pub(super) fn fit<'a>(block: &Block, names: impl IntoIterator<Item = &'a [String
 }
 
 /// The member of this name, if it exists in the PLC.
-pub(super) fn find(block: &Block, name: &str) -> Option<usize> {
-    block.find(name).filter(|index| block.members[*index].part != Part::FmuOnly)
+pub(super) fn find(block: &BlockType, name: &str) -> Option<usize> {
+    block.find(name).filter(|index| block.members[*index].part != VariableOwner::FmuOnly)
 }
 
 /// Whether the member is the last one of its instance.
-fn is_last(block: &Block, index: usize) -> bool {
+fn is_last(block: &BlockType, index: usize) -> bool {
     let path = |index: usize| block.members[index].name.rsplit_once('.').map(|(path, _)| path);
-    let is_of_instance = |other: &usize| block.members[*other].part != Part::FmuOnly && path(*other) == path(index);
+    let is_of_instance =
+        |other: &usize| block.members[*other].part != VariableOwner::FmuOnly && path(*other) == path(index);
     !(index + 1..block.members.len()).any(|other| is_of_instance(&other))
 }
 

@@ -3,7 +3,7 @@
 use super::instance::{Instance, find, fit, lost_name};
 use super::parser::{DataBlock, FunctionBlock, Item, Name, items};
 use super::values::{Assignment, SyntaxErrors, assignments};
-use crate::block::{Block, Part};
+use crate::block::{BlockType, VariableOwner};
 use crate::loops::Loop;
 use crate::problem::{Problems, Remedy, nearest, quoted};
 use crate::reading::{Options, Reading};
@@ -24,7 +24,7 @@ const ENOUGH_NAMES: usize = 3;
 ///
 /// # Errors
 /// All errors in the text, at most about 50.
-pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
+pub fn read(source: &Source, blocks: &[Arc<BlockType>], options: &Options) -> Result<Reading, Problems> {
     let mut report = Report::new(source, options);
     let Ok(chosen) = report.chosen(blocks, options) else { return report.finish(Vec::new()) };
     let items = items(&source.text, &mut report);
@@ -76,12 +76,12 @@ fn key(name: &Name) -> String {
     name.text.to_uppercase()
 }
 
-fn known(blocks: &[Arc<Block>], name: &Name) -> Option<Arc<Block>> {
+fn known(blocks: &[Arc<BlockType>], name: &Name) -> Option<Arc<BlockType>> {
     blocks.iter().find(|block| block.is_called(&name.text)).cloned()
 }
 
 /// The function blocks of the text, by name.
-fn functions<'a>(items: &'a [Item], blocks: &[Arc<Block>]) -> Functions<'a> {
+fn functions<'a>(items: &'a [Item], blocks: &[Arc<BlockType>]) -> Functions<'a> {
     let mut functions = Functions::new();
     for item in items {
         if let Item::FunctionBlock(block) = item {
@@ -149,8 +149,8 @@ struct Found {
 
 struct Reader<'a> {
     text: &'a str,
-    blocks: &'a [Arc<Block>],
-    chosen: Option<Arc<Block>>,
+    blocks: &'a [Arc<BlockType>],
+    chosen: Option<Arc<BlockType>>,
     functions: &'a Functions<'a>,
     report: Report<'a>,
     found: Vec<Found>,
@@ -186,7 +186,7 @@ impl Reader<'_> {
     }
 
     /// Reads a data block that is an instance of a known block.
-    fn instance(&mut self, db: &DataBlock, block: Arc<Block>, (values, errors): (Vec<Assignment>, SyntaxErrors)) {
+    fn instance(&mut self, db: &DataBlock, block: Arc<BlockType>, (values, errors): (Vec<Assignment>, SyntaxErrors)) {
         let before = self.report.count();
         self.wrong(errors);
         let name = &db.name;
@@ -275,7 +275,7 @@ impl Reader<'_> {
         &mut self,
         function: &Function,
         path: &mut Vec<String>,
-        instances: &mut Vec<(Vec<String>, Arc<Block>)>,
+        instances: &mut Vec<(Vec<String>, Arc<BlockType>)>,
     ) -> bool {
         for index in &function.leads {
             let member = &function.block.members[*index];
@@ -320,7 +320,7 @@ impl Reader<'_> {
     /// Reads a data block of an unknown type, whose block is recognized by its members.
     fn unknown(&mut self, db: &DataBlock, kind: &Name) {
         let (values, errors) = assignments(self.text, db.body.clone());
-        let remark = |block: &Block| format!("{}: {} is taken as {}", db.name.text, quoted(&kind.text), block.name);
+        let remark = |block: &BlockType| format!("{}: {} is taken as {}", db.name.text, quoted(&kind.text), block.name);
         if let Some(block) = without_number(&kind.text).and_then(|name| self.blocks.iter().find(|b| b.is_called(name)))
         {
             self.report.remark(Some(kind.span.clone()), remark(block));
@@ -328,7 +328,7 @@ impl Reader<'_> {
             return;
         }
         let names = || values.iter().map(|value| value.path.as_slice());
-        let is_chosen = |block: &&Arc<Block>| !values.is_empty() && fit(block, names()).is_some();
+        let is_chosen = |block: &&Arc<BlockType>| !values.is_empty() && fit(block, names()).is_some();
         let block = self.chosen.as_ref().filter(is_chosen).cloned().or_else(|| self.recognized(names(), all_settings));
         if let Some(block) = block.filter(|_| errors.first.is_empty()) {
             self.report.remark(Some(kind.span.clone()), remark(&block));
@@ -340,9 +340,10 @@ impl Reader<'_> {
         }
         // A typing error in the name of a type or in a value must not lose a loop; neither may another block that
         // shares some names be mistaken for one of these, since its other values would be assigned to the wrong block.
-        let is_member =
-            |block: &&Arc<Block>| values.iter().filter(|value| find(block, &value.path.join(".")).is_some()).count();
-        let is_likely = |block: &&Arc<Block>| !values.is_empty() && 2 * is_member(block) >= values.len();
+        let is_member = |block: &&Arc<BlockType>| {
+            values.iter().filter(|value| find(block, &value.path.join(".")).is_some()).count()
+        };
+        let is_likely = |block: &&Arc<BlockType>| !values.is_empty() && 2 * is_member(block) >= values.len();
         let meant = nearest(&kind.text, self.blocks.iter().map(|block| block.name.as_str()));
         let meant = meant.and_then(|name| self.blocks.iter().find(|block| block.name == name)).filter(is_likely);
         let alike = self.blocks.iter().filter(is_likely).max_by_key(is_member);
@@ -371,9 +372,9 @@ impl Reader<'_> {
     fn recognized<'n>(
         &self,
         names: impl Iterator<Item = &'n [String]> + Clone,
-        wanted: fn(&Block) -> usize,
-    ) -> Option<Arc<Block>> {
-        let fits = |block: &&Arc<Block>| fit(block, names.clone()).is_some_and(|count| count >= wanted(block));
+        wanted: fn(&BlockType) -> usize,
+    ) -> Option<Arc<BlockType>> {
+        let fits = |block: &&Arc<BlockType>| fit(block, names.clone()).is_some_and(|count| count >= wanted(block));
         let mut fitting = self.blocks.iter().filter(fits);
         fitting.next().filter(|_| fitting.next().is_none()).cloned()
     }
@@ -475,12 +476,12 @@ impl Reader<'_> {
 }
 
 /// The number of inputs and parameters that an instance has in the PLC, except those of inner blocks.
-fn all_settings(block: &Block) -> usize {
-    block.members.iter().filter(|member| member.part == Part::Own && member.role.is_settable()).count()
+fn all_settings(block: &BlockType) -> usize {
+    block.members.iter().filter(|member| member.part == VariableOwner::Own && member.role.is_settable()).count()
 }
 
 /// Whether a name is not even similar to a member of the block.
-fn is_strange(block: &Block, value: &Assignment) -> bool {
+fn is_strange(block: &BlockType, value: &Assignment) -> bool {
     let name = value.path.join(".");
     let members = block.members.iter().map(|member| member.name.as_str());
     find(block, &name).is_none() && lost_name(&name).is_none() && nearest(&name, members).is_none()
@@ -503,7 +504,7 @@ fn without_number(name: &str) -> Option<&str> {
 }
 
 /// The name of a block, with its aliases.
-fn names(block: &Block) -> String {
+fn names(block: &BlockType) -> String {
     match block.aliases.as_slice() {
         [] => block.name.clone(),
         aliases => format!("{} ({})", block.name, aliases.join(", ")),

@@ -1,17 +1,17 @@
 use super::*;
-use crate::{Block, Loop, Member, Options, Origin, Part, Problems, Reading, Source};
+use crate::{BlockType, Loop, Member, Options, Origin, Problems, Reading, Source, VariableOwner};
 use blocks::{Kind, Role, Time, Value, Word};
 use proptest::prelude::*;
 use std::sync::Arc;
 
 fn member(name: &str, role: Role, start: Value) -> Member {
-    let part = if name.contains('.') { Part::Inner } else { Part::Own };
+    let part = if name.contains('.') { VariableOwner::Inner } else { VariableOwner::Own };
     let (description, kind) = (String::new(), start.kind());
     Member { name: name.into(), description, kind, role, start, min: None, max: None, unit: None, part }
 }
 
 /// PUMP is FB 41, FAN is a user's block, STATION contains a PUMP, and MIXER has an LREAL.
-fn blocks() -> Vec<Arc<Block>> {
+fn blocks() -> Vec<Arc<BlockType>> {
     let pump = [
         member("MAN_ON", Role::Input, Value::Bool(true)),
         member("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
@@ -36,12 +36,12 @@ fn blocks() -> Vec<Arc<Block>> {
         member("DI_PUMP.GAIN", Role::Parameter, Value::Real(2.0)),
         member("DI_PUMP.SP_INT", Role::Input, Value::Real(0.0)),
         member("DI_PUMP.LMN", Role::Local, Value::Real(0.0)),
-        Member { part: Part::FmuOnly, ..member("Q_MEAN", Role::Output, Value::LReal(0.0)) },
+        Member { part: VariableOwner::FmuOnly, ..member("Q_MEAN", Role::Output, Value::LReal(0.0)) },
     ];
     let mixer = [member("LEVEL", Role::Parameter, Value::LReal(0.5))];
     let block = |name: &str, aliases: &[&str], members: &[Member]| {
         let aliases = aliases.iter().map(|alias| alias.to_string()).collect();
-        Arc::new(Block::new(name.into(), aliases, members.to_vec()))
+        Arc::new(BlockType::new(name.into(), aliases, members.to_vec()))
     };
     vec![
         block("PUMP", &["FB 41", "SFB 41"], &pump),
@@ -661,7 +661,7 @@ fn value(kind: Kind) -> BoxedStrategy<Value> {
 }
 
 /// A loop of any block with arbitrary values.
-fn any_loop(blocks: Vec<Arc<Block>>) -> impl Strategy<Value = Loop> {
+fn any_loop(blocks: Vec<Arc<BlockType>>) -> impl Strategy<Value = Loop> {
     prop::sample::select(blocks).prop_flat_map(|block| {
         let values: Vec<_> = block.members.iter().map(|member| value(member.kind)).collect();
         ("[A-Za-zäß][A-Za-z0-9_ .-]{0,20}|DB[0-9]{1,5}", values).prop_map(move |(name, values)| {
@@ -684,8 +684,8 @@ fn content(one: &Loop) -> (String, String, Vec<String>) {
     (one.name.clone(), one.block.name.clone(), values.collect())
 }
 
-fn all_blocks() -> Vec<Arc<Block>> {
-    blocks().into_iter().chain(Block::all().into_iter().filter(|block| !block.is_called("FB 41"))).collect()
+fn all_blocks() -> Vec<Arc<BlockType>> {
+    blocks().into_iter().chain(BlockType::all().into_iter().filter(|block| !block.is_called("FB 41"))).collect()
 }
 
 fn assert_reads_back(bytes: Vec<u8>, one: &Loop) {
@@ -697,7 +697,7 @@ fn assert_reads_back(bytes: Vec<u8>, one: &Loop) {
 
 proptest! {
     #[test]
-    fn an_awl_source_reads_back_bit_equal(one in any_loop([all_blocks(), Block::all()].concat())) {
+    fn an_awl_source_reads_back_bit_equal(one in any_loop([all_blocks(), BlockType::all()].concat())) {
         let has_lreal = one.block.members.iter().any(|member| member.kind == Kind::LReal && member.role.is_settable());
         match write(std::slice::from_ref(&one), "origin") {
             Ok(bytes) => assert_reads_back(bytes, &one),
@@ -706,7 +706,7 @@ proptest! {
     }
 
     #[test]
-    fn a_tia_source_reads_back_bit_equal(one in any_loop([all_blocks(), Block::all()].concat())) {
+    fn a_tia_source_reads_back_bit_equal(one in any_loop([all_blocks(), BlockType::all()].concat())) {
         assert_reads_back(write_tia(std::slice::from_ref(&one), "origin").unwrap().into_bytes(), &one);
     }
 

@@ -1,6 +1,6 @@
 //! Writes source texts with the values of loops.
 
-use crate::block::Part;
+use crate::block::VariableOwner;
 use crate::encoding::Encoding;
 use crate::literal;
 use crate::loops::Loop;
@@ -123,7 +123,7 @@ fn data_block(text: &mut String, one: &Loop, name: &str, header: &[&str], block:
 
 /// Whether the PLC has the member and accepts its value from a text.
 fn is_written(member: &crate::block::Member) -> bool {
-    member.role.is_settable() && member.part != Part::FmuOnly
+    member.role.is_settable() && member.part != VariableOwner::FmuOnly
 }
 
 /// The name of a member, quoted where necessary.

@@ -8,11 +8,11 @@ mod round_trip;
 mod ssv;
 
 use blocks::{Kind, Role, Time, Value, Word};
-use parameters::{Block, Format, Loop, Member, Options, Origin, Part, Problems, Reading, Source, read};
+use parameters::{BlockType, Format, Loop, Member, Options, Origin, Problems, Reading, Source, VariableOwner, read};
 use std::sync::Arc;
 
 /// A block with a member of every type.
-fn pump() -> Arc<Block> {
+fn pump() -> Arc<BlockType> {
     let members = vec![
         Member::new("ON", Role::Input, Value::Bool(false)),
         Member::new("MAN_ON", Role::Input, Value::Bool(true)),
@@ -30,31 +30,31 @@ fn pump() -> Arc<Block> {
         Member::new("LMN", Role::Output, Value::Real(0.0)),
         Member::new("QMIN", Role::Output, Value::Bool(false)),
     ];
-    Arc::new(Block::new("PUMP".into(), vec!["FB 410".into()], members))
+    Arc::new(BlockType::new("PUMP".into(), vec!["FB 410".into()], members))
 }
 
 /// A block that shares some names with [`pump`].
-fn valve() -> Arc<Block> {
+fn valve() -> Arc<BlockType> {
     let members = vec![
         Member::new("GAIN", Role::Parameter, Value::Real(1.0)),
         Member::new("TRAVEL", Role::Parameter, Value::Real(1.0)),
         Member::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
         Member::new("POSITION", Role::Output, Value::Real(0.0)),
     ];
-    Arc::new(Block::new("VALVE".into(), Vec::new(), members))
+    Arc::new(BlockType::new("VALVE".into(), Vec::new(), members))
 }
 
 /// A block that contains another one.
-fn station() -> Arc<Block> {
+fn station() -> Arc<BlockType> {
     let members = vec![
         Member::new("STROKE", Role::Parameter, Value::Real(1.0)),
         Member::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
-        Member { part: Part::Inner, ..Member::new("DI_PUMP.GAIN", Role::Parameter, Value::Real(1.0)) },
+        Member { part: VariableOwner::Inner, ..Member::new("DI_PUMP.GAIN", Role::Parameter, Value::Real(1.0)) },
     ];
-    Arc::new(Block::new("STATION".into(), Vec::new(), members))
+    Arc::new(BlockType::new("STATION".into(), Vec::new(), members))
 }
 
-fn all() -> Vec<Arc<Block>> {
+fn all() -> Vec<Arc<BlockType>> {
     vec![pump(), valve(), station()]
 }
 

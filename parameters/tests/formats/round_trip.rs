@@ -27,7 +27,7 @@ fn value(kind: Kind) -> BoxedStrategy<Value> {
     }
 }
 
-fn instance(name: &str, block: Arc<Block>) -> BoxedStrategy<Loop> {
+fn instance(name: &str, block: Arc<BlockType>) -> BoxedStrategy<Loop> {
     let name = name.to_string();
     let empty = Loop::new(name, block.clone());
     let kinds: Vec<_> = empty.settings.iter().map(|setting| value(block.members[setting.member].kind)).collect();

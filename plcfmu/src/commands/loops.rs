@@ -6,7 +6,7 @@ use crate::tell;
 use anyhow::{Context, Error, Result, bail, ensure};
 use host::fmu::has_table;
 use host::package::Package;
-use parameters::{Block, Format, Loop, Options, Problems, Reading};
+use parameters::{BlockType, Format, Loop, Options, Problems, Reading};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -78,8 +78,8 @@ impl Arguments {
     ///
     /// # Errors
     /// An FMU cannot be read, or its library, which is loaded in a process of its own, tells no table.
-    pub fn blocks(&self) -> Result<Vec<Arc<Block>>> {
-        let mut blocks = Block::all();
+    pub fn blocks(&self) -> Result<Vec<Arc<BlockType>>> {
+        let mut blocks = BlockType::all();
         for path in fmus(&self.fmus)? {
             let shown = || path.display().to_string();
             let mut package = Package::open(&path).with_context(shown)?;
@@ -97,7 +97,7 @@ impl Arguments {
     ///
     /// # Errors
     /// No such loop, or an option that does not suit the files.
-    pub fn read(&self, blocks: &[Arc<Block>]) -> Result<Found> {
+    pub fn read(&self, blocks: &[Arc<BlockType>]) -> Result<Found> {
         let mut found = Found::default();
         for file in &self.files {
             if Path::new(file).is_dir() {
@@ -116,7 +116,7 @@ impl Arguments {
         Ok(found)
     }
 
-    fn read_into(&self, file: &str, blocks: &[Arc<Block>], found: &mut Found) -> Result<()> {
+    fn read_into(&self, file: &str, blocks: &[Arc<BlockType>], found: &mut Found) -> Result<()> {
         let format = self.format.or_else(|| Format::of_file(file));
         let is_bytes = format == Some(Format::Dump) || parameter_file::is_plc(file);
         ensure!(
@@ -140,7 +140,7 @@ impl Arguments {
     }
 
     /// Reads the files of a folder, in the order of their names. One that has no loops is passed over.
-    fn read_folder(&self, folder: &Path, blocks: &[Arc<Block>], found: &mut Found) -> Result<()> {
+    fn read_folder(&self, folder: &Path, blocks: &[Arc<BlockType>], found: &mut Found) -> Result<()> {
         let before = (found.loops.len(), found.errors.len());
         for path in entries(folder)? {
             let file = path.display().to_string();

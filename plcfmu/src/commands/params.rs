@@ -9,7 +9,7 @@ use anyhow::{Context, Error, Result, bail};
 use blocks::Value;
 use blocks::table::number::number;
 use host::package::temporary;
-use parameters::{Block, Format, Loop, Setting, decimal};
+use parameters::{BlockType, Format, Loop, MemberValue, decimal};
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -70,7 +70,7 @@ pub fn run(options: &Options) -> Result<()> {
 }
 
 /// Compares the loops with those of another file.
-fn compare(options: &Options, other: &str, before: &[Loop], blocks: &[Arc<Block>]) -> Result<()> {
+fn compare(options: &Options, other: &str, before: &[Loop], blocks: &[Arc<BlockType>]) -> Result<()> {
     let arguments =
         Arguments { files: vec![other.into()], offset: options.diff_offset, format: None, ..options.loops.clone() };
     let mut found = arguments.read(blocks)?;
@@ -202,7 +202,7 @@ fn differences(before: (&str, &[Loop]), after: (&str, &[Loop])) -> Result<Differ
             let (name, block, other) = (&one.name, &one.block.name, &other.block.name);
             bail!("{name} is a {block} in {} and a {other} in {}", before.0, after.0);
         }
-        let changed = |(one, other): &(&Setting, &Setting)| !is_same(one.value, other.value);
+        let changed = |(one, other): &(&MemberValue, &MemberValue)| !is_same(one.value, other.value);
         for (was, is) in one.settings.iter().zip(&other.settings).filter(changed) {
             let member = &one.block.members[was.member];
             all.differences.push(Difference {

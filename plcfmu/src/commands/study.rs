@@ -19,13 +19,13 @@ use std::time::Duration;
 use study::envelope::Envelope;
 use study::expect::{Expectation, Verdict};
 use study::experiment::{Detail, Experiment};
-use study::finished::{self, Table};
+use study::finished::{self, RunsTable};
 use study::output::Format;
 use study::parts::{self, Collector, Parts, Rows};
 use study::pool::{self, Pool};
 use study::ran::Ran;
 use study::report::{self, Report};
-use study::results::{Results, Row};
+use study::results::{Results, RunResult};
 use study::summary::Summary;
 use study::{self, Interrupted, bundle, junit, output};
 
@@ -167,7 +167,7 @@ pub fn run(options: &Options) -> Result<()> {
         name: &reading.name,
         job: &reading.job,
         fingerprint: &fingerprint,
-        table: &Table::of(&out, options.format)?,
+        table: &RunsTable::of(&out, options.format)?,
         ran: &ran,
         signals: &experiment.signals,
         disturbances: &experiment.disturbances,
@@ -267,7 +267,7 @@ struct Kept<'a> {
 }
 
 impl pool::Sink for Kept<'_> {
-    fn row(&mut self, place: u64, row: Row) -> Result<()> {
+    fn row(&mut self, place: u64, row: RunResult) -> Result<()> {
         self.done += 1;
         self.progress.set(self.done as usize);
         self.collector.push(self.missing.run(place), &row)
@@ -317,7 +317,7 @@ fn finished(
     }
     let count = experiment.count();
     let (mut results, mut rows) = (experiment.results().kept_in(out), 0);
-    let mut each = |row: Row| {
+    let mut each = |row: RunResult| {
         rows += 1;
         // What are too many is said below.
         if rows <= count { results.push(&experiment.point(rows - 1), &row) } else { Ok(()) }
@@ -496,8 +496,8 @@ mod tests {
     fn a_run_that_is_another_one_with_new_instances_is_told() {
         let quantity = |name: &str| study::results::Quantity { name: name.into(), unit: None };
         let mut results = Results::new(Vec::new(), vec![quantity("rise"), quantity("iae")]);
-        results.push(&[], &Row { figures: vec![f64::NAN, 1.5], error: None }).unwrap();
-        results.push(&[], &Row { figures: vec![2.0, 1.5], error: None }).unwrap();
+        results.push(&[], &RunResult { figures: vec![f64::NAN, 1.5], error: None }).unwrap();
+        results.push(&[], &RunResult { figures: vec![2.0, 1.5], error: None }).unwrap();
         let mut again = Again { results: &results, runs: BTreeMap::new() };
         again.compare(0, &[f64::NAN, 1.5]).unwrap();
         assert_eq!(again.warning(), None);

@@ -10,7 +10,7 @@ use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use host::package::temporary;
 use parameters::{Format, Source};
 use run::file;
-use run::system::{Connection, Exchange, Member, Place, Recorded, Setting, System, Value};
+use run::system::{Connection, Exchange, FilePosition, Member, Recorded, Setting, System, Value};
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -235,7 +235,7 @@ fn path_of(argument: &str) -> &Path {
 
 /// The settings of signals over time; each change is an event.
 fn signals(file: &str, text: &str) -> Result<Vec<Setting>> {
-    let at = |line: usize| Place { file: file.into(), line, column: 1 };
+    let at = |line: usize| FilePosition { file: file.into(), line, column: 1 };
     let mut lines = text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty());
     let (header, _) =
         lines.next().with_context(|| format!("{file} is empty: its first line is time,FMU.VARIABLE,..."))?;

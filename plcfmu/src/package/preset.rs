@@ -201,7 +201,7 @@ mod tests {
     use host::library::FUNCTIONS;
     use host::package::archive;
     use modeldescription::{Interface, ModelDescription};
-    use parameters::{Block, Member, Origin};
+    use parameters::{BlockType, Member, Origin};
     use std::collections::BTreeMap;
     use std::io::Cursor;
     use std::sync::Arc;
@@ -240,7 +240,7 @@ mod tests {
             Member::new("FLOW", Role::Input, Value::Real(1.0)),
             Member::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
         ];
-        let mut values = Loop::new("P 1", Arc::new(Block::new("PUMP".into(), Vec::new(), members)));
+        let mut values = Loop::new("P 1", Arc::new(BlockType::new("PUMP".into(), Vec::new(), members)));
         values.set(0, Value::Real(flow), Origin::Default);
         values.set(1, Value::Time(Time::ms(cycle)), Origin::Default);
         values
@@ -339,7 +339,7 @@ mod tests {
             refusal(foreign),
             "it was not made by plcfmu: its library would ignore the start values of a preset"
         );
-        let fan = Loop::new("F", Arc::new(Block::new("FAN".into(), Vec::new(), Vec::new())));
+        let fan = Loop::new("F", Arc::new(BlockType::new("FAN".into(), Vec::new(), Vec::new())));
         let other = Original::of(package(&files(true))).unwrap().preset(&fan);
         assert_eq!(refusal(other), "it is an FMU of PUMP, not of FAN");
     }

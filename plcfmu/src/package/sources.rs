@@ -5,7 +5,7 @@ use crate::build::workspace::{FmuCrate, Workspace};
 use anyhow::{Context, Result, anyhow, ensure};
 use blocks::table::fingerprint;
 use blocks::table::number::{number, to_value};
-use fmu::sources::{self, Check, Door, Field, Given, Of, Parts, Subject, Variable};
+use fmu::sources::{self, Check, Door, Field, Of, Parts, Subject, TakesEffect, Variable};
 use host::instance::{Instance, Type};
 use host::library::Library;
 use laws::{Law, Sources};
@@ -36,7 +36,7 @@ pub fn of(
     for row in &table.variables {
         let path = format!("{}.{}", law.name, row.name);
         let offset = at(&law.program, &path).with_context(|| format!("the law of {} has no {}", law.name, row.name))?;
-        places.push((offset, Given::AtOnce));
+        places.push((offset, TakesEffect::AtOnce));
     }
     let pulse = match (table.mean, law.pulse) {
         (Some(mean), Some(pulse)) => Some((places[mean].0, at(&law.program, "pulse").unwrap_or_default(), name(pulse))),
@@ -192,11 +192,11 @@ struct OfLaw<'a> {
     law: &'a Law,
     interface: &'a Interface,
     machine: Machine,
-    places: &'a [(usize, Given)],
+    places: &'a [(usize, TakesEffect)],
 }
 
 impl OfLaw<'_> {
-    fn new<'a>(law: &'a Law, interface: &'a Interface, places: &'a [(usize, Given)]) -> Result<OfLaw<'a>> {
+    fn new<'a>(law: &'a Law, interface: &'a Interface, places: &'a [(usize, TakesEffect)]) -> Result<OfLaw<'a>> {
         let code = Code::compile(&law.program).map_err(|error| anyhow!("{error}"))?;
         let mut of = OfLaw { law, interface, machine: Machine::new(Arc::new(code)), places };
         of.run(law.restart)?;

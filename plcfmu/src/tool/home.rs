@@ -13,7 +13,7 @@ use host::child::Starter;
 use host::fmu::{has_table, has_text};
 use host::package::{Package, temporary};
 use modeldescription::{Description, Table, shortened};
-use parameters::{Block, Format, Loop};
+use parameters::{BlockType, Format, Loop};
 use run::component::Component;
 use run::fmus::Fmus;
 use serde::Serialize;
@@ -24,7 +24,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use study::worker;
 use tool::home::Home;
-use tool::message::{Entry, KnownLoop, Part};
+use tool::message::{Entry, KnownLoop, LoopRole};
 
 /// This many FMUs may a page upload.
 const MOST_UPLOADS: usize = 20;
@@ -37,7 +37,7 @@ pub struct Known {
     description: Arc<Description>,
     /// The description of its block by an FMU that was made with `fmu::export!`.
     table: Option<Arc<Table>>,
-    part: Part,
+    part: LoopRole,
     source: Source,
 }
 
@@ -73,14 +73,14 @@ impl Known {
             Some(linked) => Source::Linked(Box::new(linked), path.into()),
             None => Source::Apart(path.into()),
         };
-        let part = table.as_ref().map_or(Part::Other, part);
+        let part = table.as_ref().map_or(LoopRole::Other, part);
         Ok(Known { name, description: Arc::new(package.description), table: table.map(Arc::new), part, source })
     }
 
     /// Says that it is a plant, if it does not say itself what it is.
     pub fn into_plant(mut self) -> Known {
-        if self.part == Part::Other {
-            self.part = Part::Plant;
+        if self.part == LoopRole::Other {
+            self.part = LoopRole::Plant;
         }
         self
     }
@@ -102,8 +102,8 @@ impl Known {
 }
 
 /// What an FMU is in a loop, by what its documentation says of its dialog.
-fn part(table: &Table) -> Part {
-    run::dialog::of(table).map_or(Part::Other, |(roles, _)| roles.part(table))
+fn part(table: &Table) -> LoopRole {
+    run::dialog::of(table).map_or(LoopRole::Other, |(roles, _)| roles.part(table))
 }
 
 /// A text of a foreign FMU, short enough to be shown.
@@ -130,7 +130,7 @@ fn question(name: &str, description: &Description) -> String {
 #[derive(Debug)]
 pub struct Collection {
     fmus: Vec<Arc<Known>>,
-    blocks: Vec<Arc<Block>>,
+    blocks: Vec<Arc<BlockType>>,
     loops: Vec<KnownLoop>,
     starter: Starter,
 }
@@ -141,9 +141,11 @@ impl Collection {
     /// # Errors
     /// A library's table is damaged.
     pub fn of(mut fmus: Vec<Known>, starter: Starter) -> Result<Collection> {
-        let rank = |part: Part| [Part::Controller, Part::Plant, Part::Other].iter().position(|other| *other == part);
+        let rank = |part: LoopRole| {
+            [LoopRole::Controller, LoopRole::Plant, LoopRole::Other].iter().position(|other| *other == part)
+        };
         fmus.sort_by(|a, b| (rank(a.part), &a.name).cmp(&(rank(b.part), &b.name)));
-        let mut blocks = Block::all();
+        let mut blocks = BlockType::all();
         for (known, table) in fmus.iter().filter_map(|known| Some((known, known.table.as_ref()?))) {
             if !blocks.iter().any(|block| block.name == table.name) {
                 blocks.push(Arc::new(parameter_file::block(table).with_context(|| known.name.clone())?));
@@ -161,7 +163,7 @@ impl Collection {
 
     /// The start values of an FMU of a known block, as a parameter file; `None` for any other FMU.
     fn parameters(&self, description: &Description, name: &str) -> Option<File> {
-        let of_block = |block: &Arc<Block>| parameter_file::start_values(description, block, name, name).ok();
+        let of_block = |block: &Arc<BlockType>| parameter_file::start_values(description, block, name, name).ok();
         let mut blocks = self.blocks.iter().filter(|block| parameter_file::is_of(description, block));
         let one = blocks.find_map(of_block)?;
         let content = parameters::write(Format::Json, &[one], name).ok()?;
@@ -284,7 +286,7 @@ impl FmuHome {
         let known = Known {
             name,
             description: Arc::new(package.description),
-            part: table.as_deref().map_or(Part::Other, part),
+            part: table.as_deref().map_or(LoopRole::Other, part),
             table,
             source: Source::Uploaded(file),
         };
@@ -343,7 +345,7 @@ impl Home for FmuHome {
         self.collection.loops.clone()
     }
 
-    fn blocks(&self) -> Vec<Arc<Block>> {
+    fn blocks(&self) -> Vec<Arc<BlockType>> {
         self.collection.blocks.clone()
     }
 

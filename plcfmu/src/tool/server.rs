@@ -86,12 +86,12 @@ struct Shared {
     access: Access,
     page: String,
     collection: Arc<Collection>,
-    given: Box<Given>,
+    given: Box<ReadFiles>,
     tabs: Mutex<Tabs>,
 }
 
 /// Reads the files that the command has named, as they are now.
-pub type Given = dyn Fn() -> Result<Vec<File>> + Send + Sync;
+pub type ReadFiles = dyn Fn() -> Result<Vec<File>> + Send + Sync;
 
 /// The tabs that have an engine.
 struct Tabs {
@@ -152,7 +152,7 @@ impl Server {
     ///
     /// # Errors
     /// The system does not report an interruption by the user.
-    pub fn run(self, page: String, collection: Collection, given: Box<Given>, ready: impl FnOnce()) -> Result<()> {
+    pub fn run(self, page: String, collection: Collection, given: Box<ReadFiles>, ready: impl FnOnce()) -> Result<()> {
         let Server { runtime, listener, port, access } = self;
         let (alive, are_over) = mpsc::channel();
         let shared = Arc::new(Shared {

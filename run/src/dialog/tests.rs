@@ -33,14 +33,14 @@ fn a_block_says_what_its_variables_are_in_a_loop() {
         ..Roles::default()
     };
     assert_eq!(roles, expected);
-    assert_eq!(roles.part(&home.table("PID").unwrap().unwrap()), Part::Controller);
+    assert_eq!(roles.part(&home.table("PID").unwrap().unwrap()), LoopRole::Controller);
     let titles: Vec<_> = groups.iter().map(|group| group.title.as_str()).collect();
     assert_eq!(titles, ["Process value", "Gain and time", "Manual and limits"]);
 
     let table = home.table("LAG").unwrap().unwrap();
     let (roles, _) = of(&table).unwrap();
     assert_eq!((roles.process_value.as_deref(), roles.shown_process_value.as_deref()), (Some("TEMP"), Some("TEMP")));
-    assert_eq!((roles.disturbances.as_slice(), roles.part(&table)), (list(&["LOAD"]).as_slice(), Part::Plant));
+    assert_eq!((roles.disturbances.as_slice(), roles.part(&table)), (list(&["LOAD"]).as_slice(), LoopRole::Plant));
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 fn parameters(name: &str, options: &Options) -> Result<Reading> {
     let source = Source::read(Path::new(name), None).map_err(anyhow::Error::msg)?;
     let format = parameters::Format::of_file(name).unwrap();
-    Ok(parameters::read(format, &source, &parameters::Block::all(), options)?)
+    Ok(parameters::read(format, &source, &parameters::BlockType::all(), options)?)
 }
 
 fn folder(text: &str) -> (tempfile::TempDir, PathBuf) {
@@ -212,7 +212,7 @@ fn what_is_written_reads_back() {
 
 #[test]
 fn values_of_a_parameter_file_give_way_to_settings() {
-    let block = parameters::Block::all().remove(0);
+    let block = parameters::BlockType::all().remove(0);
     let member = block.members.iter().position(|member| member.role.is_settable()).unwrap();
     let name = block.members[member].name.clone();
     let one = parameters::Loop::new("LOOP", block);

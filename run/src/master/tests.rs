@@ -1,6 +1,6 @@
 use super::*;
 use crate::component::Update;
-use crate::plan::Block;
+use crate::plan::TypedBatch;
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -97,11 +97,11 @@ fn member(name: &str, from: usize, start: f64) -> MemberPlan {
     MemberPlan {
         name: name.into(),
         parameters: vec![real(PARAMETER, start)],
-        connected: Block { references: vec![INPUT], counts: counts(1) },
+        connected: TypedBatch { references: vec![INPUT], counts: counts(1) },
         sources: vec![(from, 0)],
-        outputs: Block { references: vec![OUTPUT], counts: counts(1) },
+        outputs: TypedBatch { references: vec![OUTPUT], counts: counts(1) },
         output_places: vec![0],
-        observed: Block { references: vec![OUTPUT, INPUT], counts: counts(2) },
+        observed: TypedBatch { references: vec![OUTPUT, INPUT], counts: counts(2) },
         ..MemberPlan::default()
     }
 }
@@ -174,7 +174,7 @@ fn a_start_value_goes_through_a_chain_in_whatever_order_it_is() {
     // A's 7 goes to D, from there to B and to C, which is first: it would take three passes.
     let names = ["C", "B", "D", "A"];
     let mut members: Vec<_> = (1..=3).map(|from| member(names[from - 1], from, 0.0)).collect();
-    members.push(MemberPlan { connected: Block::default(), sources: Vec::new(), ..member("A", 0, 7.0) });
+    members.push(MemberPlan { connected: TypedBatch::default(), sources: Vec::new(), ..member("A", 0, 7.0) });
     let first = |exchange| {
         let columns = vec![column("C.IN", (0, 1), false)];
         let plan = Plan { members: members.clone(), columns, ..ring(exchange) };
@@ -230,9 +230,9 @@ fn an_event_comes_at_the_first_communication_point_that_is_not_earlier() {
 #[test]
 fn an_output_that_no_fmu_reads_stands_at_its_time() {
     let alone = MemberPlan {
-        connected: Block::default(),
+        connected: TypedBatch::default(),
         sources: Vec::new(),
-        outputs: Block::default(),
+        outputs: TypedBatch::default(),
         output_places: Vec::new(),
         inputs: vec![real(INPUT, 10.0)],
         ..member("A", 0, 1.0)

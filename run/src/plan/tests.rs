@@ -127,12 +127,12 @@ fn outputs_of_the_plant_are_recorded_as_the_controller_reads_them() {
 fn variables_of_one_type_are_read_in_one_call_and_found_at_their_place() {
     let plan = plan(&system(&LOOP, &[])).unwrap();
     let plant = &plan.members[1];
-    assert_eq!(plant.observed, Block { references: vec![0, 1, 2], counts: counts([2, 1, 0]) });
+    assert_eq!(plant.observed, TypedBatch { references: vec![0, 1, 2], counts: counts([2, 1, 0]) });
     assert_eq!(plant.observed.groups().collect::<Vec<_>>(), [(Type::Real, 0..2), (Type::Integer, 2..3)]);
-    assert_eq!(plant.outputs, Block { references: vec![2], counts: counts([0, 1, 0]) });
+    assert_eq!(plant.outputs, TypedBatch { references: vec![2], counts: counts([0, 1, 0]) });
     assert_eq!(plant.output_places, [2]);
     // The controller's PV_PER comes from member 1, index 2.
-    assert_eq!(plan.members[0].connected, Block { references: vec![1], counts: counts([0, 1, 0]) });
+    assert_eq!(plan.members[0].connected, TypedBatch { references: vec![1], counts: counts([0, 1, 0]) });
     assert_eq!(plan.members[0].sources, [(1, 2)]);
 }
 
@@ -350,7 +350,7 @@ fn a_value_of_a_parameter_file_gives_way_to_a_connection_and_to_a_setting() {
 
 #[test]
 fn an_error_names_the_place_in_the_file() {
-    let place = |line| Some(Place { file: "loop.toml".into(), line, column: 3 });
+    let place = |line| Some(FilePosition { file: "loop.toml".into(), line, column: 3 });
     let mut wrong = system(&LOOP, &["C.GAIM=2"]);
     wrong.settings[0].place = place(7);
     assert_eq!(error(&wrong), "loop.toml:7:3: C has no variable GAIM; did you mean C.GAIN?");

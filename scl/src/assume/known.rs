@@ -5,7 +5,7 @@ use crate::syntax::key;
 use crate::undeclared::Formal;
 
 /// A system block. A parameter without a type takes the type of its argument. Source: TIA Portal help on each block.
-pub struct Block {
+pub struct SystemBlock {
     /// Its name, in capitals.
     pub name: &'static str,
     /// Whether it is a function block.
@@ -18,12 +18,12 @@ pub struct Block {
     pub value: &'static str,
 }
 
-const fn block(name: &'static str, inputs: &'static str, outputs: &'static str) -> Block {
-    Block { name, has_instances: true, inputs, outputs, value: "" }
+const fn block(name: &'static str, inputs: &'static str, outputs: &'static str) -> SystemBlock {
+    SystemBlock { name, has_instances: true, inputs, outputs, value: "" }
 }
 
-const fn function(name: &'static str, inputs: &'static str, outputs: &'static str) -> Block {
-    Block { name, has_instances: false, inputs, outputs, value: "INT" }
+const fn function(name: &'static str, inputs: &'static str, outputs: &'static str) -> SystemBlock {
+    SystemBlock { name, has_instances: false, inputs, outputs, value: "INT" }
 }
 
 /// The outputs that most communication blocks have.
@@ -33,7 +33,7 @@ const DONE: &str = "DONE:Bool BUSY:Bool ERROR:Bool STATUS:Word";
 const MOVED: &str = "Done:Bool Busy:Bool CommandAborted:Bool Error:Bool ErrorID:Word";
 
 /// All known system blocks.
-pub const BLOCKS: &[Block] = &[
+pub const BLOCKS: &[SystemBlock] = &[
     // Communication.
     block("TCON", "REQ:Bool ID:Word CONNECT", DONE),
     block("TDISCON", "REQ:Bool ID:Word", DONE),
@@ -134,7 +134,7 @@ pub const BLOCKS: &[Block] = &[
     ),
 ];
 
-fn find(name: &str) -> Option<&'static Block> {
+fn find(name: &str) -> Option<&'static SystemBlock> {
     let name = key(name);
     BLOCKS.iter().find(|block| block.name == name)
 }

@@ -4,7 +4,7 @@ use crate::syntax::{Binary, Unary};
 
 /// An instruction.
 #[derive(Debug)]
-pub struct Row {
+pub struct Instruction {
     /// Its names in SimaticML, in SIMATIC SD and elsewhere; case-insensitive.
     pub names: &'static [&'static str],
     /// Its behaviour.
@@ -110,22 +110,22 @@ pub enum Failure {
 use Failure::{Calculation, Condition, Never};
 use Formula::{Call, Convert, Equation, Fold, Same, Step, Typed};
 
-const fn row(names: &'static [&'static str], law: Law) -> Row {
-    Row { names, law }
+const fn row(names: &'static [&'static str], law: Law) -> Instruction {
+    Instruction { names, law }
 }
 
 /// A box with one result.
-const fn function(names: &'static [&'static str], formula: Formula, failure: Failure) -> Row {
-    Row { names, law: Law::Box(formula, failure) }
+const fn function(names: &'static [&'static str], formula: Formula, failure: Failure) -> Instruction {
+    Instruction { names, law: Law::Box(formula, failure) }
 }
 
 /// A function of a floating-point IN.
-const fn real(names: &'static [&'static str]) -> Row {
+const fn real(names: &'static [&'static str]) -> Instruction {
     function(names, Call(names[0], &[], &["IN"]), Calculation("CALL"))
 }
 
 /// The table of all elements.
-pub const ROWS: &[Row] = &[
+pub const ROWS: &[Instruction] = &[
     row(&["Contact"], Law::Contact(false)),
     row(&["I_Contact"], Law::Contact(true)),
     row(&["PContact", "P_Contact"], Law::EdgeContact(true)),
@@ -268,7 +268,7 @@ pub const ROWS: &[Row] = &[
 ];
 
 /// The instruction of that name.
-pub fn named(name: &str) -> Option<&'static Row> {
+pub fn named(name: &str) -> Option<&'static Instruction> {
     ROWS.iter().find(|row| row.names.iter().any(|own| own.eq_ignore_ascii_case(name)))
 }
 

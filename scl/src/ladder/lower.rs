@@ -7,7 +7,7 @@ use crate::lexer::Span;
 use crate::network::Pin;
 use crate::report::Report;
 use crate::syntax::{
-    Binary, Block, ExpressionId, ExpressionKind, Expressions, Name, SectionKind, Statement, StatementKind, Tree,
+    Binary, ExpressionId, ExpressionKind, Expressions, Name, SectionKind, SourceBlock, Statement, StatementKind, Tree,
 };
 use parameters::problem::quoted;
 use std::collections::{BTreeMap, BTreeSet};
@@ -25,7 +25,7 @@ pub struct Owner {
 
 impl Owner {
     /// Collects what the networks need to know about their block.
-    pub fn of(block: &Block) -> Owner {
+    pub fn of(block: &SourceBlock) -> Owner {
         let mut owner = Owner { title: block.title(), ..Owner::default() };
         for section in &block.sections {
             for name in section.members.iter().flat_map(|member| &member.names) {

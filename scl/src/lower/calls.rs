@@ -9,7 +9,7 @@ use crate::network::Way;
 use crate::program::{self, Call, Expr, Place, What};
 use crate::syntax::{Argument, BlockKind, ExpressionId, ExpressionKind, Scope, SectionKind, key};
 use crate::types::{Elementary, Type, text_name};
-use crate::undeclared::{Formal, Missing, Part, What as Kind};
+use crate::undeclared::{Formal, Missing, UndeclaredStep, What as Kind};
 use manifest::Cpu;
 use parameters::problem::{nearest, with_article};
 
@@ -71,7 +71,7 @@ impl Lowerer<'_, '_> {
             }
             Callee::Missing(missing) => {
                 self.call_of_missing(&missing, arguments);
-                let value = missing.part(Part::Value);
+                let value = missing.part(UndeclaredStep::Value);
                 self.compiler.use_missing(&value);
                 Operand::Wrong(Some(value))
             }

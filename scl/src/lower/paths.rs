@@ -7,7 +7,7 @@ use crate::lexer::Span;
 use crate::program::{Base, Binary, Call, Convert, Expr, Place, Scalar, Step, Value, What};
 use crate::syntax::{BlockKind, ExpressionId, ExpressionKind, Name, Scope, SectionKind, key};
 use crate::types::{Elementary, Type};
-use crate::undeclared::{Missing, Part, What as Kind};
+use crate::undeclared::{Missing, UndeclaredStep, What as Kind};
 use manifest::Cpu;
 use parameters::problem::{nearest, with_article};
 use parameters::tags;
@@ -139,7 +139,7 @@ impl Lowerer<'_, '_> {
                 Path::Missing(missing) => {
                     let indices: Vec<Option<i32>> = indices.iter().map(|index| self.constant_index(*index)).collect();
                     self.compiler.index_missing(&missing, &indices);
-                    Path::Missing(missing.part(Part::Element(indices.len())))
+                    Path::Missing(missing.part(UndeclaredStep::Element(indices.len())))
                 }
                 _ => Path::Wrong,
             },
@@ -200,7 +200,7 @@ impl Lowerer<'_, '_> {
             }
             return Path::Wrong;
         }
-        Path::Missing(missing.part(Part::Member(name.to_string())))
+        Path::Missing(missing.part(UndeclaredStep::Member(name.to_string())))
     }
 
     /// The constant index into an undeclared array.
@@ -388,7 +388,9 @@ impl Lowerer<'_, '_> {
                 place.steps.push(Step::Length);
                 Path::Variable(Variable { of: Type::Elementary(Elementary::UInt), place, ..variable })
             }
-            Type::Missing(missing) => Path::Missing(Missing::whole(&**missing).part(Part::Member(name.text.clone()))),
+            Type::Missing(missing) => {
+                Path::Missing(Missing::whole(&**missing).part(UndeclaredStep::Member(name.text.clone())))
+            }
             Type::Wrong => Path::Wrong,
             // A data block declared as an array: `"DB"."THIS"[1]`.
             Type::Array(_) if capitals == "THIS" => Path::Variable(variable),

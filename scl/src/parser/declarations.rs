@@ -3,7 +3,7 @@
 use super::{Failed, Parsed, Parser};
 use crate::lexer::{Kind, Span};
 use crate::syntax::{
-    Attribute, Block, BlockKind, ExpressionKind, Member, Section, SectionKind, Start, Tree, Type, TypeKind,
+    Attribute, BlockKind, ExpressionKind, Member, Section, SectionKind, SourceBlock, Start, Tree, Type, TypeKind,
 };
 
 /// The keyword that starts a block, the block's kind, and the keyword that ends it.
@@ -51,7 +51,7 @@ impl Parser<'_> {
         let Ok(name) = self.numbered_name() else {
             return self.skip_block(end);
         };
-        let mut block = Block::new(kind, name);
+        let mut block = SourceBlock::new(kind, name);
         let head = self.head(&mut block, start, is_quoted);
         if let Some(texts) = self.document {
             self.document_head(&mut block, texts, from, start.start);
@@ -106,7 +106,7 @@ impl Parser<'_> {
     }
 
     /// Parses the head between the name and the first section; returns where the block is declared protected.
-    fn head(&mut self, block: &mut Block, start: Span, is_quoted: bool) -> Parsed<Option<Span>> {
+    fn head(&mut self, block: &mut SourceBlock, start: Span, is_quoted: bool) -> Parsed<Option<Span>> {
         let mut is_versioned = false;
         let mut protected = None;
         loop {
@@ -171,7 +171,7 @@ impl Parser<'_> {
         is_variable || matches!(word.as_str(), "CONST" | "LABEL" | "BEGIN") || word == "STRUCT"
     }
 
-    fn sections(&mut self, block: &mut Block, end: &str) -> Parsed<()> {
+    fn sections(&mut self, block: &mut SourceBlock, end: &str) -> Parsed<()> {
         while self.is_section() && !self.is_word("BEGIN") {
             let word = self.word_ahead(0);
             if word == "STRUCT" {

@@ -3,7 +3,7 @@
 use super::outcome;
 use super::tape::{Entry, Tape};
 use crate::scl::Dialect;
-use blocks::{Kind, Row};
+use blocks::{Kind, StaticRow};
 use std::fmt::Write;
 
 /// The names and numbers of the blocks in the PLC.
@@ -176,7 +176,7 @@ impl Source<'_> {
     }
 
     /// Whether a row belongs to the block itself; rows of inner blocks are written in place.
-    fn is_own(row: &Row) -> bool {
+    fn is_own(row: &StaticRow) -> bool {
         row.path[0].is_empty()
     }
 
@@ -269,7 +269,7 @@ impl Source<'_> {
         self.line("        END_CASE;");
         self.line(&format!("    UNTIL {is_last}\n    END_REPEAT;"));
         self.line("    // The PLC's own block, once, and the bits of its outputs.");
-        let own: Vec<&Row> = tape.inputs.iter().map(|row| &rows[*row]).filter(|row| Self::is_own(row)).collect();
+        let own: Vec<&StaticRow> = tape.inputs.iter().map(|row| &rows[*row]).filter(|row| Self::is_own(row)).collect();
         for (number, row) in own.iter().enumerate() {
             let before = if number == 0 { format!("    {tested}(") } else { "        ".to_string() };
             let behind = if number + 1 == own.len() { ");" } else { "," };

@@ -1,7 +1,7 @@
 //! Generates the inputs of each call and the expected outputs.
 
 use crate::random::Random;
-use blocks::{Block, EachBlock, Kind, Role, Row, Table, Time, Value, Word, for_each_block};
+use blocks::{Block, EachBlock, Kind, Role, StaticRow, StaticTable, Time, Value, Word, for_each_block};
 
 /// The maximum number of calls on a tape.
 pub const MOST_CALLS: usize = 1_000_000;
@@ -25,7 +25,7 @@ pub struct Entry {
 #[derive(Clone, Debug)]
 pub struct Tape {
     /// The block.
-    pub table: &'static Table,
+    pub table: &'static StaticTable,
     /// The rows that are set, in table order.
     pub inputs: Vec<usize>,
     /// The rows that are compared.
@@ -65,7 +65,7 @@ struct Stretch {
 }
 
 impl Stretch {
-    fn new(random: &mut Random, table: &Table, cycle: Time) -> Stretch {
+    fn new(random: &mut Random, table: &StaticTable, cycle: Time) -> Stretch {
         let start_cycle = match table.rows[table.cycle].start {
             Value::Time(time) => f64::from(time.milliseconds()),
             _ => 1.0,
@@ -92,7 +92,7 @@ impl Stretch {
     }
 
     /// A value for a row: usually a typical one, sometimes one at an end of its range.
-    fn value(&self, random: &mut Random, row: &Row) -> Value {
+    fn value(&self, random: &mut Random, row: &StaticRow) -> Value {
         let is_odd = self.is_wild && random.once_in(6);
         match row.kind {
             Kind::Bool => Value::Bool(random.once_in(2)),
@@ -134,7 +134,7 @@ impl Stretch {
     }
 
     /// The default value, with times scaled so that they last as many calls as by default.
-    fn start(&self, row: &Row) -> Value {
+    fn start(&self, row: &StaticRow) -> Value {
         match row.start {
             Value::Time(_) if row.role != Role::Cycle => Value::Time(Time::ms(self.calls(row, 1.0))),
             start => start,
@@ -142,14 +142,14 @@ impl Stretch {
     }
 
     /// `factor` times the default duration, measured in calls.
-    fn calls(&self, row: &Row, factor: f64) -> i32 {
+    fn calls(&self, row: &StaticRow, factor: f64) -> i32 {
         let Value::Time(start) = row.start else { return 0 };
         let calls = f64::from(start.milliseconds()) / self.start_cycle * factor;
         self.cycle.saturating_mul(calls.round() as i32)
     }
 
     /// Usually a multiple of the sampling time, of about the default magnitude.
-    fn time(&self, random: &mut Random, row: &Row) -> i32 {
+    fn time(&self, random: &mut Random, row: &StaticRow) -> i32 {
         let few = |random: &mut Random| self.cycle.saturating_mul(random.below(12) as i32);
         match random.below(16) {
             0 | 1 => 0,
@@ -165,7 +165,7 @@ impl Stretch {
     }
 
     /// The next value of a signal.
-    fn next(&self, random: &mut Random, row: &Row, old: Option<Value>) -> Value {
+    fn next(&self, random: &mut Random, row: &StaticRow, old: Option<Value>) -> Value {
         match old {
             Some(Value::Real(old)) if self.drifts && !random.once_in(20) => {
                 let step = if self.grid == 0.0 { self.scale / 32.0 } else { self.grid };
@@ -222,7 +222,7 @@ fn value_at(kind: Kind, place: i64) -> Value {
 }
 
 /// Whether a row changes frequently.
-fn is_signal(row: &Row) -> bool {
+fn is_signal(row: &StaticRow) -> bool {
     row.role == Role::Input && row.kind != Kind::Bool
 }
 
@@ -316,7 +316,7 @@ struct Call<B> {
 
 struct Maker {
     random: Random,
-    table: &'static Table,
+    table: &'static StaticTable,
     inputs: Vec<usize>,
     outputs: Vec<usize>,
     restart: Option<usize>,

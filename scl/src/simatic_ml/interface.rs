@@ -2,8 +2,8 @@
 
 use super::{Reader, shown};
 use crate::syntax::{
-    Attribute, Block, BlockKind, ExpressionId, ExpressionKind, Member, Name, Part, Scope, Section, SectionKind, Start,
-    Statement, StatementKind, Type, TypeKind,
+    Attribute, BlockKind, ExpressionId, ExpressionKind, Member, Name, PathStep, Scope, Section, SectionKind,
+    SourceBlock, Start, Statement, StatementKind, Type, TypeKind,
 };
 use parameters::xml::Element;
 
@@ -17,7 +17,7 @@ const ATTRIBUTES: [(&str, &str); 4] = [
 
 impl Reader<'_> {
     /// Reads the interface of a block, a data block or a type; of an instance its start values.
-    pub fn interface(&mut self, element: Element, block: &mut Block) {
+    pub fn interface(&mut self, element: Element, block: &mut SourceBlock) {
         let interface = element.child("AttributeList").and_then(|list| list.child("Interface"));
         let Some(sections) = interface.and_then(|interface| interface.child("Sections")) else {
             if block.kind != BlockKind::DataBlock {
@@ -69,7 +69,7 @@ impl Reader<'_> {
     }
 
     /// Reads the start values of an instance from its data block.
-    fn starts_of_instance(&mut self, section: Element, block: &mut Block) {
+    fn starts_of_instance(&mut self, section: Element, block: &mut SourceBlock) {
         for element in section.children("Member") {
             let mut parts = Vec::new();
             self.parts(element, &mut Vec::new(), &mut Vec::new(), &mut parts);
@@ -79,8 +79,8 @@ impl Reader<'_> {
                 let mut target = self.tree.expressions.add(ExpressionKind::Name(Scope::Bare, name.clone()), span);
                 for part in path {
                     let kind = match part {
-                        Part::Member(name) => ExpressionKind::Member(target, name),
-                        Part::Element(indices) => {
+                        PathStep::Member(name) => ExpressionKind::Member(target, name),
+                        PathStep::Element(indices) => {
                             let index = |index: i64| ExpressionKind::Literal(index.to_string());
                             let indices = indices.into_iter().map(|at| self.tree.expressions.add(index(at), span));
                             ExpressionKind::Index(target, indices.collect())
@@ -165,9 +165,9 @@ impl Reader<'_> {
     fn parts(
         &mut self,
         element: Element,
-        path: &mut Vec<Part>,
+        path: &mut Vec<PathStep>,
         arrays: &mut Vec<usize>,
-        into: &mut Vec<(Vec<Part>, ExpressionId)>,
+        into: &mut Vec<(Vec<PathStep>, ExpressionId)>,
     ) {
         let written = element.attribute("Datatype").unwrap_or_default();
         let dimensions = dimensions(written);
@@ -179,7 +179,7 @@ impl Reader<'_> {
         }
         if dimensions > 0 {
             arrays.push(path.len());
-            path.push(Part::Element(vec![0; dimensions]));
+            path.push(PathStep::Element(vec![0; dimensions]));
         }
         for element in element.children("Subelement") {
             let Some(value) = element.child("StartValue") else { continue };
@@ -198,7 +198,7 @@ impl Reader<'_> {
         // The members of an array of structures state their values per element.
         let own = element.children("Member").filter(|_| !is_structure || dimensions > 0);
         for member in inner.chain(own) {
-            path.push(Part::Member(self.name(member)));
+            path.push(PathStep::Member(self.name(member)));
             self.parts(member, path, arrays, into);
             path.pop();
         }
@@ -220,12 +220,12 @@ impl Reader<'_> {
 }
 
 /// A path with the given indices in place of those of its arrays.
-fn filled(path: &[Part], arrays: &[usize], indices: &str) -> Option<Vec<Part>> {
+fn filled(path: &[PathStep], arrays: &[usize], indices: &str) -> Option<Vec<PathStep>> {
     let indices: Option<Vec<i64>> = indices.split(',').map(|index| index.trim().parse().ok()).collect();
     let mut indices = indices?.into_iter();
     let mut filled = path.to_vec();
     for at in arrays {
-        if let Some(Part::Element(own)) = filled.get_mut(*at) {
+        if let Some(PathStep::Element(own)) = filled.get_mut(*at) {
             for index in own {
                 *index = indices.next()?;
             }
@@ -245,7 +245,7 @@ fn dimensions(of: &str) -> usize {
 }
 
 /// Whether a data block is an instance of a system block.
-fn is_system(block: &Block) -> bool {
+fn is_system(block: &SourceBlock) -> bool {
     matches!(&block.of, Some(Type { kind: TypeKind::Name(_, false), .. }))
 }
 

@@ -3,7 +3,7 @@
 use super::Texts;
 use crate::lexer::Kind;
 use crate::parser::{Failed, Parsed, Parser};
-use crate::syntax::{Attribute, Block, Member, Statement, StatementKind, attribute};
+use crate::syntax::{Attribute, Member, SourceBlock, Statement, StatementKind, attribute};
 
 /// The attributes that control a member's visibility, the word that hides the member, and the corresponding attribute
 /// in SCL.
@@ -22,7 +22,7 @@ impl Parser<'_> {
     }
 
     /// Reads the attributes and comment of a block, which precede its first word at byte offset `to`.
-    pub fn document_head(&self, block: &mut Block, texts: &Texts, from: u32, to: u32) {
+    pub fn document_head(&self, block: &mut SourceBlock, texts: &Texts, from: u32, to: u32) {
         block.attributes = self.attributes_within(from, to);
         block.comment = shown(&block.attributes, texts, &["S7_BLOCKTITLE", "S7_BLOCKCOMMENT"]);
     }

@@ -5,7 +5,7 @@ use super::graph::Variables;
 use crate::ladder::{Network, Owner, comments, lint, lower, network_title};
 use crate::lexer::Span;
 use crate::parser::{Failed, Parsed, Parser};
-use crate::syntax::{Attribute, Block, Statement, TypeKind, attribute, key};
+use crate::syntax::{Attribute, SourceBlock, Statement, TypeKind, attribute, key};
 
 /// The language of a network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,7 +17,7 @@ enum Language {
 
 impl Parser<'_> {
     /// Reads all networks of a block.
-    pub fn networks(&mut self, block: &Block) -> Vec<Statement> {
+    pub fn networks(&mut self, block: &SourceBlock) -> Vec<Statement> {
         let (owner, variables) = (Owner::of(block), variables(block));
         let mut statements = Vec::new();
         let mut graphs = Vec::new();
@@ -70,7 +70,7 @@ impl Parser<'_> {
 
     /// The language of the network whose first word was read: as declared for the network or the block, or as its first
     /// word implies.
-    fn language(&mut self, block: &Block, attributes: &[Attribute], begin: Span) -> Parsed<Language> {
+    fn language(&mut self, block: &SourceBlock, attributes: &[Attribute], begin: Span) -> Parsed<Language> {
         let of_block = || {
             let keys = ["S7_PREFERREDLANGUAGE", "S7_LANGUAGE", "S7_EDITORMODE"];
             keys.iter().find_map(|key| attribute(&block.attributes, key))
@@ -92,7 +92,7 @@ impl Parser<'_> {
 }
 
 /// The variables of a block and their type names.
-fn variables(block: &Block) -> Variables {
+fn variables(block: &SourceBlock) -> Variables {
     let members = block.sections.iter().flat_map(|section| &section.members);
     let named = members.flat_map(|member| {
         let of = match member.of.as_ref().map(|of| &of.kind) {

@@ -36,7 +36,7 @@ struct Term {
 
 /// The role of a variable in a truth value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Part {
+pub enum Influence {
     /// None: the truth value does not depend on it.
     Idle,
     /// A reason, but not the only one: another leads to the same truth value.
@@ -51,7 +51,7 @@ pub struct Decision {
     /// The truth value.
     pub truth: bool,
     /// The role of each variable read.
-    pub parts: Vec<Part>,
+    pub parts: Vec<Influence>,
     /// The value of each variable when it was evaluated; `None` for variables that are not Boolean.
     pub values: Vec<Option<bool>>,
     /// The numbers under which the decisive terms and the other reasons are recorded.
@@ -87,16 +87,16 @@ impl Logic {
         let truth = self.formula.truth(&values)?;
         let mut reasons = vec![false; values.len()];
         self.formula.reasons(&values, &mut reasons);
-        let (mut parts, mut wires, mut own) = (vec![Part::Idle; reads], Vec::new(), vec![None; reads]);
+        let (mut parts, mut wires, mut own) = (vec![Influence::Idle; reads], Vec::new(), vec![None; reads]);
         for (number, term) in self.terms.iter().enumerate().filter(|(_, term)| term.fixed.is_none()) {
             let mut opposite = values.clone();
             opposite[number] = values[number].map(|value| !value);
             let part = match reasons[number] {
-                true if self.formula.truth(&opposite) != Some(truth) => Part::Decided,
-                true => Part::Shared,
-                false => Part::Idle,
+                true if self.formula.truth(&opposite) != Some(truth) => Influence::Decided,
+                true => Influence::Shared,
+                false => Influence::Idle,
             };
-            if part > Part::Idle {
+            if part > Influence::Idle {
                 wires.extend(&term.wires);
             }
             for read in &term.reads {
@@ -282,9 +282,9 @@ mod tests {
     fn decided(formula: &str, values: &str) -> String {
         let Some(Decision { truth, parts, .. }) = decision(formula, values) else { return "?".into() };
         let letters = parts.iter().map(|part| match part {
-            Part::Decided => 'D',
-            Part::Shared => 'S',
-            Part::Idle => '-',
+            Influence::Decided => 'D',
+            Influence::Shared => 'S',
+            Influence::Idle => '-',
         });
         format!("{} {}", u8::from(truth), letters.collect::<String>())
     }

@@ -58,7 +58,7 @@ fn points(experiment: &Experiment) -> Vec<Vec<f64>> {
     (0..experiment.count()).map(|run| experiment.point(run)).collect()
 }
 
-fn bits(row: &Row) -> Vec<u64> {
+fn bits(row: &RunResult) -> Vec<u64> {
     row.figures.iter().map(|figure| figure.to_bits()).collect()
 }
 
@@ -564,7 +564,7 @@ fn a_trace_has_the_figures_of_new_instances_and_the_process_value_behind_them() 
         let expected = Executor::new(experiment.clone()).row(&point, &mut sound);
         let row = executor.rows(&[point], Gives::Trace, &mut make).remove(0);
         let (figures, trace) = row.figures.split_at(experiment.figures.len());
-        assert_eq!(bits(&Row { figures: figures.into(), error: None }), bits(&expected));
+        assert_eq!(bits(&RunResult { figures: figures.into(), error: None }), bits(&expected));
         assert_eq!(trace.len(), experiment.trace_times().len());
     }
     assert_eq!(instances.get(), 3);
@@ -631,7 +631,7 @@ fn a_recording_is_the_run_that_the_row_is_of() {
     for point in [[0.5, 30.0], [2.0, 60.0]] {
         let row = executor.row(&point, instantiate);
         let (recording, figures) = recorded_run(&mut executor, &point);
-        assert_eq!(figures.map(|anew| bits(&Row { figures: anew, error: None })), Some(bits(&row)));
+        assert_eq!(figures.map(|anew| bits(&RunResult { figures: anew, error: None })), Some(bits(&row)));
         let temperature = recording.columns.iter().position(|column| column.name == "P.TEMP").unwrap();
         // The row of the last step is the one before that of the end.
         let steps = recording.times.len() - 1;
@@ -754,7 +754,7 @@ fn signals_can_be_named_and_have_to_be_where_no_fmu_tells_them() {
     job.study.signals.setpoint = Some("C.SP".into());
     let figures = none(&job).unwrap().figures;
     let names: Vec<_> = figures.iter().map(|of| of.name.as_str()).collect();
-    let of_loop = figures::applicable(figures::Given::default()).map(|figure| figure.key);
+    let of_loop = figures::applicable(figures::LoopSignals::default()).map(|figure| figure.key);
     assert_eq!(names, of_loop.chain(["P.TEMP.max"]).collect::<Vec<_>>());
     job.study.signals.pulses = Some(vec!["C.OUT".into()]);
     assert_eq!(message(&job), "signals: pulses: C.OUT is Real: name Boolean variables");

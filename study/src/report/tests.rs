@@ -2,14 +2,14 @@ use super::*;
 use crate::Study;
 use crate::junit;
 use crate::ran::{RanFmu, Set};
-use crate::results::Row;
+use crate::results::RunResult;
 use serde_json::{Value as Json, json};
 use std::fs;
 
 /// A small study with everything that a report needs.
 pub(crate) struct Sample {
     job: Job,
-    table: Table,
+    table: RunsTable,
     signals: Signals,
     pub(crate) results: Results,
     summary: Summary,
@@ -49,7 +49,7 @@ impl Sample {
         let rows = [([4.0, 100.0], None), ([8.0, 300.0], None), ([f64::NAN; 2], error), ([12.0, 200.0], None)];
         for (run, (figures, error)) in rows.into_iter().enumerate() {
             let run = run as f64 + 1.0;
-            results.push(&[run, 10.0 * run], &Row { figures: figures.to_vec(), error }).unwrap();
+            results.push(&[run, 10.0 * run], &RunResult { figures: figures.to_vec(), error }).unwrap();
         }
         let expectation = |text: &&str| {
             let expectation = Expectation::parse(text, &results.figures).unwrap();
@@ -58,7 +58,7 @@ impl Sample {
         };
         Sample {
             job: Job { study: Study { axes, correlations, samples: 4, seed: 7, ..Study::default() }, ..Job::default() },
-            table: Table { file: "runs.csv".into(), sha256: "4567".into() },
+            table: RunsTable { file: "runs.csv".into(), sha256: "4567".into() },
             signals: Signals {
                 setpoint: Some("PID.SP".into()),
                 process_value: Some("HEATER.TEMP".into()),
@@ -158,7 +158,7 @@ met: p50(iae) < 1000
 fn runs_without_a_figure_are_counted_and_named() {
     let mut results = Results::new(Vec::new(), vec![quantity("settling", "s")]);
     for value in [1.0, f64::NAN, 3.0, f64::NAN, f64::NAN, f64::NAN, f64::INFINITY] {
-        results.push(&[], &Row { figures: vec![value], error: None }).unwrap();
+        results.push(&[], &RunResult { figures: vec![value], error: None }).unwrap();
     }
     let summary = Summary::of(&results, MOST_RUNS).unwrap();
     let sample = Sample::new(&[]);
@@ -205,7 +205,7 @@ fn numbers_have_the_digits_of_their_spread_and_an_interval_those_of_its_width() 
     for run in 0..100 {
         // From 144 to 153.9; the interval of the median is from the 40th to the 61st value.
         results
-            .push(&[f64::from(run)], &Row { figures: vec![144.0 + f64::from(run) / 10.0 + 0.01234], error: None })
+            .push(&[f64::from(run)], &RunResult { figures: vec![144.0 + f64::from(run) / 10.0 + 0.01234], error: None })
             .unwrap();
     }
     let summary = Summary::of(&results, 3).unwrap();

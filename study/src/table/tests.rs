@@ -63,14 +63,14 @@ fn of_source(text: &str, file: &str, fmu: Option<&str>) -> Result<Rows> {
     let members = vec![Member { name: "PID".into(), path: file.into() }];
     let parameters: ReadParameters = |name, options| {
         let source = parameters::Source::read(Path::new(name), None).map_err(Error::msg)?;
-        Ok(parameters::read(Format::of_file(name).unwrap(), &source, &Block::all(), options)?)
+        Ok(parameters::read(Format::of_file(name).unwrap(), &source, &BlockType::all(), options)?)
     };
     read(&path, fmu, &System { members, ..System::default() }, &[], parameters)
 }
 
 #[test]
 fn loops_of_another_block_than_the_fmus_are_left_out_with_a_remark_or_refused() {
-    let named = |number: &str| Block::all().iter().find(|block| block.is_called(number)).unwrap().name.clone();
+    let named = |number: &str| BlockType::all().iter().find(|block| block.is_called(number)).unwrap().name.clone();
     let (own, other) = (named("FB 41"), named("FB 42"));
     let of = of_source(SOURCE, &format!("fmus/{own}.fmu"), None).unwrap();
     assert_eq!((of.axis.names, of.axis.variables), (vec!["TIC1".to_string()], vec!["PID.GAIN".to_string()]));

@@ -7,7 +7,7 @@
 //! has no threads, and the candidates it tries depend only on the problem and the figures.
 
 use crate::Sampling;
-use crate::results::Row;
+use crate::results::RunResult;
 use crate::sampling::Sampler;
 use crate::tune::{Candidate, Problem, bounded};
 use anyhow::{Result, anyhow, ensure};
@@ -53,7 +53,7 @@ pub struct Outcome {
 pub fn search(
     problem: &Problem,
     first: Option<&[f64]>,
-    evaluate: impl FnMut(&[Vec<f64>]) -> Result<Option<Vec<Vec<Row>>>>,
+    evaluate: impl FnMut(&[Vec<f64>]) -> Result<Option<Vec<Vec<RunResult>>>>,
     progress: impl FnMut(usize, &Candidate),
 ) -> Result<Outcome> {
     let mut archive = Archive {
@@ -131,7 +131,7 @@ fn key(values: &[f64]) -> Vec<u64> {
 
 impl<E, P> Archive<'_, E, P>
 where
-    E: FnMut(&[Vec<f64>]) -> Result<Option<Vec<Vec<Row>>>>,
+    E: FnMut(&[Vec<f64>]) -> Result<Option<Vec<Vec<RunResult>>>>,
     P: FnMut(usize, &Candidate),
 {
     /// The values at a position with coordinates from 0 to 1.

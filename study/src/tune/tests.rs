@@ -25,8 +25,8 @@ fn upper(figure: usize, bound: f64) -> Constraint {
     Constraint(Expectation { text, figure, of: Of::Each, comparison: Comparison::Less, bound })
 }
 
-fn row(figures: &[f64]) -> Row {
-    Row { figures: figures.to_vec(), error: None }
+fn row(figures: &[f64]) -> RunResult {
+    RunResult { figures: figures.to_vec(), error: None }
 }
 
 /// Searches with figures that depend on the values and on the number of one of three plants.

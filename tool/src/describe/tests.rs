@@ -47,7 +47,7 @@ fn an_fmu_has_its_variables_groups_and_roles() {
 #[test]
 fn a_foreign_fmu_has_what_its_model_description_says() {
     let description = describe(&TestHome::default(), FOREIGN).unwrap();
-    assert_eq!((description.part, description.cycle), (Part::Plant, None));
+    assert_eq!((description.part, description.cycle), (LoopRole::Plant, None));
     let of = |name: &str| description.variables.iter().find(|of| of.name == name).unwrap();
     assert_eq!((of("POWER").kind.as_str(), of("POWER").unit.as_deref()), ("Real", Some("%")));
     assert_eq!((of("HEAT").kind.as_str(), of("HEAT").start), ("Boolean", Value::Boolean(false)));
@@ -156,7 +156,7 @@ fn a_file_that_cannot_be_used_says_where_and_what_to_do() {
 #[test]
 fn a_loop_of_an_unknown_block_or_with_an_unknown_setting_is_refused() {
     let setting =
-        |name: &str, value| Setting { name: name.into(), value: Value::Number(value), origin: None, file: None };
+        |name: &str, value| LoopValue { name: name.into(), value: Value::Number(value), origin: None, file: None };
     let one = |block: &str, settings| Loop {
         name: "A".into(),
         title: None,

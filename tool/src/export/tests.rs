@@ -1,5 +1,5 @@
 use super::*;
-use crate::message::{Setting, Setup, Values};
+use crate::message::{LoopValue, Setup, Values};
 use crate::test_home::TestHome;
 use run::fmus::Fmus;
 use run::master::{self, Recording};
@@ -43,7 +43,7 @@ fn session(name: &str) -> Session {
     session
 }
 
-fn take(session: &Session, request: &Request) -> Exported {
+fn take(session: &Session, request: &ExportRequest) -> Exported {
     export(&home(), session, request).unwrap_or_else(|error| panic!("{error:#}"))
 }
 
@@ -51,12 +51,12 @@ fn text(exported: &Exported) -> String {
     String::from_utf8(STANDARD.decode(&exported.content).unwrap()).unwrap()
 }
 
-fn error(session: &Session, request: &Request) -> String {
+fn error(session: &Session, request: &ExportRequest) -> String {
     format!("{:#}", export(&home(), session, request).unwrap_err())
 }
 
 fn one(name: &str, settings: &[(&str, f64)]) -> Loop {
-    let setting = |(name, value): &(&str, f64)| Setting {
+    let setting = |(name, value): &(&str, f64)| LoopValue {
         name: name.to_string(),
         value: Value::Number(*value),
         origin: Some("plant.awl:3:4".into()),
@@ -73,7 +73,7 @@ fn one(name: &str, settings: &[(&str, f64)]) -> Loop {
 }
 
 fn csv_of(session: &Session) -> String {
-    text(&take(session, &Request::Csv { run: None, variables: Vec::new(), inputs: false }))
+    text(&take(session, &ExportRequest::Csv { run: None, variables: Vec::new(), inputs: false }))
 }
 
 /// Runs a description as `plcfmu run` does, and records what the session does.
@@ -131,7 +131,7 @@ fn run_description(text: &str, session: &Session) -> Recording {
 #[test]
 fn a_description_runs_with_the_bits_of_the_session() {
     let session = session("C");
-    let exported = take(&session, &Request::Description { run: None });
+    let exported = take(&session, &ExportRequest::Description { run: None });
     assert_eq!((exported.file.as_str(), exported.media_type.as_str()), ("C.toml", "application/toml"));
     let text = text(&exported);
     let recording = run_description(&text, &session);
@@ -158,7 +158,7 @@ fn a_description_runs_with_the_bits_of_the_session() {
 fn names_of_any_kind_are_quoted_in_a_description() {
     for name in ["Tank 1", "\"q\" = [", "ü'\\\n#", "a=b"] {
         let session = session(name);
-        let exported = take(&session, &Request::Description { run: None });
+        let exported = take(&session, &ExportRequest::Description { run: None });
         assert_eq!(run_description(&text(&exported), &session).times.len(), 81, "{name}");
         assert!(!exported.file.contains(['/', '\\', '"', '\n', ' ']), "{}", exported.file);
     }
@@ -171,7 +171,7 @@ fn one_output_may_go_to_several_inputs() {
     setup.connections.push(("C.OUT".into(), "P.LOAD".into()));
     session.start(&home(), setup).unwrap();
     session.run(3).unwrap();
-    let text = text(&take(&session, &Request::Description { run: None }));
+    let text = text(&take(&session, &ExportRequest::Description { run: None }));
     assert!(text.contains("\"C.OUT\" = [\"P.POWER\", \"P.LOAD\"]"), "{text}");
     assert_eq!(run_description(&text, &session).times.len(), 4);
 }
@@ -181,28 +181,28 @@ fn a_description_ends_where_the_plant_was_exchanged() {
     let mut session = session("C");
     session.exchange(&home(), vec![member("Q", "LAG", &[])], Vec::new()).unwrap();
     session.run(5).unwrap();
-    let exported = take(&session, &Request::Description { run: None });
+    let exported = take(&session, &ExportRequest::Description { run: None });
     assert!(exported.remarks[0].contains("call 80"), "{:?}", exported.remarks);
     assert!(text(&exported).contains("stop = 40.0"));
     let mut fresh = Session::default();
     fresh.start(&home(), setup("C")).unwrap();
-    assert!(error(&fresh, &Request::Description { run: None }).contains("no call"));
-    assert!(error(&Session::default(), &Request::Description { run: None }).contains("start a loop first"));
+    assert!(error(&fresh, &ExportRequest::Description { run: None }).contains("no call"));
+    assert!(error(&Session::default(), &ExportRequest::Description { run: None }).contains("start a loop first"));
 }
 
 #[test]
 fn csv_has_the_columns_that_are_asked_for_and_reads_back() {
     let session = session("C");
     let variables = vec!["C.OUT".to_string(), "C.UP".to_string()];
-    let text = text(&take(&session, &Request::Csv { run: None, variables, inputs: false }));
+    let text = text(&take(&session, &ExportRequest::Csv { run: None, variables, inputs: false }));
     assert!(text.starts_with("time,C.OUT,C.UP\n0.0,"), "{text}");
-    let table = control::csv::Table::read(&text).unwrap();
+    let table = control::csv::CsvTable::read(&text).unwrap();
     let record = session.record(None).unwrap();
     let out = record.column("C.OUT").unwrap();
     for (call, value) in table.column("C.OUT").unwrap().values.iter().enumerate() {
         assert_eq!(value.to_bits(), record.trace().get(out, call).to_bits());
     }
-    let wrong = Request::Csv { run: None, variables: vec!["C.OUR".into()], inputs: false };
+    let wrong = ExportRequest::Csv { run: None, variables: vec!["C.OUR".into()], inputs: false };
     assert!(error(&session, &wrong).contains("did you mean C.OUT?"));
 }
 
@@ -210,7 +210,7 @@ fn csv_has_the_columns_that_are_asked_for_and_reads_back() {
 fn csv_of_a_curve_has_what_a_replay_needs_and_all_that_acted() {
     let mut session = session("C");
     let header = |session: &Session| {
-        let request = Request::Csv { run: None, variables: vec!["C.OUT".into()], inputs: true };
+        let request = ExportRequest::Csv { run: None, variables: vec!["C.OUT".into()], inputs: true };
         text(&take(session, &request)).lines().next().unwrap().to_string()
     };
     let columns = |session: &Session| header(session).split(',').map(str::to_string).collect::<Vec<_>>();
@@ -232,7 +232,7 @@ fn parameter_files_read_back_with_the_same_values() {
     for format in ["awl", "scl", "db", "json", "ssv"] {
         let loops = if format == "ssv" { loops[..1].to_vec() } else { loops.clone() };
         let origin = "plant\nawl".into();
-        let request = Request::Parameters { format: format.into(), loops: loops.clone(), origin, stimuli: true };
+        let request = ExportRequest::Parameters { format: format.into(), loops: loops.clone(), origin, stimuli: true };
         let exported = take(&session, &request);
         assert!(exported.file.ends_with(&format!(".{format}")), "{}", exported.file);
         let read = crate::describe::read(
@@ -252,7 +252,7 @@ fn parameter_files_read_back_with_the_same_values() {
         assert_eq!(value("TI"), Value::Number(12.345), "{format}");
         assert_eq!(value("MAN_ON"), Value::Boolean(true), "{format}");
     }
-    let request = |format: &str, loops: Vec<Loop>| Request::Parameters {
+    let request = |format: &str, loops: Vec<Loop>| ExportRequest::Parameters {
         format: format.into(),
         loops,
         origin: String::new(),
@@ -269,7 +269,7 @@ fn a_parameter_file_has_the_settings_and_not_what_they_were_tried_with() {
     tried.settings[1].file = Some(Value::Number(42.0));
     let written = |stimuli: bool| {
         let (format, origin) = ("json".into(), String::new());
-        let request = Request::Parameters { format, loops: vec![tried.clone()], origin, stimuli };
+        let request = ExportRequest::Parameters { format, loops: vec![tried.clone()], origin, stimuli };
         let json: serde_json::Value = serde_json::from_str(&text(&take(&Session::default(), &request))).unwrap();
         ["GAIN", "SP", "MAN", "MAN_ON"].map(|name| json["TIC101"][name].to_string())
     };
@@ -285,22 +285,22 @@ fn an_opened_source_comes_back_with_one_value_changed() {
     let file = ReadFile { file: "lines/plant.awl".into(), content, block: None, name: None };
     let mut tried = one("TIC101", &[("GAIN", 0.1), ("SP", 60.0), ("MAN", 20.0)]);
     tried.settings[1].file = Some(Value::Number(42.0));
-    let request = Request::Source { file: file.clone(), loops: vec![tried.clone()], stimuli: false };
+    let request = ExportRequest::Source { file: file.clone(), loops: vec![tried.clone()], stimuli: false };
     let exported = take(&Session::default(), &request);
     assert_eq!((exported.file.as_str(), exported.media_type.as_str()), ("plant.awl", "text/plain"));
     let expected: Vec<u8> = awl.replace(":= 2.0", ":= 0.1").chars().map(|letter| letter as u8).collect();
     assert_eq!(STANDARD.decode(&exported.content).unwrap(), expected);
     assert_eq!(exported.remarks, ["TIC101: GAIN was changed (lines/plant.awl:5:10)"]);
-    let request = Request::Source { file: file.clone(), loops: vec![tried], stimuli: true };
+    let request = ExportRequest::Source { file: file.clone(), loops: vec![tried], stimuli: true };
     assert!(error(&Session::default(), &request).contains("gives MAN of TIC101 no value"));
-    let request = Request::Source { file, loops: vec![one("TIC9", &[])], stimuli: false };
+    let request = ExportRequest::Source { file, loops: vec![one("TIC9", &[])], stimuli: false };
     assert_eq!(error(&Session::default(), &request), "lines/plant.awl has no loop \"TIC9\" of PID");
 }
 
 #[test]
 fn a_preset_is_what_the_home_makes() {
     let session = Session::default();
-    let exported = take(&session, &Request::Preset { of: one("../TIC 101", &[]) });
+    let exported = take(&session, &ExportRequest::Preset { of: one("../TIC 101", &[]) });
     assert_eq!((exported.file.as_str(), text(&exported).as_str()), ("_TIC_101.fmu", "../TIC 101"));
 }
 
@@ -308,6 +308,6 @@ fn a_preset_is_what_the_home_makes() {
 fn requests_are_read_as_the_page_writes_them() {
     let json =
         r#"{"what": "report", "of": {"name": "A", "block": "PID", "cycle": 0.5, "settings": [], "warnings": []}}"#;
-    assert!(matches!(serde_json::from_str(json).unwrap(), Request::Report { run: None, .. }));
-    assert!(serde_json::from_str::<Request>(r#"{"what": "csv"}"#).is_ok());
+    assert!(matches!(serde_json::from_str(json).unwrap(), ExportRequest::Report { run: None, .. }));
+    assert!(serde_json::from_str::<ExportRequest>(r#"{"what": "csv"}"#).is_ok());
 }

@@ -97,7 +97,7 @@ fn origin(origin: &Origin) -> String {
 mod tests {
     use super::*;
     use blocks::{Kind, Role};
-    use parameters::{Block, Part};
+    use parameters::{BlockType, VariableOwner};
     use std::sync::Arc;
 
     fn values() -> Loop {
@@ -110,10 +110,10 @@ mod tests {
             min: None,
             max: None,
             unit: Some("l/min".into()),
-            part: Part::Own,
+            part: VariableOwner::Own,
         };
         let members = vec![member("FLOW", Kind::Real, Value::Real(1.5)), member("ON", Kind::Bool, Value::Bool(false))];
-        let mut values = Loop::new("P1", Arc::new(Block::new("PUMP".into(), Vec::new(), members)));
+        let mut values = Loop::new("P1", Arc::new(BlockType::new("PUMP".into(), Vec::new(), members)));
         let origin = Origin::Text { file: "/home/a/plant <1>.awl".into(), line: 7, column: 3, span: 0..0 };
         values.set(0, Value::Real(0.1), origin);
         values

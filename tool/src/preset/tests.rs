@@ -16,7 +16,7 @@ fn values() -> parameters::Loop {
         Member::new("FLOW", Role::Input, Value::Real(1.0)),
         Member::new("CYCLE", Role::Cycle, Value::Time(blocks::Time::ms(1000))),
     ];
-    let mut values = parameters::Loop::new("P 1", Arc::new(Block::new("PUMP".into(), Vec::new(), members)));
+    let mut values = parameters::Loop::new("P 1", Arc::new(BlockType::new("PUMP".into(), Vec::new(), members)));
     values.set(0, Value::Real(7.5), Origin::Default);
     values
 }

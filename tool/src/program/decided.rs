@@ -1,7 +1,7 @@
 //! Which operands decided what a program wrote in a call, for the page.
 
 use program::Program;
-use scl::watch::{Logic, Part, Watched};
+use scl::watch::{Influence, Logic, Watched};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
@@ -42,10 +42,10 @@ pub fn decisions(program: &Program, blocks: &[Watched], block: &str, path: &str)
     let decision = |logic: &Option<Logic>, reads: usize| {
         let logic = logic.as_ref()?;
         let Some(found) = logic.decided(reads, &value) else { return Some(Decision::default()) };
-        let word = |part: &Part| match part {
-            Part::Decided => "decided",
-            Part::Shared => "shared",
-            Part::Idle => "idle",
+        let word = |part: &Influence| match part {
+            Influence::Decided => "decided",
+            Influence::Shared => "shared",
+            Influence::Idle => "idle",
         };
         let parts = found.parts.iter().map(|part| word(part).to_string()).collect();
         Some(Decision { truth: Some(found.truth), parts, values: found.values, wires: found.wires })

@@ -9,7 +9,7 @@ use blocks::Text;
 use fmu::component::{Fresh, Origin};
 use manifest::Manifest;
 use modeldescription::{Description, Table, shortened};
-use parameters::{Block, Loop, Source};
+use parameters::{BlockType, Loop, Source};
 use program::{Loaded, Program};
 use run::component::{Component, Force, Type};
 use run::fmus::Fmus;
@@ -134,7 +134,7 @@ impl<H: Home> Home for Programs<H> {
         self.home.known_loops()
     }
 
-    fn blocks(&self) -> Vec<Arc<Block>> {
+    fn blocks(&self) -> Vec<Arc<BlockType>> {
         self.home.blocks()
     }
 

@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use control::figures::Unit;
 use control::predict::{self, Forecast};
 use control::rules::Structure;
-use control::tune::{Controller, Request, Row, Tuned};
+use control::tune::{Controller, RuleOutcome, TuneRequest, Tuned};
 use draw::escape::Text;
 use draw::plot::{Chart, Curve, Panel, svg};
 use draw::response::Colors;
@@ -57,7 +57,7 @@ pub(super) fn table(page: &mut String, report: &Report, of: &Tuning, description
         write!(page, "<th class=\"number\">{}<br>{}</th>", Text(&name), Text(&unit))?;
     }
     writeln!(page, "</tr></thead>\n<tbody>")?;
-    for Row { rule, name, tuned, refusal } in &of.rows {
+    for RuleOutcome { rule, name, tuned, refusal } in &of.rows {
         let (class, mark) = if *rule == of.rule { (" class=\"changed\"", " (applied)") } else { ("", "") };
         write!(page, "<tr{class}><td>{}{mark}</td>", Text(name))?;
         match tuned {
@@ -139,7 +139,7 @@ fn metrics_of(tuned: &Tuned) -> [Option<f64>; 9] {
 }
 
 /// Why metrics are missing: each reason with the metrics and the rules that it explains.
-fn missing(rows: &[Row]) -> Vec<(&str, Vec<&str>, Vec<&str>)> {
+fn missing(rows: &[RuleOutcome]) -> Vec<(&str, Vec<&str>, Vec<&str>)> {
     let mut all: Vec<(&str, Vec<&str>, Vec<&str>)> = Vec::new();
     for (name, absent) in rows.iter().filter_map(|row| Some((&*row.name, &row.tuned.as_ref()?.absent))) {
         let mut own: Vec<(&str, Vec<&str>)> = Vec::new();
@@ -160,7 +160,7 @@ fn missing(rows: &[Row]) -> Vec<(&str, Vec<&str>, Vec<&str>)> {
 }
 
 /// The metrics, margins aside, in which a rule is better than all others that leave the loop stable.
-fn best(applied: &Row, rows: &[Row]) -> Vec<&'static str> {
+fn best(applied: &RuleOutcome, rows: &[RuleOutcome]) -> Vec<&'static str> {
     let Some(own) = applied.tuned.as_ref().map(metrics_of) else { return Vec::new() };
     let others = || rows.iter().filter(|row| row.rule != applied.rule).filter_map(|row| row.tuned.as_ref());
     let others: Vec<_> = others().filter(|tuned| tuned.sensitivity.is_some()).map(metrics_of).collect();
@@ -187,10 +187,10 @@ pub(super) fn before_and_after(
     let base: Values = report.of.settings.iter().map(|setting| (setting.name.clone(), setting.value)).collect();
     let pair = [&of.before, &of.values]
         .map(|values| -> Values { base.iter().chain(values).map(|(name, value)| (name.clone(), *value)).collect() });
-    let request = |values: &Values| -> Result<(Controller, Request)> {
+    let request = |values: &Values| -> Result<(Controller, TuneRequest)> {
         let member = Member { name: report.of.name.clone(), fmu: fmu.into(), values: values.clone() };
         let controller = Controller::of(home, &member)?;
-        let request = Request {
+        let request = TuneRequest {
             model: of.model,
             rule: of.rule,
             structure: Structure::Pi,

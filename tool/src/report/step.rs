@@ -11,7 +11,7 @@ use blocks::Kind;
 use control::figures::{Cause, Happened};
 use control::predict::{self, Forecast};
 use control::rules::Structure;
-use control::tune::{Controller, Request, Step};
+use control::tune::{Controller, Step, TuneRequest};
 use draw::escape::Text;
 use modeldescription::digits::short;
 use run::component::Type;
@@ -92,8 +92,8 @@ fn in_force(home: &dyn Fmus, record: &Record, own: &Member, call: usize) -> Resu
 }
 
 /// What is predicted of a step with the settings of a controller; no rule is asked.
-fn request(record: &Record, controller: &Controller, tuning: &Tuning, step: Step) -> Request {
-    Request {
+fn request(record: &Record, controller: &Controller, tuning: &Tuning, step: Step) -> TuneRequest {
+    TuneRequest {
         model: tuning.model,
         rule: tuning.rule,
         structure: Structure::Pi,
@@ -155,7 +155,7 @@ pub(super) fn disturbance(
         manipulated(before) - manipulated(calls.end - 1)
     };
     let at_rest = Step { from: Some(happened.to), size: None, manual: Some(manipulated(before)) };
-    let request = Request { band: Some(band), ..request(record, &controller, tuning, at_rest) };
+    let request = TuneRequest { band: Some(band), ..request(record, &controller, tuning, at_rest) };
     let figures = predict::forecast_load(home, &controller, &request, &values, (happened.duration, load))?;
     Ok(Some(Disturbance { load, figures }))
 }

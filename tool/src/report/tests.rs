@@ -5,11 +5,11 @@ use crate::test_home::TestHome;
 
 const HOSTILE: &str = "<script>alert(1)</script>\"'&\u{1}";
 
-fn setting(name: &str, value: f64, origin: Option<&str>) -> Setting {
-    Setting { name: name.into(), value: Value::Number(value), origin: origin.map(str::to_string), file: None }
+fn setting(name: &str, value: f64, origin: Option<&str>) -> LoopValue {
+    LoopValue { name: name.into(), value: Value::Number(value), origin: origin.map(str::to_string), file: None }
 }
 
-fn of(name: &str, settings: Vec<Setting>) -> Loop {
+fn of(name: &str, settings: Vec<LoopValue>) -> Loop {
     Loop { name: name.into(), title: None, block: "PID".into(), cycle: Some(0.5), settings, warnings: Vec::new() }
 }
 
@@ -441,7 +441,7 @@ fn a_disturbance_is_predicted_beside_what_was_measured_as_the_load_that_the_outp
 }
 
 /// A rule of the table with an overshoot, and with a load that costs so much.
-fn row(rule: Rule, values: &[(&str, f64)], overshoot: f64, iae: f64) -> Row {
+fn row(rule: Rule, values: &[(&str, f64)], overshoot: f64, iae: f64) -> RuleOutcome {
     let predicted = control::tune::Predicted {
         setpoint: vec![50.0, 60.0],
         overshoot: Some(overshoot),
@@ -463,10 +463,10 @@ fn row(rule: Rule, values: &[(&str, f64)], overshoot: f64, iae: f64) -> Row {
             .into(),
         remarks: Vec::new(),
     };
-    Row { rule, name: control::rules::name(rule).into(), tuned: Some(tuned), refusal: None }
+    RuleOutcome { rule, name: control::rules::name(rule).into(), tuned: Some(tuned), refusal: None }
 }
 
-fn with_phase_margin(mut row: Row) -> Row {
+fn with_phase_margin(mut row: RuleOutcome) -> RuleOutcome {
     let tuned = row.tuned.as_mut().unwrap();
     tuned.phase_margin = Some(60.0);
     tuned.absent.remove("phase_margin");
@@ -476,7 +476,8 @@ fn with_phase_margin(mut row: Row) -> Row {
 #[test]
 fn the_table_of_rules_marks_the_applied_one_and_the_step_is_drawn_before_and_after() {
     let after = [("GAIN", 2.0), ("TI", 10.0)];
-    let refused = Row { tuned: None, refusal: Some("it needs a dead time".into()), ..row(Rule::Amigo, &[], 0.0, 0.0) };
+    let refused =
+        RuleOutcome { tuned: None, refusal: Some("it needs a dead time".into()), ..row(Rule::Amigo, &[], 0.0, 0.0) };
     let values =
         |of: [(&str, f64); 2]| -> Values { of.map(|(name, value)| (name.into(), Value::Number(value))).into() };
     let of_rules = Tuning {

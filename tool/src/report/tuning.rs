@@ -105,7 +105,7 @@ fn in_force(
     }
     writeln!(page, "<p>Other settings than those of the rule are in force: {}.</p>", Text(&others.join(", ")))?;
     let controller = Member { name: report.of.name.clone(), fmu: fmu.into(), values };
-    match bode::bode(home, &bode::Request { model: of.model, controller, others: Vec::new() }) {
+    match bode::bode(home, &bode::BodeRequest { model: of.model, controller, others: Vec::new() }) {
         Ok(plot) => {
             let now = &plot.loops[0];
             if now.sensitivity.is_none() {

@@ -4,7 +4,7 @@ use anyhow::{Context, Result, bail};
 use blocks::EachBlock;
 use fmu::table::Guid;
 use modeldescription::{Description, Interface, ModelDescription, Table, shortened};
-use parameters::{Block, Loop};
+use parameters::{BlockType, Loop};
 use run::component::Component;
 use run::dialog;
 use run::fmus::Fmus;
@@ -12,17 +12,17 @@ use std::sync::Arc;
 use tool::home::Home;
 use tool::known;
 use tool::linked::Instance;
-use tool::message::{Entry, KnownLoop, Part};
+use tool::message::{Entry, KnownLoop, LoopRole};
 
 /// The FMUs that are linked in.
 pub struct Linked {
     fmus: Vec<Fmu>,
-    blocks: Vec<Arc<Block>>,
+    blocks: Vec<Arc<BlockType>>,
 }
 
 /// An FMU that is linked in.
 struct Fmu {
-    part: Part,
+    part: LoopRole,
     table: Arc<Table>,
     description: Arc<Description>,
     instantiate: fn(&str) -> Result<Box<dyn Component>>,
@@ -60,7 +60,7 @@ impl Linked {
 impl EachBlock for Linked {
     fn block<B: blocks::Block>(&mut self) {
         self.fmus.push(Fmu::of::<B>().expect("the packer accepts the table"));
-        self.blocks.push(Arc::new(Block::of::<B>()));
+        self.blocks.push(Arc::new(BlockType::of::<B>()));
     }
 }
 
@@ -99,7 +99,7 @@ impl Home for Linked {
         known::loops(|name| self.find(name).is_ok())
     }
 
-    fn blocks(&self) -> Vec<Arc<Block>> {
+    fn blocks(&self) -> Vec<Arc<BlockType>> {
         self.blocks.clone()
     }
 
@@ -120,7 +120,7 @@ mod tests {
         for entry in home.entries() {
             let description = home.description(&entry.name).unwrap();
             assert_eq!(description.model_name, entry.name);
-            assert_ne!(entry.part, Part::Other, "{}", entry.name);
+            assert_ne!(entry.part, LoopRole::Other, "{}", entry.name);
             let mut instance = home.instantiate(&entry.name, "x").unwrap();
             instance.setup(0.0, None).unwrap();
             instance.enter_initialization().unwrap();

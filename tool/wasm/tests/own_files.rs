@@ -1,6 +1,6 @@
 //! Recordings as the product itself writes them, and as a recorder with a faster clock does, through the replay.
 
-use control::replay::{Change, Conclusion, Doubt, Replayed, Request, Why, replay};
+use control::replay::{Change, Conclusion, Doubt, ReplayRequest, Replayed, Why, replay};
 use run::fmus::Fmus;
 use run::system::Value;
 use std::fmt::Write;
@@ -31,7 +31,7 @@ fn member(values: Values) -> Member {
 
 fn replayed(values: Values, text: String) -> Replayed {
     let request =
-        Request { controller: member(values), text, columns: Vec::new(), tolerance: None, try_suspects: true };
+        ReplayRequest { controller: member(values), text, columns: Vec::new(), tolerance: None, try_suspects: true };
     replay(&Linked::new(), &request).unwrap_or_else(|error| panic!("{error:#}"))
 }
 
@@ -282,7 +282,7 @@ fn a_limit_that_rounded_values_touch_does_not_explain_a_gain_that_was_changed_by
         writeln!(text, "{call},{}", row.join(",")).unwrap();
     }
     let controller = setup.members.into_iter().next().unwrap();
-    let request = Request { controller, text, columns: Vec::new(), tolerance: None, try_suspects: true };
+    let request = ReplayRequest { controller, text, columns: Vec::new(), tolerance: None, try_suspects: true };
     let replayed = replay(&home, &request).unwrap();
     let found = replayed.suspects.iter().find(|suspect| suspect.fits).unwrap();
     let values: Vec<(&str, Value)> = found.values.iter().map(|(name, value)| (name.as_str(), *value)).collect();

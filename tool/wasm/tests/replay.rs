@@ -1,6 +1,6 @@
 //! Recordings through the blocks that are linked in.
 
-use control::replay::{Change, Conclusion, Replayed, Request, Why, replay};
+use control::replay::{Change, Conclusion, ReplayRequest, Replayed, Why, replay};
 use run::component::{Component, Type};
 use run::fmus::{Fmus, number_of};
 use run::system::Value;
@@ -14,11 +14,11 @@ fn member(fmu: &str, values: &[(&str, f64)]) -> Member {
     Member { name: "TIC101".into(), fmu: fmu.into(), values: values.iter().map(value).collect() }
 }
 
-fn request(controller: Member, text: String) -> Request {
-    Request { controller, text, columns: Vec::new(), tolerance: None, try_suspects: true }
+fn request(controller: Member, text: String) -> ReplayRequest {
+    ReplayRequest { controller, text, columns: Vec::new(), tolerance: None, try_suspects: true }
 }
 
-fn run(request: &Request) -> Replayed {
+fn run(request: &ReplayRequest) -> Replayed {
     replay(&Linked::new(), request).unwrap_or_else(|error| panic!("{error:#}"))
 }
 

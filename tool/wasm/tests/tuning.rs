@@ -4,7 +4,7 @@ use blocks::{ContC, Law, Time};
 use control::identify::{self, Data, Method, Model};
 use control::process::Process;
 use control::rules::{Rule, Structure};
-use control::tune::{Predicted, Request, Step, Tuned, table, tune};
+use control::tune::{Predicted, Step, TuneRequest, Tuned, table, tune};
 use run::system::{Exchange, Value};
 use tool::experiment::{self, RelayTest, RestAt, Settle, StepTest};
 use tool::message::{Member, Setup, Values};
@@ -16,13 +16,13 @@ fn lag(gain: f64, time_constant: f64, dead_time: f64) -> Model {
     Model { gain, time_constant, dead_time, ..Model::default() }
 }
 
-fn request(fmu: &str, rule: Rule, structure: Structure, values: &[(&str, f64)]) -> Request {
+fn request(fmu: &str, rule: Rule, structure: Structure, values: &[(&str, f64)]) -> TuneRequest {
     with(fmu, rule, structure, lag(1.0, 10.0, 1.0), values)
 }
 
 /// The same for another plant.
-fn with(fmu: &str, rule: Rule, structure: Structure, model: Model, values: &[(&str, f64)]) -> Request {
-    Request {
+fn with(fmu: &str, rule: Rule, structure: Structure, model: Model, values: &[(&str, f64)]) -> TuneRequest {
+    TuneRequest {
         model,
         rule,
         structure,
@@ -40,11 +40,11 @@ fn with(fmu: &str, rule: Rule, structure: Structure, model: Model, values: &[(&s
     }
 }
 
-fn tuned(request: &Request) -> Tuned {
+fn tuned(request: &TuneRequest) -> Tuned {
     tune(&Linked::new(), request).unwrap()
 }
 
-fn error(request: &Request) -> String {
+fn error(request: &TuneRequest) -> String {
     format!("{:#}", tune(&Linked::new(), request).unwrap_err())
 }
 
@@ -217,7 +217,7 @@ fn the_plant_of_a_step_controller_is_identified_from_a_pulse_in_manual_mode() {
         session.run(calls).unwrap();
     }
     let data = Data::Run { run: None, from: None, to: None };
-    let request = identify::Request { data, method: Method::LeastSquares, is_integrating: false };
+    let request = identify::IdentifyRequest { data, method: Method::LeastSquares, is_integrating: false };
     let identified = signals::identify(&home, &session, &request).unwrap();
     let Model { gain, time_constant, dead_time, .. } = identified.model;
     assert!((gain - 2.0).abs() < 0.02 && (time_constant - 20.0).abs() < 0.3, "{identified:?}");
@@ -252,9 +252,9 @@ fn the_table_has_all_rules_for_one_step_and_says_which_do_not_apply() {
     assert_eq!(rows.len(), Rule::ALL.len());
     let simc = &rows[0];
     // With half of CYCLE the dead time is 1.1 s: SIMC's own closed loop is that, what is offered first is calmer by half.
-    let alone = tuned(&Request { rule: Rule::Simc, ..request.clone() });
+    let alone = tuned(&TuneRequest { rule: Rule::Simc, ..request.clone() });
     assert_eq!(alone.closed_loop, Some(1.1));
-    let calm = tuned(&Request { rule: Rule::Simc, closed_loop: Some(1.5 * 1.1), ..request.clone() });
+    let calm = tuned(&TuneRequest { rule: Rule::Simc, closed_loop: Some(1.5 * 1.1), ..request.clone() });
     assert_eq!((simc.tuned.as_ref(), simc.name.as_str()), (Some(&calm), "SIMC"));
     let lambda = rows.iter().find(|row| row.rule == Rule::Lambda).unwrap().tuned.as_ref().unwrap();
     assert_eq!((lambda.closed_loop, number(lambda, "TI")), (Some(8.0), 8.0));
@@ -381,7 +381,7 @@ fn numbers_without_sense_are_refused_and_cost_no_time() {
     let remarks = tuned(&long).remarks;
     assert!(remarks.iter().any(|remark| remark.contains("takes too many calls")), "{remarks:?}");
     // A million calls would be needed: the simulation ends earlier.
-    let slow = tuned(&Request { model: lag(1.0, 10_000.0, 100.0), ..of(&[("CYCLE", 0.001)]) });
+    let slow = tuned(&TuneRequest { model: lag(1.0, 10_000.0, 100.0), ..of(&[("CYCLE", 0.001)]) });
     assert!(slow.predicted.times.len() < 2000 && *slow.predicted.times.last().unwrap() < 201.0);
 }
 
@@ -391,7 +391,7 @@ fn an_unstable_or_nervous_loop_is_named_before_it_is_applied() {
         tuned(&with("CONT_C", Rule::ZieglerNicholsStep, Structure::Pi, lag(1.0, 10.5, 1.0), &[("CYCLE", 0.1)]));
     assert!((nervous.sensitivity.unwrap() - 3.4075).abs() < 0.002);
     assert!(nervous.remarks[0].starts_with("Ms = 3.4"), "{:?}", nervous.remarks);
-    let wrong = Request {
+    let wrong = TuneRequest {
         ultimate: Some((50.0, 3.85)),
         ..with("CONT_C", Rule::ZieglerNicholsUltimate, Structure::Pi, lag(1.0, 10.0, 1.0), &[("CYCLE", 0.1)])
     };
@@ -591,7 +591,8 @@ fn furnace_does_what_is_predicted(exchange: Exchange) {
     assert!((model.dead_time - 5.0 - late).abs() < 0.3, "{model:?}");
     // 100 degC need (100 - 20) / 3 %.
     let step = Step { from: Some(100.0), size: Some(10.0), manual: Some(80.0 / 3.0) };
-    let of = |rule, structure| Request { step, exchange, ..with("CONT_C", rule, structure, model, &[("CYCLE", 1.0)]) };
+    let of =
+        |rule, structure| TuneRequest { step, exchange, ..with("CONT_C", rule, structure, model, &[("CYCLE", 1.0)]) };
     let offered = table(&home, &of(Rule::Simc, Structure::Pi)).unwrap()[0].tuned.clone().unwrap();
     // A PI loop with the true model: lambda = 1.5 (5 s + 20 s + 0.5 s), GAIN = 130 s / (3 (lambda + 15.5 s)); of both, 1 s more if late.
     let gain = 130.0 / (3.0 * (1.5 * (25.5 + late) + 15.5 + late));
@@ -687,7 +688,7 @@ fn a_metric_that_is_absent_has_a_reason() {
     );
     assert!((predicted.load.unwrap().deviation - 10.0).abs() < 0.1);
     // A GAIN of 45 makes this plant swing, whose ultimate gain is about 16.
-    let wild = Request {
+    let wild = TuneRequest {
         ultimate: Some((100.0, 4.0)),
         ..self::request("CONT_C", Rule::ZieglerNicholsUltimate, Structure::Pi, &[("CYCLE", 0.05)])
     };
