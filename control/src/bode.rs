@@ -22,7 +22,7 @@ const BELOW: f64 = 30.0;
 /// Whose open loops are drawn.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
-#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "BodeRequest"))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct BodeRequest {
     /// The plant.
     pub model: Model,

@@ -21,7 +21,7 @@ const FEWEST_POINTS: usize = 11;
 /// Whose.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
-#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "CharacteristicRequest"))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct CharacteristicRequest {
     /// The block with its settings.
     pub member: Member,

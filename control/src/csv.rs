@@ -154,7 +154,7 @@ impl CsvTable {
     /// numbers.
     ///
     /// # Errors
-    /// As in [`Table::read`]; a [`Fault`] if the error concerns a line.
+    /// As in [`CsvTable::read`]; a [`Fault`] if the error concerns a line.
     pub fn of_loops(text: &str) -> Result<CsvTable> {
         Layout::of(text, RowsAre::Loops)?.read()
     }

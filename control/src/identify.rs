@@ -45,7 +45,7 @@ const SETTLED: f64 = 0.02;
 /// What to identify from.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
-#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "IdentifyRequest", optional_fields = nullable))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct IdentifyRequest {
     /// The recorded step.
     pub data: Data,

@@ -49,7 +49,7 @@ const MOST_POINTS: usize = 8_000;
 /// What to replay.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
-#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "ReplayRequest", optional_fields = nullable))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct ReplayRequest {
     /// The block with the file's parameters.
     pub controller: Member,

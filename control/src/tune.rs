@@ -47,7 +47,7 @@ const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 /// What to tune.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
-#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "TuneRequest", optional_fields = nullable))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct TuneRequest {
     /// The plant.
     pub model: Model,

@@ -6,7 +6,7 @@
 //! value records its origin ([`Origin`]), and a file with errors yields no loops, but all of its errors ([`Problems`]).
 //!
 //! No block is named in this crate, and it knows nothing of FMUs: which blocks there are, and their names in a PLC
-//! project, is defined by the blocks' tables ([`Block`]).
+//! project, is defined by the blocks' tables ([`BlockType`]).
 
 mod block;
 mod encoding;

@@ -41,7 +41,7 @@ pub const ABREAST: usize = blocks::table::abreast::LANES;
 /// The maximum number of values recorded by runs side by side.
 const MOST_RECORDED: usize = 1 << 23;
 
-/// A request to a worker. The first one is [`Request::Begin`].
+/// A request to a worker. The first one is [`WorkerRequest::Begin`].
 #[derive(Debug, Deserialize, Serialize)]
 pub enum WorkerRequest {
     /// Load the FMUs.

@@ -174,7 +174,7 @@ pub fn identifier(name: &str) -> String {
 /// A preset of an FMU that the page has opened.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
-#[cfg_attr(test, derive(ts_rs::TS), ts(rename = "PresetRequest"))]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct PresetRequest {
     /// The loop with its values.
     pub of: Loop,

@@ -3,7 +3,7 @@
  *
  * @typedef {import("./messages").Loop} Loop
  * @typedef {import("./messages").Loops} Loops
- * @typedef {import("./messages").Setting} FileSetting
+ * @typedef {import("./messages").LoopValue} FileSetting
  * @typedef {import("./messages").Value} Value
  */
 

@@ -11,7 +11,7 @@ import { goOn } from "tool/session.js";
 import { isEdited, source, store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
-/** A row of the table. @typedef {{ name: string, title?: string, block: string, cycle: number | null, warnings: number, file?: string, loop: import("./store.js").Work | undefined, given: import("./messages").Setting[], take: () => unknown }} Row */
+/** A row of the table. @typedef {{ name: string, title?: string, block: string, cycle: number | null, warnings: number, file?: string, loop: import("./store.js").Work | undefined, given: import("./messages").LoopValue[], take: () => unknown }} Row */
 
 /** A column beside name and state: its title, and what a row has in it, as a value to sort by and as a text. @typedef {{ title: string, isNumber: boolean, isWide: boolean, of: (row: Row) => [number | string, string] }} Column */
 

@@ -17,29 +17,6 @@ place: [string, number] | null,
 /** Its declaration in SCL. */
 text: string, };
 
-/** A block with code. */
-export type Block = {
-/** Which of the sources it is in, from 0. */
-file: number,
-/** Its name. */
-name: string,
-/** Its first line, from 1. */
-line: number,
-/** What its lines name. */
-names: Array<Named>,
-/** Its calls of instances. */
-calls: Array<Called>,
-/** What gives variables their values, in the order of the text. */
-writes: Array<Write>,
-/** The types of its temporaries by name. */
-temps: Array<[string, string]>,
-/** The values of its constants by name, as they are written. */
-constants: Array<[string, string]>,
-/** The lines in which its variables and constants are declared, by name. */
-declared: Array<[string, number]>,
-/** Its networks in LAD and FBD. */
-networks: Array<Network>, };
-
 /** Open loops over the frequencies that the calls of the controller can show. */
 export type Bode = {
 /** Ascending, in radians per second. */
@@ -113,6 +90,29 @@ unused: Array<string>,
 /** The values as the PLC's types hold them, where they differ from what was given. */
 rounded: Values, };
 
+/** A block with code. */
+export type CodeBlock = {
+/** Which of the sources it is in, from 0. */
+file: number,
+/** Its name. */
+name: string,
+/** Its first line, from 1. */
+line: number,
+/** What its lines name. */
+names: Array<Named>,
+/** Its calls of instances. */
+calls: Array<Called>,
+/** What gives variables their values, in the order of the text. */
+writes: Array<Write>,
+/** The types of its temporaries by name. */
+temps: Array<[string, string]>,
+/** The values of its constants by name, as they are written. */
+constants: Array<[string, string]>,
+/** The lines in which its variables and constants are declared, by name. */
+declared: Array<[string, number]>,
+/** Its networks in LAD and FBD. */
+networks: Array<Network>, };
+
 /** An output, recorded and computed. */
 export type Compared = {
 /** The variable. */
@@ -149,7 +149,7 @@ cycle_from: string,
 /** The texts of the sources. */
 sources: Array<SourceText>,
 /** The blocks with code, in the order of the sources. */
-blocks: Array<Block>,
+blocks: Array<CodeBlock>,
 /** Where data blocks and tags are declared: the name, which of the sources, from 0, and the line. */
 declared: Array<[string, number, number]>,
 /** The instances of blocks; first the program itself, whose path is empty. */
@@ -226,7 +226,7 @@ summary: string,
 /** The other names by which a PLC project may call the block. */
 aliases: Array<string>,
 /** What it is in a loop. */
-part: Part,
+part: LoopRole,
 /** The variable that holds the time between two calls; a foreign FMU has none. */
 cycle: string | null,
 /** Its variables, in the order of the table. */
@@ -261,7 +261,7 @@ name: string,
 /** What it does, in one sentence. */
 summary: string,
 /** What it is in a loop. */
-part: Part,
+part: LoopRole,
 /** Whether it is a foreign FMU: native code of somebody else. */
 is_foreign: boolean, };
 
@@ -323,7 +323,7 @@ inputs: boolean, } | { "what": "report",
 /** The loop with its values. */
 of: Loop,
 /** The values before, to compare with; may be empty. */
-before: Array<Setting>,
+before: Array<LoopValue>,
 /** The run; the present one without it. */
 run?: number | null,
 /** A picture of the curves, an `<svg>` or a `data:` URL of a PNG; drawn by the engine without it. */
@@ -554,9 +554,23 @@ block: string,
 /** The time between two calls. */
 cycle: number | null,
 /** Its values. */
-settings: Array<Setting>,
+settings: Array<LoopValue>,
 /** What the block will do with them where a user may not expect it, and values out of range. */
 warnings: Array<string>, };
+
+/** What an FMU is in a loop. */
+export type LoopRole = "controller" | "plant" | "other";
+
+/** A value of a loop. */
+export type LoopValue = {
+/** The variable. */
+name: string,
+/** Its value. */
+value: Value,
+/** Where the value comes from, `plant.awl:12:8`; without it, it is the block's start value. */
+origin: string | null,
+/** The value of the file, where that is another one by now. */
+file: Value | null, };
 
 /** The loops of a file. */
 export type Loops = {
@@ -707,9 +721,6 @@ targets: Array<Operand>,
 wire: number | null,
 /** Whether it carries what the power rail does. */
 is_rail: boolean, };
-
-/** What an FMU is in a loop. */
-export type Part = "controller" | "plant" | "other";
 
 /** What is passed for a parameter. */
 export type Passed = {
@@ -1044,8 +1055,11 @@ stimuli: Array<string>,
 /** More pairs by meaning, which both ends name in the same way, such as `high stop`: LMNR_HS. */
 signals: Array<[string, string]>, };
 
+/** A rule. */
+export type Rule = "ziegler_nichols_step" | "ziegler_nichols_ultimate" | "chr_setpoint0" | "chr_setpoint20" | "chr_disturbance0" | "chr_disturbance20" | "simc" | "lambda" | "amigo";
+
 /** A rule with what it leads to. */
-export type Row = {
+export type RuleOutcome = {
 /** The rule. */
 rule: Rule,
 /** Its name. */
@@ -1054,9 +1068,6 @@ name: string,
 tuned: Tuned | null,
 /** Why there are none. */
 refusal: string | null, };
-
-/** A rule. */
-export type Rule = "ziegler_nichols_step" | "ziegler_nichols_ultimate" | "chr_setpoint0" | "chr_setpoint20" | "chr_disturbance0" | "chr_disturbance20" | "simc" | "lambda" | "amigo";
 
 /** A value that is set while a loop runs. */
 export type Set = {
@@ -1068,17 +1079,6 @@ variable: string,
 value: number | null,
 /** The value before, if it is known. */
 before: number | null, };
-
-/** A value of a loop. */
-export type Setting = {
-/** The variable. */
-name: string,
-/** Its value. */
-value: Value,
-/** Where the value comes from, `plant.awl:12:8`; without it, it is the block's start value. */
-origin: string | null,
-/** The value of the file, where that is another one by now. */
-file: Value | null, };
 
 /** A run until the loop rests. */
 export type Settle = {
@@ -1312,7 +1312,7 @@ phase_margin?: number | null,
 /** The step of the setpoint that was predicted. */
 step: Step,
 /** All rules with what they lead to, as they were compared; the curves may be left out but for both ends of the setpoint. */
-rows: Array<Row>,
+rows: Array<RuleOutcome>,
 /** The values of the same settings that were in force before. */
 before: Values, };
 
@@ -1419,7 +1419,7 @@ export interface Dialogue {
   forecast: { request: Extract<Request, { do: "forecast" }>; answer: Forecasted | null };
   identify: { request: Extract<Request, { do: "identify" }>; answer: Identified };
   tune: { request: Extract<Request, { do: "tune" }>; answer: Tuned };
-  rules: { request: Extract<Request, { do: "rules" }>; answer: Array<Row> };
+  rules: { request: Extract<Request, { do: "rules" }>; answer: Array<RuleOutcome> };
   bode: { request: Extract<Request, { do: "bode" }>; answer: Bode };
   step_test: { request: Extract<Request, { do: "step_test" }>; answer: StepTested };
   relay_test: { request: Extract<Request, { do: "relay_test" }>; answer: RelayTested };

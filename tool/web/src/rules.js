@@ -41,7 +41,7 @@ const DETAILS = {
  * All rules side by side.
  *
  * @param {Work} loop
- * @param {import("./messages").Row[]} rows
+ * @param {import("./messages").RuleOutcome[]} rows
  * @param {import("./messages").Rule} chosen
  * @param {Units} units
  * @param {(rule: import("./messages").Rule) => void} choose
@@ -97,7 +97,7 @@ export function rulesTable(loop, rows, chosen, units, choose) {
   );
 }
 
-/** Why metrics are missing, a line for each reason and the metrics that it explains. @param {import("./messages").Row[]} rows */
+/** Why metrics are missing, a line for each reason and the metrics that it explains. @param {import("./messages").RuleOutcome[]} rows */
 function missingMetrics(rows) {
   /** @type {{ metrics: string, why: string, names: string[] }[]} */
   const found = [];

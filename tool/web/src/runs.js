@@ -207,7 +207,7 @@ async function follow() {
  *
  * @param {Work} loop
  * @param {number} [run]
- * @returns {Promise<import("./messages").Setting[]>}
+ * @returns {Promise<import("./messages").LoopValue[]>}
  */
 export async function settingsBefore(loop, run) {
   const values = run === undefined ? undefined : valuesIn(loop, await ask({ do: "events", run }));

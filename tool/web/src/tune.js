@@ -673,7 +673,7 @@ async function tune() {
   }
 }
 
-/** A row of the table for a report, which is kept with the loop: of its curves both ends of the setpoint. @param {import("./messages").Row} row */
+/** A row of the table for a report, which is kept with the loop: of its curves both ends of the setpoint. @param {import("./messages").RuleOutcome} row */
 function withoutCurves(row) {
   if (!row.tuned) return row;
   const { predicted } = row.tuned;
@@ -692,8 +692,8 @@ function showBode() {
 /**
  * All rules side by side, and the settings of the chosen one.
  *
- * @param {import("./messages").Row[]} rows
- * @param {import("./messages").Row | undefined} chosen
+ * @param {import("./messages").RuleOutcome[]} rows
+ * @param {import("./messages").RuleOutcome | undefined} chosen
  * @param {string} place where the typed step begins and ends, or empty: the rows are for another one then, which nobody is offered to run
  */
 function showRules(rows, chosen, place) {
