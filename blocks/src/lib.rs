@@ -52,9 +52,9 @@ pub use siemens::*;
 /// Calls `what` for every block of this crate, for example to collect their tables:
 ///
 /// ```
-/// use blocks::{Block, EachBlock, Table, for_each_block};
+/// use blocks::{Block, EachBlock, StaticTable, for_each_block};
 ///
-/// struct Tables(Vec<&'static Table>);
+/// struct Tables(Vec<&'static StaticTable>);
 ///
 /// impl EachBlock for Tables {
 ///     fn block<B: Block>(&mut self) {

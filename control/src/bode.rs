@@ -73,11 +73,11 @@ pub fn bode(home: &dyn Fmus, request: &BodeRequest) -> Result<Bode> {
     for other in std::iter::once(&Values::new()).chain(&request.others) {
         let mut member = request.controller.clone();
         member.values.extend(other.clone());
-        let controller = Controller::of(home, &member)?;
+        let controller = Controller::new(home, &member)?;
         let law = law(home, &controller)?;
         let plant = Plant::of_model(&request.model, controller.sampling());
         let delay = controller.delay_of_pulses();
-        plotted.push((margins::open_loop(&plant, &law, delay), margins::of(&plant, &law, delay)));
+        plotted.push((margins::open_loop(&plant, &law, delay), margins::compute(&plant, &law, delay)));
     }
     let crossovers = plotted.iter().flat_map(|(_, margins)| [margins.phase_crossover, margins.gain_crossover]);
     let lowest = crossovers.flatten().fold(f64::INFINITY, f64::min) / BELOW;

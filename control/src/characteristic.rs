@@ -80,7 +80,7 @@ fn value(member: &Member, table: &Table, row: usize, description: &modeldescript
 fn sweep(home: &dyn Fmus, member: &Member, table: &Table, of: &Characteristic) -> Result<Sweep> {
     let description = home.description(&member.fmu)?;
     let step = value(member, table, table.cycle, &description);
-    let (roles, _) = dialog::of(table)?;
+    let (roles, _) = dialog::read(table)?;
     let period = roles.pulse_former.first().and_then(|name| table.find(name));
     let period = period.map(|row| {
         let given = value(member, table, row, &description);
@@ -115,7 +115,7 @@ fn sweep(home: &dyn Fmus, member: &Member, table: &Table, of: &Characteristic) -
             step: Some(step),
             ..System::default()
         };
-        let plan = Plan::of(&system, &[&description])?;
+        let plan = Plan::new(&system, &[&description])?;
         let mut run = Run::begin(&plan, vec![home.instantiate(&member.fmu, &member.name)?], None)?;
         let mut sums = vec![0.0; of.show.len()];
         for _ in 0..calls {

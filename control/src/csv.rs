@@ -147,7 +147,7 @@ impl CsvTable {
     /// # Errors
     /// The text is malformed; the message gives line and column, and the remedy.
     pub fn read(text: &str) -> Result<CsvTable> {
-        Layout::of(text, RowsAre::Calls)?.read()
+        Layout::new(text, RowsAre::Calls)?.read()
     }
 
     /// Parses a table with a row for each loop. A column named like a variable, `FMU.VARIABLE`, may contain only
@@ -156,7 +156,7 @@ impl CsvTable {
     /// # Errors
     /// As in [`CsvTable::read`]; a [`Fault`] if the error concerns a line.
     pub fn of_loops(text: &str) -> Result<CsvTable> {
-        Layout::of(text, RowsAre::Loops)?.read()
+        Layout::new(text, RowsAre::Loops)?.read()
     }
 
     /// Returns the names of the columns with their units, as written in the header.
@@ -245,7 +245,7 @@ impl CsvTable {
 /// # Errors
 /// The text is not a CSV file.
 pub fn texts(text: &str, names: &[&str]) -> Result<Option<Vec<String>>> {
-    let layout = Layout::of(text, RowsAre::Loops)?;
+    let layout = Layout::new(text, RowsAre::Loops)?;
     let is_called = |header: &Header| names.contains(&header.name.trim().to_lowercase().as_str());
     let Some(column) = layout.header.iter().position(is_called) else { return Ok(None) };
     let mut texts = Vec::new();
@@ -286,7 +286,7 @@ fn reader(text: &str, separator: u8) -> ::csv::Reader<&[u8]> {
 const SAMPLE: usize = 100;
 
 impl<'a> Layout<'a> {
-    fn of(text: &'a str, rows_are: RowsAre) -> Result<Layout<'a>> {
+    fn new(text: &'a str, rows_are: RowsAre) -> Result<Layout<'a>> {
         if text.len() > LARGEST {
             bail!(
                 "the file has {} bytes; at most {LARGEST} are read: cut out the part of interest, or keep each tenth row",
@@ -351,7 +351,7 @@ impl<'a> Layout<'a> {
             bail!("the file has {} columns; at most {MOST_COLUMNS} are read", header.len());
         }
         let mut header: Vec<Header> =
-            header.iter().enumerate().map(|(number, cell)| Header::of(cell, number)).collect();
+            header.iter().enumerate().map(|(number, cell)| Header::new(cell, number)).collect();
         // A second header line that contains only units.
         if skip == titles + 1
             && let Some(units) = sample.get(skip)
@@ -474,7 +474,7 @@ impl<'a> Layout<'a> {
 
 impl Header {
     /// Parses the header of a column; `number` is its index.
-    fn of(cell: &str, number: usize) -> Header {
+    fn new(cell: &str, number: usize) -> Header {
         let cell = cell.trim();
         let header = |name: &str, unit: Option<&str>| Header {
             written: cell.into(),

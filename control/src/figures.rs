@@ -374,7 +374,7 @@ struct Step<'a> {
 impl<'a> Window<'a> {
     /// Returns the window of a recorded loop: by default that of its last step. It includes the figures of the last
     /// disturbance.
-    pub fn of(signals: Signals<'a>, span: &Span) -> Window<'a> {
+    pub fn measure(signals: Signals<'a>, span: &Span) -> Window<'a> {
         let count = signals.count();
         let times = &signals.times[..count];
         let end = span.to.map_or(count, |to| times.partition_point(|time| *time <= to));
@@ -418,7 +418,7 @@ impl<'a> Window<'a> {
     /// width of the band in which the loop has recovered, in the unit of the process value.
     pub fn of_disturbance(signals: Signals<'a>, from: usize, half: f64) -> Window<'a> {
         let calls = from..signals.count();
-        let disturbed = Disturbed::of(&signals, calls.clone(), Ok(half));
+        let disturbed = Disturbed::new(&signals, calls.clone(), Ok(half));
         Window { has_step: false, disturbed: Some(disturbed), ..Window::new(signals, calls, None, None, None) }
     }
 
@@ -432,17 +432,17 @@ impl<'a> Window<'a> {
     ) -> Window<'a> {
         let is_manual = |call: usize| signals.manual.get(call).copied().unwrap_or(false);
         let step = match step {
-            Some(event) => Step::of(&signals, event, given),
+            Some(event) => Step::new(&signals, event, given),
             None if !calls.is_empty() && is_manual(calls.end - 1) => Err("the controller is in manual mode".into()),
             None => Err(NO_CHANGE.into()),
         };
         let disturbed = disturbance.map(|(before, from)| {
             let before = before.iter().rev().find(|event| event.is_step());
             let before = before.ok_or("no step comes before the disturbance, of whose height the band is a part");
-            let half = before.map_err(str::to_string).and_then(|event| Step::of(&signals, event, given));
-            Disturbed::of(&signals, from[0].calls.clone(), half.map(|step| BAND * step.height.abs()))
+            let half = before.map_err(str::to_string).and_then(|event| Step::new(&signals, event, given));
+            Disturbed::new(&signals, from[0].calls.clone(), half.map(|step| BAND * step.height.abs()))
         });
-        let deviation = Deviation::of(&signals, calls.clone());
+        let deviation = Deviation::new(&signals, calls.clone());
         Window { signals, calls, step, deviation, disturbed, has_step: true }
     }
 
@@ -608,9 +608,9 @@ impl Signals<'_> {
 
 impl Disturbed {
     /// Evaluates the response in these calls; the loop has recovered within `half` of the setpoint.
-    fn of(signals: &Signals, calls: Range<usize>, half: Result<f64, String>) -> Disturbed {
+    fn new(signals: &Signals, calls: Range<usize>, half: Result<f64, String>) -> Disturbed {
         let recovery = half.clone().and_then(|half| Disturbed::recovery(signals, &calls, half));
-        Disturbed { deviation: Deviation::of(signals, calls.clone()), recovery, half: half.ok(), calls }
+        Disturbed { deviation: Deviation::new(signals, calls.clone()), recovery, half: half.ok(), calls }
     }
 
     fn recovery(signals: &Signals, calls: &Range<usize>, half: f64) -> Result<f64, String> {
@@ -634,7 +634,7 @@ impl Disturbed {
 }
 
 impl Deviation {
-    fn of(signals: &Signals, calls: Range<usize>) -> Result<Deviation, String> {
+    fn new(signals: &Signals, calls: Range<usize>) -> Result<Deviation, String> {
         let (mut iae, mut ise, mut peak) = (0.0, 0.0, 0.0_f64);
         for call in calls {
             let deviation = (signals.setpoint[call] - signals.process_value[call]).abs();
@@ -659,7 +659,7 @@ fn duration(times: &[f64], call: usize) -> f64 {
 
 impl<'a> Step<'a> {
     /// Returns the step of an event, from and to the given values if there are any.
-    fn of(signals: &Signals<'a>, event: &Event, given: Option<(f64, f64)>) -> Result<Step<'a>, String> {
+    fn new(signals: &Signals<'a>, event: &Event, given: Option<(f64, f64)>) -> Result<Step<'a>, String> {
         let Event { cause, calls } = event.clone();
         if calls.is_empty() {
             return Err(NO_CALL.into());

@@ -167,8 +167,8 @@ pub struct Recorded<'a> {
 ///
 /// # Errors
 /// The record does not reveal the plant; the message gives the reason with numbers, and the remedy.
-pub fn of(recorded: &Recorded, method: Method, is_integrating: bool) -> Result<Identified> {
-    let step = Step::of(recorded, is_integrating)?;
+pub fn identify(recorded: &Recorded, method: Method, is_integrating: bool) -> Result<Identified> {
+    let step = Step::new(recorded, is_integrating)?;
     let model = match (method, is_integrating) {
         (Method::LeastSquares, true) => least_squares::integrating(&step)?,
         (Method::LeastSquares, false) => least_squares::lags(&step)?,
@@ -203,8 +203,8 @@ impl Answer {
     ///
     /// # Errors
     /// The record does not reveal the plant; the message gives the reason with numbers, and the remedy.
-    pub fn of(recorded: &Recorded, is_integrating: bool) -> Result<Answer> {
-        let mut step = Step::of(recorded, is_integrating)?;
+    pub fn new(recorded: &Recorded, is_integrating: bool) -> Result<Answer> {
+        let mut step = Step::new(recorded, is_integrating)?;
         step.smooth();
         let values = step.values.iter().map(|value| value / step.height).collect();
         Ok(Answer { values, interval: step.interval(), noise: (step.noise / step.height).abs() })
@@ -274,7 +274,7 @@ pub fn of_csv(request: &IdentifyRequest) -> Result<Identified> {
     let of_rows = |values: &[f64]| rows.iter().map(|row| values[*row]).collect::<Vec<_>>();
     let (seconds, input, output) = (of_rows(&times.seconds), of_rows(&input.values), of_rows(&output.values));
     let recorded = Recorded { times: &seconds, input: &input, output: &output };
-    let mut identified = of(&recorded, request.method, request.is_integrating)?;
+    let mut identified = identify(&recorded, request.method, request.is_integrating)?;
     identified.remarks.insert(0, used);
     identified.remarks.extend(missing);
     identified.remarks.extend(times.remark);

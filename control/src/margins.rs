@@ -221,7 +221,7 @@ fn first_phase(open: Complex) -> f64 {
 /// `delay` is the delay that pulses add to the hold, half of their period, in seconds. If the plant is known for
 /// another delay, or another time between two process values than that of the law, it is corrected by the difference of
 /// the delays and half the difference of the times.
-pub fn of(plant: &Plant, law: &Law, delay: f64) -> Margins {
+pub fn compute(plant: &Plant, law: &Law, delay: f64) -> Margins {
     let sampling = law.sampling();
     // Each integrator is a pole at 1.
     let integrators = usize::from(law.settings.ti.is_some()) + usize::from(plant.is_integrating);

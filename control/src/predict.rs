@@ -193,7 +193,7 @@ struct Schedule {
 impl Schedule {
     /// # Errors
     /// The pulses are too long to be simulated.
-    fn of(
+    fn new(
         controller: &Controller,
         request: &TuneRequest,
         dead_time: f64,
@@ -229,7 +229,7 @@ impl Schedule {
     /// It was measured for too long.
     fn lasting(controller: &Controller, request: &TuneRequest, values: &Values, duration: f64) -> Result<Schedule> {
         let dead_time = request.model.dead_time + controller.cycle() / 2.0;
-        let schedule = Schedule::of(controller, request, dead_time, values, 1)?;
+        let schedule = Schedule::new(controller, request, dead_time, values, 1)?;
         let calls = (duration / schedule.cycle).round() + 1.0;
         if calls > MOST_CALLS as f64 {
             bail!("it was measured for {} s: at most {MOST_CALLS} calls are predicted", short(duration));
@@ -287,10 +287,10 @@ fn predicted(
     longer: usize,
 ) -> Result<(Predicted, Told)> {
     let dead_time = request.model.dead_time + controller.cycle() / 2.0;
-    let schedule = Schedule::of(controller, request, dead_time, values, longer)?;
-    let simulation = Simulation::of(home, controller, request, values, schedule)?;
+    let schedule = Schedule::new(controller, request, dead_time, values, longer)?;
+    let simulation = Simulation::new(home, controller, request, values, schedule)?;
     let loaded = simulation.load(LOAD)?;
-    let load = Load::of(&loaded, &schedule, simulation.band);
+    let load = Load::new(&loaded, &schedule, simulation.band);
     let (mut predicted, mut told) = shown(&simulation.step()?, &schedule, controller, simulation.height);
     if load.recovery.is_none() {
         let why = unrecovered(&loaded[schedule.step..], controller);
@@ -326,13 +326,13 @@ pub fn forecast(
 ) -> Result<Forecast> {
     let schedule = Schedule::lasting(controller, request, values, duration)?;
     let (cycle, step) = (schedule.cycle, schedule.step);
-    let rows = Simulation::of(home, controller, request, values, schedule)?.step()?;
+    let rows = Simulation::new(home, controller, request, values, schedule)?.step()?;
     let times: Vec<f64> = (0..rows.len()).map(|call| schedule.time(call)).collect();
     let columns: [Vec<f64>; 3] = [0, 1, 2].map(|column| rows.iter().map(|row| row[column]).collect());
     let [setpoint, process_value, manipulated_value] = &columns;
     let manipulated_value = if controller.roles.pulses.is_empty() { manipulated_value } else { &Vec::new() };
     let signals = Signals { times: &times, setpoint, process_value, manipulated_value, ..Signals::default() };
-    let window = Window::of(signals, &Span { from: Some(schedule.time(step)), ..Span::default() });
+    let window = Window::measure(signals, &Span { from: Some(schedule.time(step)), ..Span::default() });
     let figures = window.figures().filter_map(|figure| Some((figure.key, figure.value(&window).ok()?))).collect();
     let manipulated_value = manipulated_value.get(step..).unwrap_or_default().to_vec();
     Ok(Forecast { process_value: process_value[step..].to_vec(), manipulated_value, cycle, figures })
@@ -351,7 +351,7 @@ pub fn forecast_load(
     (duration, size): (f64, f64),
 ) -> Result<Vec<(&'static str, f64)>> {
     let schedule = Schedule::lasting(controller, request, values, duration)?;
-    let simulation = Simulation::of(home, controller, request, values, schedule)?;
+    let simulation = Simulation::new(home, controller, request, values, schedule)?;
     Ok(figures_after(&simulation.load(size)?, &schedule, simulation.band))
 }
 
@@ -375,7 +375,7 @@ struct Simulation<'a> {
 }
 
 impl<'a> Simulation<'a> {
-    fn of(
+    fn new(
         home: &'a dyn Fmus,
         controller: &'a Controller,
         request: &TuneRequest,
@@ -384,7 +384,7 @@ impl<'a> Simulation<'a> {
     ) -> Result<Simulation<'a>> {
         let setpoint = controller.roles.setpoint.as_ref().context("its setpoint is not known")?;
         let drawn = controller.roles.manipulated_value.as_ref();
-        let terminal = Terminal::of(controller)?;
+        let terminal = Terminal::new(controller)?;
         let scaling = if terminal.is_word { Some(word_scaling(home, controller, &terminal)?) } else { None };
         let motor_time = controller.motor_time();
         if controller.is_step_controller() && motor_time.is_none() {
@@ -448,7 +448,7 @@ impl<'a> Simulation<'a> {
 
     fn rows(&self, system: &System, plant: Plant) -> Result<Vec<[f64; 3]>> {
         let fmu = &self.controller.member.fmu;
-        let plan = Plan::of(system, &[&*self.home.description(fmu)?, &description()])?;
+        let plan = Plan::new(system, &[&*self.home.description(fmu)?, &description()])?;
         let mut rows = simulate(&plan, vec![self.home.instantiate(fmu, CONTROLLER)?, Box::new(plant)])?;
         if self.exchange == Exchange::Parallel {
             for row in (1..rows.len()).rev() {
@@ -462,7 +462,7 @@ impl<'a> Simulation<'a> {
 
 impl Load {
     /// The figures after the load step of a loop whose setpoint stays: those that a run has after a disturbance.
-    fn of(rows: &[[f64; 3]], schedule: &Schedule, band: f64) -> Load {
+    fn new(rows: &[[f64; 3]], schedule: &Schedule, band: f64) -> Load {
         let of = figures_after(rows, schedule, band);
         let figure = |key: &str| of.iter().find(|(name, _)| *name == key).map(|(_, value)| *value);
         let recovery = figure("recovery");
@@ -515,7 +515,7 @@ struct Terminal {
 
 impl Terminal {
     /// The input of the process value that is in use; if that cannot be connected, the usual one, with its switches.
-    fn of(controller: &Controller) -> Result<Terminal> {
+    fn new(controller: &Controller) -> Result<Terminal> {
         let peripheral = controller.roles.signals.iter().filter(|(meaning, _)| meaning.starts_with("process value"));
         let names = controller.roles.process_value.iter().chain(peripheral.map(|(_, name)| name));
         let inputs: Vec<&String> = names.filter(|name| controller.role(name) == Some(Role::Input)).collect();
@@ -628,7 +628,7 @@ fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height
         manipulated_value: if controller.roles.pulses.is_empty() { &manipulated_value } else { &[] },
         ..Signals::default()
     };
-    let window = Window::of(signals, &Span::default());
+    let window = Window::measure(signals, &Span::default());
     let told = window.remarks(&[&OVERSHOOT, &SETTLING]);
     let mut remarks: Vec<String> = told.into_iter().map(|remark| format!("Predicted: {remark}.")).collect();
     if controller.roles.pulses.is_empty() {
@@ -716,7 +716,7 @@ impl<'a> Bench<'a> {
 
     fn place(&self, name: &str) -> Result<(Type, u32)> {
         let row = self.controller.table.find(name).with_context(|| format!("there is no variable {name}"))?;
-        Ok((Type::of(self.controller.table.variables[row].kind), row as u32))
+        Ok((Type::from_kind(self.controller.table.variables[row].kind), row as u32))
     }
 
     fn set(&mut self, name: &str, value: f64) -> Result<()> {

@@ -168,14 +168,14 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     let fmu = &request.controller.fmu;
     let table = home.table(fmu)?;
     let table = table.with_context(|| format!("{fmu} is a foreign FMU: only a block with a table can be replayed"))?;
-    let dialog = dialog::of(&table).with_context(|| fmu.clone())?;
+    let dialog = dialog::read(&table).with_context(|| fmu.clone())?;
     if request.tolerance.is_some_and(|tolerance| !(tolerance >= 0.0 && tolerance.is_finite())) {
         bail!("the tolerance is {:?}: it has to be 0 or more", request.tolerance.unwrap_or_default());
     }
     let csv = Csv::read(&request.text)?;
-    let block = Block::of(home, &request.controller, &dialog)?;
+    let block = Block::new(home, &request.controller, &dialog)?;
     let mut remarks = csv.remarks.clone();
-    let mut recording = Recording::of(&block, &csv, &request.columns, &mut remarks)?;
+    let mut recording = Recording::new(&block, &csv, &request.columns, &mut remarks)?;
     let values = recording.rows.saturating_mul(recording.outputs.len());
     if values > MOST_VALUES {
         bail!(
@@ -186,7 +186,7 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
         );
     }
     let tolerance = request.tolerance;
-    let (mut base, mut suspects) = explained(&Comparison::of(&block, &recording, tolerance), request.try_suspects)?;
+    let (mut base, mut suspects) = explained(&Comparison::new(&block, &recording, tolerance), request.try_suspects)?;
     let mut is_late = false;
     if base.different() > 0 && recording.rows > 2 {
         // Where the setpoint steps, outputs that are a call late look like a row that is no call. Switches fit both ways, with another
@@ -213,7 +213,7 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
         let is_near = |suspect: &Suspect| suspect.fits && (suspect.largest <= allowed || !is_of_settings(suspect));
         if request.try_suspects && !recording.is_coarse && base.different() > 0 && !suspects.iter().any(is_near) {
             let mut readings = readings(&block, &csv, request)?;
-            let of = |recording| Comparison::of(&block, recording, tolerance);
+            let of = |recording| Comparison::new(&block, recording, tolerance);
             let comparisons: Vec<Comparison> = readings.iter().map(of).collect();
             let fitting = suspects.iter().filter(|suspect| suspect.fits).map(|suspect| suspect.largest);
             let largest = fitting.fold(f64::INFINITY, f64::min);
@@ -234,7 +234,7 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
                 .into(),
         );
     }
-    let comparison = Comparison::of(&block, &recording, tolerance);
+    let comparison = Comparison::new(&block, &recording, tolerance);
     remarks.extend(beginning(&block, &recording, &base.variant));
     remarks.extend(base.spread_remarks(&comparison));
     let ends_without_call = match suspects.iter().find(|suspect| suspect.fits) {
@@ -276,12 +276,12 @@ impl Late {
 /// whatever explains more.
 fn late(block: &Block, csv: &Csv, request: &ReplayRequest, has_to_explain: bool) -> Result<Late> {
     let of = |has_late_process_value: bool, has_to_explain: bool| -> Result<Option<Late>> {
-        let recording = Recording::of(block, csv, &request.columns, &mut Vec::new())?;
+        let recording = Recording::new(block, csv, &request.columns, &mut Vec::new())?;
         if has_late_process_value && !recording.has_unclear_process_value(block) {
             return Ok(None);
         }
         let recording = recording.with_earlier_outputs(block, has_late_process_value);
-        let comparison = Comparison::of(block, &recording, request.tolerance);
+        let comparison = Comparison::new(block, &recording, request.tolerance);
         let (base, suspects) = explained(&comparison, has_to_explain)?;
         Ok(Some(Late { recording, base, suspects }))
     };
@@ -308,7 +308,7 @@ fn late(block: &Block, csv: &Csv, request: &ReplayRequest, has_to_explain: bool)
 
 /// The recording as it is, and with each output in the row of its call.
 fn readings(block: &Block, csv: &Csv, request: &ReplayRequest) -> Result<Vec<Recording>> {
-    let plain = || Recording::of(block, csv, &request.columns, &mut Vec::new());
+    let plain = || Recording::new(block, csv, &request.columns, &mut Vec::new());
     let has_unclear = plain()?.has_unclear_process_value(block);
     let late = [false, true].into_iter().filter(|is_late| !is_late || has_unclear);
     let late = late.map(|is_late| Ok(plain()?.with_earlier_outputs(block, is_late)));

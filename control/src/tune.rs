@@ -211,7 +211,7 @@ impl Controller {
     ///
     /// # Errors
     /// There is no such FMU, it is not a controller with known settings, or it has no setting of this name.
-    pub fn of(home: &dyn Fmus, member: &Member) -> Result<Controller> {
+    pub fn new(home: &dyn Fmus, member: &Member) -> Result<Controller> {
         let fmu = &member.fmu;
         let table = home.table(fmu)?.with_context(|| {
             format!("{fmu} is a foreign FMU: what its settings mean is not known, and it cannot be tuned")
@@ -219,13 +219,13 @@ impl Controller {
         Controller::of_table(member, &table)
     }
 
-    /// Like [`Controller::of`], for an FMU with a known table.
+    /// Like [`Controller::new`], for an FMU with a known table.
     ///
     /// # Errors
-    /// As in [`Controller::of`].
+    /// As in [`Controller::new`].
     pub fn of_table(member: &Member, table: &Arc<Table>) -> Result<Controller> {
         let (fmu, table) = (&member.fmu, table.clone());
-        let (roles, groups) = dialog::of(&table)?;
+        let (roles, groups) = dialog::read(&table)?;
         if roles.controller.is_empty() {
             bail!("{fmu} is not a controller with a GAIN: choose the FMU that has GAIN and TI");
         }
@@ -358,7 +358,7 @@ pub fn tune(home: &dyn Fmus, request: &TuneRequest) -> Result<Tuned> {
 /// Like [`tune`], but for a loop that is calmer by a factor than the rule makes it, if the request does not specify the
 /// speed.
 fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> Result<Tuned> {
-    let controller = Controller::of(home, &request.controller)?;
+    let controller = Controller::new(home, &request.controller)?;
     controller.require(request.structure)?;
     request.model.check()?;
     let mut remarks = Vec::new();
@@ -399,7 +399,7 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
     let settings = in_form_of(&controller, &Settings { gain: ideal.gain / factor, ..ideal }, &mut remarks)?;
     let law = controller.law(&settings, factor);
     let plant = Plant::of_model(&request.model, controller.sampling());
-    let margins = margins::of(&plant, &law, controller.delay_of_pulses());
+    let margins = margins::compute(&plant, &law, controller.delay_of_pulses());
     remarks.extend(robustness(&margins));
     remarks.extend(nervousness(&controller, &settings, factor, closed_loop.is_some()));
     remarks.extend(coarseness(&controller, request));
@@ -448,7 +448,7 @@ fn unknown(margins: &Margins) -> BTreeMap<String, String> {
 /// # Errors
 /// The FMU is not a controller or does not have this structure, or the model is not that of a plant.
 pub fn table(home: &dyn Fmus, request: &TuneRequest) -> Result<Vec<RuleOutcome>> {
-    Controller::of(home, &request.controller)?.require(request.structure)?;
+    Controller::new(home, &request.controller)?.require(request.structure)?;
     request.model.check()?;
     let row = |rule: Rule| {
         let calmer = (rule == Rule::Simc).then_some(CALMER);

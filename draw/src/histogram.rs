@@ -34,7 +34,7 @@ pub struct Mark {
 /// It cannot be drawn.
 pub fn svg(title: &str, label: &str, sorted: &[f64], marks: &[Mark]) -> anyhow::Result<Option<String>> {
     let values: Vec<f64> = sorted.iter().copied().filter(|value| is_drawn(*value)).collect();
-    let Some(Bars { width, shift }) = Bars::of(&values) else { return Ok(None) };
+    let Some(Bars { width, shift }) = Bars::new(&values) else { return Ok(None) };
     let bar = |value: f64| ((value - shift) / width).floor();
     let (first, last) = (bar(values[0]), bar(values[values.len() - 1]));
     let mut counts = vec![0u64; (last - first) as usize + 1];
@@ -93,7 +93,7 @@ struct Bars {
 
 impl Bars {
     /// The bars for values in ascending order; `None` without values.
-    fn of(values: &[f64]) -> Option<Bars> {
+    fn new(values: &[f64]) -> Option<Bars> {
         let (min, max) = (*values.first()?, *values.last()?);
         if min == max {
             let width = round_step(if min == 0.0 { 1.0 } else { min.abs() / 20.0 });
@@ -125,20 +125,20 @@ mod tests {
     fn bars_have_a_round_width_and_whole_numbers_in_their_middle() {
         // Quartiles 24.5 and 74.5, to the next value 25 and 74: 2 * 49 / 100^(1/3) = 21.1.
         let values: Vec<f64> = (0..100).map(f64::from).collect();
-        assert_eq!(Bars::of(&values), Some(Bars { width: 50.0, shift: -0.5 }));
+        assert_eq!(Bars::new(&values), Some(Bars { width: 50.0, shift: -0.5 }));
         // An outlier does not make thousands of bars.
         let outlier: Vec<f64> = values.iter().copied().chain([1e6]).collect();
-        assert_eq!(Bars::of(&outlier).unwrap().width, 20_000.0);
-        assert_eq!(Bars::of(&[1.0, 1.0, 2.0, 2.0, 3.0]), Some(Bars { width: 1.0, shift: -0.5 }));
+        assert_eq!(Bars::new(&outlier).unwrap().width, 20_000.0);
+        assert_eq!(Bars::new(&[1.0, 1.0, 2.0, 2.0, 3.0]), Some(Bars { width: 1.0, shift: -0.5 }));
         let mut mostly = vec![0.0; 99];
         mostly.push(0.5);
-        assert_eq!(Bars::of(&mostly), Some(Bars { width: 0.02, shift: 0.0 }));
-        assert_eq!(Bars::of(&[]), None);
+        assert_eq!(Bars::new(&mostly), Some(Bars { width: 0.02, shift: 0.0 }));
+        assert_eq!(Bars::new(&[]), None);
     }
 
     #[test]
     fn a_constant_is_a_narrow_bar_around_its_value_which_the_axis_names() {
-        assert_eq!(Bars::of(&[100.0; 3]), Some(Bars { width: 5.0, shift: 97.5 }));
+        assert_eq!(Bars::new(&[100.0; 3]), Some(Bars { width: 5.0, shift: 97.5 }));
         let drawing = of(&[100.0; 3]).unwrap();
         // An eleventh of the width of 660 pixels, around the middle at 406, less half a pixel on both sides.
         assert!(drawing.contains("M376.5 ") && drawing.contains("H435.5V"), "{drawing}");

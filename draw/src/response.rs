@@ -47,7 +47,7 @@ impl Colors {
     /// Chooses the colours. `roles` are the setpoint, the process value and the manipulated value; `known` returns the
     /// colour that a variable of an inner block has in that block's own charts. Variables that share a chart get
     /// different colours, except that a Boolean and a number may share one.
-    pub fn of(table: &Table, roles: [Option<&str>; 3], known: impl Fn(&str) -> Option<usize>) -> Colors {
+    pub fn new(table: &Table, roles: [Option<&str>; 3], known: impl Fn(&str) -> Option<usize>) -> Colors {
         let inner = |row: &Row| row.name.rsplit_once('.').and_then(|(_, name)| known(name));
         let mut colors: Vec<Option<usize>> = table.variables.iter().map(inner).collect();
         for (name, color) in roles.into_iter().zip(Self::OF_ROLES) {
@@ -98,7 +98,7 @@ pub fn of_recording(table: &Table, recording: &Recording, colors: &Colors) -> Ch
             lanes.push(curve);
             continue;
         }
-        add(&mut panels, Axis::of(row, table), curve);
+        add(&mut panels, Axis::new(row, table), curve);
     }
     let time = match recording.calls.len() {
         0 => Vec::new(),
@@ -116,7 +116,7 @@ pub fn of_sweep(table: &Table, characteristic: &Characteristic, sweep: &Sweep, c
         let is_boolean = row.kind == Kind::Bool;
         let values = means.iter().map(|mean| if is_boolean { 100.0 * mean } else { *mean }).collect();
         let curve = Curve { name: row.name.clone(), values, is_input: false, color: colors.of_row(*number) };
-        add(&mut panels, if is_boolean { Axis::Share } else { Axis::of(row, table) }, curve);
+        add(&mut panels, if is_boolean { Axis::Share } else { Axis::new(row, table) }, curve);
     }
     let row = table.find(&characteristic.variable).map(|row| &table.variables[row]);
     let over = match row.and_then(|row| drawn_unit(row, table)) {
@@ -141,7 +141,7 @@ enum Axis<'a> {
 }
 
 impl<'a> Axis<'a> {
-    fn of(row: &'a Row, table: &'a Table) -> Axis<'a> {
+    fn new(row: &'a Row, table: &'a Table) -> Axis<'a> {
         match (drawn_unit(row, table), row.role) {
             _ if row.kind.class() == Class::Integer => Axis::Whole(row.kind.name()),
             (Some(unit), _) => Axis::Unit(unit),
@@ -201,7 +201,7 @@ mod tests {
         .unwrap();
         let means = vec![(1, vec![0.0, 2.0, 6.0]), (2, vec![0.0, 0.5, 1.0])];
         let sweep = Sweep { over: vec![0.0, 4.5, 9.0], means };
-        let colors = Colors::of(&table, [None; 3], |_| None);
+        let colors = Colors::new(&table, [None; 3], |_| None);
         let chart = of_sweep(&table, &table.characteristics[0], &sweep, &colors);
         assert_eq!(chart.over.as_deref(), Some("SPEED in 1/min"));
         let labels: Vec<_> = chart.panels.iter().map(|panel| panel.label.as_str()).collect();
@@ -237,7 +237,7 @@ mod tests {
         );
         let table: Table = serde_json::from_str(&json).unwrap();
         let known = |name: &str| (name == "MV").then_some(1);
-        let colors = Colors::of(&table, [Some("SP"), Some("PV"), None], known).0;
+        let colors = Colors::new(&table, [Some("SP"), Some("PV"), None], known).0;
         // I comes first, then P and D beside it; the Booleans have lanes of their own. MV has the colour of its own block's charts.
         assert_eq!(colors, [6, 0, 2, 3, 4, 1, 5, 1].map(Some));
     }
@@ -262,7 +262,7 @@ mod tests {
         let labels = |shown: &[usize]| -> Vec<String> {
             let calls = vec![vec![0.0; shown.len()]; 2];
             let recording = Recording { cycle: 100, shown: shown.to_vec(), restart: calls[0].clone(), calls };
-            let colors = Colors::of(&table, [None; 3], |_| None);
+            let colors = Colors::new(&table, [None; 3], |_| None);
             of_recording(&table, &recording, &colors).panels.into_iter().map(|panel| panel.label).collect()
         };
         assert_eq!(labels(&[0, 1, 2]), ["TEMP in degC", "LMN", "GAIN"]);
@@ -271,12 +271,12 @@ mod tests {
         let table = Table { drawn_unit: Some("%".into()), ..table.clone() };
         let calls = vec![vec![0.0; 3]; 2];
         let recording = Recording { cycle: 100, shown: vec![0, 1, 2], restart: calls[0].clone(), calls };
-        let chart = of_recording(&table, &recording, &Colors::of(&table, [None; 3], |_| None));
+        let chart = of_recording(&table, &recording, &Colors::new(&table, [None; 3], |_| None));
         let labels: Vec<_> = chart.panels.iter().map(|panel| panel.label.as_str()).collect();
         assert_eq!(labels, ["TEMP in degC", "LMN in %", "GAIN"]);
         let calls = vec![vec![1.0]; 2];
         let recording = Recording { cycle: 100, shown: vec![0], restart: vec![0.0], calls };
-        let chart = of_recording(&table, &recording, &Colors::of(&table, [None; 3], |_| None));
+        let chart = of_recording(&table, &recording, &Colors::new(&table, [None; 3], |_| None));
         assert!(svg(&chart).unwrap().contains(">TEMP in °C</text>"));
     }
 }

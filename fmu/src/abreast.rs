@@ -21,14 +21,14 @@ pub struct Abreast<'a, B: Cyclic> {
 
 impl<'a, B: Cyclic> Abreast<'a, B> {
     /// `None` if a step of one of them is never ordinary, or is not when one of another is, or if they are more than [`LANES`].
-    pub fn of(instances: impl IntoIterator<Item = &'a mut Instance<B>>) -> Option<Abreast<'a, B>> {
+    pub fn new(instances: impl IntoIterator<Item = &'a mut Instance<B>>) -> Option<Abreast<'a, B>> {
         let sessions: Vec<_> = instances.into_iter().map(|instance| &mut instance.session).collect();
         let clock = sessions.first()?.clock.clone();
         let is_alike = |session: &&mut Session<B>| session.clock == clock && session.extrapolations.is_empty();
         if !(B::IS_SURE && sessions.len() <= LANES && sessions.iter().all(is_alike)) {
             return None;
         }
-        let blocks = B::Abreast::of(sessions.iter().map(|session| session.block.clone()).collect());
+        let blocks = B::Abreast::from_blocks(sessions.iter().map(|session| session.block.clone()).collect());
         Some(Abreast { sessions, blocks, clock })
     }
 

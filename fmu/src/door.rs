@@ -17,7 +17,7 @@ pub trait Host {
 
     /// Logs why a function refuses.
     fn log(&self, function: &Function, refusal: &Refusal) {
-        self.tell(function, Err(refusal.answer()), Category::of(refusal.answer()), refusal.reason());
+        self.tell(function, Err(refusal.answer()), Category::for_answer(refusal.answer()), refusal.reason());
     }
 }
 
@@ -76,7 +76,7 @@ impl<B: Cyclic, H: Host> Door<B, H> {
     #[cold]
     #[inline(never)]
     fn refuse(&self, function: &Function, refusal: &Refusal) -> Answer {
-        if self.component.logged.contains(Category::of(refusal.answer())) {
+        if self.component.logged.contains(Category::for_answer(refusal.answer())) {
             self.host.log(function, refusal);
         }
         refusal.answer()

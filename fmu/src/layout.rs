@@ -22,7 +22,7 @@ pub enum Referent {
 
 impl Layout {
     /// The arrays of a table; `None` if it has none.
-    pub fn of(table: &StaticTable) -> Option<Layout> {
+    pub fn new(table: &StaticTable) -> Option<Layout> {
         let names: Vec<String> = table.rows.iter().map(blocks::StaticRow::full_name).collect();
         let rows =
             grouped(names.iter().map(String::as_str).zip(table.rows.iter().map(|row| (row.kind, row.role))), true);

@@ -48,7 +48,7 @@ impl Category {
         &[Category::STATUS_ERROR, Category::STATUS_DISCARD, Category::STATUS_FATAL, Category::ADVICE];
 
     /// The category in which a refusal with this answer is logged.
-    pub fn of(answer: Answer) -> &'static Category {
+    pub fn for_answer(answer: Answer) -> &'static Category {
         match answer {
             Answer::Error => &Category::STATUS_ERROR,
             Answer::Discard => &Category::STATUS_DISCARD,

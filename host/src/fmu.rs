@@ -96,7 +96,7 @@ impl Unpacked {
         let library = library(package)?.clone();
         let folder = Folder::new_in(place).map_err(Error::new);
         let folder = folder.with_context(|| format!("no folder in {}", place.display()));
-        let unpacked = folder.and_then(|folder| package.archive.unpack(&Unpacked::of(&folder)).map(|()| folder));
+        let unpacked = folder.and_then(|folder| package.archive.unpack(&Unpacked::path(&folder)).map(|()| folder));
         Ok(Unpacked { description: package.description.clone(), folder: machine::unpacking(unpacked, place)?, library })
     }
 
@@ -105,7 +105,7 @@ impl Unpacked {
     /// # Errors
     /// The library cannot be loaded, which may be a [`machine::Fault`], or lacks a function.
     pub fn load(self) -> Result<Fmu> {
-        let unpacked = Unpacked::of(&self.folder);
+        let unpacked = Unpacked::path(&self.folder);
         let place = temporary::folder(self.folder.path()).to_path_buf();
         let (file, resources) = (unpacked.join(&self.library.path), unpacked.join("resources"));
         let (library, resources) = if self.description.is_fmi_3() {
@@ -119,7 +119,7 @@ impl Unpacked {
     }
 
     /// The folder of the FMU's files.
-    fn of(folder: &Folder) -> PathBuf {
+    fn path(folder: &Folder) -> PathBuf {
         folder.path().join("fmu")
     }
 }

@@ -55,7 +55,7 @@ impl Fmus {
     ///
     /// # Panics
     /// There is no such member.
-    pub fn of(&self, member: usize) -> &Fmu {
+    pub fn fmu(&self, member: usize) -> &Fmu {
         &self.fmus[self.members[member].1]
     }
 
@@ -67,7 +67,7 @@ impl Fmus {
     /// # Panics
     /// There is no such member.
     pub fn instantiate(&self, member: usize) -> Result<Instance> {
-        let (name, of) = (&self.members[member].0, self.of(member));
+        let (name, of) = (&self.members[member].0, self.fmu(member));
         of.instantiate(name, !self.no_events && run::plan::has_events(&of.description)).with_context(|| name.clone())
     }
 }

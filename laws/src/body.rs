@@ -82,7 +82,7 @@ impl<'r, 'a> Body<'r, 'a> {
 
     fn new_local(&mut self, name: &str, ty: Scalar) -> Place {
         self.locals.push(Local { name: name.to_string(), ty: Type::Scalar(ty), by_reference: false });
-        Place::of(Base::Local(self.locals.len() - 1))
+        Place::new(Base::Local(self.locals.len() - 1))
     }
 
     /// Binds a name to a variable.
@@ -494,9 +494,9 @@ fn compound(op: &syn::BinOp) -> Option<Binary> {
 pub(crate) fn folded(expr: &Expr) -> Option<Value> {
     match expr {
         Expr::Const(value) => Some(*value),
-        Expr::Unary(op, _, a) => op.of(folded(a)?),
-        Expr::Binary(op, _, a, b, _) => op.of(folded(a)?, folded(b)?).map(|(value, _)| value),
-        Expr::Convert(how, _, to, a, _) => how.of(folded(a)?, *to).map(|(value, _)| value),
+        Expr::Unary(op, _, a) => op.fold(folded(a)?),
+        Expr::Binary(op, _, a, b, _) => op.fold(folded(a)?, folded(b)?).map(|(value, _)| value),
+        Expr::Convert(how, _, to, a, _) => how.fold(folded(a)?, *to).map(|(value, _)| value),
         _ => None,
     }
 }

@@ -65,9 +65,9 @@ impl Reader<'_> {
     pub fn check(&mut self, file: usize, table: &Table, refusals: Refusals) -> Check {
         let Refusals { function, messages } = refusals;
         let first = self.program.records[self.program.memory].members.len() - 1 - NUMBERS;
-        let places = (first..).map(|member| Place::of(Base::Memory).member(member));
+        let places = (first..).map(|member| Place::new(Base::Memory).member(member));
         let outputs = self.signatures[&function].results.iter().copied().zip(places).collect();
-        let instance = Some(Place::of(Base::Memory).member(0));
+        let instance = Some(Place::new(Base::Memory).member(0));
         let call = Call { function, instance, arguments: Vec::new(), outputs };
         let at = self.at(file, table.ident.span());
         let function = self.add_entry("check", vec![Statement { at, what: What::Call(call) }]);

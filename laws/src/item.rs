@@ -37,7 +37,7 @@ pub(crate) struct Constant {
 }
 
 impl Items {
-    pub fn of(sources: &Sources) -> Result<Items, Error> {
+    pub fn read(sources: &Sources) -> Result<Items, Error> {
         let mut items = Items::default();
         for (number, file) in sources.files.iter().enumerate().filter(|(_, file)| file.path.ends_with(".rs")) {
             let parsed = syn::parse_file(&file.text).map_err(|error| in_file(file, &error))?;

@@ -45,7 +45,7 @@ pub(crate) struct Signature {
 
 /// Reads a law.
 pub(crate) fn law(sources: &Sources, name: &str, is_whole: bool) -> Result<Law, Error> {
-    let items = Items::of(sources)?;
+    let items = Items::read(sources)?;
     let find = || items.blocks.iter().find(|(_, table)| table.name.eq_ignore_ascii_case(name));
     let Some((file, table)) = find() else {
         return Err(Error {
@@ -294,7 +294,7 @@ impl Reader<'_> {
     /// A function without parameters that calls a method of the block in the memory.
     fn entry(&mut self, file: usize, table: &Table, method: &str) -> Result<usize, Error> {
         let owner = table.ident.to_string();
-        let instance = Place::of(Base::Memory).member(0);
+        let instance = Place::new(Base::Memory).member(0);
         let at = self.at(file, table.ident.span());
         let function = self.method(&owner, method, file, table.ident.span())?;
         let call = Call { function, instance: Some(instance.clone()), arguments: Vec::new(), outputs: Vec::new() };
@@ -313,13 +313,13 @@ impl Reader<'_> {
 
     /// The statement that updates the pulse, which follows the block in the memory.
     fn pulse_of(&mut self, file: usize, table: &Table) -> Result<What, Error> {
-        let pulse = Place::of(Base::Memory).member(1);
+        let pulse = Place::new(Base::Memory).member(1);
         let Some(item) = self.items.function(self.sources, Some(&table.ident.to_string()), "pulse", file) else {
             return Ok(What::Assign(pulse, Expr::Const(Value::from(0_i32))));
         };
         let function = self.function(item)?;
         let result = self.signatures[&function].results[0];
-        let instance = Some(Place::of(Base::Memory).member(0));
+        let instance = Some(Place::new(Base::Memory).member(0));
         Ok(What::Call(Call { function, instance, arguments: Vec::new(), outputs: vec![(result, pulse)] }))
     }
 
@@ -361,7 +361,7 @@ impl Reader<'_> {
                 body.push(Statement { at, what: What::Assign(place, Expr::Const(Value::new(*ty, 0))) });
             }
         };
-        let instance = Place::of(Base::Instance);
+        let instance = Place::new(Base::Instance);
         for (number, member) in self.program.records[record].members.iter().enumerate() {
             let place = instance.clone().member(number);
             match (&member.ty, table.rows.get(number)) {
@@ -419,7 +419,7 @@ impl Reader<'_> {
                 (FnArg::Receiver(_), Some((file, table))) => {
                     let record = body.reader.block(*file, table)?;
                     instance = Some(record);
-                    body.bind("self", Var::Place(Place::of(Base::Instance), Ty::Struct(record)));
+                    body.bind("self", Var::Place(Place::new(Base::Instance), Ty::Struct(record)));
                 }
                 (FnArg::Receiver(receiver), None) => {
                     let name = owner.unwrap_or_default().to_string();

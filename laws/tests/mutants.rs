@@ -256,7 +256,7 @@ fn differs(law: &Law, program: &Program, tape: &Tape) -> Option<usize> {
 /// Returns the mutants of a law that a tape misses, and their total number, without those of [`SAME`].
 fn missed(name: &str, calls: usize) -> (Vec<String>, usize) {
     let law = laws::read(&Sources::of_blocks(), name).unwrap();
-    let tape = Tape::of(name, calls, 1).unwrap();
+    let tape = Tape::new(name, calls, 1).unwrap();
     assert_eq!(differs(&law, &law.program, &tape), None, "{name}");
     let is_same = |text: &str| SAME.iter().any(|(line, change, _)| text.starts_with(line) && text.ends_with(change));
     let (mut all, mut missed) = (0, Vec::new());

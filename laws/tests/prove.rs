@@ -53,7 +53,7 @@ fn run(tape: &Tape, dialect: Dialect, other: Option<&str>) -> Vec<u8> {
 #[test]
 fn the_block_itself_passes_in_both_dialects() {
     for name in BLOCKS {
-        let tape = Tape::of(name, CALLS, 1).unwrap();
+        let tape = Tape::new(name, CALLS, 1).unwrap();
         assert_eq!(tape.calls, CALLS, "{name}");
         for dialect in [Dialect::Tia, Dialect::Step7] {
             // Programs have no names for the interior of a built-in block, so the law in SCL replaces it.
@@ -69,7 +69,7 @@ fn the_block_itself_passes_in_both_dialects() {
 fn the_guide_has_the_sizes_of_the_tapes() {
     let guide = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/prove.md")).unwrap();
     for name in BLOCKS {
-        let tape = Tape::of(name, 5000, 1).unwrap();
+        let tape = Tape::new(name, 5000, 1).unwrap();
         let ((bytes, tia), (_, step7)) = (tape.size(Dialect::Tia), tape.size(Dialect::Step7));
         let row = format!("| {name} | {} KB | {tia} | {step7} |", bytes.div_ceil(1024));
         assert!(guide.contains(&row), "docs/prove.md has no row {row}");
@@ -88,7 +88,7 @@ fn changed(name: &str, dialect: Dialect, from: &str, to: &str) -> String {
 
 /// Returns the result of a proof for a law with one change, and the inputs of the call.
 fn found(name: &str, from: &str, to: &str) -> (Outcome, String, String) {
-    let tape = Tape::of(name, CALLS, 1).unwrap();
+    let tape = Tape::new(name, CALLS, 1).unwrap();
     let same = Outcome::read(&run(&tape, Dialect::Tia, Some(&changed(name, Dialect::Tia, from, from)))).unwrap();
     assert_eq!(same.state, State::Complete, "{name} as SCL: {}", same.text(Some(&tape)));
     let outcome = Outcome::read(&run(&tape, Dialect::Tia, Some(&changed(name, Dialect::Tia, from, to)))).unwrap();

@@ -192,7 +192,7 @@ impl Type {
     ];
 
     /// The type of FMI 2.0 that holds the values of a PLC type: a TIME is a number of seconds.
-    pub const fn of(kind: Kind) -> Type {
+    pub const fn from_kind(kind: Kind) -> Type {
         match kind.class() {
             Class::Real => Type::Real,
             Class::Integer => Type::Integer,

@@ -27,7 +27,7 @@
 //!     "interface": {"version": "2.0", "guid": "{0}", "capabilities": {"canGetAndSetFMUstate": true},
 //!         "log_categories": [{"name": "logStatusError", "description": "Calls that were refused"}]}
 //! }"#;
-//! let file = ModelDescription::of(&Interface::parse(json)?)?;
+//! let file = ModelDescription::from_interface(&Interface::parse(json)?)?;
 //! assert_eq!(file.check(false).all(), Vec::<String>::new());
 //! assert_eq!(ModelDescription::read(&file.write())?, file);
 //! assert_eq!(file.description().start("CYCLE"), Some(0.1));

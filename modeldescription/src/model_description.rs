@@ -45,10 +45,10 @@ impl ModelDescription {
     /// # Errors
     /// The table has an entry that a model description forbids: an unknown unit, a start value out of range, a
     /// duplicate name.
-    pub fn of(interface: &Interface) -> Result<ModelDescription, Error> {
+    pub fn from_interface(interface: &Interface) -> Result<ModelDescription, Error> {
         match interface.version.as_str() {
-            v3::FMI_VERSION => v3::ModelDescription::of(interface).map(ModelDescription::from),
-            _ => v2::ModelDescription::of(interface).map(ModelDescription::from),
+            v3::FMI_VERSION => v3::ModelDescription::from_interface(interface).map(ModelDescription::from),
+            _ => v2::ModelDescription::from_interface(interface).map(ModelDescription::from),
         }
     }
 

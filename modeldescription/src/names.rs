@@ -18,7 +18,7 @@ impl Names {
     ///
     /// A flat one has letters, digits and underscores only: the minus of an index becomes `m`, quotes and the end of the
     /// indices vanish, anything else becomes an underscore.
-    pub fn of(self, name: &str) -> Cow<'_, str> {
+    pub fn convert(self, name: &str) -> Cow<'_, str> {
         let is_kept = |character: char| character.is_alphanumeric() || character == '_';
         if self == Names::Structured || name.chars().all(is_kept) {
             return name.into();
@@ -45,7 +45,7 @@ impl Names {
         }
         let mut known: HashMap<Cow<'a, str>, &str> = HashMap::new();
         for name in names {
-            let flat = self.of(name);
+            let flat = self.convert(name);
             if let Some(other) = known.insert(flat.clone(), name).filter(|other| *other != name) {
                 return Err(format!("{other} and {name} both have the flat name {flat}: rename one of them"));
             }
@@ -69,7 +69,7 @@ mod tests {
             ("'1st'", "_1st"),
             ("Füllstand", "Füllstand"),
         ] {
-            assert_eq!((Names::Structured.of(name), Names::Flat.of(name)), (name.into(), flat.into()));
+            assert_eq!((Names::Structured.convert(name), Names::Flat.convert(name)), (name.into(), flat.into()));
         }
     }
 

@@ -29,16 +29,16 @@ impl Description {
 
 /// What an FMU has under a name of the PLC.
 fn find<'a, T>(all: &'a HashMap<&str, T>, name: &str) -> Option<&'a T> {
-    all.get(name).or_else(|| all.get(&*Names::Flat.of(name)))
+    all.get(name).or_else(|| all.get(&*Names::Flat.convert(name)))
 }
 
 impl Variable {
     /// Whether its values may be those of a PLC type.
     pub fn is_of(&self, kind: Kind) -> bool {
-        let has_name = |types: Types| [false, true].map(|of| types.of(kind, of)).contains(&self.type_name);
+        let has_name = |types: Types| [false, true].map(|of| types.host_type(kind, of)).contains(&self.type_name);
         let is_real = kind != Kind::Time || self.unit.as_deref() == Some("s");
         match self.kind {
-            Some(own) if own == Type::of(kind) && is_real => true,
+            Some(own) if own == Type::from_kind(kind) && is_real => true,
             _ => has_name(Types::Native) || has_name(Types::Wide),
         }
     }

@@ -78,7 +78,7 @@ pub enum VariableOwner {
 
 impl BlockType {
     /// The description in the table of a block.
-    pub fn of<B: blocks::Block>() -> BlockType {
+    pub fn for_block<B: blocks::Block>() -> BlockType {
         let table = B::TABLE;
         let member = |(index, row): (usize, &StaticRow)| Member {
             name: row.full_name(),
@@ -113,7 +113,7 @@ impl BlockType {
         struct All(Vec<Arc<BlockType>>);
         impl EachBlock for All {
             fn block<B: blocks::Block>(&mut self) {
-                self.0.push(Arc::new(BlockType::of::<B>()));
+                self.0.push(Arc::new(BlockType::for_block::<B>()));
             }
         }
         let mut all = All(Vec::new());

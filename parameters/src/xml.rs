@@ -186,7 +186,7 @@ pub fn tree(source: &str) -> Result<Document<'_>, (usize, String)> {
     // The parser skips a byte order mark and does not count it.
     let first = source.len() - source.trim_start_matches('\u{feff}').len();
     let mut reader = Reader::from_str(&source[first..]);
-    let mut document = Document::of(source)?;
+    let mut document = Document::parse(source)?;
     let mut open: Vec<Open> = Vec::new();
     let at = |position: u64| usize::try_from(position).map_or(usize::MAX, |position| first + position);
     loop {
@@ -237,7 +237,7 @@ pub fn tree(source: &str) -> Result<Document<'_>, (usize, String)> {
 
 impl<'t> Document<'t> {
     /// A document without elements, with capacity for those of its text.
-    fn of(source: &'t str) -> Result<Document<'t>, (usize, String)> {
+    fn parse(source: &'t str) -> Result<Document<'t>, (usize, String)> {
         if u32::try_from(source.len()).is_err() {
             return Err((0, "the file has more than 4 GB".into()));
         }
@@ -417,7 +417,7 @@ mod tests {
             assert!(most < 9 * text.len(), "{element}: {most} bytes for {}", text.len());
         }
         // What only looks like elements.
-        assert!(bytes(&Document::of(&"<a".repeat(10_000)).unwrap()) <= 8 * 20_000);
+        assert!(bytes(&Document::parse(&"<a".repeat(10_000)).unwrap()) <= 8 * 20_000);
     }
 
     #[test]

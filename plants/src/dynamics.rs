@@ -139,8 +139,9 @@ impl Lag {
         if seconds <= 0.0 || seconds.is_nan() {
             return value;
         }
-        let way =
-            self.way.of([time_constant, seconds], |[time_constant, seconds]| Way::of(passed(seconds, time_constant)));
+        let way = self.way.get_or_compute([time_constant, seconds], |[time_constant, seconds]| {
+            Way::new(passed(seconds, time_constant))
+        });
         way.from(value, target)
     }
 }
@@ -170,8 +171,9 @@ impl Lags {
         if !is_time && !self.ways.is_in_lane() {
             return values;
         }
-        let ways =
-            self.ways.of([first, second, seconds], |[first, second, seconds]| Ways::of([first, second], seconds));
+        let ways = self
+            .ways
+            .get_or_compute([first, second, seconds], |[first, second, seconds]| Ways::new([first, second], seconds));
         let after = ways.from(values, target);
         if is_time { after } else { values }
     }
@@ -196,7 +198,7 @@ blocks::lane!(Way { is_whole: bool, share: LReal });
 
 impl Way {
     /// Returns the progress after this many time constants.
-    fn of(passed: LReal) -> Way {
+    fn new(passed: LReal) -> Way {
         Way { is_whole: passed == LReal::INFINITY, share: share(passed) }
     }
 
@@ -219,14 +221,14 @@ struct Ways {
 blocks::lane!(Ways { first: Way, second: Way, through: LReal });
 
 impl Ways {
-    fn of(time_constants: [LReal; 2], seconds: LReal) -> Ways {
+    fn new(time_constants: [LReal; 2], seconds: LReal) -> Ways {
         let [h1, h2] = time_constants.map(|time_constant| passed(seconds, time_constant));
         // h2 (exp(-h1) - exp(-h2)) / (h2 - h1), written so that nothing cancels if both are close and nothing overflows
         // if they are far apart.
         let apart = (h2 - h1).abs();
         let mean_decay = if apart == 0.0 { 1.0 } else { share(apart) / apart };
         let through = h2 * (1.0 - share(h1.min(h2))) * mean_decay;
-        Ways { first: Way::of(h1), second: Way::of(h2), through }
+        Ways { first: Way::new(h1), second: Way::new(h2), through }
     }
 
     #[inline(always)]

@@ -261,7 +261,7 @@ impl Law for Heater {
     #[inline(always)]
     fn call(&mut self) {
         let power = limited(self.power, 0.0, 100.0);
-        let [loss, furn_tm] = self.memory.loss.of([self.door, self.door_loss, self.furn_tm], Heater::loss);
+        let [loss, furn_tm] = self.memory.loss.get_or_compute([self.door, self.door_loss, self.furn_tm], Heater::loss);
         let [(first, power), (second, power_after)] = self.memory.power.step(power, self.delay_tm, self.cycle);
         let target = |power: LReal| self.t_amb + self.rise * power / 100.0 / loss;
         let time_constants = [furn_tm, self.sens_tm];

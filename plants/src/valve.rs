@@ -396,7 +396,7 @@ struct Passage {
 }
 
 impl Passage {
-    fn of(curve: f64, pres: f64, pres_nom: f64) -> Passage {
+    fn new(curve: f64, pres: f64, pres_nom: f64) -> Passage {
         let steepness = if curve > 0.0 { ln(curve) } else { 0.0 };
         let pressure_factor = if pres_nom > 0.0 { (pres.max(0.0) / pres_nom).sqrt() } else { 1.0 };
         Passage { steepness, full: exp_m1(steepness), pressure_factor }
@@ -453,15 +453,15 @@ impl Valve {
 
     fn passage(&mut self) -> Passage {
         let settings = [self.curve, self.pres, self.pres_nom];
-        self.memory.passage.of(settings, |[curve, pres, pres_nom]| Passage::of(curve, pres, pres_nom))
+        self.memory.passage.get_or_compute(settings, |[curve, pres, pres_nom]| Passage::new(curve, pres, pres_nom))
     }
 
     /// Returns the fraction of the full flow at the present stem position.
     fn flow_share(&mut self) -> f64 {
         let settings = [self.lmnr, self.curve, self.pres, self.pres_nom];
-        self.memory
-            .share
-            .of(settings, |[position, curve, pres, pres_nom]| Passage::of(curve, pres, pres_nom).share(position))
+        self.memory.share.get_or_compute(settings, |[position, curve, pres, pres_nom]| {
+            Passage::new(curve, pres, pres_nom).share(position)
+        })
     }
 
     /// The temperatures of exchanger and sensor after `duration` with the stem standing still, before (0) or after (1) it
@@ -719,7 +719,7 @@ mod tests {
             assert_close(flow(curve, 100.0, 4.0), 40.0, 1e-13);
         }
         let valve = Valve { curve: 30.0, ..Valve::default() };
-        let passage = Passage::of(valve.curve, valve.pres, valve.pres_nom);
+        let passage = Passage::new(valve.curve, valve.pres, valve.pres_nom);
         assert_close(passage.slope(100.0) / passage.slope(0.0), 30.0, 1e-12);
     }
 

@@ -75,7 +75,7 @@ impl Compared {
             }
             block.restart();
         }
-        let mut abreast = B::Abreast::of(alone.clone());
+        let mut abreast = B::Abreast::from_blocks(alone.clone());
         for call in 0..CALLS {
             // Inputs that move, as connected ones do, and now and then a setting or a switch.
             for row in &own {

@@ -9,13 +9,13 @@ use modeldescription::Table;
 ///
 /// # Errors
 /// The block's dialog does not fit its table.
-pub fn of(table: &Table) -> Result<Colors> {
+pub fn assign(table: &Table) -> Result<Colors> {
     colors(table, known)
 }
 
 fn colors(table: &Table, known: impl Fn(&str) -> Option<usize>) -> Result<Colors> {
-    let (roles, _) = run::dialog::of(table).context("the dialog of the block")?;
-    Ok(Colors::of(table, roles.signals().map(|role| role.map(String::as_str)), known))
+    let (roles, _) = run::dialog::read(table).context("the dialog of the block")?;
+    Ok(Colors::new(table, roles.signals().map(|role| role.map(String::as_str)), known))
 }
 
 /// The colour that a variable of this name has on the page of the first block or plant of this program that draws it.
@@ -60,7 +60,7 @@ mod tests {
         impl EachBlock for Inner {
             fn block<B: Block>(&mut self) {
                 let table = Table::from(B::TABLE);
-                let colors = of(&table).unwrap();
+                let colors = assign(&table).unwrap();
                 let rows = table.variables.iter().enumerate().filter(|(_, row)| row.name.contains('.'));
                 self.0.extend(rows.map(|(at, row)| (row.name.clone(), colors.of_row(at))));
             }

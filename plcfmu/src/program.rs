@@ -39,7 +39,7 @@ fn with_texts(files: &[PathBuf]) -> Vec<PathBuf> {
 pub fn has_source(manifest: &Manifest, file: &Path) -> Result<bool> {
     let file = file.canonicalize().ok();
     let is_same = |of: &PathBuf| file.is_some() && of.canonicalize().ok() == file;
-    Ok(Files::of(&manifest.sources)?.sources.iter().any(is_same))
+    Ok(Files::new(&manifest.sources)?.sources.iter().any(is_same))
 }
 
 /// The sources and the tag tables below a folder, as `run` takes it.
@@ -47,14 +47,14 @@ pub fn has_source(manifest: &Manifest, file: &Path) -> Result<bool> {
 /// # Errors
 /// The folder cannot be read, or has no source.
 pub fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
-    let Files { sources, tables } = Files::of(&[folder.to_path_buf()])?;
+    let Files { sources, tables } = Files::new(&[folder.to_path_buf()])?;
     Ok([sources, tables].concat())
 }
 
 /// Whether a path belongs to a program: a source, a tag table, or a folder with sources that is no crate.
 pub fn is_part(path: &Path) -> bool {
     match path.is_dir() {
-        true => !path.join("Cargo.toml").is_file() && Files::of(&[path.to_path_buf()]).is_ok(),
+        true => !path.join("Cargo.toml").is_file() && Files::new(&[path.to_path_buf()]).is_ok(),
         false => is_source(path) || folder::is_table(path),
     }
 }
@@ -101,7 +101,7 @@ pub fn has_code(file: &Path) -> bool {
 /// # Errors
 /// A file cannot be read, what is wrong with a tag table, or two of them declare a name differently.
 pub fn parts(manifest: &Manifest) -> Result<Parts> {
-    let Files { sources: files, tables } = Files::of(&manifest.sources)?;
+    let Files { sources: files, tables } = Files::new(&manifest.sources)?;
     let read = |file: &PathBuf| Source::read(file, None).map_err(Error::msg);
     let sources = with_texts(&files).iter().map(read).collect::<Result<Vec<Source>>>()?;
     if sources.is_empty() {

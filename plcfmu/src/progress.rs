@@ -50,7 +50,7 @@ impl Progress {
         };
         let template =
             "{bar:30} {percent:>3} %  {human_pos}/{human_len} runs, {rate}, {cycles} control cycles/s, {eta} left";
-        let bar = Progress::of(length);
+        let bar = Progress::new_bar(length);
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style.with_key("cycles", rate).with_key("rate", runs_rate));
         }
@@ -59,12 +59,12 @@ impl Progress {
         Progress { bar }
     }
 
-    fn of(length: u64) -> ProgressBar {
+    fn new_bar(length: u64) -> ProgressBar {
         if tell::is_quiet() { ProgressBar::hidden() } else { ProgressBar::new(length) }
     }
 
     fn styled(length: usize, template: &str) -> Progress {
-        let bar = Progress::of(length as u64);
+        let bar = Progress::new_bar(length as u64);
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
         }

@@ -94,7 +94,7 @@ pub struct Field {
 ///
 /// # Errors
 /// A line of the fence cannot be parsed, a name does not exist in the block, or a setting is in no group or in two.
-pub fn of(table: &Table) -> Result<(Roles, Vec<Group>)> {
+pub fn read(table: &Table) -> Result<(Roles, Vec<Group>)> {
     let Some(lines) = fence(&table.docs)? else { return Ok((Roles::default(), default_groups(table))) };
     let mut roles = Roles::default();
     let mut groups: Vec<Group> = Vec::new();

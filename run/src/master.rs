@@ -51,7 +51,7 @@ pub struct Recording {
 
 impl Recording {
     /// An empty recording with capacity for the whole run.
-    fn of(plan: &Plan) -> Result<Recording> {
+    fn new(plan: &Plan) -> Result<Recording> {
         let (mut times, mut values) = (Vec::new(), Vec::new());
         let width = plan.columns.len();
         let has_room = (plan.steps + 1).checked_mul(width).is_some_and(|count| {
@@ -254,7 +254,7 @@ fn field(text: &str) -> String {
 /// # Panics
 /// The number of components differs from the number of members.
 pub fn run<C: Component>(plan: &Plan, components: &mut [C], progress: impl FnMut(usize)) -> Result<Recording> {
-    let mut recording = Recording::of(plan)?;
+    let mut recording = Recording::new(plan)?;
     let (times, values) = (&mut recording.times, &mut recording.values);
     recording.ended = run_into(plan, components, progress, |time, row| {
         times.push(time);
@@ -378,7 +378,7 @@ impl<C: Component> Run<C> {
     pub fn begin(plan: &Plan, components: Vec<C>, stop: Option<f64>) -> Result<Run<C>> {
         assert_eq!(components.len(), plan.members.len(), "each member has a component");
         let members =
-            components.into_iter().enumerate().map(|(member, component)| Running::of(plan, member, component));
+            components.into_iter().enumerate().map(|(member, component)| Running::new(plan, member, component));
         let mut run = Run {
             members: members.collect(),
             steps: 0,
@@ -492,8 +492,8 @@ impl<C: Component> Run<C> {
         assert_eq!(others.len() + 1, plan.members.len(), "each member has a component");
         assert_eq!(self.members[0].wiring.own.len(), plan.members[0].observed.references.len(), "the same is observed");
         let before = self.members.split_off(1);
-        let first = std::mem::replace(&mut self.members[0].wiring, Wiring::of(plan, 0));
-        self.members.extend(others.into_iter().enumerate().map(|(other, of)| Running::of(plan, other + 1, of)));
+        let first = std::mem::replace(&mut self.members[0].wiring, Wiring::new(plan, 0));
+        self.members.extend(others.into_iter().enumerate().map(|(other, of)| Running::new(plan, other + 1, of)));
         let values = self.values.clone();
         self.values.truncate(first.own.end);
         self.values.resize(2 * count(plan), 0.0);
@@ -617,7 +617,7 @@ impl<C: Reset> Run<C> {
 
 impl Wiring {
     /// The wiring of a member, by index.
-    fn of(plan: &Plan, member: usize) -> Wiring {
+    fn new(plan: &Plan, member: usize) -> Wiring {
         let own = &plan.members[member];
         let first = first_value(plan, member);
         let read = |(kind, range): (Type, Range<usize>)| Read {
@@ -700,8 +700,8 @@ fn recorded(plan: &Plan, of_times: bool) -> Vec<usize> {
 }
 
 impl<C: Component> Running<C> {
-    fn of(plan: &Plan, member: usize, component: C) -> Running<C> {
-        let wiring = Wiring::of(plan, member);
+    fn new(plan: &Plan, member: usize, component: C) -> Running<C> {
+        let wiring = Wiring::new(plan, member);
         let own = plan.members[member].has_events.then(events::Own::default);
         let mut running = Running { component, wiring, events: 0, next: f64::NAN, pending: Vec::new(), own };
         running.expect_next(&plan.members[member]);

@@ -98,7 +98,7 @@ pub struct TypedBatch {
 
 impl TypedBatch {
     /// Groups variables and removes duplicates.
-    fn of(variables: impl IntoIterator<Item = (Type, u32)>) -> TypedBatch {
+    fn new(variables: impl IntoIterator<Item = (Type, u32)>) -> TypedBatch {
         let mut variables: Vec<_> = variables.into_iter().collect();
         variables.sort_unstable();
         variables.dedup();
@@ -198,8 +198,8 @@ impl Plan {
     ///
     /// # Errors
     /// A name, value, connection or time is wrong; the message names the remedy.
-    pub fn of(system: &System, descriptions: &[&Description]) -> Result<Plan> {
-        let names = Names::of(system, descriptions)?;
+    pub fn new(system: &System, descriptions: &[&Description]) -> Result<Plan> {
+        let names = Names::new(system, descriptions)?;
         let wires = wires(&names, &system.connections)?;
         let effective = effective(&names, &system.settings, &wires)?;
         let (start, (step, step_proposed_by), steps) = times(system, descriptions, &effective)?;
@@ -227,11 +227,11 @@ impl Plan {
         for (member, of) in plan.members.iter_mut().enumerate() {
             let from = wires.iter().filter(|wire| wire.from.member == member).map(|wire| wire.from.key());
             let shown = recorded.iter().filter(|reference| reference.member == member).map(Reference::key);
-            of.observed = TypedBatch::of(from.clone().chain(shown));
-            of.outputs = TypedBatch::of(from);
+            of.observed = TypedBatch::new(from.clone().chain(shown));
+            of.outputs = TypedBatch::new(from);
             of.output_places = of.outputs.variables().map(|output| of.observed.place(output)).collect();
             of.connected =
-                TypedBatch::of(wires.iter().filter(|wire| wire.to.member == member).map(|wire| wire.to.key()));
+                TypedBatch::new(wires.iter().filter(|wire| wire.to.member == member).map(|wire| wire.to.key()));
         }
         plan.connect(&wires)?;
         plan.columns = recorded.iter().map(|reference| plan.column(&names, reference, &wires)).collect();
@@ -630,7 +630,7 @@ impl<'a> Names<'a> {
     ///
     /// # Errors
     /// There is no member, or two have the same name.
-    pub fn of(system: &'a System, descriptions: &'a [&'a Description]) -> Result<Names<'a>> {
+    pub fn new(system: &'a System, descriptions: &'a [&'a Description]) -> Result<Names<'a>> {
         let members: Vec<&str> = system.members.iter().map(|member| member.name.as_str()).collect();
         assert_eq!(members.len(), descriptions.len(), "each member has a description");
         if members.is_empty() {

@@ -218,7 +218,7 @@ impl Fmus for TestHome {
             "LAG" | FOREIGN => Table::from(Lag::TABLE),
             _ => bail!("there is no FMU {fmu:?} here"),
         };
-        Ok(Arc::new(ModelDescription::of(&Interface::linked(table, "{0}")?)?.description()))
+        Ok(Arc::new(ModelDescription::from_interface(&Interface::linked(table, "{0}")?)?.description()))
     }
 
     fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>> {

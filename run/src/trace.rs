@@ -71,7 +71,7 @@ struct Extremes {
 impl Extremes {
     const NONE: Extremes = Extremes { low: f64::NAN, high: f64::NAN, rises: true };
 
-    fn of(value: f64) -> Extremes {
+    fn new(value: f64) -> Extremes {
         Extremes { low: value, high: value, rises: true }
     }
 
@@ -101,7 +101,7 @@ impl Extremes {
 }
 
 impl Packed {
-    fn of(values: impl Iterator<Item = f64> + Clone) -> Packed {
+    fn new(values: impl Iterator<Item = f64> + Clone) -> Packed {
         let first = values.clone().next().unwrap_or(f64::NAN);
         if values.clone().all(|value| value.to_bits() == first.to_bits()) {
             return Packed::Constant(first);
@@ -131,7 +131,7 @@ impl Overview {
     fn take(&mut self, chunk: &Chunk) {
         for (buckets, packed) in self.columns.iter_mut().zip(&chunk.columns) {
             for place in 0..chunk.calls {
-                let value = Extremes::of(packed.get(place));
+                let value = Extremes::new(packed.get(place));
                 match buckets.get_mut((self.calls + place) / self.bucket) {
                     Some(bucket) => bucket.extend(value),
                     None => buckets.push(value),
@@ -217,7 +217,7 @@ impl Trace {
         if calls == 0 {
             return;
         }
-        let column = |column| Packed::of(self.rows[column..].iter().step_by(self.width).copied());
+        let column = |column| Packed::new(self.rows[column..].iter().step_by(self.width).copied());
         let columns = (0..self.width).map(column).collect();
         self.chunks.push_back(Chunk { first, calls, columns });
         self.rows.clear();
@@ -280,7 +280,7 @@ impl Trace {
     /// The lowest and highest value of a variable in each group, in order of time, as in [`Curves`].
     fn extremes(&self, column: usize, calls: &Range<usize>, groups: &Groups) -> Vec<(f64, f64)> {
         let mut all = vec![Extremes::NONE; groups.count];
-        let mut put = |call: usize, value: Extremes| all[groups.of(call)].extend(value);
+        let mut put = |call: usize, value: Extremes| all[groups.group(call)].extend(value);
         if calls.start < self.overview.calls {
             let width = self.overview.bucket;
             let last = calls.end.min(self.overview.calls).div_ceil(width);
@@ -290,14 +290,14 @@ impl Trace {
         }
         let exact = calls.start.max(self.overview.calls)..calls.end;
         if !exact.is_empty() {
-            let mut group = groups.of(exact.start);
+            let mut group = groups.group(exact.start);
             let mut end = groups.first_call(group + 1);
             self.each(column, exact, |call, value| {
                 while call >= end {
                     group += 1;
                     end = groups.first_call(group + 1);
                 }
-                all[group].extend(Extremes::of(value));
+                all[group].extend(Extremes::new(value));
             });
         }
         all.into_iter().map(Extremes::in_time).collect()
@@ -347,7 +347,7 @@ impl Groups {
         self.first + (group as u64 * self.calls as u64).div_ceil(self.count as u64) as usize
     }
 
-    fn of(&self, call: usize) -> usize {
+    fn group(&self, call: usize) -> usize {
         ((call - self.first) as u64 * self.count as u64 / self.calls as u64) as usize
     }
 }

@@ -156,13 +156,13 @@ impl<'a> Node<'a> {
         root
     }
 
-    fn of(&self) -> Option<&'a str> {
+    fn ty(&self) -> Option<&'a str> {
         self.uses.and_then(|uses| uses.of.as_deref())
     }
 
     /// Whether the uses determine the type of every part.
     fn is_complete(&self) -> bool {
-        match (self.of(), &self.element) {
+        match (self.ty(), &self.element) {
             (Some(_), _) => true,
             (None, Some(element)) => element.is_complete(),
             (None, None) => !self.members.is_empty() && self.members.values().all(Node::is_complete),
@@ -171,7 +171,7 @@ impl<'a> Node<'a> {
 
     /// The type in SCL; continuation lines are indented by `indent`.
     fn written(&self, indent: &str) -> String {
-        if let Some(of) = self.of() {
+        if let Some(of) = self.ty() {
             return of.to_string();
         }
         if let Some(element) = &self.element {
@@ -253,7 +253,7 @@ impl<'a> Declared<'a> {
                     && node
                         .value
                         .as_ref()
-                        .is_none_or(|value| value.of().is_some() || known::value(&key(&of.name)).is_some())
+                        .is_none_or(|value| value.ty().is_some() || known::value(&key(&of.name)).is_some())
             }
             Kind::Block | Kind::Instance => formals.iter().all(|formal| formal.of.is_some()),
         };
@@ -281,7 +281,7 @@ impl<'a> Declared<'a> {
             }
             (Kind::Variable, None) => {
                 let of = self.node.written("   ");
-                let what = match (self.node.of(), self.node.members.len()) {
+                let what = match (self.node.ty(), self.node.members.len()) {
                     _ if self.node.element.is_some() => "array".to_string(),
                     (None, 1..) => format!("data block with {}", counted(self.node.members.len(), "member")),
                     _ if self.node.is_written() => format!("output of type {of}"),
@@ -291,7 +291,7 @@ impl<'a> Declared<'a> {
             }
             (Kind::Constant, _) => {
                 let of =
-                    self.node.of().filter(|of| Elementary::named(&of.to_uppercase()).is_some_and(Elementary::is_whole));
+                    self.node.ty().filter(|of| Elementary::named(&of.to_uppercase()).is_some_and(Elementary::is_whole));
                 (
                     format!("constant {constant}: its value is unknown, correct it"),
                     format!("VAR_GLOBAL CONSTANT\n   \"{name}\" : {} := {constant};\nEND_VAR\n", of.unwrap_or("INT")),
@@ -320,7 +320,7 @@ impl<'a> Declared<'a> {
     /// The tag of an absolute address, or of what the CPU writes itself, unless the uses tell another type.
     fn placed(&self) -> Option<Placed> {
         let name = &self.of.name;
-        let told = self.node.of();
+        let told = self.node.ty();
         if name.starts_with('%') {
             let (tag, usual) = placed(name);
             let is_wide = |of: &&str| Elementary::named(&of.to_uppercase()).is_some_and(|of| of.bits() == usual.bits());
@@ -342,7 +342,7 @@ impl<'a> Declared<'a> {
     }
 
     fn function(&self) -> String {
-        let value = self.node.value.as_ref().map(|value| value.of().unwrap_or(DEFAULT));
+        let value = self.node.value.as_ref().map(|value| value.ty().unwrap_or(DEFAULT));
         let mut listed = self.signature.iter().flat_map(|(_, call)| &call.parameters);
         let listed = listed.find(|parameter| parameter.way == Way::Value).and_then(|of| declarable(of.of.as_deref()?));
         let value = listed.as_deref().or(known::value(&key(&self.of.name))).or(value);

@@ -500,7 +500,7 @@ impl<'a> Printer<'a> {
         // Simplifying would change the number of statements.
         let simplified = if counts { Vec::new() } else { facts::simplified(body, &self.facts) };
         let body = if counts { &body[..] } else { &simplified[..] };
-        let uses = Uses::of(&self.facts, number, body);
+        let uses = Uses::new(&self.facts, number, body);
         let has_jumps = counts || facts::may_not_end(body);
         let mut scope = Scope { function: Some(function), number, names: names.clone(), indent: 1, ..Scope::default() };
         let is_number = |local: &usize| matches!(function.locals[*local].ty, Type::Scalar(_));

@@ -231,7 +231,7 @@ pub struct Global {
 impl Global {
     /// Its place in memory.
     pub fn place(&self) -> Place {
-        Place::of(Base::Memory).member(self.member)
+        Place::new(Base::Memory).member(self.member)
     }
 }
 

@@ -18,7 +18,7 @@ pub enum Format {
 
 impl Format {
     /// Detects the format of a text.
-    pub fn of(text: &str) -> Format {
+    pub fn detect(text: &str) -> Format {
         if crate::simatic_ml::is_it(text) { Format::SimaticMl } else { Format::Scl }
     }
 
@@ -45,7 +45,7 @@ pub fn trees(sources: &[Source], report: &mut Report) -> Vec<Tree> {
             let texts = texts.get(&Path::new(&source.file).with_extension("")).unwrap_or(&none);
             crate::simatic_sd::parse(&source.text, file as u32, texts, report)
         }
-        _ => Format::of(&source.text).parse(&source.text, file as u32, report),
+        _ => Format::detect(&source.text).parse(&source.text, file as u32, report),
     };
     sources.iter().enumerate().map(tree).collect()
 }

@@ -79,7 +79,7 @@ impl<'a> Compiler<'a> {
         let eno = eno.or(self.blocks[block].eno);
         if let Some(eno) = eno {
             let value = Expr::Const(Value::from(true));
-            code.insert(0, Statement { at: At::default(), what: What::Assign(Place::of(Base::Local(eno)), value) });
+            code.insert(0, Statement { at: At::default(), what: What::Assign(Place::new(Base::Local(eno)), value) });
         }
         // A variable written through a view counts as written.
         let is_seen = |name: &str| self.blocks[block].views.iter().any(|view| view.behind == key(name));
@@ -182,7 +182,7 @@ impl<'c, 'a> Lowerer<'c, 'a> {
     fn temp(&mut self, ty: program::Type) -> Place {
         let name = format!("_{}", self.locals.len());
         self.locals.push(Local { name, ty, by_reference: false });
-        Place::of(Base::Local(self.locals.len() - 1))
+        Place::new(Base::Local(self.locals.len() - 1))
     }
 
     /// A constant expression: of the given type, or of its own.

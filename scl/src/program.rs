@@ -486,7 +486,7 @@ impl Expr {
 
 impl Place {
     /// A whole variable.
-    pub fn of(base: Base) -> Place {
+    pub fn new(base: Base) -> Place {
         Place { base, steps: Vec::new() }
     }
 

@@ -121,7 +121,7 @@ impl Reader<'_> {
             self.instantiated(element, extent, Name { text: of.clone(), span: *span });
         }
         self.interface(element, &mut block);
-        let owner = Owner::of(&block);
+        let owner = Owner::new(&block);
         let statements = self.networks(element, &owner);
         block.body.extend(statements);
         self.tree.extents.push(extent);

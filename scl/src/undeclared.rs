@@ -113,7 +113,7 @@ pub const MOST_NAMES: usize = 10;
 
 impl Undeclared {
     /// Its type, if the context determines it.
-    fn of(&self) -> Option<&str> {
+    fn ty(&self) -> Option<&str> {
         self.uses.get([].as_slice()).and_then(|uses| uses.of.as_deref())
     }
 
@@ -292,13 +292,13 @@ impl Compiler<'_> {
     fn tell_tags(&mut self, mut tags: Vec<Undeclared>) {
         tags.sort_by_key(|tag| tag.span);
         let Some(first) = tags.first() else { return };
-        let name = |tag: &Undeclared| match tag.of() {
+        let name = |tag: &Undeclared| match tag.ty() {
             Some(of) => format!("\"{}\" : {of}", tag.name),
             None => format!("\"{}\"", tag.name),
         };
         let mut names: Vec<String> = tags.iter().take(MOST_NAMES).map(name).collect();
         names.extend(more(tags.len()));
-        let of = first.of().unwrap_or("Bool").to_string();
+        let of = first.ty().unwrap_or("Bool").to_string();
         let help = match more(tags.len()) {
             Some(_) => Remedy::ListMissing,
             None => Remedy::DeclareTag { name: first.name.clone(), of },

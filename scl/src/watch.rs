@@ -229,7 +229,7 @@ fn start(file: usize, source: &Source, block: &SourceBlock, expressions: &Expres
         TypeKind::Name(ref name, _) => Some(each(member, name.to_uppercase())),
         _ => None,
     });
-    let is_xml = Format::of(&source.text) == Format::SimaticMl;
+    let is_xml = Format::detect(&source.text) == Format::SimaticMl;
     let constants = of_kind(SectionKind::Constant).filter_map(|member| match member.start {
         Some(Start::Value(value)) if is_xml => Some(each(member, self::written(expressions, &HashMap::new(), value))),
         // The text between the name and the end of its declaration.

@@ -77,7 +77,7 @@ enum Values {
 }
 
 impl Target {
-    fn of(names: &Names, reference: &Reference, time: Option<f64>, base: Option<f64>) -> Target {
+    fn new(names: &Names, reference: &Reference, time: Option<f64>, base: Option<f64>) -> Target {
         Target {
             name: names.full(reference),
             unit: reference.variable.unit.clone(),
@@ -143,7 +143,7 @@ impl Axes {
     ///
     /// # Errors
     /// An axis is wrong; the message names it and the remedy.
-    pub fn of(study: &Study, system: &System, names: &Names) -> Result<Axes> {
+    pub fn new(study: &Study, system: &System, names: &Names) -> Result<Axes> {
         study.check()?;
         let count = study.count()?;
         let samples = study.runs_of_point();
@@ -329,7 +329,7 @@ fn targets(axis: &Axis, system: &System, names: &Names) -> Result<Vec<Target>> {
     let target = |name: &String| {
         let found = names.find(name)?;
         if !axis.relative {
-            return Ok(Target::of(names, &found, axis.time, None));
+            return Ok(Target::new(names, &found, axis.time, None));
         }
         if found.kind == Type::Boolean {
             bail!("{name} is Boolean, which has no factors: leave relative out and write values = [false, true]");
@@ -358,7 +358,7 @@ fn targets(axis: &Axis, system: &System, names: &Names) -> Result<Vec<Target>> {
             Some(0.0) => bail!(
                 "{name} is 0 in the loop, and so with every factor: leave relative out, or set another value in the loop"
             ),
-            base => Ok(Target::of(names, &found, axis.time, base)),
+            base => Ok(Target::new(names, &found, axis.time, base)),
         }
     };
     axis.variables.iter().map(target).collect()
@@ -417,7 +417,7 @@ fn values(axis: &Axis, targets: &[Target], distributions: &mut usize) -> Result<
             if let Some(target) = targets.iter().find(|_| axis.whole && axis.relative) {
                 bail!("{}: factors are not whole numbers: remove relative or whole", target.name);
             }
-            let distribution = Distribution::of(&axis.along).context("it is a distribution")?;
+            let distribution = Distribution::new(&axis.along).context("it is a distribution")?;
             let ends =
                 [LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY].map(|end| distribution.quantile_of(end, axis.whole));
             for target in targets {

@@ -129,7 +129,7 @@ impl Study {
                     );
                 }
             }
-            let is_drawn = Distribution::of(&axis.along).is_some();
+            let is_drawn = Distribution::new(&axis.along).is_some();
             if is_drawn && axis.group.is_some() {
                 bail!("{label}: a distribution has a sample for each point of a group anyway: remove group");
             }
@@ -157,7 +157,7 @@ impl Study {
 
     /// The number of axes with a distribution.
     pub(super) fn distributions(&self) -> usize {
-        self.axes.iter().filter(|axis| Distribution::of(&axis.along).is_some()).count()
+        self.axes.iter().filter(|axis| Distribution::new(&axis.along).is_some()).count()
     }
 }
 
@@ -209,7 +209,7 @@ impl Axis {
             bail!("time = {time:?}: give a time in seconds");
         }
         self.along.check(self.variables.len())?;
-        let bounds = Distribution::of(&self.along).filter(|_| self.whole).map(|of| of.bounds());
+        let bounds = Distribution::new(&self.along).filter(|_| self.whole).map(|of| of.bounds());
         if let Some((min, max)) = bounds.filter(|(min, max)| min.ceil() > max.floor()) {
             bail!(
                 "{}: no whole number lies between min = {min:?} and max = {max:?}: give bounds with one between them, or remove \
@@ -300,7 +300,7 @@ impl Along {
                 if let (Some(min), Some(max)) = (min, max) {
                     ordered("normal", ("min", *min), ("max", *max))?;
                 }
-                match Distribution::of(self) {
+                match Distribution::new(self) {
                     Some(Distribution::Truncated { share, .. }) if share <= 0.0 => bail!(
                         "normal: min and max leave nothing of the distribution, whose mean is {mean:?} and deviation {deviation:?}: \
                          give bounds nearer to the mean"

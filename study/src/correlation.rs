@@ -22,7 +22,7 @@ pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
     if study.correlations.is_empty() {
         return Ok(Vec::new());
     }
-    let drawn: Vec<_> = study.axes.iter().filter(|axis| Distribution::of(&axis.along).is_some()).collect();
+    let drawn: Vec<_> = study.axes.iter().filter(|axis| Distribution::new(&axis.along).is_some()).collect();
     let find = |of: &Correlation, name: &String| {
         let found = drawn.iter().position(|axis| axis.variables.contains(name));
         found.with_context(|| {

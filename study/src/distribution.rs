@@ -62,7 +62,7 @@ pub enum Distribution {
 
 impl Distribution {
     /// The distribution of an axis; `None` for lists and ranges.
-    pub fn of(along: &Along) -> Option<Distribution> {
+    pub fn new(along: &Along) -> Option<Distribution> {
         match *along {
             Along::Values(_) | Along::Rows(_) | Along::Range { .. } => None,
             Along::Uniform { min, max } => Some(Distribution::Uniform { min, max }),

@@ -105,7 +105,7 @@ fn values(axis: &Axis, row: usize) -> Vec<Value> {
 
 impl Tuned {
     /// Summarizes the result of a loop's search.
-    pub fn of(name: &str, found: &Found) -> Tuned {
+    pub fn new(name: &str, found: &Found) -> Tuned {
         let both = [found.best(), found.present];
         let value = |of: &Constraint| both.map(|one| Some(of.value(&one.rows)).filter(|value| !value.is_nan()));
         Tuned {

@@ -29,7 +29,7 @@ fn chosen(count: u64) -> Vec<u64> {
     }
     // Evenly spaced runs might all share one value of a grid axis.
     let order = Permutation::new(0, 0, count);
-    (0..(count / 10).clamp(*RUNS.start(), *RUNS.end())).map(|place| order.of(place)).collect()
+    (0..(count / 10).clamp(*RUNS.start(), *RUNS.end())).map(|place| order.image(place)).collect()
 }
 
 impl Envelope {
@@ -38,7 +38,7 @@ impl Envelope {
     ///
     /// # Errors
     /// A worker cannot be started, or `again` fails.
-    pub fn of(
+    pub fn new(
         pool: &mut Pool,
         experiment: &Experiment,
         is_failed: impl Fn(u64) -> bool,

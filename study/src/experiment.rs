@@ -96,7 +96,7 @@ enum List {
 
 impl Slot {
     /// Finds the value of a variable, which must occur exactly once.
-    fn of(plan: &Plan, target: &Target) -> Option<Slot> {
+    fn new(plan: &Plan, target: &Target) -> Option<Slot> {
         let own = &plan.members[target.member];
         let is = |assignment: &Assignment| (assignment.kind, assignment.reference) == (target.kind, target.reference);
         let (list, place) = match target.time {
@@ -125,28 +125,28 @@ impl Experiment {
     ///
     /// # Errors
     /// An axis, variable or figure is wrong; the message names the remedy.
-    pub fn of(job: &Job, descriptions: &[&Description], roles: Option<&Roles>) -> Result<Experiment> {
+    pub fn new(job: &Job, descriptions: &[&Description], roles: Option<&Roles>) -> Result<Experiment> {
         let (system, study) = (&job.system, &job.study);
         // A fault in the loop itself must not be blamed on an axis.
-        Plan::of(system, descriptions)?;
-        let names = Names::of(system, descriptions)?;
-        let axes = Axes::of(study, system, &names)?;
+        Plan::new(system, descriptions)?;
+        let names = Names::new(system, descriptions)?;
+        let axes = Axes::new(study, system, &names)?;
         let first = axes.point(0);
         for (number, axis) in study.axes.iter().enumerate() {
             let own = axes.coordinates(number);
             let alone = varied(system, &names, &axes.targets[own.clone()], &first[own]);
-            Plan::of(&alone, descriptions).with_context(|| axis.label(number))?;
+            Plan::new(&alone, descriptions).with_context(|| axis.label(number))?;
         }
-        let measures = Measures::of(study, system, &names, roles)?;
+        let measures = Measures::new(study, system, &names, roles)?;
         let record = |system| System { record: recorded(measures.columns.iter()), ..system };
         // Each axis has its own warning for all of its values.
-        let fixed = Plan::of(&record(varied(system, &names, &axes.targets, &[])), descriptions)?;
+        let fixed = Plan::new(&record(varied(system, &names, &axes.targets, &[])), descriptions)?;
         let mut warnings = [fixed.warnings, axes.warnings(study), measures.warnings.clone()].concat();
         let varied = varied(system, &names, &axes.targets, &first);
-        let all = Plan::of(&varied, descriptions)?;
+        let all = Plan::new(&varied, descriptions)?;
         let columns = all.columns.iter().map(|column| &column.name).chain(&measures.columns);
-        let recording = Plan::of(&System { record: recorded(columns), ..varied.clone() }, descriptions)?;
-        let plan = Plan { warnings: Vec::new(), ..Plan::of(&record(varied), descriptions)? };
+        let recording = Plan::new(&System { record: recorded(columns), ..varied.clone() }, descriptions)?;
+        let plan = Plan { warnings: Vec::new(), ..Plan::new(&record(varied), descriptions)? };
         warnings.extend(constant_setpoint(study, system, &measures.signals, &names));
         let end = plan.time(plan.steps);
         warnings.extend(study.window.from.filter(|from| *from >= end).map(|from| {
@@ -158,7 +158,7 @@ impl Experiment {
         let slots = axes
             .targets
             .iter()
-            .map(|target| Slot::of(&plan, target).with_context(|| format!("{} is not in the plan", target.name)))
+            .map(|target| Slot::new(&plan, target).with_context(|| format!("{} is not in the plan", target.name)))
             .collect::<Result<Vec<_>>>()?;
         Ok(Experiment {
             coordinates: axes.targets.iter().map(Target::coordinate).collect(),

@@ -22,7 +22,7 @@ impl RunsTable {
     ///
     /// # Errors
     /// There is no such table, or it cannot be read.
-    pub fn of(out: &Path, format: Format) -> Result<RunsTable> {
+    pub fn new(out: &Path, format: Format) -> Result<RunsTable> {
         let path = format.file(out);
         let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(RunsTable { file, sha256: hash(&path)? })
@@ -61,7 +61,7 @@ pub fn rows(out: &Path, fingerprint: &str, coordinates: usize, figures: usize, e
     let table = format.file(out);
     ensure!(table.is_file(), "{} is missing: {REMEDY}", table.display());
     ensure!(
-        RunsTable::of(out, format)? == summary.table,
+        RunsTable::new(out, format)? == summary.table,
         "{} has changed since the study has written it: {REMEDY}",
         table.display()
     );
@@ -92,7 +92,7 @@ mod tests {
         let row = RunResult { figures: vec![0.1], error: None };
         results.push(&[2.0], &row).unwrap();
         output::write(&Format::Csv.file(out), Format::Csv, &results).unwrap();
-        let table = RunsTable::of(out, Format::Csv).unwrap();
+        let table = RunsTable::new(out, Format::Csv).unwrap();
         let summary = serde_json::json!({ "fingerprint": "f", "table": table });
         fs::write(out.join("summary.json"), summary.to_string()).unwrap();
         assert_eq!(rows("f").unwrap(), Some(vec![row]));

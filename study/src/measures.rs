@@ -104,7 +104,7 @@ impl Take {
     }
 
     /// Takes this value of a variable's recorded values.
-    fn of(self, values: &[f64]) -> f64 {
+    fn apply(self, values: &[f64]) -> f64 {
         match self {
             Take::Min => extreme(values, f64::INFINITY, |value, least| value < least),
             Take::Max => extreme(values, f64::NEG_INFINITY, |value, greatest| value > greatest),
@@ -147,7 +147,7 @@ impl Measures {
     ///
     /// # Errors
     /// A signal, value or limit is wrong, with the remedy, or there is no figure at all.
-    pub fn of(study: &Study, system: &System, names: &Names, roles: Option<&Roles>) -> Result<Measures> {
+    pub fn new(study: &Study, system: &System, names: &Names, roles: Option<&Roles>) -> Result<Measures> {
         let mut columns = Columns { names, columns: Vec::new() };
         let mut measures = Measures {
             columns: Vec::new(),
@@ -325,11 +325,11 @@ impl Measures {
                 first: signals.first,
                 ..figures::Signals::default()
             };
-            let window = Window::of(borrowed, &self.span);
+            let window = Window::measure(borrowed, &self.span);
             all.extend(signals.figures.iter().map(|figure| figure.value(&window).unwrap_or(f64::NAN)));
         }
         for (column, take) in &self.values {
-            all.extend(take.iter().map(|take| take.of(&columns[*column])));
+            all.extend(take.iter().map(|take| take.apply(&columns[*column])));
         }
         for (column, limit) in &self.limits {
             // NaN is not within limits.

@@ -84,7 +84,7 @@ pub fn write_csv(to: &mut impl Write, results: &Results) -> Result<()> {
         for (place, run) in runs.enumerate() {
             write!(to, "{run}")?;
             if let Some(loops) = &results.loops {
-                write!(to, ",{}", field(loops.of(run)))?;
+                write!(to, ",{}", field(loops.name(run)))?;
             }
             for column in coordinates {
                 write!(to, ",{:?}", column[place])?;
@@ -238,7 +238,7 @@ fn schema(results: &Results) -> Result<TypePtr> {
 /// Writes a range of rows of the column with loop names.
 fn write_loops(to: &mut ColumnWriter, loops: &Loops, runs: Range<u64>) -> Result<()> {
     let ColumnWriter::ByteArrayColumnWriter(to) = to else { bail!("the schema has other columns") };
-    let names: Vec<ByteArray> = runs.map(|run| ByteArray::from(loops.of(run))).collect();
+    let names: Vec<ByteArray> = runs.map(|run| ByteArray::from(loops.name(run))).collect();
     to.write_batch(&names, None, None)?;
     Ok(())
 }

@@ -289,7 +289,7 @@ pub fn curves(
     };
     let of_each = |name: &str| -> Vec<Curve> {
         let curve = |(place, (word, run, recording)): (usize, &(&str, u64, &Recording))| {
-            let name_of_loop = loops.map_or_else(String::new, |loops| format!(" ({})", loops.of(*run)));
+            let name_of_loop = loops.map_or_else(String::new, |loops| format!(" ({})", loops.name(*run)));
             let name_of_run = format!("{word}: run {run}{name_of_loop}");
             // Each run has a fixed colour: vermilion, blue, green.
             let color = Some([1, 0, 2].get(place).copied().unwrap_or(place));
@@ -317,7 +317,7 @@ pub fn curves(
                     ..Default::default()
                 };
                 let span = figures::Span { from: window.from, to: window.to, ..figures::Span::default() };
-                let of_figures = figures::Window::of(signals, &span);
+                let of_figures = figures::Window::measure(signals, &span);
                 shown_window = of_figures.times();
                 panel.bands.extend(of_figures.band().map(|band| Band {
                     name: "settled".into(),
@@ -404,13 +404,13 @@ mod tests {
 
     fn of(values: &[f64]) -> Option<String> {
         let results = results(&vec![[0.0; 2]; values.len()], 0, "settling", values);
-        histogram(&Summary::of(&results, 1).unwrap(), 0, values, &[]).unwrap()
+        histogram(&Summary::new(&results, 1).unwrap(), 0, values, &[]).unwrap()
     }
 
     fn over(points: &[[f64; 2]], width: usize, values: &[f64], is_listed: bool) -> Option<String> {
         let results = results(points, width, "settling", values);
         let coordinates = [Coordinate { is_logarithmic: false, is_listed }; 2];
-        scatter(&results, &Summary::of(&results, 1).unwrap(), 0, &coordinates).unwrap()
+        scatter(&results, &Summary::new(&results, 1).unwrap(), 0, &coordinates).unwrap()
     }
 
     fn has(drawing: &str, text: &str) -> bool {
@@ -442,14 +442,14 @@ mod tests {
         let points: Vec<[f64; 2]> = (0..25).map(|run| [f64::from(run % 5), f64::from(run / 5)]).collect();
         let values: Vec<f64> = points.iter().map(|[a, b]| 10.0 * b - a).collect();
         let results = results(&points, 2, "settling", &values);
-        let drawing = tornado(&results, &Summary::of(&results, 1).unwrap(), 0).unwrap().unwrap();
+        let drawing = tornado(&results, &Summary::new(&results, 1).unwrap(), 0).unwrap().unwrap();
         // b = 0 and 4, each with the mean of a: -2 and 38.
         assert!(has(&drawing, "settling moves most with P.B: -2 to 38 s"), "{drawing}");
         assert!(drawing.find(">P.B<") < drawing.find(">P.A<") && has(&drawing, "mean of settling in s"));
         let few = super::tests::results(&points[..19], 2, "settling", &values);
-        assert_eq!(tornado(&few, &Summary::of(&few, 1).unwrap(), 0).unwrap(), None);
+        assert_eq!(tornado(&few, &Summary::new(&few, 1).unwrap(), 0).unwrap(), None);
         let constant = super::tests::results(&points, 2, "settling", &[3.0; 25]);
-        let summary = Summary::of(&constant, 1).unwrap();
+        let summary = Summary::new(&constant, 1).unwrap();
         assert_eq!(tornado(&constant, &summary, 0).unwrap(), None);
         assert_eq!(super::constant(&summary.figures[0]).unwrap(), "settling is 3 s in every run");
     }
@@ -497,7 +497,7 @@ mod tests {
         let of_runs = [values[1], values[0]];
         let draw = |signals: &Signals, figure: &str, loops: Option<&Loops>, envelope: Option<&Envelope>| {
             let results = results(&[[0.0; 2]; 2], 0, figure, &values);
-            let summary = Summary::of(&results, 1).unwrap();
+            let summary = Summary::new(&results, 1).unwrap();
             curves(signals, Default::default(), (&summary.figures[0], &of_runs, [0, 2]), &runs, loops, envelope)
                 .unwrap()
         };
@@ -522,7 +522,7 @@ mod tests {
         let absent = {
             let values = [1.0, 3.0, f64::NAN];
             let results = results(&[[0.0; 2]; 3], 0, "settling", &values);
-            let summary = Summary::of(&results, 1).unwrap();
+            let summary = Summary::new(&results, 1).unwrap();
             curves(&signals, Default::default(), (&summary.figures[0], &[3.0, 1.0], [1, 3]), &runs, None, None)
                 .unwrap()
                 .unwrap()

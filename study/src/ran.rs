@@ -71,7 +71,7 @@ impl Ran {
     ///
     /// # Errors
     /// An FMU cannot be read.
-    pub fn of(reading: &Reading, experiment: &Experiment) -> Result<Ran> {
+    pub fn new(reading: &Reading, experiment: &Experiment) -> Result<Ran> {
         let (system, plan) = (&reading.job.system, &experiment.plan);
         let descriptions = system.members.iter().map(|member| Ok(Package::open(&member.path)?.description));
         let descriptions = descriptions.collect::<Result<Vec<Description>>>()?;
@@ -90,7 +90,7 @@ impl Ran {
             of.is_preliminary && system.settings.iter().any(|other| !other.is_preliminary && is_other(other))
         };
         let at_start = |of: &&Setting| of.time.is_none() && !is_varied(of) && !is_replaced(of);
-        let set = |of: &Setting| Set::of(of, system, &descriptions);
+        let set = |of: &Setting| Set::new(of, system, &descriptions);
         Ok(Ran {
             plcfmu: env!("CARGO_PKG_VERSION").into(),
             description: reading.description.clone(),
@@ -107,7 +107,7 @@ impl Ran {
 }
 
 impl Set {
-    fn of(setting: &Setting, system: &System, descriptions: &[Description]) -> Set {
+    fn new(setting: &Setting, system: &System, descriptions: &[Description]) -> Set {
         let unit = system
             .members
             .iter()

@@ -248,7 +248,7 @@ pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item =
         let line_end = if text.is_empty() { "" } else { "\n" };
         let _ = write!(text, "{line_end}run {run}: {reason}");
         if !results.coordinates.is_empty() {
-            let of = results.loops.as_ref().map_or_else(String::new, |loops| format!("{}: ", loops.of(run)));
+            let of = results.loops.as_ref().map_or_else(String::new, |loops| format!("{}: ", loops.name(run)));
             let _ = write!(text, "\n    {of}{}", settings(results, run)?);
         }
     }
@@ -774,7 +774,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         has_influence: summary.figures.iter().any(|of| of.correlations.iter().any(Option::is_some)),
         coordinates: summary.coordinates.iter().map(|of| seen(&pictures::axis(of))).collect(),
         failures: failures.collect(),
-        ran: RanPart::of(report),
+        ran: RanPart::new(report),
     };
     Ok(page.render()?)
 }

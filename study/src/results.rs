@@ -37,7 +37,7 @@ pub struct Loops {
 
 impl Loops {
     /// The loop of a run.
-    pub fn of(&self, run: u64) -> &str {
+    pub fn name(&self, run: u64) -> &str {
         &self.names[(run / self.runs) as usize % self.names.len()]
     }
 }
@@ -180,7 +180,7 @@ mod tests {
         let (mut csv, mut parquet) = (Vec::new(), Vec::new());
         write_csv(&mut csv, results).unwrap();
         write_parquet(&mut parquet, results).unwrap();
-        let summary = Summary::of(results, 10).unwrap();
+        let summary = Summary::new(results, 10).unwrap();
         let verdict = |text: &str| Expectation::parse(text, &results.figures).unwrap().verdict(results, false).unwrap();
         let texts = vec![
             scatter(results, &summary, 0, &[]).unwrap(),

@@ -76,7 +76,7 @@ impl Sampler {
         match &self.method {
             Method::Random => centered(self.bits(axis, sample), 52),
             Method::LatinHypercube(permutations) => {
-                let stratum = permutations[axis].of(sample) as f64;
+                let stratum = permutations[axis].image(sample) as f64;
                 // Stratum and position together have at most 53 bits, so that their sum is exact.
                 (stratum + centered(self.bits(axis, sample), 22)) / self.samples as f64
             }
@@ -138,7 +138,7 @@ impl Permutation {
     }
 
     /// The image of a number below `count`.
-    pub fn of(&self, number: u64) -> u64 {
+    pub fn image(&self, number: u64) -> u64 {
         // The network permutes the numbers below a power of 4. Following its cycle until a number is below `count`
         // again permutes those below `count`.
         let mut number = self.network(number);

@@ -85,7 +85,7 @@ impl Summary {
     ///
     /// # Errors
     /// The results of a large study cannot be read.
-    pub fn of(results: &Results, worst: usize) -> Result<Summary> {
+    pub fn new(results: &Results, worst: usize) -> Result<Summary> {
         let mut reasons: BTreeMap<&str, Vec<u64>> = BTreeMap::new();
         for (run, reason) in &results.errors {
             reasons.entry(reason).or_default().push(*run);
@@ -97,14 +97,14 @@ impl Summary {
         };
         let mut failures: Vec<Failure> = reasons.into_iter().map(failure).collect();
         failures.sort_by_key(|failure| (std::cmp::Reverse(failure.count), failure.runs.first().copied()));
-        let orders = Orders::of(results)?;
+        let orders = Orders::new(results)?;
         let figures = 0..results.figures.len();
         Ok(Summary {
             runs: results.count(),
             failed: results.errors.len() as u64,
             failures,
             coordinates: results.coordinates.clone(),
-            figures: figures.map(|column| Distribution::of(results, column, &orders, worst)).collect::<Result<_>>()?,
+            figures: figures.map(|column| Distribution::new(results, column, &orders, worst)).collect::<Result<_>>()?,
         })
     }
 
@@ -145,7 +145,7 @@ struct Orders {
 }
 
 impl Orders {
-    fn of(results: &Results) -> Result<Orders> {
+    fn new(results: &Results) -> Result<Orders> {
         let mut orders = Orders { runs: Spill::new(MOST_BYTES, results.folder()), places: Vec::new() };
         for column in 0..results.coordinates.len() {
             let order = ascending(&results.coordinate(column)?);
@@ -163,7 +163,7 @@ impl Orders {
 }
 
 impl Distribution {
-    fn of(results: &Results, column: usize, orders: &Orders, worst: usize) -> Result<Distribution> {
+    fn new(results: &Results, column: usize, orders: &Orders, worst: usize) -> Result<Distribution> {
         let (mut distribution, ranks) = Distribution::alone(results, column, worst)?;
         for coordinate in 0..results.coordinates.len() {
             let order = orders.of_coordinate(coordinate)?;
@@ -203,7 +203,7 @@ impl Distribution {
             figure,
         };
         drop(sorted);
-        Ok((distribution, Ranks::of(&order, &values)))
+        Ok((distribution, Ranks::new(&order, &values)))
     }
 }
 
@@ -255,7 +255,7 @@ struct Ranks {
 
 impl Ranks {
     /// Ranks the values; `order` lists the runs that have the figure, by value.
-    fn of(order: &[u32], values: &[f64]) -> Ranks {
+    fn new(order: &[u32], values: &[f64]) -> Ranks {
         let mut ranks = vec![f64::NAN; values.len()];
         shared_ranks(order, values, |run, rank| ranks[run as usize] = rank);
         Ranks { ranks, count: order.len() }
@@ -304,7 +304,7 @@ mod tests {
 
     fn of(figure: &str, values: &[f64]) -> Distribution {
         let values: Vec<(f64, f64)> = values.iter().map(|value| (0.0, *value)).collect();
-        Summary::of(&results(figure, &values), 3).unwrap().figures.remove(0)
+        Summary::new(&results(figure, &values), 3).unwrap().figures.remove(0)
     }
 
     #[test]
@@ -354,7 +354,7 @@ mod tests {
         for reason in ["b", "a", "b"] {
             results.push(&[4.0], &RunResult { figures: vec![f64::NAN], error: Some(reason.into()) }).unwrap();
         }
-        let summary = Summary::of(&results, 1).unwrap();
+        let summary = Summary::new(&results, 1).unwrap();
         assert_eq!((summary.runs, summary.failed), (6, 3));
         let failures: Vec<_> = summary
             .failures
@@ -372,7 +372,7 @@ mod tests {
     #[test]
     fn a_coordinate_correlates_by_rank() {
         let correlation =
-            |values: &[(f64, f64)]| Summary::of(&results("iae", values), 1).unwrap().figures[0].correlations[0];
+            |values: &[(f64, f64)]| Summary::new(&results("iae", values), 1).unwrap().figures[0].correlations[0];
         // A curve that rises counts as much as a line; a run without the figure does not count.
         assert_eq!(correlation(&[(1.0, 1.0), (2.0, 8.0), (9.0, f64::NAN), (3.0, 1000.0)]), Some(1.0));
         assert_eq!(correlation(&[(1.0, 3.0), (2.0, 2.0), (3.0, 1.0)]), Some(-1.0));
@@ -392,6 +392,6 @@ mod tests {
         {
             results.push(&point, &RunResult { figures: vec![value], error: None }).unwrap();
         }
-        assert_eq!(Summary::of(&results, 1).unwrap().strongest(0), [1, 2]);
+        assert_eq!(Summary::new(&results, 1).unwrap().strongest(0), [1, 2]);
     }
 }

@@ -95,7 +95,7 @@ impl Over {
     }
 
     /// The combined value; `None` if any value is missing.
-    pub fn of(self, values: &[f64]) -> Option<f64> {
+    pub fn combine(self, values: &[f64]) -> Option<f64> {
         if values.is_empty() || values.iter().any(|value| !value.is_finite()) {
             return None;
         }
@@ -318,9 +318,9 @@ pub struct Candidate {
 
 impl Candidate {
     /// Evaluates settings from their rows.
-    pub fn of(problem: &Problem, values: Vec<f64>, rows: Vec<RunResult>) -> Candidate {
+    pub fn new(problem: &Problem, values: Vec<f64>, rows: Vec<RunResult>) -> Candidate {
         let figure = |number: usize| -> Vec<f64> { rows.iter().map(|row| row.figures[number]).collect() };
-        let counted = |number: usize| problem.over.of(&figure(number));
+        let counted = |number: usize| problem.over.combine(&figure(number));
         // An unknown figure counts as worse, the more plants lack it.
         let unknown = |number: usize| {
             let values = figure(number);

@@ -125,7 +125,8 @@ impl Found<'_> {
         for (place, Quantity { name, unit }) in self.tuning.figures.iter().enumerate() {
             let values =
                 [best, self.present].map(|of| of.rows.iter().map(|row| row.figures[place]).collect::<Vec<_>>());
-            let cells = values.iter().flat_map(|values| [Over::Worst, Over::Mean].map(|over| known(over.of(values))));
+            let cells =
+                values.iter().flat_map(|values| [Over::Worst, Over::Mean].map(|over| known(over.combine(values))));
             let mut row = vec![name.clone()];
             row.extend(cells);
             row.push(unit.clone().unwrap_or_default());
@@ -181,7 +182,7 @@ impl Found<'_> {
             let figures = (0..self.tuning.figures.len()).flat_map(|place| {
                 let values: Vec<f64> = candidate.rows.iter().map(|row| row.figures[place]).collect();
                 [Over::Worst, Over::Mean]
-                    .map(|over| over.of(&values).map_or_else(String::new, |value| format!("{value:?}")))
+                    .map(|over| over.combine(&values).map_or_else(String::new, |value| format!("{value:?}")))
             });
             csv += &(values.chain(figures).collect::<Vec<_>>().join(",") + "\n");
         }

@@ -97,7 +97,7 @@ impl Tuning {
         let robustness = if used.any(|figure| figure + 1 == figures.len()) {
             let names = experiment.coordinates[..varied].iter().map(|quantity| quantity.name.clone()).collect();
             Some(
-                Robustness::of(&tune, base, pool.tables(), names, &plants, options, &mut remarks)
+                Robustness::new(&tune, base, pool.tables(), names, &plants, options, &mut remarks)
                     .context(SENSITIVITY)?,
             )
         } else {
@@ -139,7 +139,7 @@ impl Tuning {
         let unknown =
             || vec![RunResult { figures: vec![f64::NAN; self.figures.len()], error: None }; self.plants.len()];
         let rows = rows.unwrap_or_else(unknown);
-        Ok((outcome, Candidate::of(&problem, present, rows)))
+        Ok((outcome, Candidate::new(&problem, present, rows)))
     }
 
     /// The loop with settings overridden.
@@ -182,7 +182,7 @@ impl Tuning {
 }
 
 impl Robustness {
-    fn of(
+    fn new(
         tune: &Tune,
         job: &Job,
         tables: &[Option<Table>],
@@ -195,7 +195,7 @@ impl Robustness {
         let table = tables.first().and_then(Option::as_ref).with_context(|| {
             format!("{controller} is a foreign FMU: what its settings mean is not known; bound overshoot instead of Ms")
         })?;
-        let linear = Linear::of(job, &Arc::new(table.clone()))?.with_pulse_former(job, tables)?;
+        let linear = Linear::new(job, &Arc::new(table.clone()))?.with_pulse_former(job, tables)?;
         let ignored = tune.search.iter().map(|of| of.variable.as_str()).filter(|name| !linear.has(name));
         let ignored: Vec<_> = ignored.collect();
         if !ignored.is_empty() {

@@ -118,8 +118,8 @@ pub fn table(interface: &str) -> Result<Table> {
 /// # Errors
 /// The job is faulty.
 pub fn experiment(job: &Job, descriptions: &[&Description], table: Option<&Table>) -> Result<Experiment> {
-    let roles = table.map(dialog::of).transpose()?.map(|(roles, _)| roles);
-    Experiment::of(job, descriptions, roles.as_ref())
+    let roles = table.map(dialog::read).transpose()?.map(|(roles, _)| roles);
+    Experiment::new(job, descriptions, roles.as_ref())
 }
 
 /// Makes the runs requested on standard input, with the FMUs unpacked in `folder`. If `find` knows all FMUs of a loop,

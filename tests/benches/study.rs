@@ -243,7 +243,7 @@ fn steps<C: Reset>(run: &mut Run<C>, plan: &Plan, rows: &mut Vec<f64>) -> Result
 /// One step of the loop by each way, in turns.
 fn compare(folder: &Path, fmus: &Fmus, temporary: &Path) -> Result<()> {
     let measurements = setting("PLCFMU_BENCH_MEASUREMENTS", 301);
-    let plan = Plan::of(&system(folder, STEP, STEPS)?, &fmus.descriptions())?;
+    let plan = Plan::new(&system(folder, STEP, STEPS)?, &fmus.descriptions())?;
     let instances = (0..2).map(|member| fmus.instantiate(member)).collect::<anyhow::Result<_>>()?;
     let stop = Some(STEPS as f64 * STEP);
     let mut run = Run::begin(&plan, instances, stop)?;

@@ -12,7 +12,7 @@ use study::{Along, Axis, Job, Study, worker};
 
 fn description<B: Block>() -> Description {
     let interface = Interface::parse(&fmu::describe(B::TABLE, Guid::<B>::TEXT)).unwrap();
-    ModelDescription::of(&interface).unwrap().description()
+    ModelDescription::from_interface(&interface).unwrap().description()
 }
 
 /// A furnace with two events that are less than 16 s apart, and 25 values for its rise, one of which no REAL can hold.

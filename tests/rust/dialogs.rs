@@ -16,7 +16,7 @@ fn every_block_has_a_dialog_with_each_setting_in_one_group() {
         fn block<B: Block>(&mut self) {
             let table = table::<B>();
             assert!(table.docs.contains("```dialog"), "{} has no dialog", table.name);
-            let (_, groups) = dialog::of(&table).unwrap_or_else(|error| panic!("{error:#}"));
+            let (_, groups) = dialog::read(&table).unwrap_or_else(|error| panic!("{error:#}"));
             let mut settings: Vec<&str> =
                 groups.iter().flat_map(|group| &group.fields).map(|field| field.name.as_str()).collect();
             settings.sort_unstable();
@@ -108,7 +108,7 @@ fn a_setting_that_is_unused_by_its_dialog_has_no_effect_and_the_others_have_one(
     struct Check;
     impl EachBlock for Check {
         fn block<B: Block>(&mut self) {
-            let (_, groups) = dialog::of(&table::<B>()).unwrap();
+            let (_, groups) = dialog::read(&table::<B>()).unwrap();
             let mut dice = Dice(1);
             for field in groups.iter().flat_map(|group| &group.fields).filter(|field| !field.used_if.is_empty()) {
                 let name = format!("{} of {}", field.name, B::TABLE.name);

@@ -393,6 +393,18 @@ fn a_general_word_is_the_name_of_one_public_type_that_the_architecture_page_expl
 }
 
 #[test]
+fn a_function_is_named_after_what_it_does() {
+    let is_product = |file: &String| file.ends_with(".rs") && !file.ends_with("/tests.rs") && !file.contains("/tests/");
+    let files: Vec<String> = product_files().into_iter().filter(is_product).collect();
+    assert_none(
+        &find_before_tests(&files, |line| {
+            words(line).zip(words(line).skip(1)).any(|(word, name)| word == "fn" && name == "of").then(|| "fn of".into())
+        }),
+        "a constructor is `new`, `from_...` or a verb; any other function has a verb or what it returns as its name",
+    );
+}
+
+#[test]
 fn modules_are_found_by_their_place_and_nothing_outside_the_repository_is_named() {
     let all: Vec<String> = all_files();
     assert_none(

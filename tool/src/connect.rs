@@ -23,7 +23,7 @@ struct End<'a> {
 }
 
 impl<'m> End<'m> {
-    fn of(home: &dyn Home, member: &'m Member) -> Result<End<'m>> {
+    fn new(home: &dyn Home, member: &'m Member) -> Result<End<'m>> {
         Ok(End { member, description: describe(home, &member.fmu)? })
     }
 
@@ -98,7 +98,7 @@ pub fn propose(home: &dyn Home, controller: &Member, plant: &Member) -> Result<P
     if controller.name == plant.name {
         bail!("two members are named {}: rename one", plant.name);
     }
-    let (controller, plant) = (&End::of(home, controller)?, &End::of(home, plant)?);
+    let (controller, plant) = (&End::new(home, controller)?, &End::new(home, plant)?);
     let mut proposal = draft(home, controller, plant);
     if let (Some(own), Some(of_plant)) = (&controller.description.cycle, &plant.description.cycle) {
         proposal.values.insert(plant.full(of_plant), Value::Number(controller.value(own)));
@@ -127,7 +127,7 @@ fn fitting_plants(home: &dyn Home, controller: &End) -> Vec<String> {
     let is_fitting = |name: &String| {
         let member =
             Member { name: format!("{}_PLANT", controller.member.name), fmu: name.clone(), ..Member::default() };
-        End::of(home, &member).is_ok_and(|plant| {
+        End::new(home, &member).is_ok_and(|plant| {
             let is_driven = draft(home, controller, &plant).is_driven(controller);
             is_driven && !plant.driven().is_empty()
         })

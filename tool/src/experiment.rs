@@ -149,15 +149,15 @@ pub fn settle(home: &dyn Home, session: &mut Session, request: &Settle) -> Resul
         left -= calls;
         let record = session.record(None)?;
         let done = record.done().last().map_or(0.0, |done| record.time(done.call));
-        let resting = Watched::of(home, record, Some(request.from.max(done))).filter(|last| {
+        let resting = Watched::new(home, record, Some(request.from.max(done))).filter(|last| {
             watched = last.values.first().map_or(0, Vec::len);
             let rests = |(values, all): (&Vec<f64>, &Vec<f64>)| is_at_rest(values, SETTLED) && has_settled(values, all);
             watched >= WATCHED
-                && Watched::of(home, record, None).is_some_and(|all| last.values.iter().zip(&all.values).all(rests))
+                && Watched::new(home, record, None).is_some_and(|all| last.values.iter().zip(&all.values).all(rests))
         });
         if resting.is_some() || left == 0 || state.failure.is_some() {
             let resting = resting.filter(|_| state.failure.is_none());
-            let all = resting.as_ref().and_then(|_| Watched::of(home, record, None));
+            let all = resting.as_ref().and_then(|_| Watched::new(home, record, None));
             let swings = resting.iter().zip(&all).any(|(last, all)| {
                 last.values.iter().zip(&all.values).take(last.swinging).any(|(values, all)| swings(values, all))
             });
@@ -176,8 +176,8 @@ struct Watched {
 
 impl Watched {
     /// Process value and manipulated value; of a loop without them everything that is recorded. Nothing if that is too much.
-    fn of(home: &dyn Home, record: &Record, from: Option<f64>) -> Option<Watched> {
-        if let Ok(signals) = Signals::of(home, record, from, None) {
+    fn new(home: &dyn Home, record: &Record, from: Option<f64>) -> Option<Watched> {
+        if let Ok(signals) = Signals::new(home, record, from, None) {
             return Some(Watched { values: vec![signals.process_value, signals.manipulated_value], swinging: 1 });
         }
         let columns = record.columns().len();
@@ -477,7 +477,7 @@ impl<'a> Bench<'a> {
     }
 
     fn signals(&self, from: f64) -> Result<Signals> {
-        Signals::of(self.home, self.session.record(None)?, Some(from), None)
+        Signals::new(self.home, self.session.record(None)?, Some(from), None)
     }
 
     /// The process value since the plant is held.

@@ -136,7 +136,7 @@ pub fn export(home: &dyn Home, session: &Session, request: &ExportRequest) -> Re
             let record = session.record(*run)?;
             let (text, remarks) = description(home, record)?;
             let file = format!("{}.toml", file_name(&record.setup().members[0].name));
-            Ok(Exported::of(file, "application/toml", text.into_bytes(), remarks))
+            Ok(Exported::new(file, "application/toml", text.into_bytes(), remarks))
         }
         ExportRequest::Csv { run, variables, inputs } => {
             let record = session.record(*run)?;
@@ -150,7 +150,7 @@ pub fn export(home: &dyn Home, session: &Session, request: &ExportRequest) -> Re
             }
             let (text, remarks) = csv(record, &columns)?;
             let file = format!("{}.csv", file_name(&record.setup().members[0].name));
-            Ok(Exported::of(file, "text/csv", text, remarks))
+            Ok(Exported::new(file, "text/csv", text, remarks))
         }
         ExportRequest::Report { of, before, run, picture, date, tuning, runs, replays, unit, travel_unit } => {
             // A report of settings alone needs no run.
@@ -171,14 +171,14 @@ pub fn export(home: &dyn Home, session: &Session, request: &ExportRequest) -> Re
             let figures = figures.as_ref();
             let report = Report { of, before, record, figures, compared, picture, date, tuning, replays, units };
             let page = report::page(home, &report)?;
-            Ok(Exported::of(format!("{}.html", file_name(&of.name)), "text/html", page.into_bytes(), Vec::new()))
+            Ok(Exported::new(format!("{}.html", file_name(&of.name)), "text/html", page.into_bytes(), Vec::new()))
         }
         ExportRequest::Preset { of } => preset(home, of),
     }
 }
 
 impl Exported {
-    fn of(file: String, media_type: &str, content: Vec<u8>, remarks: Vec<String>) -> Exported {
+    fn new(file: String, media_type: &str, content: Vec<u8>, remarks: Vec<String>) -> Exported {
         Exported { file, media_type: media_type.into(), content: STANDARD.encode(content), remarks }
     }
 }
@@ -206,7 +206,7 @@ fn parameter_file(home: &dyn Home, format: &str, loops: &[Loop], origin: &str) -
     let name = if rest.is_empty() { file_name(&first.name) } else { "loops".into() };
     let remarks = loops.iter().flat_map(|of| of.warnings().into_iter().map(|text| format!("{}: {text}", of.name)));
     let remarks: Vec<_> = remarks.take(100).collect();
-    Ok(Exported::of(format!("{name}.{ending}"), kind.media_type(), content, remarks))
+    Ok(Exported::new(format!("{name}.{ending}"), kind.media_type(), content, remarks))
 }
 
 /// The loops without what they were tried with, unless that is wanted.
@@ -259,13 +259,13 @@ fn source(home: &dyn Home, file: &ReadFile, loops: &[Loop]) -> Result<Exported> 
     };
     let name = file.file.rsplit(['/', '\\']).next().unwrap_or_default();
     let (stem, ending) = name.rsplit_once('.').unwrap_or((name, "txt"));
-    Ok(Exported::of(format!("{}.{}", file_name(stem), file_name(ending)), format.media_type(), content, remarks))
+    Ok(Exported::new(format!("{}.{}", file_name(stem), file_name(ending)), format.media_type(), content, remarks))
 }
 
 fn preset(home: &dyn Home, of: &Loop) -> Result<Exported> {
     let one = as_loop(home, of)?;
     let content = home.preset(&one)?;
-    Ok(Exported::of(format!("{}.fmu", file_name(&of.name)), "application/octet-stream", content, one.warnings()))
+    Ok(Exported::new(format!("{}.fmu", file_name(&of.name)), "application/octet-stream", content, one.warnings()))
 }
 
 /// A run as a description that `plcfmu run` runs with the same bits.

@@ -37,7 +37,7 @@ impl<B: Block> Instance<B> {
     /// # Errors
     /// The name is empty or contains a NUL.
     pub fn new(name: &str) -> Result<Instance<B>> {
-        Instance::of(name, Origin { hash: Fingerprint::<B>::HASH, form: 0, fresh: Fresh::New(B::default) })
+        Instance::from_origin(name, Origin { hash: Fingerprint::<B>::HASH, form: 0, fresh: Fresh::New(B::default) })
     }
 }
 
@@ -46,7 +46,7 @@ impl<B: Cyclic> Instance<B> {
     ///
     /// # Errors
     /// The name is empty or contains a NUL.
-    pub fn of(name: &str, origin: Origin<B>) -> Result<Instance<B>> {
+    pub fn from_origin(name: &str, origin: Origin<B>) -> Result<Instance<B>> {
         ensure!(
             !name.is_empty() && !name.contains('\0'),
             "{name:?} is empty or contains a NUL: give the instance a name"
@@ -246,7 +246,7 @@ impl<B: Cyclic> Component for Instance<B> {
             let instance = &mut of.component.instance;
             instance.allows_ordinary(&Function::fmi2DoStep).then_some(instance)
         });
-        let instances = abreast::Abreast::of(instances.collect::<Option<Vec<_>>>()?)?;
+        let instances = abreast::Abreast::new(instances.collect::<Option<Vec<_>>>()?)?;
         Some(Box::new(Lanes { instances, inputs, outputs }))
     }
 

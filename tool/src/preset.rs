@@ -186,7 +186,7 @@ pub struct PresetRequest {
 ///
 /// # Errors
 /// The files are not those of an FMU of the loop's block, in the version that the home has; a value that the FMU does not take.
-pub fn of(home: &dyn Home, request: &PresetRequest) -> Result<Preset> {
+pub fn make(home: &dyn Home, request: &PresetRequest) -> Result<Preset> {
     let values = as_loop(home, &request.of)?;
     let file = |path: &str| request.files.get(path).map(String::as_str);
     let text = file(DESCRIPTION).with_context(|| format!("it is not an FMU: it has no {DESCRIPTION}"))?;

@@ -284,11 +284,11 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compile
         table.docs += &roles::dialog(home, &table, &blocks, &compiled.parts);
         let guid = loaded.guid();
         // A dialog that does not fit the table would be a program without one, no error of its author.
-        if dialog::of(&table).is_err() {
+        if dialog::read(&table).is_err() {
             table.docs = loaded.table.docs.into();
         }
         let interface = Interface::linked(table, &guid)?;
-        let description = Arc::new(ModelDescription::of(&interface)?.description());
+        let description = Arc::new(ModelDescription::from_interface(&interface)?.description());
         let table = Arc::new(interface.table);
         Ok(Kept { name, manifest, sources, loaded, table, description, blocks: blocks.clone() })
     })?;

@@ -222,7 +222,7 @@ requests! { |home, session|
     /// A recorded file through the block.
     Replay(of: replay::ReplayRequest) -> Replayed = home.beside(|| replay::replay(home, &of))?;
     /// The files in which a preset differs from its block's FMU.
-    Preset(of: preset::PresetRequest) -> Preset = preset::of(home, &of)?;
+    Preset(of: preset::PresetRequest) -> Preset = preset::make(home, &of)?;
     /// A file to take away.
     Export(of: export::ExportRequest) -> Exported = home.beside(|| export::export(home, session, &of))?;
 }

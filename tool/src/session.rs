@@ -388,7 +388,7 @@ impl Session {
     /// # Errors
     /// There is no such run; as [`Session::start`].
     pub fn same_bits(&mut self, home: &dyn Home, run: Option<usize>) -> Result<State> {
-        let script = Script::of(self.record(run)?);
+        let script = Script::new(self.record(run)?);
         self.play(home, script)
     }
 
@@ -398,7 +398,7 @@ impl Session {
     /// # Errors
     /// There is no such run; as [`Session::start`].
     pub fn same_test(&mut self, home: &dyn Home, run: Option<usize>, values: &Values) -> Result<State> {
-        let mut script = Script::of(self.record(run)?);
+        let mut script = Script::new(self.record(run)?);
         script.put_settings(home, values)?;
         self.play(home, script)
     }
@@ -409,7 +409,7 @@ impl Session {
     /// # Errors
     /// There is no run, or one of too many calls; as [`Session::same_test`].
     pub fn tried(&self, home: &dyn Home, values: &Values) -> Result<Session> {
-        let mut script = Script::of(self.record(None)?);
+        let mut script = Script::new(self.record(None)?);
         if script.calls > MOST_TRIED {
             bail!("the run has {} calls: settings are tried in runs of at most {MOST_TRIED}", script.calls);
         }
@@ -431,7 +431,7 @@ impl Session {
         if call >= MOST_TRIED {
             bail!("call {call} cannot be looked at: the run is made again up to it, {MOST_TRIED} calls at most");
         }
-        let mut script = Script { calls: call + 1, ..Script::of(record) };
+        let mut script = Script { calls: call + 1, ..Script::new(record) };
         // What was done after that call is not.
         script.events.retain(|event| event.call <= call);
         script.exchanges.retain(|exchange| exchange.call <= call);
@@ -476,7 +476,7 @@ impl Session {
 pub fn start_values(home: &dyn Home, member: &message::Member) -> Result<Values> {
     let members = std::slice::from_ref(member);
     let begin = Begin::Later { start: 0.0, step: 1.0 };
-    let wired = Wired::of(home, members, &[], system::Exchange::Sequential, begin)?;
+    let wired = Wired::new(home, members, &[], system::Exchange::Sequential, begin)?;
     let run = Run::begin(&wired.plan, wired.instantiate(home, members)?, None)?;
     let values = wired.plan.columns.iter().zip(run.values(&wired.plan));
     Ok(values.map(|(column, value)| (column.name.clone(), shown(column.kind, value))).collect())
@@ -485,7 +485,7 @@ pub fn start_values(home: &dyn Home, member: &message::Member) -> Result<Values>
 impl Present {
     fn begin(home: &dyn Home, setup: Setup) -> Result<Present> {
         let members = begin_at_the_plant(home, &setup.members, &setup.connections);
-        let wired = Wired::of(home, &members, &setup.connections, setup.exchange, Begin::New(setup.step))?;
+        let wired = Wired::new(home, &members, &setup.connections, setup.exchange, Begin::New(setup.step))?;
         let components = wired.instantiate(home, &members)?;
         let run = Run::begin(&wired.plan, components, None)?;
         let mut record = Record {
@@ -665,7 +665,7 @@ impl Present {
         }
         let all: Vec<message::Member> = std::iter::once(first).chain(&begun).cloned().collect();
         let begin = Begin::Later { start: self.record.start, step: self.record.step };
-        let wired = Wired::of(home, &all, &connections, self.record.setup.exchange, begin)?;
+        let wired = Wired::new(home, &all, &connections, self.record.setup.exchange, begin)?;
         let mut components = Vec::new();
         for member in &begun {
             components.push(wired.instance(home, member)?);
@@ -696,7 +696,7 @@ enum Begin {
 
 impl Wired {
     /// Checks members and connections, and makes a plan that records everything.
-    fn of(
+    fn new(
         home: &dyn Home,
         members: &[message::Member],
         connections: &[(String, String)],
@@ -763,12 +763,12 @@ impl Wired {
             no_events: true,
             ..System::default()
         };
-        let names = Names::of(&system, &borrowed)?;
+        let names = Names::new(&system, &borrowed)?;
         for setting in &system.settings {
             let reference = names.find(&setting.variable)?;
             fitting(tables[reference.member].as_deref(), &reference, &setting.variable, setting.value)?;
         }
-        let mut plan = Plan::of(&system, &borrowed)?;
+        let mut plan = Plan::new(&system, &borrowed)?;
         for (member, (description, table)) in members.iter().zip(borrowed.iter().zip(&tables)) {
             let count = recorded(description, usize::MAX).count();
             if table.is_none() && count > MOST_RECORDED {
@@ -789,7 +789,7 @@ impl Wired {
     /// What to set while the loop runs: the member, and a warning if the value is outside the declared range.
     fn assignment(&self, name: &str, value: Value) -> Result<(usize, Assignment, Option<String>)> {
         let descriptions: Vec<&Description> = self.descriptions.iter().map(|of| &**of).collect();
-        let names = Names::of(&self.system, &descriptions)?;
+        let names = Names::new(&self.system, &descriptions)?;
         let reference = names.find(name)?;
         let wires = plan::wires(&names, &self.system.connections)?;
         let (assignment, warning) = plan::assignment(&names, name, value, &reference, &wires)?;

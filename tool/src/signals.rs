@@ -45,7 +45,7 @@ impl Signals {
     ///
     /// # Errors
     /// The first member tells no setpoint or no process value.
-    pub fn of(home: &dyn Home, record: &Record, from: Option<f64>, to: Option<f64>) -> Result<Signals> {
+    pub fn new(home: &dyn Home, record: &Record, from: Option<f64>, to: Option<f64>) -> Result<Signals> {
         let controller = record.setup().members.first().context("there is no controller")?;
         let roles = describe(home, &controller.fmu)?.roles;
         let wanted = record.calls_between(from, to);
@@ -139,15 +139,15 @@ fn disturbances(record: &Record, wiring: &Wiring) -> Vec<Set> {
 /// The figures of a run.
 ///
 /// # Errors
-/// There is no such run; as [`Signals::of`].
+/// There is no such run; as [`Signals::new`].
 pub fn figures(home: &dyn Home, session: &Session, request: &FiguresRequest) -> Result<Figures> {
     // The last change of the setpoint may be before the window.
     let record = session.record(request.run)?;
-    let mut signals = Signals::of(home, record, None, None)?;
+    let mut signals = Signals::new(home, record, None, None)?;
     signals.unit = signals.unit.or_else(|| request.unit.clone());
     signals.travel_unit = signals.travel_unit.or_else(|| request.travel_unit.clone());
     let span = Span { from: request.from, to: request.to, ..Span::default() };
-    let window = Window::of(signals.borrowed(), &span);
+    let window = Window::measure(signals.borrowed(), &span);
     let begin = request.from.unwrap_or_default();
     let (from, to) = window.times().unwrap_or((begin, request.to.unwrap_or(begin)));
     let all: Vec<_> = window.figures().collect();
@@ -191,13 +191,13 @@ pub fn tried(
 pub fn identify(home: &dyn Home, session: &Session, request: &identify::IdentifyRequest) -> Result<Identified> {
     let Data::Run { run, from, to } = request.data else { return identify::of_csv(request) };
     let record = session.record(run)?;
-    let signals = Signals::of(home, record, from, to)?;
+    let signals = Signals::new(home, record, from, to)?;
     let mut identified = if signals.manipulated_value.is_empty() && !signals.times.is_empty() {
         travel::identify(home, record, &signals, request)?
     } else {
         let (times, input) = (&signals.times, &signals.manipulated_value);
         let recorded = identify::Recorded { times, input, output: &signals.process_value };
-        identify::of(&recorded, request.method, request.is_integrating)?
+        identify::identify(&recorded, request.method, request.is_integrating)?
     };
     identified.remarks.extend(signals.remarks);
     Ok(identified)

@@ -54,7 +54,7 @@ impl Home for TestHome {
     }
 
     fn blocks(&self) -> Vec<Arc<parameters::BlockType>> {
-        vec![Arc::new(parameters::BlockType::of::<Pid>())]
+        vec![Arc::new(parameters::BlockType::for_block::<Pid>())]
     }
 
     fn preset(&self, of: &parameters::Loop) -> Result<Vec<u8>> {

@@ -24,7 +24,7 @@ pub fn identify(
 ) -> Result<Identified> {
     let member = record.setup().members.first().context("there is no controller")?;
     let remedy = "identify from a CSV file with the position of the actuator";
-    let controller = Controller::of(home, member)?;
+    let controller = Controller::new(home, member)?;
     let motor_time = controller.motor_time_setting().filter(|_| controller.is_step_controller());
     let (Some(motor_time), [up, down]) = (motor_time, signals.pulses.as_slice()) else {
         bail!("{} has no manipulated value, and what its pulses move is not known: {remedy}", member.fmu);
@@ -52,7 +52,7 @@ pub fn identify(
     let (times, input, output) = thinned(&signals.times, &travel, &signals.process_value, stride);
     let recorded = Recorded { times: &times, input: &input, output: &output };
     let names = controller.roles.pulses.join(" and ");
-    let mut identified = identify::of(&recorded, request.method, request.is_integrating)
+    let mut identified = identify::identify(&recorded, request.method, request.is_integrating)
         .with_context(|| format!("the manipulated value is the travel by {names}"))?;
     identified.remarks.insert(
         0,

@@ -21,7 +21,7 @@ pub trait Abreast<B>: Sized {
     ///
     /// # Panics
     /// There are more than [`LANES`] blocks.
-    fn of(blocks: Vec<B>) -> Self;
+    fn from_blocks(blocks: Vec<B>) -> Self;
 
     /// Returns the blocks in their original order.
     fn into_blocks(self) -> Vec<B>;
@@ -35,7 +35,7 @@ pub trait Abreast<B>: Sized {
 pub struct Apart<B>(Vec<B>);
 
 impl<B> Abreast<B> for Apart<B> {
-    fn of(blocks: Vec<B>) -> Apart<B> {
+    fn from_blocks(blocks: Vec<B>) -> Apart<B> {
         Apart(blocks)
     }
 
@@ -273,7 +273,7 @@ pub struct Lanes<B: Lane> {
 }
 
 impl<B: Lane + crate::Law> Abreast<B> for Lanes<B> {
-    fn of(blocks: Vec<B>) -> Lanes<B> {
+    fn from_blocks(blocks: Vec<B>) -> Lanes<B> {
         let (mut lanes, count) = (B::lanes(), blocks.len());
         assert!(count <= LANES, "there are more blocks than lanes");
         blocks.into_iter().enumerate().for_each(|(lane, block)| block.put(&mut lanes, lane));

@@ -16,7 +16,7 @@ named! {
 
 impl Types {
     /// Returns the host type for the values of a PLC type; a WORD may be an analog value, which is signed.
-    pub const fn of(self, kind: Kind, is_analog: bool) -> &'static str {
+    pub const fn host_type(self, kind: Kind, is_analog: bool) -> &'static str {
         match (self, kind) {
             (Types::Native, Kind::Word) if is_analog => "Int16",
             (_, Kind::Bool) => "Boolean",
@@ -64,14 +64,14 @@ mod tests {
     fn every_plc_type_has_the_type_of_its_width_or_one_that_holds_it() {
         for kind in Kind::ALL {
             for is_analog in [false, true] {
-                let native = Types::Native.of(*kind, is_analog);
+                let native = Types::Native.host_type(*kind, is_analog);
                 let bits: usize = native.trim_start_matches(|one: char| one.is_ascii_alphabetic()).parse().unwrap_or(0);
                 assert_eq!(bits, kind.width() * 8, "{}", kind.name());
-                let wide = Types::Wide.of(*kind, is_analog);
+                let wide = Types::Wide.host_type(*kind, is_analog);
                 assert!(["Float64", "Int32", "Int64", "UInt64", "Boolean"].contains(&wide));
             }
         }
-        assert_eq!([false, true].map(|is_analog| Types::Native.of(Kind::Word, is_analog)), ["UInt16", "Int16"]);
+        assert_eq!([false, true].map(|is_analog| Types::Native.host_type(Kind::Word, is_analog)), ["UInt16", "Int16"]);
     }
 
     #[test]

@@ -330,7 +330,7 @@ fn a_reader_and_a_writer_do_what_a_host_does_with_numbers() {
     let mut count = 0;
     for (index, row) in Outer::TABLE.rows.iter().enumerate() {
         let mut other = Outer::default();
-        let mut blocks = <Outer as Block>::Abreast::of(vec![Outer::default(); 2]);
+        let mut blocks = <Outer as Block>::Abreast::from_blocks(vec![Outer::default(); 2]);
         let (reader, writer) = (Outer::reader(index), Outer::writer(index));
         let is_own = row.path[0].is_empty();
         assert_eq!(reader.is_some(), is_own, "{}", row.full_name());

@@ -150,7 +150,7 @@ impl Style {
             cell.bytes().all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'+' | b'-' | b'e' | b'E'));
         let has_one_point = !self.is_comma || !cell.contains('.');
         if is_plain && has_one_point {
-            return Some(Number::of(cell.parse().ok()?, cell));
+            return Some(Number::new(cell.parse().ok()?, cell));
         }
         let (decimal, thousands) = if self.is_comma { (',', '.') } else { ('.', ',') };
         let (whole, fraction) = match cell.split_once(decimal) {
@@ -174,13 +174,13 @@ impl Style {
             plain.push('.');
             plain.push_str(fraction);
         }
-        Some(Number::of(plain.parse().ok()?, &plain))
+        Some(Number::new(plain.parse().ok()?, &plain))
     }
 }
 
 impl Number {
     /// Counts the digits of `text`, which has a decimal point.
-    fn of(value: f64, text: &str) -> Number {
+    fn new(value: f64, text: &str) -> Number {
         let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
         let exponent: i32 = exponent.parse().unwrap_or(0);
         let decimals = mantissa.split_once('.').map_or(0, |(_, fraction)| fraction.len() as i32);

@@ -15,7 +15,7 @@ fn second_order(count: usize, step: f64, at: usize) -> (Vec<f64>, Vec<f64>, Vec<
 }
 
 fn all<'a>(times: &'a [f64], setpoint: &'a [f64], process_value: &'a [f64]) -> Window<'a> {
-    Window::of(Signals { times, setpoint, process_value, ..Signals::default() }, &Span::default())
+    Window::measure(Signals { times, setpoint, process_value, ..Signals::default() }, &Span::default())
 }
 
 impl Window<'_> {
@@ -55,7 +55,7 @@ fn the_figures_of_a_short_step_can_be_checked_by_hand() {
 fn rows_that_begin_with_the_step_say_from_where_to_where_it_goes() {
     let (times, value) = ([0.0, 1.0, 2.0, 3.0, 4.0], [20.0, 40.0, 60.0, 60.0, 60.0]);
     let signals = Signals { times: &times, setpoint: &[60.0; 5], process_value: &value, ..Signals::default() };
-    let figures = Window::of(signals, &Span { step: Some((20.0, 60.0)), ..Span::default() });
+    let figures = Window::measure(signals, &Span { step: Some((20.0, 60.0)), ..Span::default() });
     // From 24 at 0.2 s to 56 at 1.8 s.
     assert!((figures.get("rise").unwrap() - 1.6).abs() < 1e-12);
     assert_eq!((figures.get("settling"), figures.get("iae")), (Some(2.0), Some(60.0)));
@@ -94,12 +94,12 @@ fn travel_and_pulses_count_from_the_call_of_the_change_on() {
         travel_unit: Some("%"),
         ..Signals::default()
     };
-    let figures = Window::of(signals, &Span::default());
+    let figures = Window::measure(signals, &Span::default());
     assert_eq!((figures.get("travel"), figures.get("pulses")), (Some(25.0), Some(2.0)));
-    let figures = Window::of(signals, &Span { from: Some(0.0), ..Span::default() });
+    let figures = Window::measure(signals, &Span { from: Some(0.0), ..Span::default() });
     assert_eq!((figures.get("travel"), figures.get("pulses")), (Some(28.0), Some(4.0)));
     let window = Span { from: Some(0.5), to: Some(1.5), ..Span::default() };
-    let figures = Window::of(signals, &window);
+    let figures = Window::measure(signals, &window);
     assert_eq!(
         (figures.times(), figures.get("travel"), figures.get("pulses")),
         (Some((1.0, 1.0)), Some(3.0), Some(1.0))
@@ -132,7 +132,7 @@ fn a_setpoint_that_never_changes_is_a_step_from_the_first_call_on() {
     let (times, setpoint) = ([0.0, 1.0, 2.0, 3.0, 4.0], [60.0; 5]);
     let signals = |process_value| Signals { times: &times, setpoint: &setpoint, process_value, ..Signals::default() };
     let rising = [20.0, 40.0, 64.0, 60.0, 60.0];
-    let figures = Window::of(signals(&rising), &Span::default());
+    let figures = Window::measure(signals(&rising), &Span::default());
     // 24 at 0.2 s and 56 at 1.667 s; within 0.8 of 60 from 3 s on.
     assert_eq!((figures.get("overshoot"), figures.get("settling")), (Some(10.0), Some(3.0)));
     assert!((figures.get("rise").unwrap() - (1.0 + 16.0 / 24.0 - 0.2)).abs() < 1e-12);
@@ -141,12 +141,12 @@ fn a_setpoint_that_never_changes_is_a_step_from_the_first_call_on() {
     assert_eq!(figures.step_happened(), Some(happened));
     // The same where members run in parallel: the first row holds the outputs before the first call.
     let late = [0.0, 20.0, 40.0, 64.0, 60.0];
-    let figures = Window::of(Signals { first: 1, ..signals(&late) }, &Span::default());
+    let figures = Window::measure(Signals { first: 1, ..signals(&late) }, &Span::default());
     assert_eq!((figures.get("overshoot"), figures.get("peak")), (Some(10.0), Some(40.0)));
     // At rest, 1 below, and disturbed by 10; at rest but for the resolution of a word, and disturbed by 10 at 2 s.
-    assert_eq!(Window::of(signals(&[59.0, 59.0, 49.0, 55.0, 60.0]), &Span::default()).get("rise"), None);
+    assert_eq!(Window::measure(signals(&[59.0, 59.0, 49.0, 55.0, 60.0]), &Span::default()).get("rise"), None);
     let all = Signals { disturbances: &[set(2.0)], ..signals(&[59.99, 59.99, 60.0, 50.0, 60.0]) };
-    assert_eq!(Window::of(all, &Span::default()).step_happened(), None);
+    assert_eq!(Window::measure(all, &Span::default()).step_happened(), None);
 }
 
 #[test]
@@ -178,7 +178,7 @@ fn the_window_of_a_step_ends_at_the_disturbance_which_has_figures_of_its_own() {
     let by = [set(6.0)];
     let times: Vec<f64> = (0..12).map(f64::from).collect();
     let setpoint: Vec<f64> = (0..12).map(|call| if call < 1 { 0.0 } else { 10.0 }).collect();
-    let figures = Window::of(disturbed(&times, &setpoint, &by), &Span::default());
+    let figures = Window::measure(disturbed(&times, &setpoint, &by), &Span::default());
     assert_eq!(figures.times(), Some((1.0, 5.0)));
     // Within 9.8 to 10.2 from 4 s on; from 6 s on it deviates by 2, 3 and 0.1, and is back in the band at 9 s.
     let expected = [("settling", 3.0), ("overshoot", 10.0), ("iae", 10.0 + 5.0 + 1.0), ("peak", 10.0)];
@@ -213,10 +213,10 @@ fn the_window_of_a_step_ends_at_the_disturbance_which_has_figures_of_its_own() {
     assert_eq!((each[0].get("settling"), each[1].get("recovery")), (Some(3.0), Some(3.0)));
     // Rows that begin with the step have its values given, and the disturbance ends it all the same.
     let span = Span { step: Some((0.0, 10.0)), ..Span::default() };
-    let figures = Window::of(disturbed(&times, &[10.0; 12], &by), &span);
+    let figures = Window::measure(disturbed(&times, &[10.0; 12], &by), &span);
     assert_eq!((figures.get("settling"), figures.get("recovery")), (Some(4.0), Some(3.0)));
     // A window that ends in the first call of a disturbance has no figures of it.
-    let figures = Window::of(disturbed(&times, &setpoint, &by), &Span { to: Some(6.0), ..Span::default() });
+    let figures = Window::measure(disturbed(&times, &setpoint, &by), &Span { to: Some(6.0), ..Span::default() });
     assert_eq!(
         (figures.get("settling"), figures.get("recovery"), figures.get("disturbed_peak")),
         (Some(3.0), None, None)
@@ -230,7 +230,7 @@ fn the_next_step_and_the_change_of_the_mode_end_a_window_too() {
     let mut setpoint: Vec<f64> = (0..12).map(|call| if call < 1 { 0.0 } else { 10.0 }).collect();
     let mut manual = [false; 12];
     manual[9] = true;
-    let window = Window::of(Signals { manual: &manual, ..disturbed(&times, &setpoint, &by) }, &Span::default());
+    let window = Window::measure(Signals { manual: &manual, ..disturbed(&times, &setpoint, &by) }, &Span::default());
     // When manual mode begins at 9 s, the loop has not recovered yet.
     assert_eq!(window.disturbance_happened().unwrap().duration, 2.0);
     let remarks = window.all_remarks();
@@ -275,12 +275,12 @@ fn a_setpoint_that_is_changed_in_manual_mode_is_a_step_when_automatic_mode_begin
     let process_value = [0.0, 1.0, 2.0, 12.0, 10.0, 10.0];
     let manual = [true, true, false, false, false, false];
     let all = Signals { times: &times, setpoint: &setpoint, process_value: &process_value, ..Signals::default() };
-    let figures = Window::of(Signals { manual: &manual, ..all }, &Span::default());
+    let figures = Window::measure(Signals { manual: &manual, ..all }, &Span::default());
     assert_eq!(
         (figures.times(), figures.get("overshoot"), figures.get("settling")),
         (Some((2.0, 5.0)), Some(25.0), Some(2.0))
     );
-    let figures = Window::of(Signals { manual: &[true; 6], ..all }, &Span::default());
+    let figures = Window::measure(Signals { manual: &[true; 6], ..all }, &Span::default());
     assert!(figures.all_remarks()[0].ends_with("the controller is in manual mode"), "{:?}", figures.all_remarks());
 }
 
@@ -322,7 +322,7 @@ fn a_manipulated_value_at_its_limit_is_named_as_the_reason() {
         travel_unit: Some("%"),
         ..Signals::default()
     };
-    let figures = Window::of(signals, &Span::default());
+    let figures = Window::measure(signals, &Span::default());
     assert_eq!(figures.get("settling"), None);
     let remark = figures.all_remarks().pop().unwrap();
     assert!(

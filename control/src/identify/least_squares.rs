@@ -26,7 +26,7 @@ const MISSED: f64 = 1e-5;
 
 /// Fits one or two lags with dead time: one, unless the second explains more than noise and resolution do.
 pub(super) fn lags(step: &Step) -> Result<Model> {
-    let samples = Samples::of(step);
+    let samples = Samples::new(step);
     let one = lag(&samples, step)?;
     Ok(with_second_lag(&samples, step, &one).unwrap_or(one))
 }
@@ -102,7 +102,7 @@ fn memory(missed: &[f64]) -> f64 {
 /// Fits an integrator with dead time, `y = k' U(t - L)`; with a lag after it, if that explains more than noise and
 /// resolution do.
 pub(super) fn integrating(step: &Step) -> Result<Model> {
-    let samples = Samples::of(step);
+    let samples = Samples::new(step);
     let solve = |dead_time: f64| {
         let inputs: Vec<f64> =
             samples.places.iter().map(|at| input_integral(step, step.times[*at] - dead_time)).collect();
@@ -171,7 +171,7 @@ struct Samples {
 }
 
 impl Samples {
-    fn of(step: &Step) -> Samples {
+    fn new(step: &Step) -> Samples {
         let stride = step.times.len().div_ceil(MOST_SAMPLES).max(1);
         let (mut places, mut integrals, mut sum) = (Vec::new(), Vec::new(), 0.0);
         for at in 0..step.times.len() {

@@ -58,7 +58,7 @@ struct Move {
 
 impl Step {
     /// Returns the last step of a record.
-    pub fn of(recorded: &Recorded, is_integrating: bool) -> Result<Step> {
+    pub fn new(recorded: &Recorded, is_integrating: bool) -> Result<Step> {
         check(recorded)?;
         let Recorded { times, output, .. } = *recorded;
         let means = means_of_pulses(times, recorded.input);

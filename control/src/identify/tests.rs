@@ -64,7 +64,7 @@ impl Record {
 
     fn identify(&self, method: Method, is_integrating: bool) -> Result<Identified> {
         let Record { times, input, output } = self;
-        of(&Recorded { times, input, output }, method, is_integrating)
+        identify(&Recorded { times, input, output }, method, is_integrating)
     }
 
     fn error(&self, method: Method) -> String {
@@ -538,7 +538,7 @@ fn values_that_make_no_record_are_refused() {
     let times: Vec<f64> = (0..30).map(f64::from).collect();
     let values = vec![0.0; 30];
     let error = |times: &[f64], output: &[f64]| {
-        format!("{:#}", of(&Recorded { times, input: &values, output }, Method::Area, false).unwrap_err())
+        format!("{:#}", identify(&Recorded { times, input: &values, output }, Method::Area, false).unwrap_err())
     };
     assert!(error(&times[..29], &values).starts_with("29 times, 30 manipulated values and 30 process values"));
     let mut gap = values.clone();
@@ -652,7 +652,7 @@ fn a_movement_that_has_died_away_before_the_step_does_not_count() {
             times.iter().enumerate().map(|(at, time)| process.output_at(*time) + swing(at)).collect();
         let recorded = Recorded { times: &times, input: &input, output: &output };
         for method in [Method::LeastSquares, Method::TwoPoints, Method::Area] {
-            let identified = of(&recorded, method, false).unwrap();
+            let identified = identify(&recorded, method, false).unwrap();
             assert_found(&identified, &model, 0.02, &format!("{method:?}, noise {noise}"));
             assert!(!identified.remarks.iter().any(|remark| remark.contains("at rest")), "{:?}", identified.remarks);
         }

@@ -16,7 +16,7 @@ fn assert_margins(rule: Rule, structure: Structure, model: Model, expected: (f64
     let settings = settings(rule, structure, &model, None, None).unwrap();
     let cycle = model.dead_time / 200.0;
     let fast = Model { dead_time: model.dead_time - cycle / 2.0, ..model };
-    let margins = of(&Plant::of_model(&fast, cycle), &Law { settings, cycle, calls: 1 }, 0.0);
+    let margins = compute(&Plant::of_model(&fast, cycle), &Law { settings, cycle, calls: 1 }, 0.0);
     let (ms, gain, phase) = (margins.sensitivity.unwrap(), margins.gain_margin.unwrap(), margins.phase_margin.unwrap());
     assert!((ms / expected.0 - 1.0).abs() < 0.001, "{rule:?} {structure:?} {model:?}: Ms {ms}");
     assert!((gain / expected.1 - 1.0).abs() < 0.001, "{rule:?} {structure:?} {model:?}: gain margin {gain}");
@@ -61,7 +61,7 @@ fn ultimate_gain_and_period_follow_from_the_phase() {
 
 /// Returns the margins of a loop with calls one second apart.
 fn sampled(model: &Model, settings: Settings) -> Margins {
-    of(&Plant::of_model(model, 1.0), &Law { settings, cycle: 1.0, calls: 1 }, 0.0)
+    compute(&Plant::of_model(model, 1.0), &Law { settings, cycle: 1.0, calls: 1 }, 0.0)
 }
 
 const P: Settings = Settings { gain: 1.0, ti: None, td: None, tm_lag: 0.0 };
@@ -95,7 +95,7 @@ fn an_unstable_loop_has_no_sensitivity() {
     let p = |gain| Settings { gain, ..P };
     let continuous = |gain| {
         let fast = Model { dead_time: 1.0 - 0.005, ..lag(10.0, 1.0) };
-        of(&Plant::of_model(&fast, 0.01), &Law { settings: p(gain), cycle: 0.01, calls: 1 }, 0.0)
+        compute(&Plant::of_model(&fast, 0.01), &Law { settings: p(gain), cycle: 0.01, calls: 1 }, 0.0)
     };
     // Ku is 16.35.
     assert!(continuous(16.3).is_stable());
@@ -112,10 +112,10 @@ fn a_cycle_other_than_that_of_the_record_counts_by_half_of_the_difference() {
     let settings = Settings { gain: 5.0, ti: Some(10.0), td: Some(0.5), tm_lag: 0.2 };
     let law = |cycle| Law { settings, cycle, calls: 1 };
     let (fast, slow) = (Plant::of_model(&lag(10.0, 1.0), 0.1), Plant::of_model(&lag(10.0, 1.0), 0.2));
-    let expected = of(&slow, &law(0.2), 0.0).sensitivity.unwrap();
-    let taken = of(&fast, &law(0.2), 0.0).sensitivity.unwrap();
+    let expected = compute(&slow, &law(0.2), 0.0).sensitivity.unwrap();
+    let taken = compute(&fast, &law(0.2), 0.0).sensitivity.unwrap();
     assert!((taken / expected - 1.0).abs() < 0.01, "{taken} {expected}");
-    assert!((of(&fast, &law(0.1), 0.0).sensitivity.unwrap() / expected - 1.0).abs() > 0.02, "it matters");
+    assert!((compute(&fast, &law(0.1), 0.0).sensitivity.unwrap() / expected - 1.0).abs() > 0.02, "it matters");
 }
 
 #[test]
@@ -247,7 +247,7 @@ fn ms_from_a_recorded_step_is_that_of_the_exact_sampled_loop_for_200_random_plan
         let calls = ((dead_time + 5.0 * lags) / cycle).ceil() as usize + 20;
         let values: Vec<f64> = (0..calls).map(|call| exact.at(call as f64 * cycle)).collect();
         let plant = Plant::of_step(&values, cycle, model.is_integrating, 0.0);
-        let margins = of(&plant, &Law { settings, cycle, calls: 1 }, 0.0);
+        let margins = compute(&plant, &Law { settings, cycle, calls: 1 }, 0.0);
         let Some(ms) = margins.sensitivity else {
             unstable += 1;
             assert!(swings_up(&exact, &settings, cycle, 8 * calls), "{model:?} {settings:?} {cycle}");
@@ -260,7 +260,7 @@ fn ms_from_a_recorded_step_is_that_of_the_exact_sampled_loop_for_200_random_plan
         };
         let expected = (0..8000).map(sensitivity).fold(0.0, f64::max);
         assert!((ms / expected - 1.0).abs() < 0.01, "{ms} {expected}: {model:?} {settings:?} {cycle}");
-        let of_model = of(&Plant::of_model(&model, cycle), &Law { settings, cycle, calls: 1 }, 0.0);
+        let of_model = compute(&Plant::of_model(&model, cycle), &Law { settings, cycle, calls: 1 }, 0.0);
         let of_model = of_model.sensitivity.unwrap();
         assert!((of_model / expected - 1.0).abs() < 0.01, "{of_model} {expected}: {model:?} {settings:?} {cycle}");
         compared += 1;
@@ -286,10 +286,11 @@ fn the_resolution_of_an_analog_input_does_not_count_as_the_plant() {
     let output = times.iter().map(|time| (3.0 * exact.at(time - 60.0) / count).round() * count);
     let output: Vec<f64> = output.collect();
     let recorded = crate::identify::Recorded { times: &times, input: &input, output: &output };
-    let answer = crate::identify::Answer::of(&recorded, false).unwrap();
-    let ms =
-        |values: &[f64]| of(&Plant::of_step(values, 1.0, false, 0.0), &law, 0.0).sensitivity.unwrap_or(f64::INFINITY);
-    let expected = of(&Plant::of_model(&model, 1.0), &law, 0.0).sensitivity.unwrap();
+    let answer = crate::identify::Answer::new(&recorded, false).unwrap();
+    let ms = |values: &[f64]| {
+        compute(&Plant::of_step(values, 1.0, false, 0.0), &law, 0.0).sensitivity.unwrap_or(f64::INFINITY)
+    };
+    let expected = compute(&Plant::of_model(&model, 1.0), &law, 0.0).sensitivity.unwrap();
     let is = ms(&answer.values);
     let rough: Vec<f64> = output[60..].iter().map(|value| value / 3.0).collect();
     let rough = ms(&rough);

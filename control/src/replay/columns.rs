@@ -100,7 +100,7 @@ impl Signal {
 
 impl Recording {
     /// Finds the columns of the block's variables. `wanted` are the user's choice: column and variable, or `time`.
-    pub(super) fn of(
+    pub(super) fn new(
         block: &Block,
         csv: &Csv,
         wanted: &[(String, String)],

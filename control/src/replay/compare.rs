@@ -111,7 +111,7 @@ impl Outcome {
 }
 
 impl<'a> Comparison<'a> {
-    pub(super) fn of(block: &'a Block<'a>, recording: &'a Recording, tolerance: Option<f64>) -> Comparison<'a> {
+    pub(super) fn new(block: &'a Block<'a>, recording: &'a Recording, tolerance: Option<f64>) -> Comparison<'a> {
         Comparison { block, recording, tolerance, spread: None }
     }
 

@@ -84,7 +84,7 @@ impl Variant {
 }
 
 impl<'a> Block<'a> {
-    pub(super) fn of(
+    pub(super) fn new(
         home: &'a dyn Fmus,
         of: &'a Member,
         (roles, groups): &'a (Roles, Vec<Group>),

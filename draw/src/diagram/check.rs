@@ -21,7 +21,7 @@ impl<'a> Checked<'a> {
     /// # Errors
     /// The diagram lacks a terminal, shows something that is not one, or parts of it overlap. The error names the line
     /// and the remedy.
-    pub fn of(mut diagram: Diagram, source: &str, table: &'a Table) -> Result<Checked<'a>> {
+    pub fn check(mut diagram: Diagram, source: &str, table: &'a Table) -> Result<Checked<'a>> {
         name_signals(&mut diagram);
         let checked = Checked { diagram, table };
         let at = |(line, what): (usize, String)| {

@@ -111,7 +111,7 @@ fn drawn(table: &Table, prefix: &str, is_linked: bool) -> Result<String> {
 fn read(table: &Table) -> Result<Option<Checked<'_>>> {
     let Some(text) = text(&table.docs) else { return Ok(None) };
     let diagram = parse::parse(&text, |name| check::start(table, name)).with_context(|| table.name.clone())?;
-    Checked::of(diagram, &text, table).with_context(|| table.name.clone()).map(Some)
+    Checked::check(diagram, &text, table).with_context(|| table.name.clone()).map(Some)
 }
 
 /// The range of the first description of a diagram in a documentation, including its fences.

@@ -56,7 +56,7 @@ struct Words<'a> {
 }
 
 impl<'a> Words<'a> {
-    fn of(text: &'a str) -> Result<Words<'a>> {
+    fn new(text: &'a str) -> Result<Words<'a>> {
         let mut words = Vec::new();
         for (place, part) in text.split('"').enumerate() {
             if place % 2 == 1 {
@@ -94,7 +94,7 @@ impl<'a> Words<'a> {
 
 impl Diagram {
     fn add(&mut self, line: usize, keyword: &str, rest: &str) -> Result<()> {
-        let mut words = Words::of(rest)?;
+        let mut words = Words::new(rest)?;
         if keyword == "icon" {
             let word = words.need("the name of a symbol, or a short text in quotes")?;
             let is_text = rest.trim_start().starts_with('"');

@@ -76,7 +76,7 @@ impl Loaded {
     /// # Errors
     /// All that is wrong with the sources, with file, line and column; there is no block to be run.
     pub fn new(manifest: &Manifest, sources: &[Source], is_unit: fn(&str) -> bool) -> Result<Loaded, Wrong> {
-        Loaded::of(compile(sources, manifest).map_err(Wrong::Sources)?, manifest, sources, is_unit)
+        Loaded::from_compiled(compile(sources, manifest).map_err(Wrong::Sources)?, manifest, sources, is_unit)
     }
 
     /// The same, of which one can see while it runs what the wires of its networks carry, and what its conditions are made of. It
@@ -85,10 +85,10 @@ impl Loaded {
     /// # Errors
     /// Those of [`Loaded::new`].
     pub fn watched(manifest: &Manifest, sources: &[Source], is_unit: fn(&str) -> bool) -> Result<Loaded, Wrong> {
-        Loaded::of(compile_watched(sources, manifest).map_err(Wrong::Sources)?, manifest, sources, is_unit)
+        Loaded::from_compiled(compile_watched(sources, manifest).map_err(Wrong::Sources)?, manifest, sources, is_unit)
     }
 
-    fn of(
+    fn from_compiled(
         compiled: Compiled,
         manifest: &Manifest,
         sources: &[Source],
@@ -99,7 +99,7 @@ impl Loaded {
             blocks: compiled.candidates.clone(),
             warnings: compiled.warnings.clone(),
         })?;
-        let table::Shown { table, places, texts, own_cycle } = table::of(manifest, &compiled, root, is_unit)?;
+        let table::Shown { table, places, texts, own_cycle } = table::build(manifest, &compiled, root, is_unit)?;
         let in_outs = (0..places.len()).filter(|row| places[*row].held == Held::InOut).collect();
         let mut bytes = manifest.to_string().into_bytes();
         for source in sources {
@@ -108,7 +108,7 @@ impl Loaded {
         }
         Ok(Loaded {
             table,
-            layout: Layout::of(table),
+            layout: Layout::new(table),
             hash: fingerprint::checksum(&bytes),
             warnings: compiled.warnings,
             notes: compiled.notes,

@@ -99,7 +99,12 @@ const CYCLE: &str = "CYCLE";
 ///
 /// # Errors
 /// A name in the manifest that the program does not have; a text that the program writes is to be an input.
-pub fn of(manifest: &Manifest, compiled: &Compiled, root: &Root, is_unit: fn(&str) -> bool) -> Result<Shown, String> {
+pub fn build(
+    manifest: &Manifest,
+    compiled: &Compiled,
+    root: &Root,
+    is_unit: fn(&str) -> bool,
+) -> Result<Shown, String> {
     let mut rows: Vec<StaticRow> = Vec::new();
     let mut places: Vec<RowMemory> = Vec::new();
     let mut texts: Vec<(Text, TextPlace)> = Vec::new();

@@ -36,7 +36,7 @@ macro_rules! versions {
             const CAPABILITIES: &'static [(&'static str, &'static str)] = &[];
 
             fn name_of(row: &StaticRow) -> &'static str {
-                Types::$Version.of(row.kind, row.is_analog)
+                Types::$Version.host_type(row.kind, row.is_analog)
             }
         }
 

@@ -9,7 +9,7 @@ const TYPES: &[&str] =
 
 /// The door with the types of the PLC.
 pub static NATIVE: Door = Door {
-    type_of: |variable| Types::Native.of(variable.kind, variable.is_analog),
+    type_of: |variable| Types::Native.host_type(variable.kind, variable.is_analog),
     has_arrays: Types::Native.has_arrays(),
     token: |hash| Types::Native.token(hash),
     ..DOOR
@@ -27,7 +27,7 @@ const DOOR: Door = Door {
     table: include_str!("c/table.c"),
     functions: [EVENTS, include_str!("c/functions.c")],
     types: TYPES,
-    type_of: |variable| Types::Wide.of(variable.kind, variable.is_analog),
+    type_of: |variable| Types::Wide.host_type(variable.kind, variable.is_analog),
     has_arrays: Types::Wide.has_arrays(),
     has_dependencies: true,
     token: |hash| Types::Wide.token(hash),

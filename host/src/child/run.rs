@@ -79,7 +79,7 @@ pub fn plan(system: &System) -> Result<Plan> {
     };
     let descriptions = system.members.iter().map(|member| Ok(open(&member.path)?.description));
     let descriptions = descriptions.collect::<Result<Vec<_>>>()?;
-    Plan::of(system, &descriptions.iter().collect::<Vec<_>>())
+    Plan::new(system, &descriptions.iter().collect::<Vec<_>>())
 }
 
 /// Runs a system in a separate process. The limit of `starter` applies to one call of an FMU. `progress` periodically
@@ -160,11 +160,11 @@ fn simulate(
         witness.clear();
         fmu
     })?;
-    let plan = Plan::of(system, &fmus.descriptions())?;
+    let plan = Plan::new(system, &fmus.descriptions())?;
     let instances = (0..system.members.len()).map(|member| Witnessed::instantiate(&fmus, member, witness));
     let mut instances = instances.collect::<Result<Vec<_>>>()?;
     // A foreign FMU has neither a table nor roles.
-    let roles = |member| fmus.of(member).table().and_then(|table| dialog::of(&table)).ok().map(|(roles, _)| roles);
+    let roles = |member| fmus.fmu(member).table().and_then(|table| dialog::read(&table)).ok().map(|(roles, _)| roles);
     channel.send(&Reply::Began((0..system.members.len()).map(roles).collect()))?;
     let mut rows: Vec<u8> = Vec::with_capacity(PIECE);
     let mut give = |time: f64, row: &[f64]| {

@@ -43,7 +43,7 @@ struct Elements {
 /// A C type whose values are converted from and to the engine's cells.
 trait Plain: Copy {
     fn cell(self) -> f64;
-    fn of(cell: f64) -> Option<Self>;
+    fn from_cell(cell: f64) -> Option<Self>;
 }
 
 macro_rules! plain {
@@ -53,7 +53,7 @@ macro_rules! plain {
                 f64::from(self)
             }
 
-            fn of(cell: f64) -> Option<$of> {
+            fn from_cell(cell: f64) -> Option<$of> {
                 let value = cell as $of;
                 (f64::from(value) == cell).then_some(value)
             }
@@ -69,7 +69,7 @@ impl Plain for f32 {
     }
 
     /// Rounds, as a connection from a Float64 requires.
-    fn of(cell: f64) -> Option<f32> {
+    fn from_cell(cell: f64) -> Option<f32> {
         let value = cell as f32;
         (value.is_finite() || !cell.is_finite()).then_some(value)
     }
@@ -80,7 +80,7 @@ impl Plain for i64 {
         f64::from_bits(self as u64)
     }
 
-    fn of(cell: f64) -> Option<i64> {
+    fn from_cell(cell: f64) -> Option<i64> {
         Some(cell.to_bits() as i64)
     }
 }
@@ -90,7 +90,7 @@ impl Plain for u64 {
         f64::from_bits(self)
     }
 
-    fn of(cell: f64) -> Option<u64> {
+    fn from_cell(cell: f64) -> Option<u64> {
         Some(cell.to_bits())
     }
 }
@@ -105,7 +105,7 @@ impl Plain for Boolean {
         f64::from(u8::from(self.0 != 0))
     }
 
-    fn of(cell: f64) -> Option<Boolean> {
+    fn from_cell(cell: f64) -> Option<Boolean> {
         Some(Boolean(u8::from(cell != 0.0)))
     }
 }
@@ -436,7 +436,7 @@ impl Instance {
                 buffer.resize(values_count, 0);
                 let room = buffer.as_mut_ptr().cast::<$of>();
                 for (place, value) in values.iter().enumerate() {
-                    let Some(converted) = <$of>::of(*value) else { return Err(Unset::Value(*value)) };
+                    let Some(converted) = <$of>::from_cell(*value) else { return Err(Unset::Value(*value)) };
                     // SAFETY: there is space for as many values of at most 64 bits each.
                     unsafe { room.add(place).write(converted) };
                 }

@@ -21,7 +21,7 @@ pub fn check(description: &ModelDescription) -> Findings {
     let (mut forbidden, mut departures, mut odd) = (Counted::default(), Counted::default(), Counted::default());
     contradictions(description, &mut |_, sentence| forbidden.push(sentence));
     check_model(description, &mut forbidden, &mut odd);
-    let definitions = Definitions::of(description);
+    let definitions = Definitions::new(description);
     let is_structured = description.variable_naming_convention == VariableNamingConvention::Structured;
     for variable in &description.model_variables {
         let found = &mut |sentence: String| forbidden.push(about(variable, &sentence));
@@ -46,7 +46,7 @@ struct Definitions<'a> {
 }
 
 impl<'a> Definitions<'a> {
-    fn of(description: &'a ModelDescription) -> Definitions<'a> {
+    fn new(description: &'a ModelDescription) -> Definitions<'a> {
         let types = &description.type_definitions;
         Definitions {
             units: description.unit_definitions.iter().map(|unit| (unit.name.as_str(), unit)).collect(),
@@ -87,7 +87,7 @@ pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl Fn
             found(None, format!("Unit {name:?}: DisplayUnit {display_unit:?} is defined twice: define it once"));
         }
     }
-    let definitions = Definitions::of(description);
+    let definitions = Definitions::new(description);
     for SimpleType { name, attributes, .. } in &description.type_definitions {
         check_type(attributes, &definitions, &mut |sentence| {
             found(None, format!("SimpleType {:?}: {sentence}", shortened(name)));

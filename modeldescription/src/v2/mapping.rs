@@ -27,7 +27,7 @@ impl ModelDescription {
     /// # Errors
     /// The table has an entry that a model description forbids: an unknown unit, a start value out of range, a
     /// duplicate name.
-    pub fn of(interface: &Interface) -> Result<ModelDescription, Error> {
+    pub fn from_interface(interface: &Interface) -> Result<ModelDescription, Error> {
         let (table, names) = (&interface.table, interface.names);
         let all = table.variables.iter().map(|row| &row.name).chain(table.texts.iter().map(|text| &text.name));
         names.check(all.map(String::as_str)).map_err(|reason| Error::new(format!("{}: {reason}", table.name)))?;
@@ -71,7 +71,7 @@ impl ModelDescription {
 fn text_variable(text: &Text, value_reference: u32, names: Names) -> Variable {
     let (causality, variability, initial) = causality(text.role);
     Variable {
-        name: names.of(&text.name).into_owned(),
+        name: names.convert(&text.name).into_owned(),
         value_reference,
         description: Some(text_description(text)),
         causality,
@@ -88,7 +88,7 @@ fn text_variable(text: &Text, value_reference: u32, names: Names) -> Variable {
 fn variable(row: &Row, value_reference: u32, names: Names) -> Result<Variable, String> {
     let (causality, variability, initial) = causality(row.role);
     Ok(Variable {
-        name: names.of(&row.name).into_owned(),
+        name: names.convert(&row.name).into_owned(),
         value_reference,
         description: Some(row.description.clone()).filter(|description| !description.is_empty()),
         causality,

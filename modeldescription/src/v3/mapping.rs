@@ -34,7 +34,7 @@ impl ModelDescription {
     /// # Errors
     /// The table has an entry that a model description forbids: an unknown unit, a start value out of range, a
     /// duplicate name.
-    pub fn of(interface: &Interface) -> Result<ModelDescription, Error> {
+    pub fn from_interface(interface: &Interface) -> Result<ModelDescription, Error> {
         let table = &interface.table;
         let own = &interface.capabilities;
         let mut description = ModelDescription {
@@ -69,7 +69,7 @@ impl ModelDescription {
             .check(rows.iter().chain(&texts).map(|group| group.name.as_str()))
             .map_err(|reason| Error::new(format!("{}: {reason}", table.name)))?;
         for group in rows.iter_mut().chain(&mut texts) {
-            group.name = names.of(&group.name).into_owned();
+            group.name = names.convert(&group.name).into_owned();
         }
         for group in &rows {
             let variable = variable(table, group, interface.types)
@@ -80,7 +80,7 @@ impl ModelDescription {
         let used: HashSet<&str> = description.model_variables.iter().map(|of| of.common.name.as_str()).collect();
         let mut time = "time".to_string();
         while used.contains(time.as_str()) {
-            time.insert_str(0, &names.of("FMI."));
+            time.insert_str(0, &names.convert("FMI."));
         }
         description.model_variables.push(Variable {
             common: Common {
@@ -120,7 +120,7 @@ fn text_groups(table: &Table, types: Types) -> Vec<Group> {
 
 /// The unit of a row, if it is a floating-point number; integers have none.
 fn unit(row: &Row, types: Types) -> Option<&str> {
-    let is_float = matches!(types.of(row.kind, row.analog), "Float32" | "Float64");
+    let is_float = matches!(types.host_type(row.kind, row.analog), "Float32" | "Float64");
     if is_float { row.shown_unit() } else { None }
 }
 
@@ -202,7 +202,7 @@ fn shared<T: PartialEq + Copy>(
 
 fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
     let row = rows[0];
-    let (kind, name) = (row.kind, types.of(row.kind, row.analog));
+    let (kind, name) = (row.kind, types.host_type(row.kind, row.analog));
     let is_set = row.role.is_settable();
     if kind == Kind::Time && row.unit.as_deref().is_some_and(|unit| unit != "s") {
         let unit = row.unit.as_deref().unwrap_or_default();

@@ -35,7 +35,7 @@ fn json(rows: &[String]) -> String {
 }
 
 fn of(rows: &[String]) -> Result<ModelDescription, Error> {
-    ModelDescription::of(&Interface::parse(&json(rows)).unwrap())
+    ModelDescription::from_interface(&Interface::parse(&json(rows)).unwrap())
 }
 
 fn one(kind: &str, role: &str, rest: &str) -> Variable {
@@ -122,7 +122,7 @@ fn the_experiment_lasts_as_long_as_the_response_with_steps_of_the_default_cycle(
 #[test]
 fn a_response_without_a_call_still_leaves_a_step_to_simulate() {
     let interface = Interface::parse(&json(&[]).replace("\"calls\":60", "\"calls\":0")).unwrap();
-    let experiment = ModelDescription::of(&interface).unwrap().default_experiment.unwrap();
+    let experiment = ModelDescription::from_interface(&interface).unwrap().default_experiment.unwrap();
     assert_eq!(experiment.stop_time, Some(0.01));
 }
 
@@ -307,7 +307,7 @@ fn one_name_that_is_not_structured_makes_the_convention_flat() {
 fn flat_names_have_no_dots_and_indices() {
     let flat = |rows: &[String]| {
         let interface = Interface::parse(&json(rows))?;
-        ModelDescription::of(&Interface { names: Names::Flat, ..interface })
+        ModelDescription::from_interface(&Interface { names: Names::Flat, ..interface })
     };
     let row = |name: &str| row(name, "REAL", "output", "");
     let description = flat(&[row("par.level"), row("m[1,2]")]).unwrap();
@@ -325,6 +325,6 @@ fn names_that_no_host_can_use_are_refused() {
     let error = of(&[row("CYCLE", "REAL", "output", "")]).unwrap_err().to_string();
     assert!(error.contains("\"CYCLE\": the name is used twice"), "{error}");
     let interface = Interface::parse(&json(&[]).replace("\"BLOCK\"", "\"MY-BLOCK\"")).unwrap();
-    let error = ModelDescription::of(&interface).unwrap_err().to_string();
+    let error = ModelDescription::from_interface(&interface).unwrap_err().to_string();
     assert!(error.contains("\"MY-BLOCK\" is not a C identifier"), "{error}");
 }

@@ -284,7 +284,7 @@ fn line(xml: &str, name: &str) -> String {
 
 #[test]
 fn a_table_has_the_types_that_the_plc_has() {
-    let description = ModelDescription::of(&interface(Types::Native)).unwrap();
+    let description = ModelDescription::from_interface(&interface(Types::Native)).unwrap();
     assert_eq!(description.instantiation_token, token("{1}", Types::Native));
     let xml = String::from_utf8(write(&description)).unwrap();
     assert_eq!(
@@ -308,7 +308,7 @@ fn a_table_has_the_types_that_the_plc_has() {
 
 #[test]
 fn a_table_with_wide_types_has_doubles_and_each_element() {
-    let description = ModelDescription::of(&interface(Types::Wide)).unwrap();
+    let description = ModelDescription::from_interface(&interface(Types::Wide)).unwrap();
     assert_eq!(description.instantiation_token, token("{1}", Types::Wide));
     assert_ne!(description.instantiation_token, token("{1}", Types::Native));
     let xml = String::from_utf8(write(&description)).unwrap();
@@ -325,7 +325,7 @@ fn flat_names_have_no_dots_and_indices() {
     let flat = |types, first: &str| {
         let mut interface = Interface { names: Names::Flat, ..interface(types) };
         interface.table.variables[0].name = first.into();
-        ModelDescription::of(&interface)
+        ModelDescription::from_interface(&interface)
     };
     let named = |types, first| -> Vec<String> {
         let description = flat(types, first).unwrap();
@@ -348,7 +348,7 @@ fn the_rows_of_a_table_are_found_by_flat_names() {
     for types in [Types::Native, Types::Wide] {
         let mut interface = Interface { names: Names::Flat, ..interface(types) };
         interface.table.variables[0].name = "par.r".into();
-        let description = ModelDescription::of(&interface).unwrap().description().expanded();
+        let description = ModelDescription::from_interface(&interface).unwrap().description().expanded();
         let rows = interface.table.variables.iter().map(|row| (row.name.as_str(), (row.kind, row.role)));
         let places = description.places(rows);
         let found: Vec<&str> = places.iter().map(|place| description.variables[place.unwrap()].name.as_str()).collect();

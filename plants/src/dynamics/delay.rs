@@ -96,8 +96,8 @@ impl Delay {
         if self.ends.is_none() && self.line.is_empty() {
             return [(0.0, input), (seconds(cycle), input)];
         }
-        let of = |[delay, cycle, longest]: [LReal; 3]| Back::of(delay, Time::ms(cycle as i32), longest);
-        let back = self.back.of(self.numbers(delay, cycle), of);
+        let of = |[delay, cycle, longest]: [LReal; 3]| Back::new(delay, Time::ms(cycle as i32), longest);
+        let back = self.back.get_or_compute(self.numbers(delay, cycle), of);
         let out = match &mut self.ends {
             None => {
                 let now = self.next as usize;
@@ -157,7 +157,7 @@ impl Back {
     }
 
     /// Computes the position for a delay in seconds, limited to `longest` cycles.
-    fn of(delay: LReal, cycle: Time, longest: LReal) -> Back {
+    fn new(delay: LReal, cycle: Time, longest: LReal) -> Back {
         let whole_cycle = seconds(cycle);
         let delay = limited(cycles(delay, cycle), 0.0, longest);
         let cycles = delay as usize;

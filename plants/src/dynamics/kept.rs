@@ -32,7 +32,7 @@ impl<const N: usize, T: Copy> Kept<N, T> {
     /// Returns the value that `compute` gives for these numbers. `compute` is a plain function, so that it depends on
     /// nothing else; always pass the same function for a given instance.
     #[inline(always)]
-    pub fn of(&mut self, numbers: [LReal; N], compute: fn([LReal; N]) -> T) -> T {
+    pub fn get_or_compute(&mut self, numbers: [LReal; N], compute: fn([LReal; N]) -> T) -> T {
         let is_kept = self.is_sure || self.is_there && (0..N).all(|place| self.is_same(place, numbers));
         if is_kept { self.value } else { self.compute(numbers, compute) }
     }
@@ -129,19 +129,22 @@ mod tests {
     fn a_kept_value_is_computed_again_when_any_bit_of_a_number_has_changed() {
         let mut kept = Kept::default();
         let sign_of_first = |[first, _]: [LReal; 2]| first.signum();
-        assert_eq!(kept.of([0.0, 1.0], sign_of_first), 1.0);
-        assert_eq!(kept.of([-0.0, 1.0], sign_of_first), -1.0);
-        assert!(kept.of([LReal::NAN, 1.0], sign_of_first).is_nan());
-        assert_eq!(kept.of([LReal::NAN, 2.0], |_| 7.0), 7.0);
-        assert_eq!(kept.of([LReal::NAN, 2.0], |_| 8.0), 7.0, "nothing has changed");
+        assert_eq!(kept.get_or_compute([0.0, 1.0], sign_of_first), 1.0);
+        assert_eq!(kept.get_or_compute([-0.0, 1.0], sign_of_first), -1.0);
+        assert!(kept.get_or_compute([LReal::NAN, 1.0], sign_of_first).is_nan());
+        assert_eq!(kept.get_or_compute([LReal::NAN, 2.0], |_| 7.0), 7.0);
+        assert_eq!(kept.get_or_compute([LReal::NAN, 2.0], |_| 8.0), 7.0, "nothing has changed");
     }
 
     #[test]
     fn a_kept_value_is_no_part_of_a_saved_state() {
         let (mut kept, mut bytes) = (Kept::default(), vec![]);
-        kept.of([1.0], |[x]| x);
+        kept.get_or_compute([1.0], |[x]| x);
         kept.write(&mut bytes);
         assert!(bytes.is_empty());
-        assert_eq!(Kept::read(&mut &bytes[..]).map(|mut read: Kept<1, LReal>| read.of([1.0], |_| 2.0)), Some(2.0));
+        assert_eq!(
+            Kept::read(&mut &bytes[..]).map(|mut read: Kept<1, LReal>| read.get_or_compute([1.0], |_| 2.0)),
+            Some(2.0)
+        );
     }
 }

@@ -48,14 +48,14 @@ impl Platform {
     pub fn host(root: &Path) -> Result<Platform> {
         let version = output(rustc(root).arg("-vV"))?;
         let target = version.lines().find_map(|line| line.strip_prefix("host: "));
-        Platform::of(target.with_context(|| format!("rustc -vV does not name its host: {version}"))?)
+        Platform::find(target.with_context(|| format!("rustc -vV does not name its host: {version}"))?)
     }
 
     /// The platform of a Rust target.
     ///
     /// # Errors
     /// FMI has no name for it.
-    pub fn of(target: &str) -> Result<Platform> {
+    pub fn find(target: &str) -> Result<Platform> {
         PLATFORMS.into_iter().find(|platform| platform.target == target).with_context(|| {
             let known: Vec<_> = PLATFORMS.iter().map(|platform| platform.target).collect();
             format!("FMUs cannot be built for {target}; they can for {}", known.join(", "))
@@ -110,14 +110,14 @@ pub fn folder(name: &str) -> Result<&'static str> {
 
 /// The processors of a platform's libraries; none if FMI has no such platform.
 pub fn architectures(folder: &str) -> Vec<&'static str> {
-    let mut architectures: Vec<_> = of(folder).map(Platform::architecture).collect();
+    let mut architectures: Vec<_> = in_folder(folder).map(Platform::architecture).collect();
     architectures.dedup();
     architectures
 }
 
 /// The operating system of a platform, and how its libraries' names end.
 pub fn system(folder: &str) -> Option<(&'static str, &'static str)> {
-    let platform = of(folder).next()?;
+    let platform = in_folder(folder).next()?;
     let system = match platform {
         _ if platform.is_linux() => "Linux",
         _ if platform.is_windows() => "Windows",
@@ -126,13 +126,13 @@ pub fn system(folder: &str) -> Option<(&'static str, &'static str)> {
     Some((system, platform.suffix))
 }
 
-fn of(folder: &str) -> impl Iterator<Item = &'static Platform> {
+fn in_folder(folder: &str) -> impl Iterator<Item = &'static Platform> {
     PLATFORMS.iter().filter(move |platform| platform.folder == folder || platform.newer == folder)
 }
 
 /// The folders of FMI 3.0 for one of FMI 2.0: two for a file for both processors of macOS.
 pub fn newer(folder: &str) -> Vec<&'static str> {
-    let mut folders: Vec<_> = of(folder).map(|platform| platform.newer).collect();
+    let mut folders: Vec<_> = in_folder(folder).map(|platform| platform.newer).collect();
     folders.dedup();
     folders
 }
@@ -158,12 +158,12 @@ mod tests {
 
     #[test]
     fn fmi_has_a_folder_for_each_platform() {
-        let folder = |target| Platform::of(target).map(|platform| (platform.folder, platform.suffix)).unwrap();
+        let folder = |target| Platform::find(target).map(|platform| (platform.folder, platform.suffix)).unwrap();
         assert_eq!(folder("x86_64-unknown-linux-gnu"), ("linux64", ".so"));
         assert_eq!(folder("aarch64-unknown-linux-gnu"), ("aarch64-linux", ".so"));
         assert_eq!(folder("x86_64-pc-windows-msvc"), ("win64", ".dll"));
         assert_eq!(folder("aarch64-apple-darwin"), ("darwin64", ".dylib"));
-        let error = Platform::of("riscv64gc-unknown-linux-gnu").unwrap_err().to_string();
+        let error = Platform::find("riscv64gc-unknown-linux-gnu").unwrap_err().to_string();
         assert!(
             error.starts_with("FMUs cannot be built for riscv64gc-unknown-linux-gnu; they can for x86_64-"),
             "{error}"
@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn a_platform_has_one_name_and_the_processors_that_are_built_for_it() {
         let targets = |folder: &str, host: &str| -> Vec<&str> {
-            let host = Platform::of(host).unwrap();
+            let host = Platform::find(host).unwrap();
             Platform::of_folder(folder, &host).into_iter().map(|platform| platform.target).collect()
         };
         let linux = "x86_64-unknown-linux-gnu";

@@ -54,7 +54,7 @@ impl Names {
     ///
     /// # Errors
     /// It cannot be the name of a crate.
-    pub fn of(package: &str) -> Result<Names> {
+    pub fn new(package: &str) -> Result<Names> {
         let is_valid = package.starts_with(|first: char| first.is_ascii_lowercase())
             && package.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || "_-".contains(c))
             && !package.ends_with(['_', '-'])
@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn a_block_is_named_after_its_crate() {
-        let names = |package| Names::of(package).map(|names| (names.block, names.type_name)).unwrap();
+        let names = |package| Names::new(package).map(|names| (names.block, names.type_name)).unwrap();
         assert_eq!(names("my_pump"), ("MY_PUMP".into(), "MyPump".into()));
         assert_eq!(names("my-pump2"), ("MY_PUMP2".into(), "MyPump2".into()));
         // Not `Time`, which is a type of a variable.
@@ -190,11 +190,11 @@ mod tests {
     fn a_name_that_a_crate_cannot_have_is_refused() {
         let long = "a".repeat(65);
         for name in ["", "Pump", "2pump", "_pump", "pump_", "pump.x", "../pump", "püump", &long] {
-            let error = Names::of(name).unwrap_err().to_string();
+            let error = Names::new(name).unwrap_err().to_string();
             assert!(error.contains("use lower-case letters, digits and _"), "{name}: {error}");
         }
         for name in ["fn", "fmu", "proc-macro"] {
-            assert!(Names::of(name).unwrap_err().to_string().contains("choose another, such as my_"), "{name}");
+            assert!(Names::new(name).unwrap_err().to_string().contains("choose another, such as my_"), "{name}");
         }
     }
 
@@ -214,7 +214,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let license = |name: &str, license| {
             let path = folder.path().join(name);
-            create(&path, &Names::of("pump").unwrap(), license).unwrap();
+            create(&path, &Names::new("pump").unwrap(), license).unwrap();
             let mut command = MetadataCommand::new();
             let metadata = command.manifest_path(path.join("Cargo.toml")).no_deps().other_options(["--offline".into()]);
             metadata.exec().unwrap().packages[0].license.clone()
@@ -226,7 +226,7 @@ mod tests {
     #[test]
     fn a_folder_that_exists_is_never_touched() {
         let folder = tempfile::tempdir().unwrap();
-        let error = create(folder.path(), &Names::of("pump").unwrap(), None).unwrap_err().to_string();
+        let error = create(folder.path(), &Names::new("pump").unwrap(), None).unwrap_err().to_string();
         assert!(error.contains("exists already: choose another name, or another folder with --out"), "{error}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
@@ -236,7 +236,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("pump");
         assert_eq!(different_source(folder.path()), None);
-        create(&path, &Names::of("pump").unwrap(), None).unwrap();
+        create(&path, &Names::new("pump").unwrap(), None).unwrap();
         assert_eq!(different_source(&path), None);
         fs::write(path.join("plcfmu/blocks/src/lib.rs"), "changed").unwrap();
         fs::write(path.join("plcfmu/blocks/src/old.rs"), "no longer there").unwrap();

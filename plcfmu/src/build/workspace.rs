@@ -65,10 +65,10 @@ impl Workspace {
             }
             error => anyhow!(error),
         });
-        Ok(Workspace::of(&metadata?))
+        Ok(Workspace::from_metadata(&metadata?))
     }
 
-    fn of(metadata: &Metadata) -> Workspace {
+    fn from_metadata(metadata: &Metadata) -> Workspace {
         let is_of_programs = |package: &&Package| package.metadata["plcfmu"]["programs"] == true;
         let (programs, blocks): (Vec<_>, Vec<_>) = metadata.packages.iter().partition(is_of_programs);
         let mut crates: Vec<FmuCrate> = blocks.into_iter().filter_map(fmu_crate).collect();
@@ -182,7 +182,7 @@ mod tests {
                 package("plain", "plain", &["lib"], Value::Null, json!({})),
             ],
         });
-        let workspace = Workspace::of(&serde_json::from_value(metadata).unwrap());
+        let workspace = Workspace::from_metadata(&serde_json::from_value(metadata).unwrap());
         let fmu_crate = |package: &str, library: &str, license: Option<&str>, test_only| FmuCrate {
             name: package.into(),
             library: library.into(),

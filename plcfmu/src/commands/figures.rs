@@ -60,7 +60,7 @@ pub fn run(_: &Options) -> Result<()> {
         disturbances: &disturbances,
         ..Signals::default()
     };
-    let window = Window::of(signals, &Span { step: Some(recorded.step), ..Span::default() });
+    let window = Window::measure(signals, &Span { step: Some(recorded.step), ..Span::default() });
     let told = window.figures().map(|figure| Told {
         key: figure.key,
         meaning: figure.meaning,

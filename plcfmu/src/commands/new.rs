@@ -24,7 +24,7 @@ pub struct Options {
 
 /// Makes the crate and says what to do next.
 pub fn run(options: &Options) -> Result<()> {
-    let names = Names::of(&options.name)?;
+    let names = Names::new(&options.name)?;
     if options.scl {
         return make_program(&names, options.out.as_deref());
     }

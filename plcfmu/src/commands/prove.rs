@@ -77,10 +77,10 @@ fn write(options: &Options) -> Result<()> {
         Compiler::Tia => Dialect::Tia,
         Compiler::Step7 => Dialect::Step7,
     };
-    let tape = Tape::of(name, options.calls as usize, options.seed);
+    let tape = Tape::new(name, options.calls as usize, options.seed);
     let tape = tape.with_context(|| format!("there is no block {name}"))?;
     let own = options.block.clone().map(|block| Names { block, first: options.number });
-    let names = own.or_else(|| Names::of(&tape, dialect).map(|names| Names { first: options.number, ..names }));
+    let names = own.or_else(|| Names::new(&tape, dialect).map(|names| Names { first: options.number, ..names }));
     let names = names.with_context(|| {
         format!("the libraries of STEP 7 have no {name}: name the function block of your project with --block FB200")
     })?;

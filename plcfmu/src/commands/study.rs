@@ -152,22 +152,22 @@ pub fn run(options: &Options) -> Result<()> {
         Ok((expectation, verdict))
     });
     let verdicts = verdicts.collect::<Result<Vec<_>>>()?;
-    let summary = Summary::of(&results, WORST)?;
+    let summary = Summary::new(&results, WORST)?;
     let mut again = Again { results: &results, runs: BTreeMap::new() };
     let wanted = report::curves_wanted(&summary, main);
     let curves = curves(&mut pool, &mut again, &out, &options.curves, &wanted)?;
     let experiment = pool.experiment().clone();
     let is_failed = |run| results.errors.contains_key(&run);
-    let envelope = Envelope::of(&mut pool, &experiment, is_failed, |run, figures| again.compare(run, figures))?;
+    let envelope = Envelope::new(&mut pool, &experiment, is_failed, |run, figures| again.compare(run, figures))?;
     ensure_going(&pool)?;
     again.warning().iter().for_each(|warning| tell::warning(warning));
     output::write(&options.format.file(&out), options.format, &results)?;
-    let ran = Ran::of(&reading, &experiment)?;
+    let ran = Ran::new(&reading, &experiment)?;
     let report = Report {
         name: &reading.name,
         job: &reading.job,
         fingerprint: &fingerprint,
-        table: &RunsTable::of(&out, options.format)?,
+        table: &RunsTable::new(&out, options.format)?,
         ran: &ran,
         signals: &experiment.signals,
         disturbances: &experiment.disturbances,
@@ -242,7 +242,7 @@ fn make_part(pool: &mut Pool, runs: &Range<u64>, part: &Path, fingerprint: &str)
 fn make_runs(pool: &mut Pool, parts: &mut Parts) -> Result<()> {
     let experiment = pool.experiment().clone();
     let count = experiment.count();
-    let missing = Missing::of(parts.missing(count));
+    let missing = Missing::new(parts.missing(count));
     let there = count - missing.count;
     let progress = Progress::runs(count, there, experiment.plan.steps);
     let mut kept = Kept { collector: Collector::new(parts), missing: &missing, progress: &progress, done: there };
@@ -286,7 +286,7 @@ struct Missing {
 }
 
 impl Missing {
-    fn of(ranges: Vec<Range<u64>>) -> Missing {
+    fn new(ranges: Vec<Range<u64>>) -> Missing {
         let mut missing = Missing { ranges: Vec::new(), count: 0 };
         for range in ranges {
             let length = range.end - range.start;
@@ -486,7 +486,7 @@ mod tests {
 
     #[test]
     fn missing_runs_are_counted_through() {
-        let missing = Missing::of(vec![3..5, 9..10, 20..30]);
+        let missing = Missing::new(vec![3..5, 9..10, 20..30]);
         assert_eq!(missing.count, 13);
         let runs: Vec<_> = (0..5).map(|place| missing.run(place)).collect();
         assert_eq!(runs, [3, 4, 9, 20, 21]);

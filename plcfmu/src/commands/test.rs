@@ -87,7 +87,7 @@ fn run_file(path: &Path, options: &Options, told: &mut Vec<Value>) -> Result<Vec
     let say = |text: &str| if options.json { Ok(()) } else { print(text) };
     let file = trial::File::read(path)?;
     let parts = program::parts(&file.manifest)?;
-    if let Some(table) = program::survey::of(&file.manifest.sources, &parts) {
+    if let Some(table) = program::survey::describe(&file.manifest.sources, &parts) {
         say(&table)?;
     }
     let compiled = match scl::compile(&parts.sources, &parts.manifest) {

@@ -148,7 +148,7 @@ fn open(options: &Options, starter: Starter) -> Result<Opened> {
         "there are no FMUs of blocks{}: name their folder with --fmus, or set {FMUS} to it",
         folder.map_or_else(String::new, |folder| format!(" in {}", folder.display()))
     );
-    let collection = Collection::of(fmus, starter)?;
+    let collection = Collection::new(fmus, starter)?;
     for path in presets {
         let shown = || path.display().to_string();
         let file = collection.preset(path).with_context(shown)?;
@@ -257,7 +257,7 @@ fn read(path: &Path, name: String) -> Result<File> {
     let read = || -> Result<File> {
         let size = fs::metadata(path)?.len();
         ensure!(size <= LARGEST_FILE, "it has {size} bytes; at most {LARGEST_FILE} are accepted");
-        Ok(File::of(name, &fs::read(path)?))
+        Ok(File::new(name, &fs::read(path)?))
     };
     read().with_context(|| path.display().to_string())
 }

@@ -156,7 +156,7 @@ fn run_each(options: &Options, reading: &study::read::Reading, out: &Path) -> Re
             columns = each::columns(&tuning);
             variables = tuning.problem.search.iter().map(|of| of.variable.clone()).collect();
             let found = Found { tuning: &tuning, outcome: &outcome, present: &present };
-            Ok(Tuned::of(name, &found))
+            Ok(Tuned::new(name, &found))
         });
         if pool_options.interrupted.load(Ordering::Relaxed) {
             bail!(Interrupted("nothing was written".into()));

@@ -369,7 +369,7 @@ mod tests {
     }
 
     fn description() -> ModelDescription {
-        ModelDescription::of(&interface()).unwrap()
+        ModelDescription::from_interface(&interface()).unwrap()
     }
 
     /// What the check says of an FMU with this library.
@@ -467,7 +467,7 @@ mod tests {
     #[test]
     fn a_build_description_that_does_not_fit_is_found_by_name() {
         let newer = Interface { version: modeldescription::v3::FMI_VERSION.into(), ..interface() };
-        let xml = modeldescription::ModelDescription::of(&newer).unwrap().write();
+        let xml = modeldescription::ModelDescription::from_interface(&newer).unwrap().write();
         let report = |build: Option<&str>| {
             let mut files: BTreeMap<String, Vec<u8>> =
                 [("modelDescription.xml".to_string(), xml.clone()), ("sources/PUMP.c".to_string(), b"int a;".to_vec())]

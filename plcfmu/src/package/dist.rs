@@ -365,14 +365,14 @@ mod tests {
 
     #[test]
     fn the_command_is_built_for_this_machine_and_for_windows_if_the_fmus_are() {
-        let host = Platform::of("x86_64-unknown-linux-gnu").unwrap();
+        let host = Platform::find("x86_64-unknown-linux-gnu").unwrap();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("PUMP.fmu");
         fs::write(&path, fmu(&[("linux64", "1"), ("aarch64-linux", "2")])).unwrap();
         assert_eq!(targets(folder.path(), &host).unwrap(), ["x86_64-unknown-linux-gnu"]);
         fs::write(&path, fmu(&[("linux64", "1"), ("win64", "2")])).unwrap();
         assert_eq!(targets(folder.path(), &host).unwrap(), ["x86_64-unknown-linux-gnu", "x86_64-pc-windows-gnu"]);
-        let windows = Platform::of("x86_64-pc-windows-msvc").unwrap();
+        let windows = Platform::find("x86_64-pc-windows-msvc").unwrap();
         assert_eq!(targets(folder.path(), &windows).unwrap(), ["x86_64-pc-windows-msvc"]);
     }
 

@@ -338,8 +338,8 @@ fn begin(workspace: &Workspace, folder: &Path) -> Result<File> {
 
 /// Packs one FMU and returns its size in bytes.
 fn pack(workspace: &Workspace, built: &Built, plan: &Plan, version: Version, path: &Path) -> Result<usize> {
-    let interface = version.of(&built.interface);
-    let mut xml = ModelDescription::of(&interface)?.with_license(built.fmu_crate.license.clone());
+    let interface = version.adapt(&built.interface);
+    let mut xml = ModelDescription::from_interface(&interface)?.with_license(built.fmu_crate.license.clone());
     let name = &interface.table.name;
     let source = source(workspace, built, version)?;
     let file = source.as_ref().map(|_| format!("{name}.c"));
@@ -359,7 +359,7 @@ fn source(workspace: &Workspace, built: &Built, version: Version) -> Result<Opti
     if fmu_crate.without_sources {
         return Ok(None);
     }
-    match sources::of(workspace, fmu_crate, &Library::open(here)?, interface, version.door()) {
+    match sources::generate(workspace, fmu_crate, &Library::open(here)?, interface, version.door()) {
         Ok(text) => Ok(Some(text)),
         Err(why) => {
             eprintln!(

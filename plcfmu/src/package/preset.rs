@@ -128,7 +128,7 @@ impl Original<BufReader<File>> {
     /// # Errors
     /// It is damaged.
     pub fn open(path: &Path) -> Result<Self> {
-        Original::of(Package::open(path)?)
+        Original::from_package(Package::open(path)?)
     }
 }
 
@@ -137,7 +137,7 @@ impl<R: Read + Seek> Original<R> {
     ///
     /// # Errors
     /// Its start values are damaged.
-    pub fn of(mut package: Package<R>) -> Result<Self> {
+    pub fn from_package(mut package: Package<R>) -> Result<Self> {
         let block = package.description.model_identifier().unwrap_or_default().to_string();
         let start = read(&mut package)?.map(|(_, start)| start);
         let is_preset = start.is_some();
@@ -216,7 +216,7 @@ mod tests {
     type Files = BTreeMap<String, Vec<u8>>;
 
     fn files(has_table: bool) -> Files {
-        let xml = ModelDescription::of(&Interface::parse(TABLE).unwrap()).unwrap();
+        let xml = ModelDescription::from_interface(&Interface::parse(TABLE).unwrap()).unwrap();
         let functions: Vec<&str> = FUNCTIONS.iter().copied().chain(has_table.then_some("plcfmu_interface")).collect();
         let mut library = macos(object::Architecture::X86_64, &functions);
         library.extend(b"{1}");
@@ -247,7 +247,7 @@ mod tests {
     }
 
     fn preset(flow: f32, cycle: i32) -> Result<Preset> {
-        Original::of(package(&files(true)))?.preset(&values(flow, cycle))
+        Original::from_package(package(&files(true)))?.preset(&values(flow, cycle))
     }
 
     /// The files of a preset.
@@ -324,7 +324,7 @@ mod tests {
     fn the_same_preset_has_the_same_bytes_and_one_with_another_name_another_guid() {
         assert_eq!(preset(0.1, 20).unwrap().bytes, preset(0.1, 20).unwrap().bytes);
         let other = Loop { name: "P2".into(), ..values(0.1, 20) };
-        let other = Original::of(package(&files(true))).unwrap().preset(&other).unwrap();
+        let other = Original::from_package(package(&files(true))).unwrap().preset(&other).unwrap();
         assert_ne!(other.guid, preset(0.1, 20).unwrap().guid);
     }
 
@@ -334,13 +334,13 @@ mod tests {
         assert_eq!(refusal(preset(f32::NAN, 20)), "FLOW = NaN: a REAL takes finite numbers of at most 3.4028235e38");
         assert_eq!(refusal(preset(1.0, -1)), "CYCLE = -0.001: a TIME takes 0 ... 2147483.647 s");
         assert_eq!(refusal(preset(1.0, 0)), "the time between two calls is 0 s: it must be at least 0.001 s");
-        let foreign = Original::of(package(&files(false))).unwrap().preset(&values(1.0, 20));
+        let foreign = Original::from_package(package(&files(false))).unwrap().preset(&values(1.0, 20));
         assert_eq!(
             refusal(foreign),
             "it was not made by plcfmu: its library would ignore the start values of a preset"
         );
         let fan = Loop::new("F", Arc::new(BlockType::new("FAN".into(), Vec::new(), Vec::new())));
-        let other = Original::of(package(&files(true))).unwrap().preset(&fan);
+        let other = Original::from_package(package(&files(true))).unwrap().preset(&fan);
         assert_eq!(refusal(other), "it is an FMU of PUMP, not of FAN");
     }
 }

@@ -229,7 +229,7 @@ pub fn examine(manifest: &Manifest) -> Result<Examined, Refused> {
     })?;
     let loaded = Arc::new(loaded);
     let interface = Interface::parse(&fmu::describe(loaded.table, &loaded.guid())).map_err(Error::from)?;
-    let description = ModelDescription::of(&interface).map_err(Error::from)?;
+    let description = ModelDescription::from_interface(&interface).map_err(Error::from)?;
     let mut program = program::Program::new(loaded.clone());
     program.restart();
     (0..interface.table.responses[0].calls).for_each(|_| program.call());
@@ -271,7 +271,7 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
     );
     let Examined { manifest, sources, loaded, interface, description: mut xml, warnings, stop } = examine(manifest)?;
     if version != Version::default() {
-        xml = ModelDescription::of(&version.of(&interface))?;
+        xml = ModelDescription::from_interface(&version.adapt(&interface))?;
     }
     let mut warnings: Vec<String> = warnings.iter().map(ToString::to_string).filter(|text| !text.is_empty()).collect();
     warnings.extend(stop.as_deref().map(|stop| format!("note: {}", stops(stop))));

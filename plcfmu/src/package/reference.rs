@@ -48,7 +48,7 @@ pub fn record(
 
     let cycle = (instance.get(Type::Real, table.cycle as u32)? * 1000.0).round() as u32;
     let values = |instance: &mut Instance| -> Result<Vec<f64>> {
-        shown.iter().map(|row| instance.get(Type::of(rows[*row].kind), *row as u32)).collect()
+        shown.iter().map(|row| instance.get(Type::from_kind(rows[*row].kind), *row as u32)).collect()
     };
     let mut recording = Recording { cycle, restart: values(&mut instance)?, calls: Vec::new(), shown: shown.clone() };
     for call in 0..response.calls {
@@ -67,7 +67,7 @@ fn set(instance: &mut Instance, table: &Table, response: &Response, call: u32) -
     for (_, name, value) in response.set.iter().filter(|(before, ..)| *before == call) {
         let row = table.find(name).with_context(|| format!("{} has no variable {name}", table.name))?;
         instance
-            .set(Type::of(table.variables[row].kind), row as u32, *value)
+            .set(Type::from_kind(table.variables[row].kind), row as u32, *value)
             .with_context(|| format!("{name} = {value:?} before call {call}"))?;
     }
     Ok(())
@@ -186,7 +186,7 @@ fn output(table: &Table, recording: &Recording, version: Version) -> String {
 }
 
 fn header(table: &Table, columns: &[usize], version: Version) -> String {
-    let names = columns.iter().map(|row| format!(",{}", version.names.of(&table.variables[*row].name)));
+    let names = columns.iter().map(|row| format!(",{}", version.names.convert(&table.variables[*row].name)));
     format!("time{}\n", names.collect::<String>())
 }
 
@@ -227,7 +227,7 @@ fn description(table: &Table, recording: &Recording, version: Version) -> String
             let _ = writeln!(
                 text,
                 "Set before the initialization ends: {} = {}",
-                version.names.of(variable),
+                version.names.convert(variable),
                 start_value(row, *value, version)
             );
         }

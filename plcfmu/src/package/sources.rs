@@ -20,7 +20,7 @@ use std::sync::Arc;
 ///
 /// # Errors
 /// What of the law is not known, with file, line and column; the law is not that of the library.
-pub fn of(
+pub fn generate(
     workspace: &Workspace,
     fmu_crate: &FmuCrate,
     library: &Library,
@@ -171,7 +171,7 @@ impl Subject for OfLibrary<'_> {
     type Error = anyhow::Error;
 
     fn set(&mut self, row: usize, number: f64) -> Result<()> {
-        self.instance.set(Type::of(self.interface.table.variables[row].kind), row as u32, number)
+        self.instance.set(Type::from_kind(self.interface.table.variables[row].kind), row as u32, number)
     }
 
     fn call(&mut self) -> Result<bool> {
@@ -183,7 +183,7 @@ impl Subject for OfLibrary<'_> {
     }
 
     fn get(&mut self, row: usize) -> Result<f64> {
-        self.instance.get(Type::of(self.interface.table.variables[row].kind), row as u32)
+        self.instance.get(Type::from_kind(self.interface.table.variables[row].kind), row as u32)
     }
 }
 

@@ -114,8 +114,8 @@ struct Resources {
 pub fn write(system: &System, name: &str, options: Options) -> Result<Ssp> {
     let resources = Resources::open(system)?;
     let descriptions: Vec<&Description> = resources.of.iter().map(|of| &resources.files[*of].3).collect();
-    let plan = Plan::of(system, &descriptions)?;
-    let names = Names::of(system, &descriptions)?;
+    let plan = Plan::new(system, &descriptions)?;
+    let names = Names::new(system, &descriptions)?;
     let wires = wires(&names, &system.connections)?;
     let settings = effective(&names, &system.settings, &wires)?;
     let elements = identifiers(&system.members.iter().map(|member| member.name.as_str()).collect::<Vec<_>>())?;

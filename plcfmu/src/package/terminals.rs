@@ -56,7 +56,7 @@ pub fn files(table: &Table, types: Types, names: Names) -> Result<Files> {
 }
 
 fn terminals(table: &Table, types: Types) -> Result<Vec<Terminal>> {
-    let (roles, _) = dialog::of(table)?;
+    let (roles, _) = dialog::read(table)?;
     let role = |name: &str| table.find(name).map(|row| table.variables[row].role);
     let mut terminals: Vec<Terminal> = Vec::new();
     let mut add = |name: &str, member: &str, variable: &str, role: Option<Role>| {
@@ -107,7 +107,7 @@ fn xml(terminals: &[Terminal], names: Names) -> String {
             let _ = writeln!(
                 xml,
                 "      <TerminalMemberVariable variableName=\"{}\" memberName=\"{}\" variableKind=\"signal\"/>",
-                Text(&names.of(variable)),
+                Text(&names.convert(variable)),
                 Text(member)
             );
         }

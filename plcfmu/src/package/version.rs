@@ -92,7 +92,7 @@ impl Version {
     }
 
     /// A library's description of itself, for an FMU of this version.
-    pub fn of(self, interface: &Interface) -> Interface {
+    pub fn adapt(self, interface: &Interface) -> Interface {
         let version = match self.fmi {
             Fmi::Two => interface.version.clone(),
             Fmi::Three => modeldescription::v3::FMI_VERSION.into(),
@@ -162,7 +162,7 @@ impl Version {
     pub fn is_whole(self, kind: Kind) -> bool {
         match self.fmi {
             Fmi::Two => kind.class() != Class::Real,
-            Fmi::Three => !self.types.unwrap_or(Types::Native).of(kind, false).starts_with("Float"),
+            Fmi::Three => !self.types.unwrap_or(Types::Native).host_type(kind, false).starts_with("Float"),
         }
     }
 }

@@ -23,7 +23,7 @@ pub struct Sections<'a> {
 
 impl<'a> Sections<'a> {
     /// Takes Markdown apart at the headings of the first level.
-    pub fn of(docs: &'a str) -> Sections<'a> {
+    pub fn new(docs: &'a str) -> Sections<'a> {
         let mut sections = Vec::new();
         let (mut heading, mut begin, mut place, mut is_fenced) = ("", 0, 0, false);
         for line in docs.split_inclusive('\n') {
@@ -169,7 +169,7 @@ mod tests {
     #[test]
     fn documentation_is_taken_apart_at_its_headings() {
         let docs = " First.\n\n # Algorithm\n\n ```text\n # no heading\n ```\n\n # Limits of use\n\n None.\n";
-        let mut sections = Sections::of(docs);
+        let mut sections = Sections::new(docs);
         assert_eq!(sections.take("Algorithm"), Some(" ```text\n # no heading\n ```"));
         assert_eq!(sections.take("Algorithm"), None);
         assert_eq!(sections.take_all(), [("", " First."), ("Limits of use", " None.")]);

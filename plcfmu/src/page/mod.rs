@@ -118,7 +118,7 @@ pub fn html(
         diagram::terminals_of(table, &[Role::Input, Role::Parameter, Role::Fixed, Role::Cycle, Role::Output]);
     let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
     let docs = table.docs.trim_start().split_once("\n\n").map_or("", |(_, rest)| rest);
-    let mut sections = Sections::of(docs);
+    let mut sections = Sections::new(docs);
     let mut take = |titles: &[(&str, &str)]| -> anyhow::Result<Vec<Section>> {
         let taken = titles.iter().filter_map(|(heading, title)| Some((*title, sections.take(heading)?)));
         taken.map(|(title, text)| section(title, text, &names)).collect()
@@ -131,7 +131,7 @@ pub fn html(
     // A documentation without headings is that of the algorithm.
     let law = take(&[("Algorithm", "Algorithm"), ("", "Algorithm"), ("Clauses", "Clauses")])?;
     let mut after_responses = take(&[("Limits of use", "Limits of use"), ("Sources", "Sources")])?;
-    let colors = crate::colors::of(table)?;
+    let colors = crate::colors::assign(table)?;
     sections.take("Dialog");
     for (title, text) in sections.take_all() {
         after_responses.push(section(title, text, &names)?);
@@ -204,7 +204,7 @@ pub fn help(table: &Table, row: &Row) -> anyhow::Result<String> {
 /// A formula cannot be rendered.
 pub fn sections(table: &Table, titles: &[&str]) -> anyhow::Result<String> {
     let names: Vec<&str> = table.variables.iter().map(|row| row.name.as_str()).collect();
-    let mut sections = Sections::of(&table.docs);
+    let mut sections = Sections::new(&table.docs);
     let mut html = String::new();
     for title in titles {
         if let Some(text) = sections.take(title) {

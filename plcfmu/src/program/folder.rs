@@ -57,7 +57,7 @@ impl Files {
     ///
     /// # Errors
     /// A folder cannot be read, or has no file of a program.
-    pub fn of(named: &[PathBuf]) -> Result<Files> {
+    pub fn new(named: &[PathBuf]) -> Result<Files> {
         let mut files = Files::default();
         for path in named {
             if !path.is_dir() {
@@ -144,7 +144,7 @@ mod tests {
         ] {
             write(path, text);
         }
-        let files = Files::of(&[folder.path().into()]).unwrap();
+        let files = Files::new(&[folder.path().into()]).unwrap();
         let names = |files: &[PathBuf]| -> Vec<String> {
             let relative = |file: &PathBuf| file.strip_prefix(folder.path()).unwrap().display().to_string();
             files.iter().map(|file| relative(file).replace('\\', "/")).collect()
@@ -152,6 +152,6 @@ mod tests {
         assert_eq!(names(&files.sources), ["a/types.udt", "b/Motor.SCL"]);
         assert_eq!(names(&files.tables), ["tags/PLC.sdf", "tags/PLC.xml"]);
         let empty = folder.path().join("tags");
-        assert!(Files::of(&[empty]).unwrap_err().to_string().contains("has no source of a program"));
+        assert!(Files::new(&[empty]).unwrap_err().to_string().contains("has no source of a program"));
     }
 }

@@ -15,11 +15,11 @@ pub fn table(named: &[PathBuf], manifest: &Manifest) -> Result<Option<String>> {
     if !named.iter().any(|path| path.is_dir()) {
         return Ok(None);
     }
-    Ok(of(named, &parts(manifest)?))
+    Ok(describe(named, &parts(manifest)?))
 }
 
 /// The same of a program that was read.
-pub fn of(named: &[PathBuf], parts: &Parts) -> Option<String> {
+pub fn describe(named: &[PathBuf], parts: &Parts) -> Option<String> {
     if !named.iter().any(|path| path.is_dir()) {
         return None;
     }

@@ -103,7 +103,7 @@ impl Known {
 
 /// What an FMU is in a loop, by what its documentation says of its dialog.
 fn part(table: &Table) -> LoopRole {
-    run::dialog::of(table).map_or(LoopRole::Other, |(roles, _)| roles.part(table))
+    run::dialog::read(table).map_or(LoopRole::Other, |(roles, _)| roles.part(table))
 }
 
 /// A text of a foreign FMU, short enough to be shown.
@@ -140,7 +140,7 @@ impl Collection {
     ///
     /// # Errors
     /// A library's table is damaged.
-    pub fn of(mut fmus: Vec<Known>, starter: Starter) -> Result<Collection> {
+    pub fn new(mut fmus: Vec<Known>, starter: Starter) -> Result<Collection> {
         let rank = |part: LoopRole| {
             [LoopRole::Controller, LoopRole::Plant, LoopRole::Other].iter().position(|other| *other == part)
         };
@@ -167,7 +167,7 @@ impl Collection {
         let mut blocks = self.blocks.iter().filter(|block| parameter_file::is_of(description, block));
         let one = blocks.find_map(of_block)?;
         let content = parameters::write(Format::Json, &[one], name).ok()?;
-        Some(File::of(format!("{name}.json"), &content))
+        Some(File::new(format!("{name}.json"), &content))
     }
 
     /// The start values of a preset at `path`, as a parameter file; `None` for any other FMU.
@@ -191,7 +191,7 @@ pub struct File {
 
 impl File {
     /// A file with this name and content.
-    pub fn of(file: String, content: &[u8]) -> File {
+    pub fn new(file: String, content: &[u8]) -> File {
         File { file, content: BASE64_STANDARD.encode(content) }
     }
 }

@@ -493,7 +493,7 @@ impl Shared {
         let (reply, answer) = oneshot::channel();
         let number = {
             let mut tabs = self.tabs.lock().unwrap_or_else(PoisonError::into_inner);
-            let tab = tabs.of(id, &self.collection)?;
+            let tab = tabs.tab(id, &self.collection)?;
             let is_at_work = tab.at_work.clone();
             let job: Job = Box::new(move |engine, home| {
                 // No one waits for it if the tab has been closed.
@@ -528,7 +528,7 @@ fn is_identifier(id: &str) -> bool {
 
 impl Tabs {
     /// The tab of this name; a new one has a new engine. The one that has been used last is at the end.
-    fn of(&mut self, id: &str, collection: &Arc<Collection>) -> Result<&Tab, Refusal> {
+    fn tab(&mut self, id: &str, collection: &Arc<Collection>) -> Result<&Tab, Refusal> {
         let tab = match self.tabs.iter().position(|tab| tab.id == id) {
             Some(place) => self.tabs.remove(place),
             None => self

@@ -11,13 +11,13 @@ fn table(fence: &str) -> Table {
 const REST: &str = "SP, PV_IN, MAN_ON, MAN, STOP_HIGH, P_SEL, GAIN, TI, HIGH, BITS, CYCLE";
 
 fn error(fence: &str) -> String {
-    format!("{:#}", of(&table(fence)).unwrap_err())
+    format!("{:#}", read(&table(fence)).unwrap_err())
 }
 
 #[test]
 fn a_block_says_what_its_variables_are_in_a_loop() {
     let home = TestHome::default();
-    let (roles, groups) = of(&home.table("PID").unwrap().unwrap()).unwrap();
+    let (roles, groups) = read(&home.table("PID").unwrap().unwrap()).unwrap();
     let text = |name: &str| Some(name.to_string());
     let list = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
     let expected = Roles {
@@ -38,14 +38,14 @@ fn a_block_says_what_its_variables_are_in_a_loop() {
     assert_eq!(titles, ["Process value", "Gain and time", "Manual and limits"]);
 
     let table = home.table("LAG").unwrap().unwrap();
-    let (roles, _) = of(&table).unwrap();
+    let (roles, _) = read(&table).unwrap();
     assert_eq!((roles.process_value.as_deref(), roles.shown_process_value.as_deref()), (Some("TEMP"), Some("TEMP")));
     assert_eq!((roles.disturbances.as_slice(), roles.part(&table)), (list(&["LOAD"]).as_slice(), LoopRole::Plant));
 }
 
 #[test]
 fn and_binds_tighter_than_or() {
-    let (_, groups) = of(&table(&format!("[A]\nI_SEL if P_SEL and not MAN_ON or STOP_HIGH\n{REST}"))).unwrap();
+    let (_, groups) = read(&table(&format!("[A]\nI_SEL if P_SEL and not MAN_ON or STOP_HIGH\n{REST}"))).unwrap();
     let field = &groups[0].fields[0];
     let switch = |name: &str, wanted| (name.to_string(), wanted);
     assert_eq!(field.used_if, [vec![switch("P_SEL", true), switch("MAN_ON", false)], vec![switch("STOP_HIGH", true)]]);
@@ -59,7 +59,7 @@ fn and_binds_tighter_than_or() {
 fn a_block_without_a_dialog_has_its_inputs_and_its_parameters() {
     let mut table = table("");
     table.docs = "A block.".into();
-    let (roles, groups) = of(&table).unwrap();
+    let (roles, groups) = read(&table).unwrap();
     assert_eq!(roles, Roles::default());
     let names = |group: &Group| group.fields.iter().map(|field| field.name.clone()).collect::<Vec<_>>().join(", ");
     assert_eq!((groups[0].title.as_str(), names(&groups[0]).as_str()), ("Inputs", "SP, PV_IN, MAN_ON, MAN, STOP_HIGH"));
@@ -113,7 +113,7 @@ fn each_setting_is_in_one_group() {
 fn a_dialog_ends_and_there_is_one() {
     let mut table = table("");
     table.docs = "```dialog\n[A]\n".into();
-    assert_eq!(of(&table).unwrap_err().to_string(), "a dialog ends with the line ```");
+    assert_eq!(read(&table).unwrap_err().to_string(), "a dialog ends with the line ```");
     table.docs = "```dialog\n```\n```dialog\n```\n".into();
-    assert_eq!(of(&table).unwrap_err().to_string(), "there are two dialogs: write one");
+    assert_eq!(read(&table).unwrap_err().to_string(), "there are two dialogs: write one");
 }

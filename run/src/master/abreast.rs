@@ -47,7 +47,7 @@ impl<C: Component> Run<C> {
             values.iter_mut().skip(number).step_by(count).zip(&run.values).for_each(|(to, value)| *to = *value);
         }
 
-        let wirings: Vec<Wiring> = (0..plan.members.len()).map(|member| Wiring::of(plan, member)).collect();
+        let wirings: Vec<Wiring> = (0..plan.members.len()).map(|member| Wiring::new(plan, member)).collect();
         let mut members: Vec<Vec<&mut C>> = wirings.iter().map(|_| Vec::with_capacity(count)).collect();
         for run in &mut *runs {
             members.iter_mut().zip(&mut run.members).for_each(|(of, member)| of.push(&mut member.component));

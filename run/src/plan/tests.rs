@@ -72,7 +72,7 @@ fn system(connections: &[&str], settings: &[&str]) -> System {
 }
 
 fn plan(system: &System) -> Result<Plan> {
-    Plan::of(system, &[&controller(), &plant()])
+    Plan::new(system, &[&controller(), &plant()])
 }
 
 fn error(system: &System) -> String {
@@ -327,12 +327,12 @@ fn times_that_make_no_run_are_refused() {
 fn an_fmu_that_proposes_no_times_asks_for_them() {
     let silent = description(Vec::new(), None);
     let mut system = System { members: vec![Member { name: "C".into(), path: "C.fmu".into() }], ..System::default() };
-    let error = |system: &System| format!("{:#}", Plan::of(system, &[&silent]).unwrap_err());
+    let error = |system: &System| format!("{:#}", Plan::new(system, &[&silent]).unwrap_err());
     assert_eq!(error(&system), "no FMU proposes a communication step: give one, such as step = 0.1");
     system.step = Some(1.0);
     assert_eq!(error(&system), "no FMU proposes a stop time: give one, such as stop = 60");
     system.stop = Some(1.0);
-    assert_eq!(Plan::of(&system, &[&silent]).unwrap().start, 0.0);
+    assert_eq!(Plan::new(&system, &[&silent]).unwrap().start, 0.0);
 }
 
 #[test]

@@ -223,7 +223,7 @@ pub(super) struct Uses<'a> {
 
 impl<'a> Uses<'a> {
     /// Counts the uses in a function's body. What a call copies out is also named at the end.
-    pub fn of(facts: &'a [Facts], number: usize, body: &[Statement]) -> Uses<'a> {
+    pub fn new(facts: &'a [Facts], number: usize, body: &[Statement]) -> Uses<'a> {
         let mut uses = Uses { facts, counts: BTreeMap::new(), through: BTreeSet::new(), read: BTreeSet::new() };
         let own = &facts[number];
         uses.counts.extend(own.outs.iter().copied().chain(own.returns).map(|local| (local, 1)));

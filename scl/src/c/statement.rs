@@ -539,7 +539,7 @@ fn inside(value: &str, (low, high): (i64, i64)) -> String {
 
 /// Whether each assignment to a local is immediately followed by returning it, and the local has no other use.
 pub(super) fn is_direct(body: &[Statement], result: usize) -> bool {
-    fn of(list: &[Statement], result: usize, last: bool) -> Option<bool> {
+    fn ends(list: &[Statement], result: usize, last: bool) -> Option<bool> {
         // Whether the end of the list is unreachable; `None` if the local is used in any other way.
         for (number, statement) in list.iter().enumerate() {
             let rest = &list[number + 1..];
@@ -561,7 +561,7 @@ pub(super) fn is_direct(body: &[Statement], result: usize) -> bool {
                     if reads(condition, result, &[]) {
                         return None;
                     }
-                    let (then, otherwise) = (of(then, result, is_last)?, of(otherwise, result, is_last)?);
+                    let (then, otherwise) = (ends(then, result, is_last)?, ends(otherwise, result, is_last)?);
                     if then && otherwise {
                         return is_nothing(rest).then_some(true);
                     }
@@ -577,7 +577,7 @@ pub(super) fn is_direct(body: &[Statement], result: usize) -> bool {
         }
         Some(false)
     }
-    of(body, result, true) == Some(true)
+    ends(body, result, true) == Some(true)
 }
 
 /// The locals named by statements.

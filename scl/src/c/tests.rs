@@ -334,7 +334,7 @@ fn a_variable_by_reference_is_chosen_before_a_later_argument_changes_its_index()
     let at = At { file: 0, line: 1 };
     let on = |what: What| Statement { at, what };
     let load = |place: &Place| Expr::Load(Scalar::I32, place.clone());
-    let (i, own) = (Place::of(Base::Memory).member(0), |local: usize| Place::of(Base::Local(local)));
+    let (i, own) = (Place::new(Base::Memory).member(0), |local: usize| Place::new(Base::Local(local)));
     let local = |ty: &Type, by_reference| Local { name: "l".to_string(), ty: ty.clone(), by_reference };
     let mut add = |name: &str, locals: Vec<Local>, parameters: usize, body: Vec<Statement>| {
         let name = name.to_string();
@@ -347,7 +347,7 @@ fn a_variable_by_reference_is_chosen_before_a_later_argument_changes_its_index()
     let next = add("next", vec![local(&number, false)], 0, counts);
     let gives = vec![on(What::Assign(own(0).member(0), load(&own(1))))];
     let give = add("give", vec![local(&pair, true), local(&number, false)], 2, gives);
-    let mut element = Place::of(Base::Memory).member(1);
+    let mut element = Place::new(Base::Memory).member(1);
     element.steps.push(Step::Index(vec![load(&i)], at));
     let called = Call { function: next, instance: None, arguments: Vec::new(), outputs: vec![(0, own(0))] };
     let value = Expr::After(vec![on(What::Call(called))], Box::new(load(&own(0))));
@@ -435,9 +435,9 @@ fn exp_and_its_relatives_give_the_bits_of_the_machine() {
         assert_eq!(written.len(), 84 * arguments.len());
         let mut before = 1.0_f64;
         for (x, written) in arguments.iter().zip(written.chunks(84)) {
-            let power = |a: Value, b: Value| Binary::Pow.of(a, b).unwrap().0;
+            let power = |a: Value, b: Value| Binary::Pow.fold(a, b).unwrap().0;
             let (wide, narrow) = (power(before.into(), (*x).into()), power((before as f32).into(), (*x as f32).into()));
-            let results = functions.iter().map(|it| it.of((*x).into()).unwrap()).chain([wide, narrow]);
+            let results = functions.iter().map(|it| it.fold((*x).into()).unwrap()).chain([wide, narrow]);
             for (number, (result, c)) in results.zip(written.chunks(8)).enumerate() {
                 let c = Value::read(result.ty(), c);
                 let same = c == result || c.number().is_nan() && result.number().is_nan();

@@ -25,7 +25,7 @@ pub struct Owner {
 
 impl Owner {
     /// Collects what the networks need to know about their block.
-    pub fn of(block: &SourceBlock) -> Owner {
+    pub fn new(block: &SourceBlock) -> Owner {
         let mut owner = Owner { title: block.title(), ..Owner::default() };
         for section in &block.sections {
             for name in section.members.iter().flat_map(|member| &member.names) {

@@ -13,7 +13,7 @@ pub fn convert(value: Expr, from: Scalar, to: Scalar, how: Convert, at: At) -> E
         return value;
     }
     if let Expr::Const(constant) = value
-        && let Some((converted, _)) = how.of(constant, to)
+        && let Some((converted, _)) = how.fold(constant, to)
     {
         return Expr::Const(converted);
     }
@@ -23,7 +23,7 @@ pub fn convert(value: Expr, from: Scalar, to: Scalar, how: Convert, at: At) -> E
 /// An operation in the program, folded if both operands are constant and no warning is due.
 pub fn binary(operation: Binary, of: Scalar, left: Expr, right: Expr, at: At) -> Expr {
     if let (Expr::Const(left), Expr::Const(right)) = (&left, &right)
-        && let Some((result, false)) = operation.of(*left, *right)
+        && let Some((result, false)) = operation.fold(*left, *right)
     {
         return Expr::Const(result);
     }
@@ -33,7 +33,7 @@ pub fn binary(operation: Binary, of: Scalar, left: Expr, right: Expr, at: At) ->
 /// A unary operation, folded if its operand is constant.
 pub fn unary(operation: Unary, of: Scalar, value: Expr) -> Expr {
     if let Expr::Const(constant) = value
-        && let Some(result) = operation.of(constant)
+        && let Some(result) = operation.fold(constant)
     {
         return Expr::Const(result);
     }

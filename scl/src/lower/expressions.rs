@@ -128,7 +128,7 @@ impl Lowerer<'_, '_> {
         let record = &mut self.compiler.program.records[constants];
         let offset = record.members[member].offset;
         record.start[offset..offset + bytes.len()].copy_from_slice(bytes);
-        Place::of(Base::Constants).member(member)
+        Place::new(Base::Constants).member(member)
     }
 
     /// The place of a text of the given width: an untyped constant takes that width, and a character becomes a text of

@@ -221,8 +221,8 @@ impl Lowerer<'_, '_> {
             match self.symbol(&name.text) {
                 Some(Symbol::Variable(section, of, slot)) => {
                     let place = match slot {
-                        Slot::Member(number) => Place::of(Base::Instance).member(number),
-                        Slot::Local(number) => Place::of(Base::Local(number)),
+                        Slot::Member(number) => Place::new(Base::Instance).member(number),
+                        Slot::Local(number) => Place::new(Base::Local(number)),
                     };
                     let variable = Variable { of, place, slice: None, section: Some(section), timer: None };
                     self.use_view(&variable, false);
@@ -246,7 +246,7 @@ impl Lowerer<'_, '_> {
                 "ENO" | "OK" if self.block.is_some() && self.is_eno(scope, &name.key()) => {
                     let own = self.block.and_then(|block| self.compiler.blocks[block].eno);
                     let place = match self.eno.or(own) {
-                        Some(eno) => Place::of(Base::Local(eno)),
+                        Some(eno) => Place::new(Base::Local(eno)),
                         None => {
                             self.eno = Some(self.locals.len());
                             self.temp(crate::program::Type::Scalar(Scalar::Bool))

@@ -154,7 +154,7 @@ impl Lowerer<'_, '_> {
         };
         let number = known.unwrap_or_else(|| self.temporary(name, Type::Elementary(of)));
         if let Some(value) = value {
-            self.push(span, What::Assign(Place::of(program::Base::Local(number)), value));
+            self.push(span, What::Assign(Place::new(program::Base::Local(number)), value));
         }
     }
 

@@ -83,7 +83,7 @@ struct Image {
 
 impl Image {
     /// The image of a variable, or the reason why it cannot be seen as bytes.
-    fn of(place: Place, of: &Type, at: At, is_behind: bool) -> Result<Image, String> {
+    fn new(place: Place, of: &Type, at: At, is_behind: bool) -> Result<Image, String> {
         let mut image = Image { parts: Vec::new(), end: 0, at, is_behind };
         image.add(place, of)?;
         Ok(image)
@@ -275,8 +275,8 @@ impl Compiler<'_> {
     fn images(&self, behind: (Place, &Type), view: &View) -> Result<(Image, Image), String> {
         let at = self.at(view.span);
         let under =
-            Image::of(behind.0, behind.1, at, true).map_err(|what| format!("{what} cannot be seen through AT"))?;
-        let over = Image::of(Place::of(Base::Local(view.local)), &view.of, at, false)
+            Image::new(behind.0, behind.1, at, true).map_err(|what| format!("{what} cannot be seen through AT"))?;
+        let over = Image::new(Place::new(Base::Local(view.local)), &view.of, at, false)
             .map_err(|what| format!("{what} cannot be a view"))?;
         if over.bytes() > under.bytes() {
             return Err(format!("the view has {} bytes, the variable behind it only {}", over.bytes(), under.bytes()));
@@ -306,10 +306,10 @@ impl Lowerer<'_, '_> {
         match self.symbols.get(&view.behind)? {
             Symbol::Variable(_, of, slot) => {
                 let place = match slot {
-                    Slot::Member(number) => Place::of(Base::Instance).member(*number),
-                    Slot::Local(number) => Place::of(Base::Local(*number)),
+                    Slot::Member(number) => Place::new(Base::Instance).member(*number),
+                    Slot::Local(number) => Place::new(Base::Local(*number)),
                 };
-                (!self.views.iter().any(|view| place == Place::of(Base::Local(view.local))))
+                (!self.views.iter().any(|view| place == Place::new(Base::Local(view.local))))
                     .then(|| (place, of.clone()))
             }
             Symbol::Constant(_) => None,

@@ -248,7 +248,7 @@ fn has_ended(ty: Scalar, value: u64, last: u64, step: u64) -> bool {
 
 /// The next value of a loop counter, and whether it overflows its type.
 fn stepped(ty: Scalar, value: u64, step: u64) -> (u64, u64) {
-    let sum = Binary::Add.of(Value::new(ty, value), Value::new(ty, step));
+    let sum = Binary::Add.fold(Value::new(ty, value), Value::new(ty, step));
     sum.map_or((value, 1), |(sum, beyond)| (sum.bits(), u64::from(beyond)))
 }
 

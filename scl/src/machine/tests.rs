@@ -32,7 +32,7 @@ fn on(line: u32, what: What) -> Statement {
 }
 
 fn variable(number: usize) -> Place {
-    Place::of(Base::Memory).member(number)
+    Place::new(Base::Memory).member(number)
 }
 
 fn load(ty: Scalar, number: usize) -> Expr {
@@ -154,18 +154,18 @@ fn an_argument_may_call_the_function_that_it_is_passed_to() {
     // f(a, b) = 10 a + b; cycle: r := f(f(1, 2), f(3, f(4, 5)))
     let mut program = program(&[("r", I16)], Vec::new());
     let local = |name: &str| Local { name: name.to_string(), ty: I16, by_reference: false };
-    let value = |number| Expr::Load(Scalar::I16, Place::of(Base::Local(number)));
+    let value = |number| Expr::Load(Scalar::I16, Place::new(Base::Local(number)));
     let sum = binary(Binary::Add, Scalar::I16, binary(Binary::Mul, Scalar::I16, value(0), constant(10_i16)), value(1));
     program.functions.push(Function {
         name: "f".to_string(),
         instance: None,
         locals: vec![local("a"), local("b"), local("f")],
         parameters: 2,
-        body: Body::Code(vec![on(1, What::Assign(Place::of(Base::Local(2)), sum))]),
+        body: Body::Code(vec![on(1, What::Assign(Place::new(Base::Local(2)), sum))]),
     });
     let mut temporaries = 0;
     let mut f = |a: Expr, b: Expr| {
-        let to = Place::of(Base::Local(temporaries));
+        let to = Place::new(Base::Local(temporaries));
         temporaries += 1;
         let arguments = vec![Argument::Value(a), Argument::Value(b)];
         let call = Call { function: 1, instance: None, arguments, outputs: vec![(2, to.clone())] };
@@ -190,7 +190,7 @@ fn an_array_by_reference_brings_its_bounds_along() {
     let array = Type::Array { of: Box::new(I16), bounds: vec![(-2, 2), (1, 3)] };
     let open = Type::Open { of: Box::new(I16), dimensions: 2 };
     let mut program = program(&[("a", array), ("high", I32)], Vec::new());
-    let mut place = Place::of(Base::Local(0));
+    let mut place = Place::new(Base::Local(0));
     place.steps.push(Step::Index(vec![constant(2_i16), constant(3_i32)], At::default()));
     program.functions.push(Function {
         name: "fill".to_string(),
@@ -218,7 +218,7 @@ fn a_text_is_cut_to_the_capacity_and_compared_by_its_characters() {
     let constants = program.constants;
     program.extend_record(constants, "'valve'", text(5));
     program.records[constants].start.copy_from_slice(&[5, 0, b'v', b'a', b'l', b'v', b'e', 0]);
-    let long = Place::of(Base::Constants).member(0);
+    let long = Place::new(Base::Constants).member(0);
     program.functions[0].body = Body::Code(vec![
         on(1, What::Copy(variable(0), long.clone())),
         on(2, What::Assign(variable(1), Expr::Texts(Binary::Lt, variable(0), long))),
@@ -252,7 +252,7 @@ fn a_case_takes_the_first_arm_and_coverage_shows_which_statements_ran() {
 
 #[test]
 fn operations_have_the_results_of_the_cpu() {
-    let two = |op: Binary, a: Value, b: Value| op.of(a, b).unwrap();
+    let two = |op: Binary, a: Value, b: Value| op.fold(a, b).unwrap();
     assert_eq!(two(Binary::Add, 32767_i16.into(), 1_i16.into()), ((-32768_i16).into(), true));
     assert_eq!(two(Binary::Mul, 300_i16.into(), 300_i16.into()), (24464_i16.into(), true));
     assert_eq!(two(Binary::Rem, (-7_i16).into(), 2_i16.into()), ((-1_i16).into(), false));
@@ -270,7 +270,7 @@ fn operations_have_the_results_of_the_cpu() {
     assert_eq!(two(Binary::Pow, (-8.0_f64).into(), 3.0_f64.into()).0, (-512.0_f64).into());
     assert!(two(Binary::Pow, (-8.0_f64).into(), 0.5_f64.into()).0.number().is_nan());
 
-    let one = |op: Unary, a: Value| op.of(a).unwrap();
+    let one = |op: Unary, a: Value| op.fold(a).unwrap();
     assert_eq!(one(Unary::Abs, i16::MIN.into()), i16::MIN.into());
     assert_eq!(one(Unary::Not, 0x0F_u8.into()), 0xF0_u8.into());
     assert_eq!(one(Unary::Swap, 0x0F55_u16.into()), 0x550F_u16.into());
@@ -278,7 +278,7 @@ fn operations_have_the_results_of_the_cpu() {
     // In binary64, rounded once: 2.718281828459045 is 16#402D_F854.
     assert_eq!(one(Unary::Exp, 1.0_f32.into()), f32::from_bits(0x402D_F854).into());
 
-    let convert = |how: Convert, a: Value, to| how.of(a, to).unwrap();
+    let convert = |how: Convert, a: Value, to| how.fold(a, to).unwrap();
     assert_eq!(convert(Convert::Value, 305.5_f32.into(), Scalar::U8), (50_u8.into(), true));
     assert_eq!(convert(Convert::Value, (-2.5_f32).into(), Scalar::U8), (254_u8.into(), true));
     assert_eq!(convert(Convert::Value, 10.5_f64.into(), Scalar::I32), (10_i32.into(), false));

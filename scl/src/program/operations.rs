@@ -147,7 +147,7 @@ impl Unary {
     }
 
     /// The result for a constant; `None` if its type does not support the operation.
-    pub fn of(self, a: Value) -> Option<Value> {
+    pub fn fold(self, a: Value) -> Option<Value> {
         self.function(a.ty()).map(|function| Value::new(a.ty(), function(a.bits())))
     }
 }
@@ -227,7 +227,7 @@ impl Binary {
 
     /// The result for constants, and whether there was a division by 0 or an overflow; `None` if their type does not
     /// support the operation.
-    pub fn of(self, a: Value, b: Value) -> Option<(Value, bool)> {
+    pub fn fold(self, a: Value, b: Value) -> Option<(Value, bool)> {
         if b.ty() != (if self.shifts() { Scalar::U32 } else { a.ty() }) {
             return None;
         }
@@ -319,7 +319,7 @@ impl Convert {
     }
 
     /// The converted constant, and whether the result is inexact; `None` if there is no such conversion.
-    pub fn of(self, a: Value, to: Scalar) -> Option<(Value, bool)> {
+    pub fn fold(self, a: Value, to: Scalar) -> Option<(Value, bool)> {
         let (bits, warns) = match self.function(a.ty(), to)? {
             Plain(function) => (function(a.bits()), false),
             Checked(function) => function(a.bits()),

@@ -124,7 +124,7 @@ impl Outcome {
         let calls = usize::try_from(self.calls).ok().filter(|calls| *calls <= super::MOST_CALLS)?;
         crate::library::natives()
             .into_iter()
-            .filter_map(|name| Tape::of(name, calls, self.seed))
+            .filter_map(|name| Tape::new(name, calls, self.seed))
             .find(|tape| tape.fingerprint() == self.tape)
     }
 

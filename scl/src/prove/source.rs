@@ -18,7 +18,7 @@ pub struct Names {
 impl Names {
     /// The name of the block in the PLC's libraries: in TIA Portal its own name, in STEP 7 the number of its function
     /// block; `None` if it has none.
-    pub fn of(tape: &Tape, dialect: Dialect) -> Option<Names> {
+    pub fn new(tape: &Tape, dialect: Dialect) -> Option<Names> {
         let number = tape.table.aliases.iter().find(|alias| alias.starts_with("FB"));
         let block = match dialect {
             Dialect::Tia => tape.table.name.to_string(),

@@ -234,7 +234,7 @@ fn is_usual(value: Value) -> bool {
 
 impl Tape {
     /// Generates a tape for the block with this name or alias; `None` if there is no such block.
-    pub fn of(name: &str, calls: usize, seed: u32) -> Option<Tape> {
+    pub fn new(name: &str, calls: usize, seed: u32) -> Option<Tape> {
         struct Make<'a>(&'a str, usize, u32, Option<Tape>);
         impl EachBlock for Make<'_> {
             fn block<B: Block>(&mut self) {

@@ -253,7 +253,7 @@ fn inlined(program: &Program, list: Vec<Statement>, locals: &mut Vec<crate::prog
                 let callee = &program.functions[call.function];
                 let first = locals.len();
                 locals.extend(callee.locals.iter().cloned());
-                let own = |local: usize| Place::of(Base::Local(first + local));
+                let own = |local: usize| Place::new(Base::Local(first + local));
                 for (local, argument) in call.arguments.iter().enumerate() {
                     let value = match (argument, &callee.locals[local].ty) {
                         (Argument::Value(value), _) => value.clone(),

@@ -18,7 +18,7 @@ enum Language {
 impl Parser<'_> {
     /// Reads all networks of a block.
     pub fn networks(&mut self, block: &SourceBlock) -> Vec<Statement> {
-        let (owner, variables) = (Owner::of(block), variables(block));
+        let (owner, variables) = (Owner::new(block), variables(block));
         let mut statements = Vec::new();
         let mut graphs = Vec::new();
         let mut number = 0;

@@ -20,13 +20,13 @@ fn whole_numbers_stay_within_the_bounds_of_their_distribution() {
     let normal = Along::Normal { mean: 1.4, deviation: 0.5, min: Some(0.6), max: Some(2.4) };
     let triangular = Along::Triangular { min: 0.9, mode: 1.0, max: 2.9 };
     for along in [normal, triangular] {
-        let of = Distribution::of(&along).unwrap();
+        let of = Distribution::new(&along).unwrap();
         let ends = [1e-9, 1.0 - 1e-9].map(|probability| of.quantile_of(probability, true));
         // 2.9 would be rounded to 3.
         assert_eq!(ends, [1.0, 2.0], "{along:?}");
     }
     // 0.3 would be rounded to 0, which is below the bound.
-    let above = Distribution::of(&Along::Normal { mean: 0.3, deviation: 0.1, min: Some(0.2), max: None }).unwrap();
+    let above = Distribution::new(&Along::Normal { mean: 0.3, deviation: 0.1, min: Some(0.2), max: None }).unwrap();
     assert_eq!(above.quantile_of(0.5, true), 1.0);
 }
 
@@ -67,7 +67,7 @@ fn a_normal_distribution_has_its_mean_and_its_deviation() {
 
 #[test]
 fn a_cut_normal_distribution_stays_within_its_bounds_and_keeps_its_shape() {
-    let cut = |min, max| Distribution::of(&Along::Normal { mean: 0.0, deviation: 1.0, min, max }).unwrap();
+    let cut = |min, max| Distribution::new(&Along::Normal { mean: 0.0, deviation: 1.0, min, max }).unwrap();
     // Half of what is above 0 is above the third quartile.
     assert!(close(cut(Some(0.0), None).quantile(0.5), 0.674_489_750_196_081_7));
     assert!(close(cut(None, Some(0.0)).quantile(0.5), -0.674_489_750_196_081_7));
@@ -112,15 +112,15 @@ fn a_uniform_distribution_spans_its_bounds() {
 
 #[test]
 fn lists_and_ranges_are_no_distributions() {
-    assert_eq!(Distribution::of(&Along::Values(Vec::new())), None);
-    assert_eq!(Distribution::of(&Along::Range { from: 0.0, to: 1.0, count: 2, logarithmic: false }), None);
+    assert_eq!(Distribution::new(&Along::Values(Vec::new())), None);
+    assert_eq!(Distribution::new(&Along::Range { from: 0.0, to: 1.0, count: 2, logarithmic: false }), None);
 }
 
 #[test]
 fn the_bits_are_the_same_on_every_platform() {
     let all = [
         Distribution::Normal { mean: 1.0, deviation: 0.3 },
-        Distribution::of(&Along::Normal { mean: 1.0, deviation: 0.3, min: Some(0.9), max: None }).unwrap(),
+        Distribution::new(&Along::Normal { mean: 1.0, deviation: 0.3, min: Some(0.9), max: None }).unwrap(),
         Distribution::LogNormal { median: 2.0, deviation: 0.5 },
         Distribution::Triangular { min: 0.0, mode: 1.0, max: 3.0 },
     ];

@@ -36,8 +36,8 @@ fn values(values: &[f64]) -> Along {
 fn resolved(job: &Job) -> Result<Experiment> {
     let home = TestHome::default();
     let descriptions = [home.description("PID").unwrap(), home.description("LAG").unwrap()];
-    let (roles, _) = dialog::of(&Table::from(Pid::TABLE)).unwrap();
-    Experiment::of(job, &descriptions.each_ref().map(|description| &**description), Some(&roles))
+    let (roles, _) = dialog::read(&Table::from(Pid::TABLE)).unwrap();
+    Experiment::new(job, &descriptions.each_ref().map(|description| &**description), Some(&roles))
 }
 
 fn experiment(axes: Vec<Axis>) -> Experiment {
@@ -93,7 +93,7 @@ fn axes_of_a_group_go_together_and_the_others_span_a_grid_with_them() {
     assert!(error(vec![named(&axes[0], ["TIC1", "TIC2"]), apart]).contains("give both the same group"));
     // Three runs of each loop, one after the other.
     let loops = self::experiment(vec![named(&axes[0], ["TIC1", "TIC2"]), axes[1].clone()]).loops.unwrap();
-    assert_eq!([0, 2, 3, 5].map(|run| loops.of(run)), ["TIC1", "TIC1", "TIC2", "TIC2"]);
+    assert_eq!([0, 2, 3, 5].map(|run| loops.name(run)), ["TIC1", "TIC1", "TIC2", "TIC2"]);
 }
 
 #[test]
@@ -738,7 +738,7 @@ fn signals_can_be_named_and_have_to_be_where_no_fmu_tells_them() {
     let none = |job: &Job| {
         let home = TestHome::default();
         let descriptions = [home.description("PID").unwrap(), home.description("LAG").unwrap()];
-        Experiment::of(job, &descriptions.each_ref().map(|description| &**description), None)
+        Experiment::new(job, &descriptions.each_ref().map(|description| &**description), None)
     };
     let message = |job: &Job| format!("{:#}", none(job).unwrap_err());
     assert!(message(&job).starts_with("there is no figure: name the loop's signals"), "{}", message(&job));

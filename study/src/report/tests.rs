@@ -65,7 +65,7 @@ impl Sample {
                 manipulated_value: Some("PID.LMN".into()),
                 pulses: None,
             },
-            summary: Summary::of(&results, MOST_RUNS).unwrap(),
+            summary: Summary::new(&results, MOST_RUNS).unwrap(),
             verdicts: expected.iter().map(expectation).collect(),
             curves: vec![(1, recording(80.0)), (3, recording(65.0)), (0, recording(60.0))],
             ran: Ran {
@@ -160,7 +160,7 @@ fn runs_without_a_figure_are_counted_and_named() {
     for value in [1.0, f64::NAN, 3.0, f64::NAN, f64::NAN, f64::NAN, f64::INFINITY] {
         results.push(&[], &RunResult { figures: vec![value], error: None }).unwrap();
     }
-    let summary = Summary::of(&results, MOST_RUNS).unwrap();
+    let summary = Summary::new(&results, MOST_RUNS).unwrap();
     let sample = Sample::new(&[]);
     let report = Report { results: &results, summary: &summary, ..sample.report() };
     assert_eq!(
@@ -208,7 +208,7 @@ fn numbers_have_the_digits_of_their_spread_and_an_interval_those_of_its_width() 
             .push(&[f64::from(run)], &RunResult { figures: vec![144.0 + f64::from(run) / 10.0 + 0.01234], error: None })
             .unwrap();
     }
-    let summary = Summary::of(&results, 3).unwrap();
+    let summary = Summary::new(&results, 3).unwrap();
     let mut sample = Sample::new(&[]);
     sample.job.study.correlations.clear();
     let report = Report { results: &results, summary: &summary, main: Some(0), curves: &[], ..sample.report() };

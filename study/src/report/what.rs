@@ -31,7 +31,7 @@ pub(super) struct RanPart<'a> {
 }
 
 impl<'a> RanPart<'a> {
-    pub(super) fn of(report: &Report<'a>) -> RanPart<'a> {
+    pub(super) fn new(report: &Report<'a>) -> RanPart<'a> {
         let ran = report.ran;
         let seconds = |value: f64| format!("{} s", short(value));
         let fmu = |of: &RanFmu| {

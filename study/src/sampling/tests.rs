@@ -94,7 +94,7 @@ fn the_permutations_of_few_numbers_are_about_equally_frequent() {
     let mut counts = [0; 6];
     for seed in 0..6000 {
         let permutation = Permutation::new(seed, 0, 3);
-        let order = [0, 1, 2].map(|number| permutation.of(number));
+        let order = [0, 1, 2].map(|number| permutation.image(number));
         let all = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
         counts[all.iter().position(|of| *of == order).unwrap()] += 1;
     }

@@ -82,7 +82,7 @@ impl Linear {
     ///
     /// # Errors
     /// It has no linear form; the message names the reason and the remedy.
-    pub fn of(job: &Job, table: &Arc<Table>) -> Result<Linear> {
+    pub fn new(job: &Job, table: &Arc<Table>) -> Result<Linear> {
         let member = job.system.members.first().context("there is no controller")?;
         let values = of_member(job, &member.name);
         let member = Member { name: member.name.clone(), fmu: table.name.clone(), values };
@@ -109,7 +109,7 @@ impl Linear {
                 .connections
                 .iter()
                 .any(|of| own_name(&of.from, controller).is_some() && own_name(&of.to, &member.name).is_some());
-            let (roles, _) = dialog::of(table)?;
+            let (roles, _) = dialog::read(table)?;
             let period = roles.pulse_former.first().and_then(|name| table.find(name));
             if let Some(row) = period.filter(|_| is_connected && roles.controller.is_empty()) {
                 let row = &table.variables[row];
@@ -187,7 +187,7 @@ impl Linear {
     /// # Errors
     /// These settings have no linear form, with the reason.
     pub fn sensitivity(&self, plant: &Plant, settings: &Values) -> Result<f64> {
-        let margins = margins::of(plant, &self.law(settings)?, self.delay_of_pulses(settings));
+        let margins = margins::compute(plant, &self.law(settings)?, self.delay_of_pulses(settings));
         Ok(margins.sensitivity.unwrap_or(f64::INFINITY))
     }
 
@@ -207,11 +207,11 @@ impl Linear {
         let output: Vec<f64> = recording.column(process_value).skip(late).collect();
         let input: Vec<f64> = recording.column(manual).take(output.len()).collect();
         let recorded = Recorded { times: &recording.times[..output.len()], input: &input, output: &output };
-        let answer = Answer::of(&recorded, of.is_integrating)?;
+        let answer = Answer::new(&recorded, of.is_integrating)?;
         let delay = self.delay_of_pulses(settings);
         let answer = if delay > 0.0 { answer.averaged(self.period(settings)) } else { answer };
         if answer.uncertainty() > NOISE {
-            let identified = identify::of(&recorded, Method::LeastSquares, of.is_integrating)?;
+            let identified = identify::identify(&recorded, Method::LeastSquares, of.is_integrating)?;
             return Ok(Identified { plant: self.modelled(&identified.model), fit: Some(identified.fit) });
         }
         let sampling = self.with(settings).sampling();

@@ -167,7 +167,7 @@ where
         ensure!(rows.len() == batch.len(), "{} candidates were evaluated instead of {}", rows.len(), batch.len());
         for (values, rows) in batch.into_iter().zip(rows) {
             self.known.insert(key(&values), self.candidates.len());
-            self.candidates.push(Candidate::of(self.problem, values, rows));
+            self.candidates.push(Candidate::new(self.problem, values, rows));
         }
         let best = self.best(&Aim::Objective, &[]);
         (self.progress)(self.candidates.len(), &self.candidates[best]);

@@ -200,10 +200,10 @@ fn values_are_what_the_block_can_hold_and_each_is_tried_once() {
 fn figures_are_taken_over_the_plants_as_asked_for() {
     let values: Vec<f64> = (1..=20).map(f64::from).collect();
     assert_eq!(
-        [Over::Worst, Over::Mean, Over::P95].map(|over| over.of(&values)),
+        [Over::Worst, Over::Mean, Over::P95].map(|over| over.combine(&values)),
         [Some(20.0), Some(10.5), Some(19.05)]
     );
-    assert_eq!(Over::Mean.of(&[1.0, f64::NAN]), None);
+    assert_eq!(Over::Mean.combine(&[1.0, f64::NAN]), None);
 }
 
 #[test]

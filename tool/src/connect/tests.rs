@@ -116,7 +116,7 @@ fn nothing_goes_to_an_input_without_effect_or_to_one_that_has_a_source() {
     let home = TestHome::default();
     let mut controller = member("C", "PID");
     let wires = |controller: &Member| {
-        let (end, mut draft) = (End::of(&home, controller).unwrap(), Draft::default());
+        let (end, mut draft) = (End::new(&home, controller).unwrap(), Draft::default());
         for output in ["OUT", "OUT"] {
             connect(&end, output, &end, "MAN", "it is tried", &mut draft);
         }
@@ -131,7 +131,7 @@ fn nothing_goes_to_an_input_without_effect_or_to_one_that_has_a_source() {
 fn ends_that_belong_together_and_do_not_fit_are_told() {
     let home = TestHome::default();
     let (controller, plant) = (member("C", "PID"), member("P", "LAG"));
-    let (controller, plant) = (End::of(&home, &controller).unwrap(), End::of(&home, &plant).unwrap());
+    let (controller, plant) = (End::new(&home, &controller).unwrap(), End::new(&home, &plant).unwrap());
     let mut draft = Draft::default();
     connect(&controller, "PV", &plant, "POWER", "both are asked for", &mut draft);
     remarks(&home, &controller, &plant, &mut draft);
@@ -143,7 +143,7 @@ fn ends_that_belong_together_and_do_not_fit_are_told() {
 fn pulses_that_move_an_actuator_are_not_connected_with_pulses_that_act_while_they_are_on() {
     let home = TestHome::default();
     let (controller, plant) = (member("C", "PID"), member("P", "LAG"));
-    let (controller, mut plant) = (End::of(&home, &controller).unwrap(), End::of(&home, &plant).unwrap());
+    let (controller, mut plant) = (End::new(&home, &controller).unwrap(), End::new(&home, &plant).unwrap());
     plant.description.roles.signals.clear();
     let mut proposal = draft(&home, &controller, &plant);
     remarks(&home, &controller, &plant, &mut proposal);

@@ -123,7 +123,7 @@ fn run_description(text: &str, session: &Session) -> Recording {
     let names: Vec<String> = system.members.iter().map(|member| fmu(&member.path)).collect();
     let descriptions: Vec<_> = names.iter().map(|name| home.description(name).unwrap()).collect();
     let descriptions: Vec<_> = descriptions.iter().map(|of| &**of).collect();
-    let plan = run::plan::Plan::of(&system, &descriptions).unwrap();
+    let plan = run::plan::Plan::new(&system, &descriptions).unwrap();
     let mut components: Vec<_> = names.iter().map(|name| home.instantiate(name, name).unwrap()).collect();
     master::run(&plan, &mut components, |_| {}).unwrap()
 }

@@ -23,7 +23,7 @@ fn values() -> parameters::Loop {
 
 #[test]
 fn a_preset_is_three_files_with_one_guid_and_leaves_the_recorded_results_out() {
-    let xml = ModelDescription::of(&Interface::parse(TABLE).unwrap()).unwrap();
+    let xml = ModelDescription::from_interface(&Interface::parse(TABLE).unwrap()).unwrap();
     let page = "<p>{1}</p><!-- preset --><!-- end of preset --><!-- recorded -->x<!-- end of recorded -->";
     let original = Original { xml: &xml, description: &xml.description(), library: "{1}", page: Some(page) };
     let preset = original.preset(&values()).unwrap();

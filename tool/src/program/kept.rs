@@ -109,7 +109,7 @@ impl<H: Home> Fmus for Programs<H> {
         let Some(kept) = self.find(fmu) else { return self.home.instantiate(fmu, name) };
         let program = Program::new(kept.loaded.clone()).watched();
         let origin = Origin { hash: kept.loaded.hash, form: 0, fresh: Fresh::Copy(Box::new(program)) };
-        let instance = Instance::of(name, origin)?;
+        let instance = Instance::from_origin(name, origin)?;
         let (texts, blocks) = (kept.loaded.table.texts, kept.blocks.clone());
         let running = Rc::new(RefCell::new(Running { instance, texts, warnings: Vec::new(), blocks }));
         self.running.borrow_mut().insert(name.to_string(), running.clone());

@@ -54,7 +54,7 @@ fn roles(home: &dyn Home, table: &Table, blocks: &[Watched], parts: &[Instance])
     block.calls.iter().find_map(|call| {
         let instance = parts.iter().find(|part| part.is_native && part.path.eq_ignore_ascii_case(&call.instance))?;
         let native = home.table(&instance.block).ok()??;
-        let (of_native, _) = dialog::of(&native).ok()?;
+        let (of_native, _) = dialog::read(&native).ok()?;
         of_native.process_value.as_ref()?;
         Some(through(table, call, &of_native))
     })

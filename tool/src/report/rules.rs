@@ -189,7 +189,7 @@ pub(super) fn before_and_after(
         .map(|values| -> Values { base.iter().chain(values).map(|(name, value)| (name.clone(), *value)).collect() });
     let request = |values: &Values| -> Result<(Controller, TuneRequest)> {
         let member = Member { name: report.of.name.clone(), fmu: fmu.into(), values: values.clone() };
-        let controller = Controller::of(home, &member)?;
+        let controller = Controller::new(home, &member)?;
         let request = TuneRequest {
             model: of.model,
             rule: of.rule,

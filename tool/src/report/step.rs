@@ -76,7 +76,7 @@ pub(super) fn predicted(
 
 /// A controller with the settings that were in force in a call.
 fn in_force(home: &dyn Fmus, record: &Record, own: &Member, call: usize) -> Result<(Controller, Values)> {
-    let mut controller = Controller::of(home, own)?;
+    let mut controller = Controller::new(home, own)?;
     let mut values = own.values.clone();
     for variable in controller.table.variables.iter().filter(|variable| variable.role.is_settable()) {
         let column = record.column(&format!("{}.{}", own.name, variable.name))?;

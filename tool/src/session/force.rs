@@ -86,7 +86,7 @@ impl Present {
 impl Wired {
     fn forced(&self, act: Act, name: &str, value: Value) -> Result<Forced> {
         let descriptions: Vec<&Description> = self.descriptions.iter().map(|of| &**of).collect();
-        let names = Names::of(&self.system, &descriptions)?;
+        let names = Names::new(&self.system, &descriptions)?;
         let reference = names.find(name)?;
         let wires = plan::wires(&names, &self.system.connections)?;
         if let Some(wire) = wires.iter().find(|wire| wire.is_to(&reference))

@@ -16,7 +16,7 @@ pub(super) struct Script {
 }
 
 impl Script {
-    pub(super) fn of(record: &Record) -> Script {
+    pub(super) fn new(record: &Record) -> Script {
         let Events { setup, events, calls } = record.events();
         Script { setup, calls, events, exchanges: record.exchanges.clone() }
     }

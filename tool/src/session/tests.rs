@@ -64,7 +64,7 @@ fn described(home: &TestHome, record: &Record) -> Recording {
         ..System::default()
     };
     let borrowed: Vec<_> = descriptions.iter().map(|of| &**of).collect();
-    let plan = Plan::of(&system, &borrowed).unwrap();
+    let plan = Plan::new(&system, &borrowed).unwrap();
     let mut components: Vec<_> = setup.members.iter().map(|of| home.instantiate(&of.fmu, &of.name).unwrap()).collect();
     master::run(&plan, &mut components, |_| {}).unwrap()
 }

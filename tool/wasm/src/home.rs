@@ -30,11 +30,11 @@ struct Fmu {
 
 impl Fmu {
     /// As the packer would read it from the FMU's library.
-    fn of<B: blocks::Block>() -> Result<Fmu> {
+    fn new<B: blocks::Block>() -> Result<Fmu> {
         let interface = Interface::linked(Table::from(B::TABLE), Guid::<B>::TEXT)?;
-        let description = Arc::new(ModelDescription::of(&interface)?.description());
+        let description = Arc::new(ModelDescription::from_interface(&interface)?.description());
         let instantiate = |name: &str| Ok(Box::new(Instance::<B>::new(name)?) as Box<dyn Component>);
-        let (roles, _) = dialog::of(&interface.table)?;
+        let (roles, _) = dialog::read(&interface.table)?;
         Ok(Fmu { part: roles.part(&interface.table), table: Arc::new(interface.table), description, instantiate })
     }
 }
@@ -59,8 +59,8 @@ impl Linked {
 
 impl EachBlock for Linked {
     fn block<B: blocks::Block>(&mut self) {
-        self.fmus.push(Fmu::of::<B>().expect("the packer accepts the table"));
-        self.blocks.push(Arc::new(BlockType::of::<B>()));
+        self.fmus.push(Fmu::new::<B>().expect("the packer accepts the table"));
+        self.blocks.push(Arc::new(BlockType::for_block::<B>()));
     }
 }
 

@@ -35,7 +35,7 @@ fn each_known_loop_runs_as_its_file() {
         let fmu = |path: &Path| path.file_stem().unwrap().to_string_lossy().into_owned();
         let members = || system.members.iter().map(|member| (fmu(&member.path), &member.name));
         let descriptions: Vec<_> = members().map(|(fmu, _)| home.description(&fmu).unwrap()).collect();
-        let plan = Plan::of(&system, &descriptions.iter().map(|one| &**one).collect::<Vec<_>>()).unwrap();
+        let plan = Plan::new(&system, &descriptions.iter().map(|one| &**one).collect::<Vec<_>>()).unwrap();
         let mut components: Vec<Box<dyn Component>> =
             members().map(|(fmu, name)| home.instantiate(&fmu, name).unwrap()).collect();
         let recorded = master::run(&plan, &mut components, |_| ()).unwrap();

@@ -542,7 +542,7 @@ fn after_a_step_test_the_step_that_is_predicted_is_the_step_that_comes() {
         let from = settled.state.time;
         session.send(&Values::from([("C.SP_INT".into(), Value::Number(55.0))])).unwrap();
         experiment::settle(&home, &mut session, &Settle { calls: 20_000, from }).unwrap();
-        let came = signals::Signals::of(&home, session.record(None).unwrap(), Some(from), None).unwrap();
+        let came = signals::Signals::new(&home, session.record(None).unwrap(), Some(from), None).unwrap();
         // The highest value, without the code of the figures.
         let highest = came.process_value.iter().fold(f64::NEG_INFINITY, |high, value| high.max(*value));
         let overshoot = ((highest - 55.0) / 5.0 * 100.0).max(0.0);
@@ -606,7 +606,7 @@ fn furnace_does_what_is_predicted(exchange: Exchange) {
         let from = experiment::rest_at(&home, &mut session, &RestAt { setpoint: 100.0 }).unwrap().state.time;
         session.send(&Values::from([("C.SP_INT".into(), Value::Number(110.0))])).unwrap();
         experiment::settle(&home, &mut session, &Settle { calls: 20_000, from }).unwrap();
-        let rows = signals::Signals::of(&home, session.record(None).unwrap(), Some(from), None).unwrap().process_value;
+        let rows = signals::Signals::new(&home, session.record(None).unwrap(), Some(from), None).unwrap().process_value;
         // The call at `from` was made before the setpoint was set.
         let came = &rows;
         // The figures without their code: overshoot in percent of the step, and when it stays within 2 % of it.

@@ -269,7 +269,7 @@ impl Kept<'_> {
             Some(Of { happened, figures: all(&window) })
         };
         let events = Window::of_events(signals).into_iter().filter_map(of_event).collect();
-        Ok(Figures { last: all(&Window::of(signals, &Span::default())), events })
+        Ok(Figures { last: all(&Window::measure(signals, &Span::default())), events })
     }
 }
 

@@ -261,7 +261,7 @@ impl Random {
         let depth = if matches!(form, Form::Value(..)) { 2 } else { 3 };
         let mut body = self.statements(depth);
         if let Form::Value(ty, parameters) = form {
-            let result = Place::of(Base::Local(parameters.len()));
+            let result = Place::new(Base::Local(parameters.len()));
             self.line += 1;
             let at = self.at();
             let assign = |value| Statement { at, what: What::Assign(result.clone(), value) };
@@ -510,7 +510,7 @@ impl Random {
             arguments.push(self.argument(parameter)?);
         }
         let locals = &mut self.program.functions[self.function].locals;
-        let to = Place::of(Base::Local(locals.len()));
+        let to = Place::new(Base::Local(locals.len()));
         let name = format!("r{}", locals.len());
         locals.push(Local { name, ty: Type::Scalar(ty), by_reference: false });
         let outputs = vec![(callee.parameters, to.clone())];
@@ -539,7 +539,7 @@ impl Random {
         }
         let number = self.one_of(&found);
         let way = self.ways[number].clone();
-        let mut place = Place::of(way.base);
+        let mut place = Place::new(way.base);
         for part in way.parts {
             let step = match part {
                 Part::Member(member) => Step::Member(member),
@@ -561,7 +561,7 @@ impl Random {
 
     fn number(&mut self, ty: Scalar, depth: usize, is_written: bool) -> Place {
         if self.is_wrong() {
-            return Place::of(Base::Memory).member(self.below(40));
+            return Place::new(Base::Memory).member(self.below(40));
         }
         if let Some((place, _)) = self.find(|it| *it == Type::Scalar(ty), depth, is_written) {
             return place;
@@ -571,7 +571,7 @@ impl Random {
         locals.push(Local { name: format!("l{}", locals.len()), ty: Type::Scalar(ty), by_reference: false });
         let base = Base::Local(locals.len() - 1);
         self.ways.push(Way { base, parts: Vec::new(), ty: Type::Scalar(ty) });
-        Place::of(base)
+        Place::new(base)
     }
 
     /// Generates an index, usually within the bounds.

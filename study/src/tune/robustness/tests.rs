@@ -35,7 +35,7 @@ fn job(settings: Vec<Setting>) -> Job {
 }
 
 fn linear(job: &Job) -> Result<Linear> {
-    Linear::of(job, &Arc::new(Table::from(test_home::Pid::TABLE)))
+    Linear::new(job, &Arc::new(Table::from(test_home::Pid::TABLE)))
 }
 
 fn error<T>(result: Result<T>) -> String {
@@ -45,7 +45,7 @@ fn error<T>(result: Result<T>) -> String {
 fn recorded(job: &Job) -> Recording {
     let home = TestHome::default();
     let descriptions = ["PID", "LAG"].map(|fmu| home.description(fmu).unwrap());
-    let plan = Plan::of(&job.system, &descriptions.each_ref().map(|of| &**of)).unwrap();
+    let plan = Plan::new(&job.system, &descriptions.each_ref().map(|of| &**of)).unwrap();
     let mut components: Vec<Box<dyn Component>> =
         vec![home.instantiate("PID", "C").unwrap(), home.instantiate("LAG", "P").unwrap()];
     master::run(&plan, &mut components, |_| {}).unwrap()
@@ -141,7 +141,7 @@ fn ms_is_that_of_the_law_with_the_settings_of_a_candidate() {
     assert_eq!(plant, Plant::of_model(&model, 0.1));
     let expected = |gain: f64, ti: f64, cycle: f64, calls: u32| {
         let settings = Settings { gain, ti: Some(ti), td: None, tm_lag: 0.0 };
-        margins::of(&plant, &Law { settings, cycle, calls }, 0.0).sensitivity.unwrap()
+        margins::compute(&plant, &Law { settings, cycle, calls }, 0.0).sensitivity.unwrap()
     };
     let with = |given: &[(&str, f64)]| {
         let values = given.iter().map(|(name, value)| (name.to_string(), Value::Number(*value))).collect();
@@ -170,6 +170,6 @@ fn a_controller_without_p_action_has_no_ideal_form() {
 fn an_fmu_that_does_not_control_is_refused() {
     let mut job = job(Vec::new());
     job.system.members.swap(0, 1);
-    let refused = Linear::of(&job, &Arc::new(Table::from(test_home::Lag::TABLE)));
+    let refused = Linear::new(&job, &Arc::new(Table::from(test_home::Lag::TABLE)));
     assert!(error(refused).starts_with("LAG is not a controller with a GAIN"), "a plant is first");
 }

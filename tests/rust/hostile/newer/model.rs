@@ -131,7 +131,7 @@ impl Model {
 fn start(row: &Row, types: Types) -> Number {
     let whole = row.exact.unwrap_or(row.start as i128);
     match (types, row.kind) {
-        _ if types.of(row.kind, row.analog).starts_with("Float") => Number::Float(row.start),
+        _ if types.host_type(row.kind, row.analog).starts_with("Float") => Number::Float(row.start),
         (_, Kind::Time) => Number::Whole(row.exact.unwrap_or((row.start * 1e3).round() as i128)),
         (_, Kind::LTime) => Number::Whole(row.exact.unwrap_or((row.start * 1e9).round() as i128)),
         // The start value of a word has a sign, as in FMI 2.0.
