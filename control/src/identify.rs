@@ -236,7 +236,7 @@ impl Answer {
 /// Identifies the model from a recorded step in a CSV file.
 ///
 /// # Errors
-/// The file is malformed; the message gives line and column. Otherwise as in [`of`].
+/// The file is malformed; the message gives line and column. Otherwise as in [`identify`].
 pub fn of_csv(request: &IdentifyRequest) -> Result<Identified> {
     let Data::Csv { text, time, input, output, from, to } = &request.data else {
         bail!("the data are not a CSV file");

@@ -186,7 +186,7 @@ pub struct Point {
 }
 
 /// Computes the open loop of a controller with a plant, up to the highest frequency that the calls can represent.
-/// `delay` is that of [`of`].
+/// `delay` is that of [`compute`].
 pub fn open_loop(plant: &Plant, law: &Law, delay: f64) -> Vec<Point> {
     let mut phase = 0.0;
     let mut before: Option<Complex> = None;

@@ -13,9 +13,9 @@ use blocks::{LReal, Stored};
 /// use plants::dynamics::{Kept, exp};
 ///
 /// let mut decay = Kept::default();
-/// assert_eq!(decay.of([-2.0], |[x]| exp(x)), exp(-2.0));
-/// assert_eq!(decay.of([-2.0], |_| unreachable!("nothing has changed")), exp(-2.0));
-/// assert_eq!(decay.of([-3.0], |[x]| exp(x)), exp(-3.0));
+/// assert_eq!(decay.get_or_compute([-2.0], |[x]| exp(x)), exp(-2.0));
+/// assert_eq!(decay.get_or_compute([-2.0], |_| unreachable!("nothing has changed")), exp(-2.0));
+/// assert_eq!(decay.get_or_compute([-3.0], |[x]| exp(x)), exp(-3.0));
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Kept<const N: usize, T> {
