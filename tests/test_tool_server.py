@@ -462,9 +462,10 @@ def test_the_processes_of_a_closed_tab_end(start, faulty, open_page):
         setup = json.dumps({"do": "start", **with_faulty()})
         one.evaluate(f"async () => {{ await (await moduleOf('tool/engine.js')).ask({setup}) }}")
     (first, second) = sorted(tool.children())
-    page.close()
+    # As a user closes it: the page is told, and tells the server.
+    page.close(run_before_unload=True)
     with contextlib.suppress(psutil.NoSuchProcess):
-        psutil.wait_procs([psutil.Process(second)])
+        psutil.Process(second).wait(timeout=60)
     assert tool.children() == {first}
 
 

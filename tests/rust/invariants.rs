@@ -398,7 +398,10 @@ fn a_function_is_named_after_what_it_does() {
     let files: Vec<String> = product_files().into_iter().filter(is_product).collect();
     assert_none(
         &find_before_tests(&files, |line| {
-            words(line).zip(words(line).skip(1)).any(|(word, name)| word == "fn" && name == "of").then(|| "fn of".into())
+            words(line)
+                .zip(words(line).skip(1))
+                .any(|(word, name)| word == "fn" && name == "of")
+                .then(|| "fn of".into())
         }),
         "a constructor is `new`, `from_...` or a verb; any other function has a verb or what it returns as its name",
     );

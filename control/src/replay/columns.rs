@@ -58,6 +58,8 @@ pub(super) struct Signal {
     pub(super) is_tunable: bool,
     /// Whether it changes from row to row as what is measured, so that its last digit is rounded.
     pub(super) is_measured: bool,
+    /// Whether it is an input, such as the setpoint, that stays for many rows.
+    is_held: bool,
     /// How the column is written; without its values.
     written: Column,
     /// From what is written to `values`.
@@ -83,7 +85,15 @@ impl Signal {
             let resolution = self.resolution(*value);
             [value - resolution, value + resolution].iter().any(|other| *other as f32 != *value as f32)
         };
-        self.is_measured && self.values.iter().any(is_open)
+        self.values.iter().any(|value| (self.is_measured || self.is_cut(*value)) && is_open(value))
+    }
+
+    /// Whether a value that is held looks as if digits of it were cut off: it uses the last of three or more decimals, which nobody types
+    /// into a setpoint.
+    pub(super) fn is_cut(&self, value: f64) -> bool {
+        let digits = value / self.scale * 10f64.powi(self.written.decimals);
+        let has_last = self.written.decimals >= 3 && (digits.round() % 10.0 != 0.0);
+        self.is_held && has_last
     }
 
     /// How far a computed value may be off: what the digits of the recording leave open, and never less than REAL does.
@@ -284,6 +294,7 @@ impl Recording {
             is_boolean: variable.kind == Kind::Bool,
             is_tunable,
             is_measured,
+            is_held: variable.role == Role::Input && is_real && !is_measured,
             written: Column { values: Vec::new(), ..of.clone() },
             scale,
             rounding,
@@ -386,6 +397,7 @@ impl Recording {
             is_boolean: variable.kind == Kind::Bool,
             is_tunable: true,
             is_measured: false,
+            is_held: false,
             written: Column { is_boolean: true, ..Column::default() },
             scale: 1.0,
             rounding: 0.0,

@@ -163,7 +163,7 @@ impl<'a> Block<'a> {
         self.table.variables[row].role == Role::Input
     }
 
-    /// Makes the calls of the first rows and gives what each output computes. `jitter` moves the measured values by what
+    /// Makes the calls of the first rows and gives what each output computes. `jitter` moves the measured and the cut values by what
     /// their last digit leaves open, in one of many ways.
     pub(super) fn simulate(
         &self,
@@ -182,6 +182,10 @@ impl<'a> Block<'a> {
             let value = of.values[row];
             match jitter {
                 Some(seed) if of.is_measured => value + of.resolution(value) * sign(seed, row, input),
+                // While it is held, its cut digits are the same ones.
+                Some(seed) if of.is_cut(value) => {
+                    value + of.resolution(value) * sign(seed, value.to_bits() as usize, input)
+                }
                 _ => value,
             }
         };

@@ -189,6 +189,24 @@ fn a_rounded_output_is_compared_to_half_of_its_last_digit() {
 }
 
 #[test]
+fn a_setpoint_whose_digits_were_cut_off_explains_what_the_integral_makes_of_them() {
+    // A setpoint of 30.01346 that the file has as 30.013: 0.00046 * GAIN * CYCLE / TI in each of 400 calls is 0.0092, and 0.0009 is P.
+    let (sp, mut integral) = (30.01346f32, 0.0f32);
+    let mut text = String::from("time,SP,PV,OUT\n");
+    for call in 0..400 {
+        let pv = 30.0 + 0.25 * ((call % 7) as f32 - 3.0);
+        integral += (sp - pv) * (0.5 / 20.0) * 2.0;
+        let out = (2.0 * (sp - pv) + integral).clamp(0.0, 100.0);
+        writeln!(text, "{:.1},{sp:.3},{pv:.3},{out:.3}", call as f64 * 0.5).unwrap();
+    }
+    let replayed = run(&request(text.clone()));
+    assert_eq!(replayed.conclusion, Conclusion::Equal, "{replayed:?}");
+    assert!((0.0096..0.0107).contains(&replayed.outputs[0].largest), "{}", replayed.outputs[0].largest);
+    // One that was typed has no more digits than the file.
+    assert_ne!(run(&request(text.replace(",30.013,", ",30.010,"))).conclusion, Conclusion::Equal);
+}
+
+#[test]
 fn times_of_the_block_may_be_in_milliseconds() {
     let mut text = String::from("time,SP,PV,OUT,TI,CYCLE\n");
     for (time, sp, pv, out) in recorded(20) {

@@ -2,7 +2,7 @@
  * LAD and FBD as networks with power flow: what conducts in the call that is looked at is in the accent colour, what does not is
  * thin, and what cannot be told is neither. What a wire carried is the engine's note of the call; values are those at its end.
  *
- * @typedef {import("./messages").Block} Block
+ * @typedef {import("./messages").CodeBlock} Block
  * @typedef {import("./messages").From} From
  * @typedef {import("./messages").Operand} Operand
  * @typedef {import("tool/ladder_layout.js").Placed} Placed

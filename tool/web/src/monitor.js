@@ -3,7 +3,7 @@
  * beside each line that names variables; networks are drawn. Values that have changed since the last picture are marked; a line that the last call has
  * run has a bar at its number.
  *
- * @typedef {import("./messages").Block} Block
+ * @typedef {import("./messages").CodeBlock} Block
  * @typedef {import("./messages").Compiled} Compiled
  * @typedef {import("./messages").Finding} Finding
  * @typedef {import("./messages").Monitored} Monitored

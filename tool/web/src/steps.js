@@ -2,7 +2,7 @@
  * The steps of a program: the variables over which a CASE goes, and what the source calls their values.
  *
  * @typedef {import("./messages").Compiled} Compiled
- * @typedef {import("./messages").Block} Block
+ * @typedef {import("./messages").CodeBlock} Block
  * @typedef {import("./messages").Program} Program
  */
 

@@ -1,7 +1,7 @@
 /**
  * Where a variable of a program is declared, written and read, and the bar that leads there.
  *
- * @typedef {import("./messages").Block} Block
+ * @typedef {import("./messages").CodeBlock} Block
  * @typedef {import("./messages").Compiled} Compiled
  *
  * @typedef {object} Variable a variable as a block names it
