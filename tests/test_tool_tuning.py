@@ -10,7 +10,7 @@ import test_tool_run
 from test_loop_figures import second
 from test_tool_run import automatic, browser, open_tool, recorded, run_calls, saved, set_now, tool  # noqa: F401
 from tool import new_loop, show_tab, take_generic_plant, until
-from test_tool_screen import bottom
+from test_tool_screen import bottom, open_example
 
 pytestmark = test_tool_run.pytestmark
 
@@ -154,6 +154,20 @@ def test_a_refused_identification_leaves_no_model(tool):
     tool.locator("#tune .error").wait_for()
     tool.locator("#tune").get_by_role("button", name="Apply").first.wait_for(state="detached")
     assert tool.locator("#model-gain").input_value() == ""
+
+
+def test_the_step_has_the_unit_of_the_loop_that_is_shown(open_tool):
+    page = open_tool()
+    open_example(page, "Furnace with a continuous controller")
+    show_tab(page, "Tune")
+    unit = page.locator("#tune .control").filter(has_text="Step from").locator(".faint")
+    unit.get_by_text("°C", exact=True).wait_for()
+    page.locator("#open-button").click()
+    new_loop(page, "TIC9")
+    take_generic_plant(page, "2", "20", "2")
+    show_tab(page, "Tune")
+    until(page, "async () => (await moduleOf('tool/store.js')).store.loop.name === 'TIC9'")
+    assert unit.inner_text() == "", "a generic plant has no unit"
 
 
 def test_a_new_loop_says_what_comes_next(open_tool):

@@ -441,6 +441,8 @@ let unitsOf = { processValue: "", manipulatedValue: "" };
 
 async function findUnits() {
   const loop = store.loop;
+  // Until they are found, no loop has those of another.
+  unitsOf = { processValue: "", manipulatedValue: "" };
   if (!loop) return;
   const found = await units(loop).catch(() => unitsOf);
   if (store.loop !== loop) return;
@@ -464,8 +466,10 @@ function unitsOfFigures() {
 
 /** @type {HTMLElement} */
 let gainUnit;
+const stepUnit = element("span", { class: "faint" });
 
 function showUnits() {
+  text(stepUnit, unitOfProcessValue());
   const perSecond = notes().isIntegrating ? " s" : "";
   text(
     gainUnit,
@@ -625,7 +629,7 @@ function ruleRow() {
       { class: "control", title: "The setpoint step that is predicted; if nothing is typed, that of the run" },
       element("label", {}, "Step from ", stepFields.from),
       element("label", {}, " to ", stepFields.to),
-      element("span", { class: "faint" }, unitOfProcessValue()),
+      stepUnit,
     ),
   );
 }
