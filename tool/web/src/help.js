@@ -16,9 +16,11 @@ const KEYS = [
   ["Space", "runs, pauses"],
   [".", "runs one cycle"],
   ["M", "manual mode on and off"],
-  ["Left, Right", "move the cursor in the curves; with Shift ten times as far"],
+  ["Left, Right", "move the cursor in curves and timing diagram; with Shift ten times as far"],
+  ["Page Up, Page Down", "in the curves 50 times as far; in the timing diagram from change to change"],
   ["Home, End", "move the cursor to the beginning, to the end"],
-  ["+, -", "zoom the curves"],
+  ["+, -", "zoom curves and timing diagram"],
+  ["Esc", "there: the cursor follows the run again"],
 ];
 
 /** @param {HTMLElement} content */
