@@ -238,7 +238,7 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     remarks.extend(beginning(&block, &recording, &base.variant));
     remarks.extend(base.spread_remarks(&comparison));
     let ends_without_call = match suspects.iter().find(|suspect| suspect.fits) {
-        _ if base.different() == 0 => comparison.ends_without_call(&base.variant)?,
+        _ if base.different() == 0 => comparison.ends_without_call(&base)?,
         Some(explained) => explained.ends_without_call,
         // Outputs that moved up to the row before have not settled.
         None => recording.end.is_some_and(|end| recording.changes(end - 1)),

@@ -417,7 +417,7 @@ impl Clock {
     /// Goes from a tick whose call is made to the next one, and says whether `tc` and `h` ask for that.
     #[inline]
     pub fn make_step_between_calls(&mut self, tc: f64, h: f64) -> bool {
-        // Where a step of one CYCLE leaves a rounding of its own, `advance` keeps it.
+        // The rounding is below 0 where a step of one CYCLE leaves one of its own, which `advance` keeps.
         let is_ordinary = self.next == self.tick + 1 && self.rounding >= 0.0 && self.is_from_tick_to_tick(tc, h);
         if is_ordinary {
             self.advance_by_a_tick(tc, h);

@@ -227,7 +227,7 @@ impl<'a> Start<'a> {
             largest: outcome.largest(),
             fits: true,
             is_sure: is_one && !is_wide(low, high, value) && search.may_go_on(),
-            ends_without_call: self.comparison.ends_without_call(&variant)?,
+            ends_without_call: self.comparison.ends_without_call(outcome)?,
         })
     }
 }

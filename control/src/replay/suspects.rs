@@ -377,7 +377,7 @@ impl Diagnosis<'_> {
                 continue;
             }
             let fits = outcome.different() == 0;
-            let ends_without_call = fits && self.comparison.ends_without_call(&outcome.variant)?;
+            let ends_without_call = fits && self.comparison.ends_without_call(&outcome)?;
             suspects.push(Suspect {
                 changes,
                 range,

@@ -433,7 +433,7 @@ functions! {
         early: *mut Boolean, last: *mut f64,
     ) -> Status, ordinary |c| {
         let (Some(event), Some(terminate)) = (event.as_mut(), terminate.as_mut()) else { return false };
-        // Asked between the pointers: of four checks in a row the compiler makes one in vector registers, which takes longer.
+        // Read between the pointer checks: the compiler vectorizes four in a row, which is slower.
         let is_event = c.instance.handles_events();
         let (Some(early), Some(last)) = (early.as_mut(), last.as_mut()) else { return false };
         let is_made = c.instance.make_ordinary_step_to(is_event, tc, h);

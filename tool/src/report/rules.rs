@@ -1,12 +1,11 @@
 //! The rules that were compared, as the table of the page, and the step before and after one of them was applied.
 
-use super::{Report, Tuning, three};
+use super::{Report, Tuning, step, three, with_unit};
 use crate::home::Home;
 use crate::message::Description;
 use anyhow::{Context, Result};
 use control::figures::Unit;
 use control::predict::{self, Forecast};
-use control::rules::Structure;
 use control::tune::{Controller, RuleOutcome, TuneRequest, Tuned};
 use draw::escape::Text;
 use draw::plot::{Chart, Curve, Panel, svg};
@@ -187,46 +186,31 @@ pub(super) fn before_and_after(
     let base: Values = report.of.settings.iter().map(|setting| (setting.name.clone(), setting.value)).collect();
     let pair = [&of.before, &of.values]
         .map(|values| -> Values { base.iter().chain(values).map(|(name, value)| (name.clone(), *value)).collect() });
-    let request = |values: &Values| -> Result<(Controller, TuneRequest)> {
-        let member = Member { name: report.of.name.clone(), fmu: fmu.into(), values: values.clone() };
+    let exchange = report.record.map_or(Exchange::default(), |record| record.setup().exchange);
+    let mut sides = Vec::new();
+    let (mut duration, mut settled) = (0.0_f64, 0.0_f64);
+    for values in pair {
+        let member = Member { name: report.of.name.clone(), fmu: fmu.into(), values };
         let controller = Controller::new(home, &member)?;
-        let request = TuneRequest {
-            model: of.model,
-            rule: of.rule,
-            structure: Structure::Pi,
-            controller: member,
-            closed_loop: None,
-            pace: None,
-            step: of.step,
-            band: None,
-            ultimate: None,
-            exchange: report.record.map_or(Exchange::default(), |record| record.setup().exchange),
-        };
-        Ok((controller, request))
-    };
-    let mut duration = 0.0_f64;
-    let mut settled = 0.0_f64;
-    for values in &pair {
-        let (controller, request) = request(values)?;
-        let (predicted, _) = predict::predict(home, &controller, &request, values)?;
+        let request = step::request(&controller, of, of.step, exchange);
+        let (predicted, _) = predict::predict(home, &controller, &request, &member.values)?;
         let begin = predicted.setpoint.iter().position(|setpoint| Some(setpoint) == predicted.setpoint.last());
         let begin = begin.context("there is no step")?;
         duration = duration.max(predicted.times[predicted.times.len() - 1] - predicted.times[begin]);
         settled = settled.max(predicted.settling.unwrap_or_default());
+        sides.push((controller, request));
     }
     let duration = if settled > 0.0 { duration.min(LONGER * settled) } else { duration };
-    let mut forecasts = Vec::new();
-    for values in &pair {
-        let (controller, request) = request(values)?;
-        forecasts.push(predict::forecast(home, &controller, &request, values, duration)?);
-    }
+    let forecast = |(controller, request): &(Controller, TuneRequest)| {
+        predict::forecast(home, controller, request, &controller.member.values, duration)
+    };
+    let forecasts = sides.iter().map(forecast).collect::<Result<Vec<_>>>()?;
     let told = |values: &Values| -> String {
         let numbers = description.roles.controller.iter().filter_map(|name| match values.get(name)? {
             Value::Boolean(_) => None,
             value => {
                 let unit = description.variables.iter().find(|one| one.name == *name)?.unit.as_deref();
-                let unit = units::shown(unit.unwrap_or_default());
-                Some(format!("{name} {} {unit}", three(number_of(*value))).trim_end().to_string())
+                Some(format!("{name} {}", with_unit(number_of(*value), unit)))
             }
         });
         numbers.collect::<Vec<_>>().join(", ")

@@ -17,7 +17,7 @@ use modeldescription::digits::short;
 use run::component::Type;
 use run::dialog::Roles;
 use run::fmus::{Fmus, Member, Values};
-use run::system::Value;
+use run::system::{Exchange, Value};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -60,7 +60,7 @@ pub(super) fn predicted(
     let (controller, values) = in_force(home, record, own, call)?;
     let manual = roles.manipulated_value.as_ref().and_then(before).filter(|value| value.is_finite());
     let step_of = Step { from: Some(step.from), size: Some(step.to - step.from), manual };
-    let request = request(record, &controller, tuning, step_of);
+    let request = request(&controller, tuning, step_of, record.setup().exchange);
     let forecast = predict::forecast(home, &controller, &request, &values, step.duration)?;
     let acts = |name: &&String| {
         let field = controller.groups.iter().flat_map(|group| &group.fields).find(|field| field.name == **name);
@@ -92,7 +92,7 @@ fn in_force(home: &dyn Fmus, record: &Record, own: &Member, call: usize) -> Resu
 }
 
 /// What is predicted of a step with the settings of a controller; no rule is asked.
-fn request(record: &Record, controller: &Controller, tuning: &Tuning, step: Step) -> TuneRequest {
+pub(super) fn request(controller: &Controller, tuning: &Tuning, step: Step, exchange: Exchange) -> TuneRequest {
     TuneRequest {
         model: tuning.model,
         rule: tuning.rule,
@@ -103,7 +103,7 @@ fn request(record: &Record, controller: &Controller, tuning: &Tuning, step: Step
         step,
         band: None,
         ultimate: None,
-        exchange: record.setup().exchange,
+        exchange,
     }
 }
 
@@ -155,7 +155,7 @@ pub(super) fn disturbance(
         manipulated(before) - manipulated(calls.end - 1)
     };
     let at_rest = Step { from: Some(happened.to), size: None, manual: Some(manipulated(before)) };
-    let request = TuneRequest { band: Some(band), ..request(record, &controller, tuning, at_rest) };
+    let request = TuneRequest { band: Some(band), ..request(&controller, tuning, at_rest, record.setup().exchange) };
     let figures = predict::forecast_load(home, &controller, &request, &values, (happened.duration, load))?;
     Ok(Some(Disturbance { load, figures }))
 }

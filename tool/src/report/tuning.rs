@@ -1,6 +1,6 @@
 //! Where the settings of a report come from: the plant's model, the rule, and the margins of what it gave and of what is in force.
 
-use super::{Report, Tuning, shown, three};
+use super::{Report, Tuning, shown, three, with_unit};
 use crate::home::Home;
 use crate::message::Description;
 use anyhow::Result;
@@ -90,10 +90,9 @@ fn in_force(
             values.insert(variable.name.clone(), value);
         }
         let Some(by_rule) = of.values.get(&variable.name) else { continue };
-        let unit = units::shown(variable.unit.as_deref().unwrap_or_default());
         let told = |value: Value| match value {
             Value::Boolean(_) => shown(variable, value),
-            value => format!("{} {unit}", three(number_of(value))).trim_end().to_string(),
+            value => with_unit(number_of(value), variable.unit.as_deref()),
         };
         if told(value) != told(*by_rule) {
             others.push(format!("{} {} instead of {}", variable.name, told(value), told(*by_rule)));
