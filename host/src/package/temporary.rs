@@ -135,11 +135,7 @@ impl Pending {
         let folder = if is_stream { std::env::temp_dir() } else { folder(&path).to_path_buf() };
         fs::create_dir_all(&folder).with_context(failed)?;
         remove_forgotten_in(&folder);
-        let make = || {
-            let file = new_file(&folder, NAME.1, 0o600)?;
-            lock(file.as_file())?;
-            Ok(file)
-        };
+        let make = || locked(|| new_file(&folder, NAME.1, 0o600));
         let (file, _listed) = listed(make, tempfile::NamedTempFile::path).map_err(|error| unwritable(&path, error))?;
         let (file, beside) = file.into_parts();
         let mut writer = BufWriter::new(&file);
@@ -249,9 +245,19 @@ fn unwritable(path: &Path, error: io::Error) -> anyhow::Error {
     }
 }
 
-/// Locks a file in use. On Windows, a lock would prevent others from reading it.
-fn lock(file: &File) -> io::Result<()> {
-    if cfg!(unix) { file.lock() } else { Ok(()) }
+/// Creates a file and locks it, except on Windows, where a lock would prevent others from reading it. Between the two,
+/// another command may take the file for a forgotten one and remove it: then a new one is created.
+fn locked(mut create: impl FnMut() -> io::Result<tempfile::NamedTempFile>) -> io::Result<tempfile::NamedTempFile> {
+    loop {
+        let file = create()?;
+        if !cfg!(unix) {
+            return Ok(file);
+        }
+        file.as_file().lock()?;
+        if file.path().exists() {
+            return Ok(file);
+        }
+    }
 }
 
 /// A temporary folder, removed when dropped.
@@ -317,8 +323,7 @@ impl Document {
     /// It cannot be written.
     pub fn new(suffix: Option<&str>, content: &[u8]) -> Result<Document> {
         let make = || {
-            let mut file = new_file(&std::env::temp_dir(), suffix.unwrap_or(NAME.1), 0o600)?;
-            lock(file.as_file())?;
+            let mut file = locked(|| new_file(&std::env::temp_dir(), suffix.unwrap_or(NAME.1), 0o600))?;
             file.write_all(content)?;
             Ok(file)
         };
@@ -358,14 +363,18 @@ fn remove_forgotten_in(folder: &Path) {
             continue;
         }
         let is_old = || of.modified().ok().and_then(|time| time.elapsed().ok()).is_some_and(|age| age > A_DAY);
-        let is_forgotten = match File::open(if of.is_dir() { path.join(LOCK) } else { path.clone() }) {
+        match File::open(if of.is_dir() { path.join(LOCK) } else { path.clone() }) {
+            Ok(lock) if of.is_dir() || cfg!(unix) => {
+                if lock.try_lock().is_ok() {
+                    // A folder got its name with its lock taken, and Windows does not remove an open file. A file is
+                    // removed under its lock, for which whoever has just created it waits.
+                    let _lock = of.is_file().then_some(lock);
+                    remove(&path);
+                }
+            }
             // On Windows, files are not locked.
-            Ok(_) if of.is_file() && !cfg!(unix) => is_old(),
-            Ok(lock) => lock.try_lock().is_ok(),
-            Err(_) => is_old(),
-        };
-        if is_forgotten {
-            remove(&path);
+            _ if is_old() => remove(&path),
+            _ => {}
         }
     }
 }
@@ -516,5 +525,19 @@ mod tests {
         lock.lock().unwrap();
         remove_forgotten_in(temporary.path());
         assert_eq!([&left, &used, &new, &other].map(|path| path.exists()), [false, true, true, true]);
+    }
+
+    #[test]
+    fn a_new_file_that_another_command_takes_for_a_forgotten_one_is_created_again() {
+        let folder = tempfile::tempdir().unwrap();
+        std::thread::scope(|scope| {
+            let others = scope.spawn(|| (0..2000).for_each(|_| remove_forgotten_in(folder.path())));
+            let mut lost = 0;
+            while !others.is_finished() {
+                let file = locked(|| new_file(folder.path(), NAME.1, 0o600)).unwrap();
+                lost += u32::from(!file.path().exists());
+            }
+            assert_eq!(lost, 0);
+        });
     }
 }
