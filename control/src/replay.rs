@@ -43,6 +43,9 @@ const MOST_VALUES: usize = 8 << 20;
 /// What leaves more than so many times half of the last digit is accepted only if a change by hand does not come nearer.
 const FAR: f64 = 4.0;
 
+/// Another last digit of a measured value may look like a setting that differs by this part of it.
+const LARGE: f64 = 0.05;
+
 /// At most this many rows of a curve are answered.
 const MOST_POINTS: usize = 8_000;
 
@@ -98,6 +101,8 @@ pub enum Conclusion {
     /// It does what the recording has.
     #[default]
     Equal,
+    /// The pulses differ in no more rows than other last digits of the measured values change: nothing says that a setting differs.
+    Rounded,
     /// It does something else, and no cause was looked for.
     Differs,
     /// The first suspect is the cause: it explains everything, and nothing else does.
@@ -175,7 +180,7 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     let csv = Csv::read(&request.text)?;
     let block = Block::new(home, &request.controller, &dialog)?;
     let mut remarks = csv.remarks.clone();
-    let mut recording = Recording::new(&block, &csv, &request.columns, &mut remarks)?;
+    let recording = Recording::new(&block, &csv, &request.columns, &mut remarks)?;
     let values = recording.rows.saturating_mul(recording.outputs.len());
     if values > MOST_VALUES {
         bail!(
@@ -186,47 +191,12 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
         );
     }
     let tolerance = request.tolerance;
-    let (mut base, mut suspects) = explained(&Comparison::new(&block, &recording, tolerance), request.try_suspects)?;
-    let mut is_late = false;
-    if base.different() > 0 && recording.rows > 2 {
-        // Where the setpoint steps, outputs that are a call late look like a row that is no call. Switches fit both ways, with another
-        // value each.
-        let has_switches_only = recording.outputs.iter().all(|of| of.is_boolean);
-        let is_told = suspects.iter().any(is_of_settings);
-        let mut late = late(&block, &csv, request, request.try_suspects && (!is_told || has_switches_only))?;
-        let is_plainer = plainer(&mut suspects, &mut late.suspects);
-        let fits = suspects.iter().any(|suspect| suspect.fits);
-        let is_taken = |of: &Late| match of.is_explained() {
-            true => of.base.different() == 0 || is_plainer,
-            false => {
-                !fits && (of.suspects.iter().any(|of| of.fits) || of.base.agrees_longer_than(&base, recording.rows))
-            }
-        };
-        if let Some(late) = Some(late).filter(is_taken) {
-            (base, suspects, recording) = (late.base, late.suspects, late.recording);
-            is_late = true;
-        }
-        // A switch that the last digit of an input moves by a call is as near as a switch can be.
-        let is_any_near = tolerance.is_some() || has_switches_only;
-        let allowed = if is_any_near { f64::INFINITY } else { FAR * recording.resolution() };
-        // A call without a row comes less near, since nobody has recorded its inputs.
-        let is_near = |suspect: &Suspect| suspect.fits && (suspect.largest <= allowed || !is_of_settings(suspect));
-        if request.try_suspects && !recording.is_coarse && base.different() > 0 && !suspects.iter().any(is_near) {
-            let mut readings = readings(&block, &csv, request)?;
-            let of = |recording| Comparison::new(&block, recording, tolerance);
-            let comparisons: Vec<Comparison> = readings.iter().map(of).collect();
-            let fitting = suspects.iter().filter(|suspect| suspect.fits).map(|suspect| suspect.largest);
-            let largest = fitting.fold(f64::INFINITY, f64::min);
-            let is_nearer = |midway: &Midway| midway.suspects[0].largest < largest / 2.0;
-            if let Some(midway) = midway::midway(&comparisons)?.filter(is_nearer) {
-                base = midway.base;
-                suspects.retain(|suspect| !suspect.fits);
-                suspects.splice(0..0, midway.suspects);
-                is_late = midway.reading > 0;
-                recording = readings.swap_remove(midway.reading);
-            }
-        }
+    let (base, suspects) = explained(&Comparison::new(&block, &recording, tolerance), request.try_suspects)?;
+    let mut reading = Reading { recording, base, suspects, is_late: false, is_rounded: false };
+    if reading.base.different() > 0 && reading.recording.rows > 2 {
+        reading = read_otherwise(&block, &csv, request, reading, &mut remarks)?;
     }
+    let Reading { recording, base, suspects, is_late, is_rounded } = reading;
     if is_late {
         remarks.push(
             "Each row has the outputs of the call before, as those of a loop with parallel exchange do: they are compared with that \
@@ -252,30 +222,111 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     }
     let calls = recording.rows - recording.between.len() - usize::from(end.is_some());
     let doubt = doubt(&block, &recording);
-    let conclusion = conclusion(&block, &recording, &base, &suspects, request.try_suspects);
+    let conclusion = match is_rounded {
+        true => Conclusion::Rounded,
+        false => conclusion(&block, &recording, &base, &suspects, request.try_suspects),
+    };
     let outputs = (0..recording.outputs.len()).map(|output| compared(&recording, &base, output, tolerance)).collect();
     let Recording { matched: columns, settings, moving, .. } = recording;
     Ok(Replayed { columns, calls, outputs, settings, moving, conclusion, doubt, suspects, remarks })
 }
 
-/// A recording whose rows have the outputs of the call before.
-struct Late {
+/// What a recording says, read in one way.
+struct Reading {
     recording: Recording,
     base: compare::Outcome,
     suspects: Vec<Suspect>,
+    /// Whether its rows have the outputs of the call before.
+    is_late: bool,
+    /// Whether no more differs than the digits of the recording leave open.
+    is_rounded: bool,
 }
 
-impl Late {
+impl Reading {
     /// Whether nothing differs, or settings explain what does.
     fn is_explained(&self) -> bool {
         self.base.different() == 0 || self.suspects.iter().any(is_of_settings)
     }
+
+    fn is_within_rounding(&self, block: &Block, tolerance: Option<f64>) -> Result<bool> {
+        Ok(self.base.different() > 0
+            && Comparison::new(block, &self.recording, tolerance).is_within_rounding(&self.base)?)
+    }
+}
+
+/// Another way to read a recording, or a change by hand in it, where that explains more: outputs that are a call late, times in manual mode.
+fn read_otherwise(
+    block: &Block,
+    csv: &Csv,
+    request: &ReplayRequest,
+    mut reading: Reading,
+    remarks: &mut Vec<String>,
+) -> Result<Reading> {
+    let tolerance = request.tolerance;
+    // Where the setpoint steps, outputs that are a call late look like a row that is no call. Switches fit both ways, with another
+    // value each.
+    let has_switches_only = reading.recording.outputs.iter().all(|of| of.is_boolean);
+    let is_told = reading.suspects.iter().any(is_of_settings);
+    let mut late = late(block, csv, request, request.try_suspects && (!is_told || has_switches_only))?;
+    let is_plainer = plainer(&mut reading.suspects, &mut late.suspects);
+    let fits = reading.suspects.iter().any(|suspect| suspect.fits);
+    reading.is_rounded = reading.is_within_rounding(block, tolerance)?;
+    late.is_rounded = !reading.is_rounded && late.is_within_rounding(block, tolerance)?;
+    let is_taken = match late.is_explained() {
+        true => late.base.different() == 0 || is_plainer,
+        false => {
+            let is_better = late.suspects.iter().any(|of| of.fits) || late.is_rounded;
+            let rows = reading.recording.rows;
+            !fits && !reading.is_rounded && (is_better || late.base.agrees_longer_than(&reading.base, rows))
+        }
+    };
+    if is_taken {
+        reading = late;
+    }
+    reading.is_rounded &= !reading.suspects.iter().any(is_large);
+    if reading.is_rounded {
+        reading.suspects.clear();
+        return Ok(reading);
+    }
+    // A switch that the last digit of an input moves by a call is as near as a switch can be.
+    let is_any_near = tolerance.is_some() || has_switches_only;
+    let allowed = if is_any_near { f64::INFINITY } else { FAR * reading.recording.resolution() };
+    // A call without a row comes less near, since nobody has recorded its inputs.
+    let is_near = |suspect: &Suspect| suspect.fits && (suspect.largest <= allowed || !is_of_settings(suspect));
+    let is_open = request.try_suspects && !reading.recording.is_coarse && reading.base.different() > 0;
+    if !is_open || reading.suspects.iter().any(is_near) {
+        return Ok(reading);
+    }
+    let inputs = reading.recording.inputs.len();
+    let manual = reading.recording.take_for_manual(block, &reading.base);
+    if !manual.is_empty() {
+        let (base, suspects) = explained(&Comparison::new(block, &reading.recording, tolerance), true)?;
+        if base.different() == 0 || suspects.iter().any(is_near) {
+            remarks.push(in_manual(block, &reading.recording, &manual));
+            return Ok(Reading { base, suspects, ..reading });
+        }
+        reading.recording.inputs.truncate(inputs);
+    }
+    let mut readings = readings(block, csv, request)?;
+    let of = |recording| Comparison::new(block, recording, tolerance);
+    let comparisons: Vec<Comparison> = readings.iter().map(of).collect();
+    let fitting = reading.suspects.iter().filter(|suspect| suspect.fits).map(|suspect| suspect.largest);
+    let largest = fitting.fold(f64::INFINITY, f64::min);
+    let is_nearer = |midway: &Midway| midway.suspects[0].largest < largest / 2.0;
+    if let Some(midway) = midway::midway(&comparisons)?.filter(is_nearer) {
+        reading.base = midway.base;
+        reading.suspects.retain(|suspect| !suspect.fits);
+        reading.suspects.splice(0..0, midway.suspects);
+        reading.is_late = midway.reading > 0;
+        reading.recording = readings.swap_remove(midway.reading);
+    }
+    Ok(reading)
 }
 
 /// The recording with each output in the row of its call. What a recorder calls the process value may be the block's input or its output:
 /// whatever explains more.
-fn late(block: &Block, csv: &Csv, request: &ReplayRequest, has_to_explain: bool) -> Result<Late> {
-    let of = |has_late_process_value: bool, has_to_explain: bool| -> Result<Option<Late>> {
+fn late(block: &Block, csv: &Csv, request: &ReplayRequest, has_to_explain: bool) -> Result<Reading> {
+    let of = |has_late_process_value: bool, has_to_explain: bool| -> Result<Option<Reading>> {
         let recording = Recording::new(block, csv, &request.columns, &mut Vec::new())?;
         if has_late_process_value && !recording.has_unclear_process_value(block) {
             return Ok(None);
@@ -283,7 +334,7 @@ fn late(block: &Block, csv: &Csv, request: &ReplayRequest, has_to_explain: bool)
         let recording = recording.with_earlier_outputs(block, has_late_process_value);
         let comparison = Comparison::new(block, &recording, request.tolerance);
         let (base, suspects) = explained(&comparison, has_to_explain)?;
-        Ok(Some(Late { recording, base, suspects }))
+        Ok(Some(Reading { recording, base, suspects, is_late: true, is_rounded: false }))
     };
     // What is equal as it is needs no cause.
     let plain = of(false, false)?.context("the input is always there")?;
@@ -303,7 +354,7 @@ fn late(block: &Block, csv: &Csv, request: &ReplayRequest, has_to_explain: bool)
     if best.is_explained() || is_shifted || is_plain {
         return Ok(best);
     }
-    Ok(of(true, has_to_explain)?.filter(Late::is_explained).unwrap_or(best))
+    Ok(of(true, has_to_explain)?.filter(Reading::is_explained).unwrap_or(best))
 }
 
 /// The recording as it is, and with each output in the row of its call.
@@ -357,6 +408,18 @@ fn is_of_settings(suspect: &Suspect) -> bool {
     suspect.fits && !suspect.changes.iter().any(is_of_rows)
 }
 
+/// Whether it explains everything by settings that all differ by more than rounding could make up for.
+fn is_large(suspect: &Suspect) -> bool {
+    let is_far = |change: &Change| match change {
+        Change::Setting { value, before, .. } => {
+            let (value, before) = (number_of(*value), number_of(*before));
+            (value - before).abs() > LARGE * before.abs()
+        }
+        _ => false,
+    };
+    is_of_settings(suspect) && suspect.since.is_none() && suspect.changes.iter().all(is_far)
+}
+
 /// The run of the block as it is and, if it differs, what explains that.
 fn explained(comparison: &Comparison, has_to_explain: bool) -> Result<(compare::Outcome, Vec<Suspect>)> {
     let recording = comparison.recording;
@@ -385,6 +448,14 @@ fn beginning(block: &Block, recording: &Recording, variant: &Variant) -> Option<
             ))
         }
     }
+}
+
+/// That the recording is taken for one with times in manual mode.
+fn in_manual(block: &Block, recording: &Recording, times: &[(f64, f64)]) -> String {
+    let output = block.manipulated(recording).map_or("", |output| recording.outputs[output].name.as_str());
+    let times: Vec<String> = times.iter().map(|(from, to)| format!("{} s to {} s", short(*from), short(*to))).collect();
+    let times = times.join(", ");
+    format!("{output} stands still from {times}: there the controller is taken to be in manual mode.")
 }
 
 /// An output to draw: all rows, or in each group of rows the one with the largest difference.
@@ -430,7 +501,7 @@ fn doubt(block: &Block, recording: &Recording) -> Option<Doubt> {
     if !roles.driving().any(is_compared) {
         return Some(Doubt::NotRecorded(roles.driving().cloned().collect()));
     }
-    let (switch, _) = block.manual().filter(|_| block.is_always_manual(recording))?;
+    let switch = block.row(roles.manual_switch()).filter(|_| block.is_always_manual(recording))?;
     Some(match recording.inputs.iter().any(|input| input.row == switch) {
         true => Doubt::Manual,
         false => Doubt::ManualInLoop(block.table.variables[switch].name.clone()),

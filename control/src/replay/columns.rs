@@ -1,6 +1,7 @@
 //! Which column of a recording is which variable of the block, with its values as the block takes them.
 
 use super::change::{Change, Moving};
+use super::compare::Outcome;
 use super::instance::{Block, change, typed};
 use crate::csv::names::{MANIPULATED_VALUES, MANUAL, PROCESS_VALUES, SETPOINTS, ends, short_name};
 use crate::csv::{Column, CsvTable as Csv};
@@ -70,6 +71,9 @@ pub(super) struct Signal {
     is_output_column: bool,
 }
 
+/// A manipulated value that is the same in so many rows stands still.
+const STANDS_STILL: usize = 10;
+
 /// How much of an output's largest value counts as rounding: 16 times what REAL resolves, since each call rounds again.
 const ROUNDING: f64 = 16.0 * f32::EPSILON as f64 / 2.0;
 
@@ -109,6 +113,11 @@ impl Signal {
 }
 
 impl Recording {
+    /// Whether a row is a call.
+    pub(super) fn is_call(&self, row: usize) -> bool {
+        self.end != Some(row) && !self.between.contains(&row)
+    }
+
     /// Finds the columns of the block's variables. `wanted` are the user's choice: column and variable, or `time`.
     pub(super) fn new(
         block: &Block,
@@ -221,6 +230,45 @@ impl Recording {
             self.between = self.rows_between_calls(second - first).unwrap_or_default();
         }
         self
+    }
+
+    /// Where the manipulated value stands still while `computed` moves, and is at none of its limits, the controller may have been in
+    /// manual mode. Takes it so and gives the times; none if the recording says the mode, or nothing stands still.
+    pub(super) fn take_for_manual(&mut self, block: &Block, computed: &Outcome) -> Vec<(f64, f64)> {
+        let Some((switch, manual)) = block.manual().filter(|(switch, _)| block.settings[*switch] == 0.0) else {
+            return Vec::new();
+        };
+        let Some(output) = block.manipulated(self) else { return Vec::new() };
+        if self.inputs.iter().any(|input| [switch, manual].contains(&input.row)) {
+            return Vec::new();
+        }
+        let (recorded, computed) = (&self.outputs[output], &computed.outputs[output]);
+        let mut is_on = self.constant(block, switch, 0.0);
+        let mut value = self.constant(block, manual, block.settings[manual]);
+        let mut times: Vec<(f64, f64)> = Vec::new();
+        let mut end = 0;
+        for still in recorded.values.chunk_by(|one, other| one == other) {
+            let rows = end..end + still.len();
+            end = rows.end;
+            let (low, high) = computed[rows.clone()]
+                .iter()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
+            let moves = high - low > 2.0 * recorded.tolerance(still[0]);
+            if still.len() < STANDS_STILL || !moves || block.is_limit(still[0]) {
+                continue;
+            }
+            is_on.values[rows.clone()].fill(1.0);
+            value.values[rows.clone()].fill(still[0]);
+            let (first, last) = (self.times[rows.start], self.times[rows.end - 1]);
+            match times.last_mut() {
+                Some((_, end)) if *end == self.times[rows.start.saturating_sub(1)] => *end = last,
+                _ => times.push((first, last)),
+            }
+        }
+        if !times.is_empty() {
+            self.inputs.extend([is_on, value]);
+        }
+        times
     }
 
     fn add(
@@ -501,7 +549,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
         }
     }
     let roles = block.roles;
-    let manual = roles.manual.as_ref().map(|(switch, _)| switch.clone());
+    let manual = roles.manual_switch().cloned();
     let by_role: [(&Option<String>, &[&str]); 4] = [
         (&roles.setpoint, &SETPOINTS),
         (&roles.process_value, &PROCESS_VALUES),

@@ -140,9 +140,15 @@ impl<'a> Block<'a> {
         Some((self.table.find(switch)?, self.table.find(value)?))
     }
 
+    /// Whether a manipulated value is at one of its limits.
+    pub(super) fn is_limit(&self, value: f64) -> bool {
+        let limits = self.roles.limits.iter().flat_map(|(high, low)| [high, low]);
+        limits.filter_map(|name| self.table.find(name)).any(|row| self.settings[row] as f32 == value as f32)
+    }
+
     /// Whether the block is in manual mode in all rows.
     pub(super) fn is_always_manual(&self, recording: &Recording) -> bool {
-        let Some((switch, _)) = self.manual() else { return false };
+        let Some(switch) = self.row(self.roles.manual_switch()) else { return false };
         let recorded = recording.inputs.iter().find(|input| input.row == switch);
         recorded.map_or(self.settings[switch] == 1.0, |input| input.values.iter().all(|value| *value == 1.0))
     }

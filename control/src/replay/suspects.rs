@@ -463,12 +463,6 @@ fn mode(comparison: &Comparison, base: &Outcome) -> Option<Try> {
     let recorded: Vec<f64> =
         recording.outputs[output].values.iter().copied().filter(|value| value.is_finite()).collect();
     let moves = |values: &[f64]| values.iter().any(|value| *value != values[0]);
-    // In automatic mode it rests at a limit, too.
-    let limits = block.roles.limits.as_ref();
-    let is_limit = |value: f64| {
-        let rows = limits.into_iter().flat_map(|(high, low)| [high, low]).filter_map(|name| block.table.find(name));
-        rows.into_iter().any(|row| block.settings[row] as f32 == value as f32)
-    };
     let is_manual = block.settings[switch] == 1.0;
     let mut variant = base.variant.clone();
     variant.values.insert(switch, f64::from(u8::from(!is_manual)));
@@ -476,7 +470,8 @@ fn mode(comparison: &Comparison, base: &Outcome) -> Option<Try> {
         return Some(Try { changes: vec![change(block, switch, 0.0, None)], variant });
     }
     let computed = &base.outputs[output];
-    if !is_manual && recorded.len() > 2 && !moves(&recorded) && moves(computed) && !is_limit(recorded[0]) {
+    // In automatic mode it rests at a limit, too.
+    if !is_manual && recorded.len() > 2 && !moves(&recorded) && moves(computed) && !block.is_limit(recorded[0]) {
         variant.values.insert(value, recorded[0]);
         let changes = vec![change(block, switch, 1.0, None), change(block, value, recorded[0], None)];
         return Some(Try { changes, variant });

@@ -120,7 +120,8 @@ fn verdict(faults: Values, kind: Kind, decimals: Option<usize>) -> (char, String
         Conclusion::Cause if is_true(&replayed.suspects[0]) => '+',
         Conclusion::LikelyCause if is_true(&replayed.suspects[0]) => 'l',
         Conclusion::Cause | Conclusion::LikelyCause => '!',
-        Conclusion::Ambiguous | Conclusion::Coarse | Conclusion::Unexplained | Conclusion::Differs => '?',
+        Conclusion::Ambiguous | Conclusion::Coarse | Conclusion::Rounded => '?',
+        Conclusion::Unexplained | Conclusion::Differs => '?',
     };
     (verdict, format!("{:?}\n  {:?}", replayed.suspects, replayed.remarks))
 }

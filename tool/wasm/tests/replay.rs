@@ -208,6 +208,27 @@ fn a_recording_that_begins_in_the_middle_is_taken_up_bumplessly() {
     }
 }
 
+/// The first columns of a recording.
+fn columns(text: &str, count: usize) -> String {
+    let first = |line: &str| line.split(';').take(count).collect::<Vec<_>>().join(";");
+    text.lines().map(first).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn a_time_in_manual_mode_shows_in_a_manipulated_value_that_stands_still() {
+    // From call 320 on it is 30 for 20 calls; the columns that say so are left out.
+    for (decimals, plant) in [(3, FILE.to_vec()), (6, FILE.to_vec()), (3, with(&[("TI", 50.0)]))] {
+        let text = columns(&Plant { values: &plant, decimals, ..Plant::default() }.record(), 4);
+        let replayed = run(&request(member("CONT_C", &with(&[("MAN_ON", 0.0)])), text));
+        let said = "LMN stands still from 320 s to 339 s: there the controller is taken to be in manual mode.";
+        assert!(replayed.remarks.iter().any(|remark| remark == said), "{:?}", replayed.remarks);
+        match plant.contains(&("TI", 50.0)) {
+            false => assert_eq!(replayed.conclusion, Conclusion::Equal, "{:?}", replayed.suspects),
+            true => assert_named(&replayed, "TI", 50.0, 20.0),
+        }
+    }
+}
+
 #[test]
 fn another_cycle_is_named() {
     for cycle in [0.5, 2.0, 10.0, 0.3] {
@@ -510,6 +531,27 @@ fn a_pulse_that_rounding_moves_by_a_call_makes_no_change_by_hand() {
     let replayed = late_pulses(200, |call| 50.0 - 30.0 * (-(call as f64) / 100.0).exp());
     assert_named(&replayed, "TI", 12.0, 6.0);
     assert!(replayed.suspects.iter().all(|suspect| suspect.since.is_none()), "{:?}", replayed.suspects);
+}
+
+#[test]
+fn pulses_that_differ_no_more_than_rounding_moves_them_name_no_setting() {
+    let settings = [("GAIN", 1.2), ("TI", 6.0), ("CYCLE", 0.1), ("PULSE_TM", 0.1), ("BREAK_TM", 0.1), ("DEADB_W", 0.2)];
+    let process_value: Course = |call| 50.0 - 30.0 * (-(call as f64) / 90.0).exp() * (call as f64 / 60.0).cos();
+    let recorded = |plant: &[(&str, f64)], decimals: usize| {
+        let inputs: [(&str, Course); 2] = [("SP_INT", |_| 50.0), ("PV_IN", process_value)];
+        let text = tape("CONT_S", &merged(&settings, plant), 600, &inputs, &["QLMNUP", "QLMNDN"]);
+        let rounded = |line: &str| {
+            let mut cells: Vec<String> = line.split(';').map(str::to_string).collect();
+            cells[2] = cells[2].parse::<f64>().map_or(cells[2].clone(), |value| format!("{value:.decimals$}"));
+            cells.join(";")
+        };
+        let text = text.lines().map(rounded).collect::<Vec<_>>().join("\n");
+        run(&request(member("CONT_S", &settings), text))
+    };
+    let replayed = recorded(&[], 1);
+    assert_eq!(replayed.conclusion, Conclusion::Rounded, "{:?}", replayed.suspects);
+    assert!(replayed.suspects.is_empty() && replayed.outputs.iter().any(|of| of.different > 0));
+    assert_named(&recorded(&[("TI", 12.0)], 2), "TI", 12.0, 6.0);
 }
 
 #[test]

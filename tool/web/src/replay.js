@@ -10,7 +10,7 @@ import { chooser } from "tool/csv.js";
 import { byId, element, fill, tableHead, text } from "tool/dom.js";
 import { askAside, Stopped } from "tool/engine.js";
 import { changed, fitting, verdict } from "tool/replay_words.js";
-import { unitText } from "tool/signals.js";
+import { manualSwitch, unitText } from "tool/signals.js";
 import { store, valuesOf } from "tool/store.js";
 import { rounded, shown } from "tool/values.js";
 
@@ -306,7 +306,7 @@ function showResult(replayed, allowed) {
   const loop = store.loop;
   if (!loop) return { headline: "", details: [] };
   const { variables, roles } = loop.description;
-  const block = { variables, controller: roles.controller };
+  const block = { variables, controller: roles.controller, manual: manualSwitch(loop) };
   const fits = replayed.outputs.length > 0 && replayed.outputs.every((output) => output.different === 0);
   const kind = (/** @type {string} */ name) => loop.description.variables.find((one) => one.name === name);
   const told = verdict(replayed, allowed, block);

@@ -11,6 +11,7 @@
  * @typedef {object} Block what the words need of the block
  * @property {Variable[]} variables
  * @property {string[]} controller its gain and times
+ * @property {string | undefined} manual its switch to manual mode
  */
 
 import { unitText } from "tool/signals.js";
@@ -103,7 +104,7 @@ function rangeOf({ changes, since, range }, variables) {
  * @returns {Change[]}
  */
 export function fitting({ conclusion, settings, suspects }) {
-  if (conclusion === "equal") return settings;
+  if (conclusion === "equal" || conclusion === "rounded") return settings;
   const isFound = conclusion === "cause" || conclusion === "likely_cause";
   const found = suspects.find(({ fits }) => fits);
   if (!isFound || !found) return [];
@@ -225,6 +226,13 @@ export function verdict(replayed, tolerance, block) {
       details: [`With one cycle per row, ${difference}.`, remedy],
     };
   }
+  if (conclusion === "rounded") {
+    const same = "other last digits of the measured values would change as many. Nothing says that a setting differs";
+    return {
+      headline: `${listed(outputs.map(({ variable }) => variable))} agree as far as the digits of the recording tell.`,
+      details: [`${difference}; ${same}: record more digits to see small differences.`, ...recorded],
+    };
+  }
   if (conclusion === "differs") return { headline: `${own}${difference}.`, details: [] };
   const alike = suspects.filter(({ fits }) => fits);
   const [likeliest] = alike;
@@ -266,6 +274,8 @@ export function verdict(replayed, tolerance, block) {
       details: [`${difference}.`, each, remedy, ...(coarse ? [coarse] : [])],
     };
   }
+  const isSaid = replayed.columns.some(([, variable]) => variable === block.manual);
+  const manual = `If the controller was in manual mode for a while, record ${block.manual}, too.`;
   const noisy = "If the recording is noisy, say in the field “equal within” how far a value may be off.";
   const [best] = suspects;
   const still = best?.different === 1 ? "1 value still differs" : `${best?.different} values still differ`;
@@ -278,7 +288,13 @@ export function verdict(replayed, tolerance, block) {
     headline: isRecorded
       ? `${own}nothing that was tried explains it.`
       : "Nothing that was tried explains this recording.",
-    details: [`${difference}.`, nearest, ...(coarse ? [coarse] : []), ...(tolerance === null ? [noisy] : [])],
+    details: [
+      `${difference}.`,
+      nearest,
+      ...(coarse ? [coarse] : []),
+      ...(block.manual && !isSaid ? [manual] : []),
+      ...(tolerance === null ? [noisy] : []),
+    ],
   };
 }
 
