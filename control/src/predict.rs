@@ -392,9 +392,9 @@ impl<'a> Simulation<'a> {
         }
         let gain = controller.roles.controller.first().and_then(|name| values.get(name));
         let usual = usual_height(request, gain);
-        let height = request.step.size.unwrap_or(usual);
-        let band = request.band.unwrap_or(BAND * usual.abs());
         let level = request.step.from.unwrap_or_else(|| controller.value(setpoint));
+        let height = request.step.size.unwrap_or_else(|| to_round_target(level, usual));
+        let band = request.band.unwrap_or(BAND * usual.abs());
         let manual = request.step.manual.unwrap_or(MANUAL);
         if height == 0.0 || ![height, level, manual].iter().all(|number| number.is_finite()) {
             bail!("the step is {height} from {level}: it has to be a number other than 0");
@@ -503,6 +503,13 @@ fn usual_height(request: &TuneRequest, gain: Option<&Value>) -> f64 {
     }
 }
 
+/// About this height, to a setpoint with two digits of it: 7.87 above 50.13 to 58.
+fn to_round_target(level: f64, height: f64) -> f64 {
+    let digit = 10f64.powf(height.abs().log10().floor() - 1.0);
+    let target = ((level + height) / digit).round() * digit;
+    if target.is_finite() { target - level } else { height }
+}
+
 /// Where the process value goes in.
 #[derive(Debug, PartialEq)]
 struct Terminal {
@@ -570,8 +577,8 @@ fn system(
     }
     if controller.is_step_controller() {
         // The step is answered in automatic mode, away from the stops.
-        let switches = controller.manual_switch().into_iter().chain(controller.roles.stops().map(String::as_str));
-        all.extend(switches.map(|name| (name.to_string(), Value::Boolean(false))));
+        let switches = controller.roles.manual_switch().into_iter().chain(controller.roles.stops());
+        all.extend(switches.map(|name| (name.clone(), Value::Boolean(false))));
     }
     let mut settings: Vec<Setting> = all.iter().map(|(name, value)| setting(name, *value)).collect();
     settings.extend(events);

@@ -314,16 +314,6 @@ impl Controller {
         Some(&time.name)
     }
 
-    /// Returns the switch to manual mode of a step controller, which enables the two switches for the pulses up and
-    /// down.
-    pub fn manual_switch(&self) -> Option<&str> {
-        let is_switch = |name: &str| self.kind(name) == Some(Kind::Bool);
-        let fields = || self.groups.iter().flat_map(|group| &group.fields).filter(|field| is_switch(&field.name));
-        let only = |switch: &str| vec![vec![(switch.to_string(), true)]];
-        let is_manual = |switch: &str| fields().filter(|field| field.used_if == only(switch)).count() == 2;
-        fields().map(|field| field.name.as_str()).find(|name| is_manual(name))
-    }
-
     /// Rejects a structure that the controller does not have.
     fn require(&self, structure: Structure) -> Result<()> {
         let (fmu, actions) = (&self.member.fmu, self.roles.controller.len());

@@ -44,6 +44,8 @@ pub struct Roles {
     pub manipulated_value: Option<String>,
     /// The switch to manual mode and the manual value.
     pub manual: Option<(String, String)>,
+    /// The switch to manual mode and the manual pulses, up and down, of a controller without a manual value.
+    pub manual_pulses: Option<(String, [String; 2])>,
     /// GAIN, TI, TD and TM_LAG, as far as the block has them.
     pub controller: Vec<String>,
     /// The switches of the P, I and D action.
@@ -238,7 +240,8 @@ impl Roles {
     /// otherwise.
     pub fn is_stimulus(&self, name: &str, is_input: bool) -> bool {
         let named = |names: &[String]| names.iter().any(|other| other == name);
-        let is_manual = self.manual.as_ref().is_some_and(|(on, value)| on == name || value == name);
+        let is_manual = self.manual.as_ref().is_some_and(|(on, value)| on == name || value == name)
+            || self.manual_pulses.as_ref().is_some_and(|(on, pulses)| on == name || named(pulses));
         !named(&self.settings)
             && (is_input
                 || is_manual
@@ -247,10 +250,16 @@ impl Roles {
                 || named(&self.stimuli))
     }
 
+    /// The switch to manual mode.
+    pub fn manual_switch(&self) -> Option<&String> {
+        let of_pulses = || self.manual_pulses.as_ref().map(|(switch, _)| switch);
+        self.manual.as_ref().map(|(switch, _)| switch).or_else(of_pulses)
+    }
+
     /// Whether a controller is in manual mode: its switch, or the variable that says so where a program sets the switch.
     pub fn manual_mode(&self) -> Option<&String> {
         let said = || self.signals.iter().find(|(meaning, _)| meaning == MANUAL_MODE).map(|(_, name)| name);
-        self.manual.as_ref().map(|(switch, _)| switch).or_else(said)
+        self.manual_switch().or_else(said)
     }
 
     /// What tells that an actuator is at one of its stops.
@@ -266,13 +275,13 @@ impl Roles {
             "setpoint" | "manipulated value" | "dead band" | "shortest pulse" | "restart" => 1,
             "process value" | "manual" | "limits" => 2,
             "controller" => 4,
-            "structure" | "pulse former" => 3,
+            "structure" | "pulse former" | "manual pulses" => 3,
             "pulses" => 2,
             "disturbances" | "settings" | "stimuli" => usize::MAX,
             _ if role.strip_prefix("signal ").is_some_and(|what| !what.trim().is_empty()) => 1,
             _ => bail!(
-                "{role:?} is not a role: setpoint, process value, manipulated value, manual, controller, structure, pulses, \
-                 pulse former, limits, dead band, shortest pulse, restart, disturbances, settings, stimuli, signal NAME"
+                "{role:?} is not a role: setpoint, process value, manipulated value, manual, manual pulses, controller, structure, \
+                 pulses, pulse former, limits, dead band, shortest pulse, restart, disturbances, settings, stimuli, signal NAME"
             ),
         };
         if names.len() > most {
@@ -290,6 +299,12 @@ impl Roles {
             "manual" => {
                 let [on, value] = names.as_slice() else { bail!("manual has two names: the switch and the value") };
                 self.manual = Some((on.clone(), value.clone()));
+            }
+            "manual pulses" => {
+                let [on, up, down] = names.as_slice() else {
+                    bail!("manual pulses has three names: the switch, up and down")
+                };
+                self.manual_pulses = Some((on.clone(), [up.clone(), down.clone()]));
             }
             "limits" => {
                 let [high, low] = names.as_slice() else { bail!("limits has two names: the high and the low one") };

@@ -1,18 +1,18 @@
-//! Experiments with the loop that runs, each in one request: a step of the manual value, and a relay.
+//! Experiments with the loop that runs, each in one request: a step of the actuator in manual mode, and a relay.
 //!
 //! Both begin in the same way: the manual value is that at which the actuator is now, the controller goes to manual mode, and calls are
 //! made until the process value rests. At the end the actuator goes back, the plant follows, and mode and manual value are what they
 //! were; the setpoint never changes. What is done is in the record as if a user had done it.
 
+use self::bench::Bench;
 use crate::describe::describe;
 use crate::home::Home;
 use crate::message::{State, Values};
 use crate::session::{MOST_CALLS, Record, Session};
 use crate::signals::{self, Signals};
-use anyhow::{Context, Result, bail, ensure};
-use control::identify::{self, Data, Identified, Method, Model, means_of_pulses, resolution};
-use run::fmus::number_of;
-use run::system::{Exchange, Value};
+use anyhow::{Context, Result, ensure};
+use control::identify::{self, Data, Identified, Method, Model, resolution};
+use run::system::Value;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -37,6 +37,10 @@ const GROWN: f64 = 1.01;
 const MOVED: f64 = 8.0;
 /// And this many times its smallest change.
 const COUNTS: f64 = 5.0;
+/// A step controller first moves its actuator by this part of the step, in the same direction.
+const TAKEN_UP: f64 = 0.25;
+/// And waits so many times as long as the pulse that made the step: that is none, if it takes a large part of the answer.
+const LONG: usize = 12;
 /// The calls of a pulse period before there are pulses: longer than usual ones.
 const UNKNOWN_PERIOD: usize = 100;
 
@@ -206,7 +210,7 @@ pub fn rest_at(home: &dyn Home, session: &mut Session, request: &RestAt) -> Resu
     let setpoint =
         setpoint.with_context(|| format!("{} does not say which variable is its setpoint", controller.fmu))?;
     let send = |session: &mut Session, name: &str, value| session.send(&Values::from([(name.to_string(), value)]));
-    if let (Some((switch, _)), Some(process_value)) = (&roles.manual, roles.compared_process_value()) {
+    if let (Some(switch), Some(process_value)) = (roles.manual_switch(), roles.compared_process_value()) {
         let (switch, process_value) = (name(switch), name(process_value));
         let mut values = session.state()?.values;
         if values.get(switch.as_str()) == Some(&Value::Boolean(true)) {
@@ -234,7 +238,7 @@ pub fn rest_at(home: &dyn Home, session: &mut Session, request: &RestAt) -> Resu
 /// Holds the plant, steps the manipulated value, waits, identifies, and gives the loop back as it was.
 ///
 /// # Errors
-/// The controller has no manual value, the plant does not come to rest, the step does not move it, or no model fits: why, and what to do.
+/// The controller has neither a manual value nor manual pulses, the plant does not come to rest, the step does not move it, or no model fits: why, and what to do.
 pub fn step(home: &dyn Home, session: &mut Session, request: &StepTest) -> Result<StepTested> {
     let size = request.size;
     ensure!(size != 0.0 && size.is_finite(), "the step is {size}: it has to be a number other than 0");
@@ -250,6 +254,11 @@ pub fn step(home: &dyn Home, session: &mut Session, request: &StepTest) -> Resul
 /// The step of a plant that is held: when, the model, and the process value before it.
 fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, f64)> {
     let size = request.size;
+    let size = if !bench.is_within(size)? && bench.is_within(-size)? { -size } else { size };
+    if bench.has_pulses() {
+        // Takes up the backlash of the actuator before its travel counts.
+        bench.put(TAKEN_UP * size)?;
+    }
     if request.is_integrating {
         bench.run(FIRST)?;
     } else {
@@ -259,10 +268,12 @@ fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, 
     let before = &before[before.len() * 2 / 3..];
     let (level, noise) = (mean(before), noise(before));
     let step = bench.next_time()?;
-    let size = if !bench.is_within(size)? && bench.is_within(-size)? { -size } else { size };
-    bench.put(bench.manual + size)?;
+    let calls = bench.put(bench.away()? + size)?;
     // An analog word that has moved by a count has hardly begun to answer.
     let has_moved = |values: &[f64]| {
+        if values.len() < LONG * calls {
+            return false;
+        }
         let least = (MOVED * noise).max(COUNTS * resolution(values));
         (mean(&values[values.len() * 2 / 3..]) - level).abs() > least + 1e-9
     };
@@ -273,7 +284,7 @@ fn step_held(bench: &mut Bench, request: &StepTest) -> Result<(f64, Identified, 
             waited += FIRST;
             bench.check_patience(waited, "the step does not move it")?;
         }
-        bench.run(waited.max(FIRST) * 2)?;
+        bench.run(waited.max(FIRST).max(LONG * calls) * 2)?;
     } else {
         bench.settle(REST, has_moved)?;
     }
@@ -300,228 +311,6 @@ pub fn relay(home: &dyn Home, session: &mut Session, request: &RelayTest) -> Res
     let model =
         Model { gain: TAU / (period * gain), dead_time: period / 4.0, is_integrating: true, ..Model::default() };
     Ok(RelayTested { state: session.state()?, from, ultimate: (gain, period), swing, hysteresis, model, remarks })
-}
-
-/// A loop in manual mode.
-struct Bench<'a> {
-    home: &'a dyn Home,
-    session: &'a mut Session,
-    /// `MEMBER.VARIABLE` of the manual value.
-    manual_name: String,
-    process_value_name: String,
-    /// `MEMBER.VARIABLE` of the switch to manual mode.
-    switch_name: String,
-    /// Mode and manual value from before.
-    was: Values,
-    /// `MEMBER.VARIABLE` of the limits of the manipulated value, high and low.
-    limits: Option<(String, String)>,
-    /// Where the actuator was.
-    output: f64,
-    /// The manual value at which it is there.
-    manual: f64,
-    /// From when on it is held, in seconds.
-    from: f64,
-    /// The calls of a pulse period, in which the controller may take one process value only; 1 without pulses.
-    every: usize,
-}
-
-impl<'a> Bench<'a> {
-    /// Goes to manual mode without moving the actuator.
-    fn hold(home: &'a dyn Home, session: &'a mut Session) -> Result<Bench<'a>> {
-        let record = session.record(None)?;
-        let controller = record.members().next().context("there is no controller")?.clone();
-        ensure!(record.members().nth(1).is_some(), "nothing answers {}: connect a plant first", controller.name);
-        let roles = describe(home, &controller.fmu)?.roles;
-        let fmu = &controller.fmu;
-        let (Some((switch, manual)), Some(output)) = (&roles.manual, &roles.manipulated_value) else {
-            bail!(
-                "{fmu} has no manual value that steps its output: move the actuator by hand and identify from the run"
-            );
-        };
-        let process_value = roles
-            .compared_process_value()
-            .with_context(|| format!("{fmu} does not say which of its variables is its process value"))?;
-        let name = |variable: &String| format!("{}.{variable}", controller.name);
-        let (switch_name, manual_name, output) = (name(switch), name(manual), name(output));
-        let limits = roles.limits.as_ref().map(|(high, low)| (name(high), name(low)));
-        let values = session.state()?.values;
-        let was = [&switch_name, &manual_name].map(|name| Some((name.clone(), *values.get(name.as_str())?)));
-        let mut bench = Bench {
-            home,
-            session,
-            was: was.into_iter().flatten().collect(),
-            switch_name,
-            manual_name,
-            process_value_name: name(process_value),
-            limits,
-            output: 0.0,
-            manual: 0.0,
-            from: 0.0,
-            every: 1,
-        };
-        let record = bench.session.record(None)?;
-        // Where all members act at once, each passes on what it got a call later: before that, a row has values of no call.
-        let until_seen = match record.setup().exchange {
-            Exchange::Sequential => 1,
-            Exchange::Parallel => record.members().count(),
-        };
-        // What was set since the last call, such as the manual value, counts.
-        if record.calls() == 0 || record.done().last().is_some_and(|done| done.call == record.calls()) {
-            bench.run(until_seen)?;
-        }
-        // Between two cycles pulses are on or off: the actuator is at their mean.
-        let pulses = bench.signals(0.0)?;
-        let means = means_of_pulses(&pulses.times, &pulses.manipulated_value).filter(|_| !pulses.pulses.is_empty());
-        let target = match means.as_ref().and_then(|(means, _)| means.last()) {
-            Some(mean) => *mean,
-            None => bench.value(&output)?,
-        };
-        bench.from = bench.next_time()?;
-        bench.session.send(&Values::from([(bench.switch_name.clone(), Value::Boolean(true))]))?;
-        // What the block does to the manual value is a straight line: a factor and an offset.
-        let mut tried: Option<(f64, f64)> = None;
-        (bench.output, bench.manual) = (target, target);
-        if !pulses.pulses.is_empty() {
-            bench.every = UNKNOWN_PERIOD;
-        }
-        if let Some((_, period)) = means {
-            bench.every = ((period / bench.session.record(None)?.step()).round() as usize).max(1);
-            bench.put(target)?;
-            return Ok(bench);
-        }
-        for _ in 0..3 {
-            bench.put(bench.manual)?;
-            bench.run(until_seen)?;
-            let now = bench.value(&output)?;
-            let off = target - now;
-            if off.abs() <= 1e-6 * target.abs().max(1.0) {
-                break;
-            }
-            let slope = match tried {
-                Some((manual, before)) if bench.manual != manual && now != before => {
-                    (now - before) / (bench.manual - manual)
-                }
-                _ => 1.0,
-            };
-            tried = Some((bench.manual, now));
-            bench.manual += off / slope;
-        }
-        Ok(bench)
-    }
-
-    /// Whether the manipulated value is within its limits if it moves by so much.
-    fn is_within(&mut self, size: f64) -> Result<bool> {
-        let Some((high, low)) = self.limits.clone() else { return Ok(true) };
-        Ok((self.value(&low)?..=self.value(&high)?).contains(&(self.output + size)))
-    }
-
-    fn put(&mut self, value: f64) -> Result<()> {
-        self.session.send(&Values::from([(self.manual_name.clone(), Value::Number(value))]))?;
-        Ok(())
-    }
-
-    /// Gives the loop back: the actuator goes to where it was, the plant follows, and mode and manual value are those from before. A plant
-    /// that integrates is driven back to this `level`. Without a level the test has failed, and nothing is waited for.
-    fn release(&mut self, level: Option<f64>, is_integrating: bool) -> Result<()> {
-        let was_automatic = self.was.get(&self.switch_name) == Some(&Value::Boolean(false));
-        self.put(self.manual)?;
-        match level {
-            Some(level) if is_integrating && !was_automatic => self.drive_back(level)?,
-            Some(_) if !is_integrating => self.settle(SETTLED, |_| true)?,
-            _ => {}
-        }
-        self.session.send(&self.was.clone())?;
-        if was_automatic && level.is_some() {
-            let from = self.next_time()?;
-            settle(self.home, self.session, &Settle { calls: MOST_CALLS / 10, from })?;
-            return Ok(());
-        }
-        self.run(1)
-    }
-
-    /// Moves the process value of a plant that integrates back to a level, by the opposite of the last step.
-    fn drive_back(&mut self, level: f64) -> Result<()> {
-        let values = self.process_value()?;
-        let off = values.last().map_or(0.0, |last| last - level);
-        let output = self.signals(self.from)?.manipulated_value;
-        let size = output[output.len().saturating_sub(2)] - self.output;
-        if self.is_within(-size)? {
-            self.put(self.manual - size)?;
-            let mut left = values.len() * 4;
-            while left > 0 && (self.value(&self.process_value_name.clone())? - level) * off > 0.0 {
-                self.run(1)?;
-                left -= 1;
-            }
-            self.put(self.manual)?;
-        }
-        Ok(())
-    }
-
-    fn run(&mut self, calls: usize) -> Result<()> {
-        match self.session.run(calls.min(MOST_CALLS))?.failure {
-            Some(failure) => bail!("the run has ended ({failure}): start again"),
-            None => Ok(()),
-        }
-    }
-
-    /// The value of a variable after the last call.
-    fn value(&mut self, name: &str) -> Result<f64> {
-        let state = self.session.state()?;
-        state.values.get(name).copied().map(number_of).with_context(|| format!("{name} is not recorded"))
-    }
-
-    /// When the next call is, in seconds.
-    fn next_time(&self) -> Result<f64> {
-        let record = self.session.record(None)?;
-        Ok(record.time(record.calls()))
-    }
-
-    fn signals(&self, from: f64) -> Result<Signals> {
-        Signals::new(self.home, self.session.record(None)?, Some(from), None)
-    }
-
-    /// The process value since the plant is held.
-    fn process_value(&self) -> Result<Vec<f64>> {
-        self.process_value_from(self.from)
-    }
-
-    fn process_value_from(&self, from: f64) -> Result<Vec<f64>> {
-        Ok(self.signals(from)?.process_value)
-    }
-
-    /// A process value of each pulse period.
-    fn sampled(&self, from: f64) -> Result<Vec<f64>> {
-        Ok(self.process_value_from(from)?.into_iter().step_by(self.every).collect())
-    }
-
-    /// Makes calls until the process value rests, and has done what `is_done` asks for.
-    fn settle(&mut self, part: f64, is_done: impl Fn(&[f64]) -> bool) -> Result<()> {
-        let from = self.next_time()?;
-        let first = FIRST * self.every;
-        let mut calls = first;
-        let mut made = 0;
-        loop {
-            self.run(calls)?;
-            made += calls;
-            let values = self.sampled(from)?;
-            if is_done(&values) && is_at_rest(&values, part) {
-                return Ok(());
-            }
-            self.check_patience(made, "it does not come to rest, or the step does not move it: choose a larger step")?;
-            calls = (made / 10).max(first);
-        }
-    }
-
-    fn check_patience(&self, calls: usize, what: &str) -> Result<()> {
-        if calls > MOST_CALLS / 2 {
-            let seconds = calls as f64 * self.session.record(None)?.step();
-            bail!(
-                "{} after {seconds:?} s: {what}; a plant that integrates has to be named so",
-                self.process_value_name
-            );
-        }
-        Ok(())
-    }
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -576,6 +365,7 @@ fn width(values: &[f64]) -> f64 {
     high - low
 }
 
+mod bench;
 mod relay;
 #[cfg(test)]
 mod tests;

@@ -91,6 +91,24 @@ impl Signals {
         })
     }
 
+    /// From when to when, in seconds, the controller was in manual mode last while its actuator moved.
+    fn last_manual(&self) -> Option<(f64, f64)> {
+        let moved = |at: usize| match self.manipulated_value.is_empty() {
+            true => self.pulses.iter().any(|pulse| pulse[at]),
+            false => self.manipulated_value[at] != self.manipulated_value[at - 1],
+        };
+        let mut last = None;
+        let mut end = 0;
+        for stretch in self.manual.chunk_by(|one, other| one == other) {
+            let start = end;
+            end += stretch.len();
+            if stretch[0] && (start + 1..end).any(moved) {
+                last = Some((self.times[start], self.times[end - 1]));
+            }
+        }
+        last
+    }
+
     /// The same for the figures.
     pub fn borrowed(&self) -> figures::Signals<'_> {
         figures::Signals {
@@ -191,7 +209,10 @@ pub fn tried(
 pub fn identify(home: &dyn Home, session: &Session, request: &identify::IdentifyRequest) -> Result<Identified> {
     let Data::Run { run, from, to } = request.data else { return identify::of_csv(request) };
     let record = session.record(run)?;
-    let signals = Signals::new(home, record, from, to)?;
+    let mut signals = Signals::new(home, record, from, to)?;
+    if let (None, None, Some((from, to))) = (from, to, signals.last_manual()) {
+        signals = Signals::new(home, record, Some(from), Some(to))?;
+    }
     let mut identified = if signals.manipulated_value.is_empty() && !signals.times.is_empty() {
         travel::identify(home, record, &signals, request)?
     } else {
@@ -258,6 +279,21 @@ mod tests {
         let data = Data::Run { run: None, from: None, to: None };
         let request = identify::IdentifyRequest { data, method: identify::Method::LeastSquares, is_integrating: false };
         let model = identify(&home, &session(&home, true), &request).unwrap().model;
+        assert!((model.gain / 1.5 - 1.0).abs() < 0.01 && (model.time_constant / 10.0 - 1.0).abs() < 0.02, "{model:?}");
+    }
+
+    #[test]
+    fn a_manual_step_between_two_times_in_automatic_mode_is_found() {
+        let home = TestHome::default();
+        let mut session = session(&home, true);
+        for (is_manual, setpoint) in [(false, 50.0), (true, 50.0), (false, 90.0)] {
+            let sent = [("C.MAN_ON", Value::Boolean(is_manual)), ("C.SP", Value::Number(setpoint))];
+            session.send(&sent.map(|(name, value)| (name.to_string(), value)).into()).unwrap();
+            session.run(300).unwrap();
+        }
+        let data = Data::Run { run: None, from: None, to: None };
+        let request = identify::IdentifyRequest { data, method: identify::Method::LeastSquares, is_integrating: false };
+        let model = identify(&home, &session, &request).unwrap().model;
         assert!((model.gain / 1.5 - 1.0).abs() < 0.01 && (model.time_constant / 10.0 - 1.0).abs() < 0.02, "{model:?}");
     }
 

@@ -9,71 +9,111 @@ use control::identify::{self, Identified, Recorded};
 use control::tune::Controller;
 use modeldescription::digits::short;
 
+/// What helps where the travel is not known.
+const REMEDY: &str = "identify from a CSV file with the position of the actuator";
 /// A pulse moves this part of the whole travel from sample to sample: it looks like a step, also if the controller is called often.
 const MOVE: f64 = 0.04;
 
 /// A plant's model, from the travel of the actuator to the process value.
 ///
 /// # Errors
-/// The controller is no step controller, not each of its calls is recorded, or the record says nothing about the plant.
+/// As for [`percent_of_a_call`]; the record says nothing about the plant.
 pub fn identify(
     home: &dyn Home,
     record: &Record,
     signals: &Signals,
     request: &identify::IdentifyRequest,
 ) -> Result<Identified> {
-    let member = record.setup().members.first().context("there is no controller")?;
-    let remedy = "identify from a CSV file with the position of the actuator";
-    let controller = Controller::new(home, member)?;
-    let motor_time = controller.motor_time_setting().filter(|_| controller.is_step_controller());
-    let (Some(motor_time), [up, down]) = (motor_time, signals.pulses.as_slice()) else {
-        bail!("{} has no manipulated value, and what its pulses move is not known: {remedy}", member.fmu);
-    };
-    let cycle = record.column(&format!("{}.{}", member.name, controller.cycle_setting()))?;
-    let column = record.column(&format!("{}.{motor_time}", member.name))?;
-    let last = record.trace().exact().end.saturating_sub(1);
-    let value = |column: usize| record.trace().column(column, last..last + 1).next();
-    let (Some(cycle), Some(seconds)) = (value(cycle), value(column)) else { bail!("there is no call in the run") };
-    let interval = record.time(1) - record.time(0);
-    if interval > 1.5 * cycle {
-        bail!(
-            "a step of the run takes {} s, and {} is called every {} s: not each pulse is recorded; {remedy}",
-            short(interval),
-            member.fmu,
-            short(cycle)
-        );
-    }
-    if seconds <= 0.0 {
-        bail!("{motor_time} is {seconds} s: set it to the time that the actuator takes from stop to stop");
-    }
-    let percent = 100.0 * interval / seconds;
-    let travel = travel(up, down, percent);
+    let motor = Motor::new(home, record)?;
+    let percent = motor.percent_of_a_call(record)?;
+    let travel = travel(&signals.pulses, percent);
     let stride = stride(&travel, percent);
     let (times, input, output) = thinned(&signals.times, &travel, &signals.process_value, stride);
     let recorded = Recorded { times: &times, input: &input, output: &output };
-    let names = controller.roles.pulses.join(" and ");
+    let names = motor.controller.roles.pulses.join(" and ");
     let mut identified = identify::identify(&recorded, request.method, request.is_integrating)
         .with_context(|| format!("the manipulated value is the travel by {names}"))?;
     identified.remarks.insert(
         0,
         format!(
-            "The manipulated value is the travel by {names}: 100 % in {motor_time} = {} s. Backlash is not known: let the \
-             pulse before it have the same direction.",
-            short(seconds)
+            "The manipulated value is the travel by {names}: 100 % in {} = {} s. Backlash is not known: let the pulse before \
+             it have the same direction.",
+            motor.time,
+            short(motor.seconds)
         ),
     );
     Ok(identified)
 }
 
-/// The mean of the travel in each call, in percent; `percent` is what a pulse of one call moves.
-fn travel(up: &[bool], down: &[bool], percent: f64) -> Vec<f64> {
+/// How far a pulse of one call moves the actuator, in percent of its travel.
+///
+/// # Errors
+/// The controller is no step controller, or not each of its calls is recorded.
+pub fn percent_of_a_call(home: &dyn Home, record: &Record) -> Result<f64> {
+    Motor::new(home, record)?.percent_of_a_call(record)
+}
+
+/// The actuator of a step controller.
+struct Motor {
+    controller: Controller,
+    /// The setting with the time of its travel from stop to stop.
+    time: String,
+    seconds: f64,
+}
+
+impl Motor {
+    fn new(home: &dyn Home, record: &Record) -> Result<Motor> {
+        let member = record.setup().members.first().context("there is no controller")?;
+        let controller = Controller::new(home, member)?;
+        let time = controller.motor_time_setting().filter(|_| controller.is_step_controller()).map(str::to_string);
+        let Some(time) = time.filter(|_| controller.roles.pulses.len() == 2) else {
+            bail!("{} has no manipulated value, and what its pulses move is not known: {REMEDY}", member.fmu);
+        };
+        let seconds = last(record, &member.name, &time)?;
+        if seconds <= 0.0 {
+            bail!("{time} is {seconds} s: set it to the time that the actuator takes from stop to stop");
+        }
+        Ok(Motor { controller, time, seconds })
+    }
+
+    fn percent_of_a_call(&self, record: &Record) -> Result<f64> {
+        let member = &self.controller.member;
+        let cycle = last(record, &member.name, self.controller.cycle_setting())?;
+        let interval = record.time(1) - record.time(0);
+        if interval > 1.5 * cycle {
+            bail!(
+                "a step of the run takes {} s, and {} is called every {} s: not each pulse is recorded; {REMEDY}",
+                short(interval),
+                member.fmu,
+                short(cycle)
+            );
+        }
+        Ok(100.0 * interval / self.seconds)
+    }
+}
+
+/// A setting of the controller in the last call.
+fn last(record: &Record, member: &str, setting: &str) -> Result<f64> {
+    let column = record.column(&format!("{member}.{setting}"))?;
+    let last = record.trace().exact().end.saturating_sub(1);
+    record.trace().column(column, last..last + 1).next().context("there is no call in the run")
+}
+
+/// How far pulses up and down have moved the actuator, in percent; `percent` is what a pulse of one call moves.
+pub fn total(pulses: &[Vec<bool>], percent: f64) -> f64 {
+    let calls = |which: usize| pulses[which].iter().filter(|is_on| **is_on).count() as f64;
+    percent * (calls(0) - calls(1))
+}
+
+/// The mean of the travel in each call, in percent.
+fn travel(pulses: &[Vec<bool>], percent: f64) -> Vec<f64> {
     let mut position = 0.0;
     let mean = |(up, down): (&bool, &bool)| {
         let way = percent * (f64::from(u8::from(*up)) - f64::from(u8::from(*down)));
         position += way;
         position - way / 2.0
     };
-    up.iter().zip(down).map(mean).collect()
+    pulses[0].iter().zip(&pulses[1]).map(mean).collect()
 }
 
 /// How many calls make one sample.
@@ -95,9 +135,11 @@ mod tests {
 
     #[test]
     fn the_travel_is_the_sum_of_the_pulses_and_its_mean_lies_in_the_middle_of_a_call() {
-        let up = [false, true, true, false, false, false];
-        let down = [false, false, false, false, true, false];
-        assert_eq!(travel(&up, &down, 4.0), [0.0, 2.0, 6.0, 8.0, 6.0, 4.0]);
+        let up = vec![false, true, true, false, false, false];
+        let down = vec![false, false, false, false, true, false];
+        let pulses = [up, down];
+        assert_eq!(travel(&pulses, 4.0), [0.0, 2.0, 6.0, 8.0, 6.0, 4.0]);
+        assert_eq!(total(&pulses, 4.0), 4.0);
     }
 
     #[test]

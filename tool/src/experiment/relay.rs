@@ -42,6 +42,7 @@ struct Response {
 /// Tests a plant that is held.
 pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
     let amplitude = request.amplitude;
+    ensure!(!bench.has_pulses(), "a relay switches a manual value, and there are only manual pulses: make a step test");
     bench.settle(REST, |_| true)?;
     let before = bench.process_value()?;
     let noise = noise(&before[before.len() / 2..]);
@@ -82,7 +83,7 @@ pub(super) fn held(bench: &mut Bench, request: &RelayTest) -> Result<Found> {
         }
         period = next;
     }
-    bench.put(bench.manual)?;
+    bench.put(0.0)?;
     let between = responses.iter().position(|response| response.phase > -PI).filter(|at| *at > 0);
     // Next to -180 degrees the line through two periods goes a little farther.
     let beyond = || {
@@ -117,7 +118,7 @@ fn ultimate_period(short: &Response, long: &Response) -> f64 {
 /// period in calls.
 fn oscillate(bench: &mut Bench, amplitude: f64, level: f64, hysteresis: f64) -> Result<(f64, f64, f64, usize)> {
     let mut is_up = true;
-    bench.put(bench.manual + amplitude)?;
+    bench.put(amplitude)?;
     // The sign of the plant's gain: which way the first step moves it.
     let (mut sign, mut rises, mut waited, mut before) = (0.0, Vec::new(), 0, 0.0);
     let mut from = bench.next_time()?;
@@ -141,7 +142,7 @@ fn oscillate(bench: &mut Bench, amplitude: f64, level: f64, hysteresis: f64) -> 
             rises.push(waited);
         }
         is_up = goes;
-        bench.put(bench.manual + if goes { amplitude } else { -amplitude })?;
+        bench.put(if goes { amplitude } else { -amplitude })?;
     }
     let recorded = bench.signals(from)?;
     Ok((half(&recorded.process_value), sign, half(&recorded.manipulated_value), rises[PERIODS] - rises[PERIODS - 1]))
@@ -152,7 +153,7 @@ fn wave(bench: &mut Bench, amplitude: f64, period: usize, noise: f64, sign: f64)
     let drive = |bench: &mut Bench, periods: usize| -> Result<()> {
         for _ in 0..periods {
             for (way, calls) in [(amplitude, period.div_ceil(2)), (-amplitude, period / 2)] {
-                bench.put(bench.manual + way)?;
+                bench.put(way)?;
                 bench.run(calls)?;
             }
         }

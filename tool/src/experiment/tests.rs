@@ -1,6 +1,7 @@
 use super::*;
 use crate::message::{Member, Setup};
 use crate::test_home::TestHome;
+use run::fmus::number_of;
 
 fn session(home: &TestHome) -> Session {
     let values =

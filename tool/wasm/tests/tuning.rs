@@ -5,6 +5,7 @@ use control::identify::{self, Data, Method, Model};
 use control::process::Process;
 use control::rules::{Rule, Structure};
 use control::tune::{Predicted, Step, TuneRequest, Tuned, table, tune};
+use run::fmus::number_of;
 use run::system::{Exchange, Value};
 use tool::experiment::{self, RelayTest, RestAt, Settle, StepTest};
 use tool::message::{Member, Setup, Values};
@@ -185,35 +186,50 @@ fn cont_s_is_predicted_in_automatic_mode_whatever_its_switches_are_now() {
     assert_eq!(predicted(&[("LMNS_ON", 1.0), ("LMNUP", 1.0), ("LMNR_LS", 1.0)]), automatic);
 }
 
-#[test]
-fn the_plant_of_a_step_controller_is_identified_from_a_pulse_in_manual_mode() {
-    let values = |values: &[(&str, f64)]| -> Values {
-        values.iter().map(|(name, value)| ((*name).into(), Value::Number(*value))).collect()
+fn values(values: &[(&str, Value)]) -> Values {
+    values.iter().map(|(name, value)| ((*name).into(), *value)).collect()
+}
+
+/// A valve that a step controller moves, in automatic mode, and a plant of gain 2, 20 s and 2 s.
+fn valve_loop(backlash: f64) -> Session {
+    let member = |name: &str, fmu: &str, of: &[(&str, f64)]| Member {
+        name: name.into(),
+        fmu: fmu.into(),
+        values: of.iter().map(|(name, value)| ((*name).into(), Value::Number(*value))).collect(),
     };
-    let member = |name: &str, fmu: &str, of| Member { name: name.into(), fmu: fmu.into(), values: values(of) };
-    let controller = [("CYCLE", 0.1), ("MTR_TM", 30.0), ("PULSE_TM", 0.1), ("BREAK_TM", 0.1), ("LMNS_ON", 1.0)];
-    let valve = [("CYCLE", 0.1), ("MTR_TM", 30.0), ("BACKLASH", 0.0), ("POS_START", 30.0)];
+    let times = [("CYCLE", 0.1), ("MTR_TM", 30.0), ("PULSE_TM", 0.1), ("BREAK_TM", 0.1)];
+    let settings = [("GAIN", 1.0), ("TI", 20.0), ("DEADB_W", 0.5), ("SP_INT", 60.0)];
+    let valve = [("CYCLE", 0.1), ("MTR_TM", 30.0), ("BACKLASH", backlash), ("POS_START", 30.0)];
     let process = [("CYCLE", 0.1), ("GAIN", 2.0), ("T1", 20.0), ("DEAD_TM", 2.0), ("DEAD_MAX", 2.0)];
     let connections = [
         ("TIC101.QLMNUP", "VALVE.UP"),
         ("TIC101.QLMNDN", "VALVE.DOWN"),
         ("VALVE.LMNR", "PLANT.U"),
         ("PLANT.PV", "TIC101.PV_IN"),
+        ("VALVE.LMNR_HS", "TIC101.LMNR_HS"),
+        ("VALVE.LMNR_LS", "TIC101.LMNR_LS"),
     ];
     let setup = Setup {
         members: vec![
-            member("TIC101", "CONT_S", &controller),
+            member("TIC101", "CONT_S", &[times.as_slice(), &settings].concat()),
             member("VALVE", "VALVE", &valve),
             member("PLANT", "PROCESS", &process),
         ],
         connections: connections.map(|(from, to)| (from.into(), to.into())).into(),
         ..Setup::default()
     };
-    let (home, mut session) = (Linked::new(), Session::default());
-    session.start(&home, setup).unwrap();
+    let mut session = Session::default();
+    session.start(&Linked::new(), setup).unwrap();
+    session
+}
+
+#[test]
+fn the_plant_of_a_step_controller_is_identified_from_a_pulse_in_manual_mode() {
+    let (home, mut session) = (Linked::new(), valve_loop(0.0));
+    session.send(&values(&[("TIC101.LMNS_ON", Value::Boolean(true))])).unwrap();
     session.run(2000).unwrap();
-    for (is_on, calls) in [(1.0, 60), (0.0, 1500)] {
-        session.send(&values(&[("TIC101.LMNUP", is_on)])).unwrap();
+    for (is_on, calls) in [(true, 60), (false, 1500)] {
+        session.send(&values(&[("TIC101.LMNUP", Value::Boolean(is_on))])).unwrap();
         session.run(calls).unwrap();
     }
     let data = Data::Run { run: None, from: None, to: None };
@@ -223,6 +239,43 @@ fn the_plant_of_a_step_controller_is_identified_from_a_pulse_in_manual_mode() {
     assert!((gain - 2.0).abs() < 0.02 && (time_constant - 20.0).abs() < 0.3, "{identified:?}");
     assert!((dead_time - 2.0).abs() < 0.1, "{dead_time}");
     assert!(identified.remarks[0].contains("100 % in MTR_TM = 30 s"), "{:?}", identified.remarks);
+}
+
+#[test]
+fn the_step_test_of_a_step_controller_moves_its_actuator_by_pulses_in_manual_mode() {
+    for (backlash, size) in [(0.0, 10.0), (2.0, -10.0)] {
+        let (home, mut session) = (Linked::new(), valve_loop(backlash));
+        session.run(2000).unwrap();
+        let before = session.state().unwrap().values;
+        let request = StepTest { size, method: Method::LeastSquares, is_integrating: false };
+        let tested = experiment::step(&home, &mut session, &request).unwrap();
+        let Model { gain, time_constant, dead_time, .. } = tested.identified.model;
+        assert!((gain - 2.0).abs() < 0.02 && (time_constant - 20.0).abs() < 0.3, "{:?}", tested.identified.model);
+        assert!((dead_time - 2.0).abs() < 0.1, "{dead_time}");
+        let record = session.record(None).unwrap();
+        let at = |name: &str, time: f64| {
+            let call = record.calls_between(Some(time), Some(time)).start;
+            record.trace().get(record.column(name).unwrap(), call)
+        };
+        // 10 % of 30 s are 3 s, which the valve moves in the 30 calls from the step on.
+        let moved = at("VALVE.LMNR", tested.step + 3.0) - at("VALVE.LMNR", tested.step - 0.1);
+        assert!((moved - size).abs() < 1e-3, "{moved}");
+        assert_eq!(at("TIC101.LMNS_ON", tested.step), 1.0);
+        for name in ["TIC101.LMNS_ON", "TIC101.LMNUP", "TIC101.LMNDN", "TIC101.SP_INT"] {
+            assert_eq!(tested.state.values[name], before[name], "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_step_controller_leaves_manual_mode_before_its_step_is_run() {
+    let (home, mut session) = (Linked::new(), valve_loop(0.0));
+    session.send(&values(&[("TIC101.LMNS_ON", Value::Boolean(true))])).unwrap();
+    session.run(2000).unwrap();
+    let settled = experiment::rest_at(&home, &mut session, &RestAt { setpoint: 70.0 }).unwrap();
+    assert_eq!(settled.state.values["TIC101.LMNS_ON"], Value::Boolean(false));
+    let process_value = number_of(settled.state.values["PLANT.PV"]);
+    assert!(settled.is_at_rest && (process_value - 70.0).abs() < 1.0, "{process_value}");
 }
 
 #[test]
@@ -240,6 +293,10 @@ fn the_prediction_is_for_the_step_that_the_user_makes() {
     // 7.3 down at once and 1 more in the dead time, 6.3 up again, and a little of both.
     let travel = predicted.travel.unwrap();
     assert!((14.5..15.5).contains(&travel), "{travel}");
+    // A step of which only the beginning is known ends at a round setpoint: 2 K for 1 % make 20 K.
+    request.step = Step { from: Some(50.13), ..request.step };
+    request.step.size = None;
+    assert_eq!(ends(&tuned(&request).predicted.setpoint), (50.13, 70.0));
     request.step.size = Some(0.0);
     let remarks = tuned(&request).remarks;
     assert!(remarks.iter().any(|remark| remark.contains("the step is 0")), "{remarks:?}");

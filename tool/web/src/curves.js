@@ -35,7 +35,17 @@ import { laneValues, makePlot } from "tool/plot.js";
 import { programOf } from "tool/program.js";
 import { makeReadout } from "tool/readout.js";
 import { runsOf } from "tool/runs.js";
-import { called, controlledValue, isSwitch, pulsePeriod, roles, signals, units, unitText } from "tool/signals.js";
+import {
+  called,
+  controlledValue,
+  isSwitch,
+  manualSwitch,
+  pulsePeriod,
+  roles,
+  signals,
+  units,
+  unitText,
+} from "tool/signals.js";
 import { store } from "tool/store.js";
 import { hexadecimal, number, rounded, shown } from "tool/values.js";
 
@@ -690,8 +700,7 @@ function showNothing() {
 
 /** The test that tunes the loop, in one click. @param {import("tool/store.js").Work} loop */
 function stepTest(loop) {
-  const { controller, manual } = loop.description.roles;
-  if (controller.length === 0 || !manual) return null;
+  if (loop.description.roles.controller.length === 0 || !manualSwitch(loop)) return null;
   const make = () => {
     store.emit("show", "tune");
     document.getElementById("step-test")?.click();

@@ -160,7 +160,7 @@ survey: Array<[string, string]>,
 assumptions: Array<Assumption>, };
 
 /** What a recording says of a block. */
-export type Conclusion = "equal" | "differs" | "cause" | "likely_cause" | "ambiguous" | "coarse" | "unexplained";
+export type Conclusion = "equal" | "rounded" | "differs" | "cause" | "likely_cause" | "ambiguous" | "coarse" | "unexplained";
 
 /**
  * Curves: each row is a call. If they are not exact, each two rows are a group of calls, at the times of its first and its
@@ -1030,6 +1030,8 @@ shown_process_value: string | null,
 manipulated_value: string | null,
 /** The switch to manual mode and the manual value. */
 manual: [string, string] | null,
+/** The switch to manual mode and the manual pulses, up and down, of a controller without a manual value. */
+manual_pulses: [string, [string, string]] | null,
 /** GAIN, TI, TD and TM_LAG, as far as the block has them. */
 controller: Array<string>,
 /** The switches of the P, I and D action. */

@@ -10,7 +10,7 @@ import { ask } from "tool/engine.js";
 import { numberField } from "tool/number_field.js";
 import { disturbances, sensorOf } from "tool/plant.js";
 import { againButtons, isAnotherTest } from "tool/runs.js";
-import { called, isSwitch, pulsePeriod, unitText } from "tool/signals.js";
+import { called, isSwitch, manualSwitch, pulsePeriod, unitText } from "tool/signals.js";
 import { split, store, variable, wiredTo } from "tool/store.js";
 import { download } from "tool/takeaway.js";
 import { testMaker } from "tool/test_case.js";
@@ -201,8 +201,8 @@ export function mount(content) {
   store.on("key-run", runOrPause);
   store.on("key-call", oneCall);
   store.on("key-manual", () => {
-    const manual = store.loop?.description.roles.manual;
-    if (manual && store.loop) now({ [manual[0]]: !store.loop.settings[manual[0]]?.sent });
+    const manual = store.loop && manualSwitch(store.loop);
+    if (manual && store.loop) now({ [manual]: !store.loop.settings[manual]?.sent });
   });
   setSpeed(keptSpeed());
   showControls();
@@ -495,7 +495,7 @@ async function showControls() {
   }
   const disturbing = await disturbances(loop).catch(() => []);
   if (store.loop !== loop) return;
-  const { setpoint, manual } = loop.description.roles;
+  const { setpoint, manual, manual_pulses: manualPulses } = loop.description.roles;
   const sensor = sensorOf(loop);
   const what = JSON.stringify([loop.id, loop.connections, disturbing.map(({ name }) => name), sensor?.fmu]);
   if (what === shownControls) {
@@ -511,6 +511,7 @@ async function showControls() {
     disturbing.length > 0 ? disturbanceControl(disturbing) : null,
     sensor ? await noiseControl(sensor) : null,
     manual ? manualControl(loop, manual) : null,
+    manualPulses ? pulseControl(loop, manualPulses) : null,
   );
 }
 
@@ -635,21 +636,49 @@ async function noiseControl(sensor) {
 }
 
 /**
+ * A setting that is TRUE or FALSE.
+ *
+ * @param {import("tool/store.js").Work} loop
+ * @param {string} name
+ * @param {string} word
+ * @param {string} title
+ */
+function switchBox(loop, name, word, title) {
+  const box = element("input", {
+    type: "checkbox",
+    checked: loop.settings[name]?.sent === true,
+    disabled: wiredTo(loop, name) !== undefined,
+  });
+  box.addEventListener("change", () => now({ [name]: box.checked }));
+  fields.set(name, (next) => {
+    box.checked = next === true;
+  });
+  return element("label", { title }, box, ` ${word}`);
+}
+
+/**
+ * Manual mode of a step controller: its motor runs while a switch is on.
+ *
+ * @param {import("tool/store.js").Work} loop
+ * @param {[string, [string, string]]} manual
+ */
+function pulseControl(loop, [onName, [up, down]]) {
+  return element(
+    "span",
+    { class: "control" },
+    switchBox(loop, onName, "Manual", "M"),
+    switchBox(loop, up, "Up", up),
+    switchBox(loop, down, "Down", down),
+  );
+}
+
+/**
  * @param {import("tool/store.js").Work} loop
  * @param {[string, string]} manual
  */
 function manualControl(loop, [onName, valueName]) {
-  const [on, value] = [loop.settings[onName], loop.settings[valueName]];
-  if (!on || !value) return null;
-  const box = element("input", {
-    type: "checkbox",
-    checked: on.sent === true,
-    disabled: wiredTo(loop, onName) !== undefined,
-  });
-  box.addEventListener("change", () => now({ [onName]: box.checked }));
-  fields.set(onName, (next) => {
-    box.checked = next === true;
-  });
+  const value = loop.settings[valueName];
+  if (!value) return null;
   const field = numberField(
     valueName.slice(valueName.lastIndexOf(".") + 1),
     "manual-value",
@@ -668,7 +697,7 @@ function manualControl(loop, [onName, valueName]) {
   return element(
     "span",
     { class: "control" },
-    element("label", { title: "M" }, box, " Manual"),
+    switchBox(loop, onName, "Manual", "M"),
     field.row,
     element("button", { type: "button", onclick: field.enter, title: "Set it at once (Enter)" }, "Set"),
     output &&

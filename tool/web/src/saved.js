@@ -7,6 +7,7 @@
  */
 
 import { element, fill, tableHead } from "tool/dom.js";
+import { manualSwitch } from "tool/signals.js";
 import { isEdited, store } from "tool/store.js";
 import { same, shown } from "tool/values.js";
 
@@ -34,7 +35,7 @@ function isChanged(one) {
  * @param {boolean} withTried
  */
 function staysManual(loop, withTried) {
-  const [name] = loop.description.roles.manual ?? [];
+  const name = manualSwitch(loop);
   const mode = name === undefined ? undefined : loop.settings[name];
   if (!mode || (withTried ? mode.sent : (mode.file ?? mode.start)) !== true) return false;
   return Object.values(loop.settings).some(isChanged);
@@ -106,13 +107,16 @@ export function showSaved(within, loops, withTried) {
         "ul",
         { class: "note" },
         manual.slice(0, MOST).map((loop) => {
-          const [mode, value] = loop.description.roles.manual ?? ["", ""];
-          const { sent, file, start, variable } = loop.settings[value];
-          const output = `${value} ${shown(withTried ? sent : (file ?? start), variable.kind)}`;
+          const { manual, manual_pulses: pulses } = loop.description.roles;
+          const outputs = (manual?.slice(1) ?? pulses?.[1] ?? []).map((name) => {
+            const { sent, file, start, variable } = loop.settings[name];
+            return `${name} ${shown(withTried ? sent : (file ?? start), variable.kind)}`;
+          });
+          const mode = title(loop, manualSwitch(loop) ?? "");
           return element(
             "li",
             {},
-            `${title(loop, mode)} is TRUE in the saved file: the controller begins in manual mode, with ${output}.`,
+            `${mode} is TRUE in the saved file: the controller begins in manual mode, with ${outputs.join(" and ")}.`,
           );
         }),
       ),

@@ -76,6 +76,16 @@ export async function descriptions(loop) {
 }
 
 /**
+ * The setting that puts the controller into manual mode.
+ *
+ * @param {Work} loop
+ * @returns {string | undefined}
+ */
+export function manualSwitch({ description: { roles } }) {
+  return roles.manual?.[0] ?? roles.manual_pulses?.[0];
+}
+
+/**
  * The signals of a loop by what they are.
  *
  * @param {Work} loop
@@ -90,7 +100,7 @@ export function roles(loop) {
     processValue: named(roles.shown_process_value ?? roles.process_value),
     manipulatedValue: named(roles.manipulated_value),
     pulses: roles.pulses.map((pulse) => variable(loop, pulse)),
-    manual: named(roles.manual?.[0]),
+    manual: named(manualSwitch(loop)),
   };
 }
 

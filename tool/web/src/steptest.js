@@ -6,7 +6,7 @@
 
 import { ask } from "tool/engine.js";
 import { SETTLED } from "tool/figures.js";
-import { controlledValue } from "tool/signals.js";
+import { controlledValue, manualSwitch } from "tool/signals.js";
 import { runValue, source, store, variable, wiredTo } from "tool/store.js";
 import { number, same } from "tool/values.js";
 
@@ -64,7 +64,8 @@ async function restBefore(loop, goal, isNext) {
   const { state } = store;
   if (!store.isLive() || !state) return { time: 0, processValue: Number.NaN, manipulatedValue: Number.NaN };
   const { setpoint, manual, manipulated_value: output } = loop.description.roles;
-  const isManual = manual !== null && loop.settings[manual[0]]?.sent === true;
+  const manualOn = manualSwitch(loop);
+  const isManual = manualOn !== undefined && loop.settings[manualOn]?.sent === true;
   const processValue = await controlledValue(loop);
   if (state.calls === 0) {
     // The run that begins is the step: from where the plant begins, which no call has shown yet, with a controller that has done nothing.
@@ -83,7 +84,7 @@ async function restBefore(loop, goal, isNext) {
   if (isNext) return rests;
   const { events } = await ask({ do: "events" });
   const isSwitch = (/** @type {import("./messages").Event} */ { variable: name }) =>
-    manual !== null && name === variable(loop, manual[0]);
+    manualOn !== undefined && name === variable(loop, manualOn);
   const switched = events.findLastIndex(isSwitch);
   // Automatic mode is still to come: the loop is where manual mode held it.
   if (switched >= 0 && events[switched].call >= state.calls) return now;

@@ -201,8 +201,9 @@ function choice(id, from, now, take) {
 function testButtons() {
   const kept = notes();
   const loop = store.loop;
-  const { manual, manipulated_value: output } = loop?.description.roles ?? {};
-  if (!loop || !manual || !output) return [];
+  const { manual, manual_pulses: pulses, manipulated_value: output } = loop?.description.roles ?? {};
+  const hasValue = manual && output;
+  if (!loop || !(hasValue || pulses)) return [];
   const size = element("input", {
     ...{ class: "number", id: "step-size", value: kept.step, inputmode: "decimal", autocomplete: "off" },
     ...{ "aria-label": `Size of the step in ${unitOfManipulatedValue()}` },
@@ -242,7 +243,9 @@ function testButtons() {
     await store.take(Promise.resolve(tested.state));
     if (store.loop === loop) takeRelay(tested);
   }, "Relay test: the manipulated value switches up and down until the process value swings evenly.");
-  const title = "Manual at the present value, settle, one step, settle, identify";
+  const title = hasValue
+    ? "Manual at the present value, settle, one step, settle, identify"
+    : "Manual, settle, one pulse that moves the actuator by so much, settle, identify";
   const aboutRelay = "Manual, and the manipulated value switches up and down by the size: the ultimate gain and period";
   return [
     element(
@@ -251,7 +254,8 @@ function testButtons() {
       element("button", { type: "button", class: "primary", id: "step-test", onclick: step, title }, "Step test"),
       size,
       element("span", { class: "faint" }, unitOfManipulatedValue()),
-      element("button", { type: "button", id: "relay-test", onclick: relay, title: aboutRelay }, "Relay test"),
+      hasValue &&
+        element("button", { type: "button", id: "relay-test", onclick: relay, title: aboutRelay }, "Relay test"),
     ),
   ];
 }

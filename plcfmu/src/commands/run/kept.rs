@@ -294,7 +294,7 @@ impl Rows for Recorder<'_, '_> {
             };
             kept.unit = wiring.unit_of_process_value(unit);
             let variables = described.first().map(|(_, description)| &description.variables);
-            let of_switch = |of: &&Variable| kept.roles.manual.as_ref().is_some_and(|(switch, _)| *switch == of.name);
+            let of_switch = |of: &&Variable| kept.roles.manual_switch().is_some_and(|switch| *switch == of.name);
             kept.switched = match variables.and_then(|variables| variables.iter().find(of_switch)) {
                 Some(switch) => kept.settings_of(switch),
                 None => Vec::new(),
@@ -308,8 +308,7 @@ impl Rows for Recorder<'_, '_> {
             kept.signals = Some([setpoint, process_value, kept.column(kept.roles.manipulated_value.as_ref())]);
             let pulses = kept.roles.pulses.iter().filter_map(|name| kept.column(Some(name)));
             kept.pulses = pulses.map(|column| (column, Vec::new())).collect();
-            let switch = kept.roles.manual.as_ref().map(|(switch, _)| switch);
-            kept.manual = kept.column(switch).map(|column| (column, Vec::new()));
+            kept.manual = kept.column(kept.roles.manual_mode()).map(|column| (column, Vec::new()));
         }
     }
 

@@ -1,0 +1,338 @@
+//! A loop whose plant is held in manual mode, for a test.
+
+use super::{FIRST, MOST_CALLS, SETTLED, Settle, UNKNOWN_PERIOD, is_at_rest, settle};
+use crate::describe::describe;
+use crate::home::Home;
+use crate::message::Values;
+use crate::session::Session;
+use crate::signals::Signals;
+use crate::travel;
+use anyhow::{Context, Result, bail, ensure};
+use control::identify::means_of_pulses;
+use run::fmus::number_of;
+use run::system::{Exchange, Value};
+
+/// A loop in manual mode.
+pub(super) struct Bench<'a> {
+    pub(super) home: &'a dyn Home,
+    pub(super) session: &'a mut Session,
+    drive: Drive,
+    pub(super) process_value_name: String,
+    /// `MEMBER.VARIABLE` of the switch to manual mode.
+    switch_name: String,
+    /// Mode, manual value and manual pulses from before.
+    was: Values,
+    /// Where the actuator was; with pulses, from where its travel counts.
+    pub(super) output: f64,
+    /// From when on it is held, in seconds.
+    pub(super) from: f64,
+    /// The calls of a pulse period, in which the controller may take one process value only; 1 without pulses.
+    pub(super) every: usize,
+}
+
+/// How the actuator is moved in manual mode. All names are `MEMBER.VARIABLE`.
+enum Drive {
+    Value {
+        name: String,
+        /// The manual value at which the actuator is where it was.
+        held: f64,
+        /// By how much it is moved now.
+        away: f64,
+        /// The limits of the manipulated value, low and high.
+        limits: Option<[String; 2]>,
+    },
+    Pulses {
+        /// Down and up.
+        names: [String; 2],
+        /// What tells that the actuator is at its low or its high stop.
+        stops: [Option<String>; 2],
+        /// By how much a pulse of one call moves it, in percent.
+        percent: f64,
+    },
+}
+
+impl Drive {
+    /// The settings that move the actuator.
+    fn settings(&self) -> &[String] {
+        match self {
+            Drive::Value { name, .. } => std::slice::from_ref(name),
+            Drive::Pulses { names, .. } => names,
+        }
+    }
+}
+
+impl<'a> Bench<'a> {
+    /// Goes to manual mode without moving the actuator.
+    pub(super) fn hold(home: &'a dyn Home, session: &'a mut Session) -> Result<Bench<'a>> {
+        let record = session.record(None)?;
+        let controller = record.members().next().context("there is no controller")?.clone();
+        ensure!(record.members().nth(1).is_some(), "nothing answers {}: connect a plant first", controller.name);
+        let roles = describe(home, &controller.fmu)?.roles;
+        let fmu = &controller.fmu;
+        let name = |variable: &String| format!("{}.{variable}", controller.name);
+        let (switch, drive, output) = match (&roles.manual, &roles.manipulated_value, &roles.manual_pulses) {
+            (Some((switch, manual)), Some(output), _) => {
+                let limits = roles.limits.as_ref().map(|(high, low)| [name(low), name(high)]);
+                (switch, Drive::Value { name: name(manual), held: 0.0, away: 0.0, limits }, Some(name(output)))
+            }
+            (_, _, Some((switch, [up, down]))) => {
+                let stops = ["low stop", "high stop"]
+                    .map(|stop| roles.signals.iter().find(|(meaning, _)| meaning == stop).map(|(_, of)| name(of)));
+                (switch, Drive::Pulses { names: [name(down), name(up)], stops, percent: f64::NAN }, None)
+            }
+            _ => bail!(
+                "{fmu} has no manual value that steps its output: move the actuator by hand and identify from the run"
+            ),
+        };
+        let process_value = roles
+            .compared_process_value()
+            .with_context(|| format!("{fmu} does not say which of its variables is its process value"))?;
+        let values = session.state()?.values;
+        let set = std::iter::once(name(switch)).chain(drive.settings().iter().cloned());
+        let was = set.filter_map(|name| Some((name.clone(), *values.get(name.as_str())?))).collect();
+        let mut bench = Bench {
+            home,
+            was,
+            switch_name: name(switch),
+            process_value_name: name(process_value),
+            session,
+            drive,
+            output: 0.0,
+            from: 0.0,
+            every: 1,
+        };
+        let record = bench.session.record(None)?;
+        // Where all members act at once, each passes on what it got a call later: before that, a row has values of no call.
+        let until_seen = match record.setup().exchange {
+            Exchange::Sequential => 1,
+            Exchange::Parallel => record.members().count(),
+        };
+        // What was set since the last call, such as the manual value, counts.
+        if record.calls() == 0 || record.done().last().is_some_and(|done| done.call == record.calls()) {
+            bench.run(until_seen)?;
+        }
+        match output {
+            Some(output) => bench.hold_value(&output, until_seen)?,
+            None => bench.hold_position(until_seen)?,
+        }
+        Ok(bench)
+    }
+
+    /// The manual value is that at which the output is what it was.
+    fn hold_value(&mut self, output: &str, until_seen: usize) -> Result<()> {
+        // Between two cycles pulses are on or off: the actuator is at their mean.
+        let pulses = self.signals(0.0)?;
+        let means = means_of_pulses(&pulses.times, &pulses.manipulated_value).filter(|_| !pulses.pulses.is_empty());
+        let target = match means.as_ref().and_then(|(means, _)| means.last()) {
+            Some(mean) => *mean,
+            None => self.value(output)?,
+        };
+        self.go_manual()?;
+        self.output = target;
+        self.hold_at(target)?;
+        if !pulses.pulses.is_empty() {
+            self.every = UNKNOWN_PERIOD;
+        }
+        if let Some((_, period)) = means {
+            self.every = ((period / self.session.record(None)?.step()).round() as usize).max(1);
+            return Ok(());
+        }
+        // What the block does to the manual value is a straight line: a factor and an offset.
+        let mut tried: Option<(f64, f64)> = None;
+        let mut manual = target;
+        for _ in 0..3 {
+            self.run(until_seen)?;
+            let now = self.value(output)?;
+            let off = target - now;
+            if off.abs() <= 1e-6 * target.abs().max(1.0) {
+                break;
+            }
+            let slope = match tried {
+                Some((other, before)) if manual != other && now != before => (now - before) / (manual - other),
+                _ => 1.0,
+            };
+            tried = Some((manual, now));
+            manual += off / slope;
+            self.hold_at(manual)?;
+        }
+        Ok(())
+    }
+
+    /// No pulse moves the actuator.
+    fn hold_position(&mut self, until_seen: usize) -> Result<()> {
+        let moved = travel::percent_of_a_call(self.home, self.session.record(None)?)?;
+        self.go_manual()?;
+        if let Drive::Pulses { names, percent, .. } = &mut self.drive {
+            *percent = moved;
+            self.session.send(&names.iter().map(|name| (name.clone(), Value::Boolean(false))).collect())?;
+        }
+        self.run(until_seen)
+    }
+
+    fn go_manual(&mut self) -> Result<()> {
+        self.from = self.next_time()?;
+        self.session.send(&Values::from([(self.switch_name.clone(), Value::Boolean(true))]))?;
+        Ok(())
+    }
+
+    fn hold_at(&mut self, value: f64) -> Result<()> {
+        if let Drive::Value { held, .. } = &mut self.drive {
+            *held = value;
+        }
+        self.put(0.0).map(drop)
+    }
+
+    /// Whether the actuator can be so far from where it was: the manipulated value is within its limits, or it is not at the stop there.
+    pub(super) fn is_within(&mut self, size: f64) -> Result<bool> {
+        match &self.drive {
+            Drive::Value { limits: None, .. } => Ok(true),
+            Drive::Value { limits: Some([low, high]), .. } => {
+                let (low, high) = (low.clone(), high.clone());
+                Ok((self.value(&low)?..=self.value(&high)?).contains(&(self.output + size)))
+            }
+            Drive::Pulses { stops, .. } => match stops[usize::from(size > 0.0)].clone() {
+                Some(stop) => Ok(self.value(&stop)? == 0.0),
+                None => Ok(true),
+            },
+        }
+    }
+
+    /// Whether pulses move the actuator.
+    pub(super) fn has_pulses(&self) -> bool {
+        matches!(self.drive, Drive::Pulses { .. })
+    }
+
+    /// How far the actuator is from where it was.
+    pub(super) fn away(&self) -> Result<f64> {
+        match &self.drive {
+            Drive::Value { away, .. } => Ok(*away),
+            Drive::Pulses { percent, .. } => Ok(travel::total(&self.signals(self.from)?.pulses, *percent)),
+        }
+    }
+
+    /// Moves the actuator so far from where it was, and gives the calls that this has taken.
+    pub(super) fn put(&mut self, value: f64) -> Result<usize> {
+        let way = value - self.away()?;
+        match &mut self.drive {
+            Drive::Value { name, held, away, .. } => {
+                *away = value;
+                let sent = Values::from([(name.clone(), Value::Number(*held + value))]);
+                self.session.send(&sent)?;
+                Ok(0)
+            }
+            Drive::Pulses { names, percent, .. } => {
+                let calls = (way.abs() / *percent).round() as usize;
+                if calls > 0 {
+                    let name = names[usize::from(way > 0.0)].clone();
+                    for (is_on, calls) in [(true, calls), (false, 1)] {
+                        self.session.send(&Values::from([(name.clone(), Value::Boolean(is_on))]))?;
+                        self.run(calls)?;
+                    }
+                }
+                Ok(calls)
+            }
+        }
+    }
+
+    /// Gives the loop back: the actuator goes to where it was, the plant follows, and mode and manual value are those from before. A plant
+    /// that integrates is driven back to this `level`. Without a level the test has failed, and nothing is waited for.
+    pub(super) fn release(&mut self, level: Option<f64>, is_integrating: bool) -> Result<()> {
+        let was_automatic = self.was.get(&self.switch_name) == Some(&Value::Boolean(false));
+        let size = self.away()?;
+        self.put(0.0)?;
+        match level {
+            Some(level) if is_integrating && !was_automatic => self.drive_back(level, size)?,
+            Some(_) if !is_integrating => self.settle(SETTLED, |_| true)?,
+            _ => {}
+        }
+        self.session.send(&self.was.clone())?;
+        if was_automatic && level.is_some() {
+            let from = self.next_time()?;
+            settle(self.home, self.session, &Settle { calls: MOST_CALLS / 10, from })?;
+            return Ok(());
+        }
+        self.run(1)
+    }
+
+    /// Moves the process value of a plant that integrates back to a level, by the opposite of the last step.
+    fn drive_back(&mut self, level: f64, size: f64) -> Result<()> {
+        let values = self.process_value()?;
+        let off = values.last().map_or(0.0, |last| last - level);
+        if self.is_within(-size)? {
+            self.put(-size)?;
+            let mut left = values.len() * 4;
+            while left > 0 && (self.value(&self.process_value_name.clone())? - level) * off > 0.0 {
+                self.run(1)?;
+                left -= 1;
+            }
+            self.put(0.0)?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn run(&mut self, calls: usize) -> Result<()> {
+        match self.session.run(calls.min(MOST_CALLS))?.failure {
+            Some(failure) => bail!("the run has ended ({failure}): start again"),
+            None => Ok(()),
+        }
+    }
+
+    /// The value of a variable after the last call.
+    pub(super) fn value(&mut self, name: &str) -> Result<f64> {
+        let state = self.session.state()?;
+        state.values.get(name).copied().map(number_of).with_context(|| format!("{name} is not recorded"))
+    }
+
+    /// When the next call is, in seconds.
+    pub(super) fn next_time(&self) -> Result<f64> {
+        let record = self.session.record(None)?;
+        Ok(record.time(record.calls()))
+    }
+
+    pub(super) fn signals(&self, from: f64) -> Result<Signals> {
+        Signals::new(self.home, self.session.record(None)?, Some(from), None)
+    }
+
+    /// The process value since the plant is held.
+    pub(super) fn process_value(&self) -> Result<Vec<f64>> {
+        self.process_value_from(self.from)
+    }
+
+    pub(super) fn process_value_from(&self, from: f64) -> Result<Vec<f64>> {
+        Ok(self.signals(from)?.process_value)
+    }
+
+    /// A process value of each pulse period.
+    pub(super) fn sampled(&self, from: f64) -> Result<Vec<f64>> {
+        Ok(self.process_value_from(from)?.into_iter().step_by(self.every).collect())
+    }
+
+    /// Makes calls until the process value rests, and has done what `is_done` asks for.
+    pub(super) fn settle(&mut self, part: f64, is_done: impl Fn(&[f64]) -> bool) -> Result<()> {
+        let from = self.next_time()?;
+        let first = FIRST * self.every;
+        let mut calls = first;
+        let mut made = 0;
+        loop {
+            self.run(calls)?;
+            made += calls;
+            let values = self.sampled(from)?;
+            if is_done(&values) && is_at_rest(&values, part) {
+                return Ok(());
+            }
+            self.check_patience(made, "it does not come to rest, or the step does not move it: choose a larger step")?;
+            calls = (made / 10).max(first);
+        }
+    }
+
+    pub(super) fn check_patience(&self, calls: usize, what: &str) -> Result<()> {
+        if calls > MOST_CALLS / 2 {
+            let seconds = calls as f64 * self.session.record(None)?.step();
+            bail!(
+                "{} after {seconds:?} s: {what}; a plant that integrates has to be named so",
+                self.process_value_name
+            );
+        }
+        Ok(())
+    }
+}
