@@ -378,6 +378,17 @@ def test_a_report_tells_of_disturbance_and_rules_what_a_second_computation_does(
     for name in ("PV", "LMN"):
         for when in ("before: GAIN 2, TI 20 s", f"after: GAIN {own['GAIN']:g}, TI {own['TI']:g} s"):
             assert f">{name} {when}</text>" in text, (name, when)
+    # And their metrics side by side, over the same time.
+    part = text.split("The step before and after tuning</h2>")[1]
+    calls = int(re.search(r"over (\d+) s", part)[1])
+    rows = dict(re.findall(r"<tr><td>([^<]+)</td>(<td.*)</tr>", part.split("</table>")[0]))
+    for place, settings in enumerate(({"GAIN": 2.0, "TI": 20.0, "CYCLE": 1.0}, own)):
+        values, _ = answered(model, settings, (before, after), applied["step"]["manual"], 0.0, calls)
+        step = {"time": np.arange(calls + 1.0), "SP_INT": np.full(calls + 1, after), "PV": np.append(values, values[-1])}
+        figures = second(step, "PV", 0.0, float(calls), None)
+        for title, key in {**FIGURES, "Overshoot": "overshoot"}.items():
+            cell = float(re.findall(r">(-?[\d.]+)", rows[title])[place])
+            assert cell == pytest.approx(figures[key], rel=0.006, abs=0.02), (title, place)
 
 
 def test_another_method_or_kind_of_plant_identifies_the_same_step_again(tool):

@@ -4,12 +4,13 @@ use super::{Report, Tuning, step, three, with_unit};
 use crate::home::Home;
 use crate::message::Description;
 use anyhow::{Context, Result};
-use control::figures::Unit;
+use control::figures::{self, Unit};
 use control::predict::{self, Forecast};
 use control::tune::{Controller, RuleOutcome, TuneRequest, Tuned};
 use draw::escape::Text;
 use draw::plot::{Chart, Curve, Panel, svg};
 use draw::response::Colors;
+use modeldescription::digits::short;
 use modeldescription::units;
 use run::fmus::{Member, Values, number_of};
 use run::system::{Exchange, Value};
@@ -32,6 +33,10 @@ const METRICS: [(&str, &str); 9] = [
     ("gain margin", "gain_margin"),
     ("phase margin", "phase_margin"),
 ];
+
+/// The first of them in a sentence.
+const IN_WORDS: [&str; 7] =
+    ["Ms", "overshoot", "settling time", "travel", "deviation after a load", "recovery time", "IAE after a load"];
 
 /// The table of the rules, the applied one marked.
 pub(super) fn table(page: &mut String, report: &Report, of: &Tuning, description: &Description) -> Result<()> {
@@ -165,7 +170,7 @@ fn best(applied: &RuleOutcome, rows: &[RuleOutcome]) -> Vec<&'static str> {
     let others: Vec<_> = others().filter(|tuned| tuned.sensitivity.is_some()).map(metrics_of).collect();
     let is_best =
         |at: &usize| own[*at].is_some_and(|value| others.iter().all(|of| of[*at].is_none_or(|one| value < one)));
-    if others.is_empty() { Vec::new() } else { (0..7).filter(is_best).map(|at| METRICS[at].0).collect() }
+    if others.is_empty() { Vec::new() } else { (0..IN_WORDS.len()).filter(is_best).map(|at| IN_WORDS[at]).collect() }
 }
 
 /// The step with the settings before and after a rule was applied, as the model predicts them, in one picture.
@@ -220,9 +225,16 @@ pub(super) fn before_and_after(
     let drawing = svg(&drawn(report, description, &forecasts, names))?;
     writeln!(
         page,
-        "<h2>The step before and after tuning</h2>\n<p class=\"about\">Predicted with the plant of the model.</p>\n<figure>{drawing}</figure>"
+        "<h2>The step before and after tuning</h2>\n<p class=\"about\">Predicted with the plant of the model, over {} s.</p>\n<figure>{drawing}</figure>",
+        short(duration)
     )?;
-    Ok(())
+    let row = |figure: &figures::Figure| {
+        let value = |side: &Forecast| side.figures.iter().find(|(key, _)| *key == figure.key).map(|(_, value)| *value);
+        let values = [value(&forecasts[0]), value(&forecasts[1])];
+        let unit = figure.unit.text(report.units[0], report.units[1]);
+        values.iter().any(Option::is_some).then(|| (figure.title.to_string(), values, unit))
+    };
+    step::beside(page, ["Before", "After"], figures::FIGURES.into_iter().filter_map(row))
 }
 
 /// Both predictions: process values with the setpoint, and manipulated values.

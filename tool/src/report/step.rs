@@ -3,7 +3,7 @@
 use super::{Tuning, three, with_unit};
 use crate::describe::describe;
 use crate::home::Home;
-use crate::message::{Figures, FiguresRequest};
+use crate::message::{Figure, Figures, FiguresRequest};
 use crate::session::{Record, Session};
 use crate::signals;
 use anyhow::{Context, Result, bail};
@@ -53,7 +53,7 @@ pub(super) fn predicted(
     let column = |name: &String| record.column(&format!("{}.{name}", own.name));
     let before = |name: &String| Some(record.trace().get(column(name).ok()?, call - 1));
     let is_held = call > 0 && record.trace().exact().contains(&(call - 1));
-    let is_manual = || roles.manual.as_ref().and_then(|(switch, _)| before(switch)) == Some(1.0);
+    let is_manual = || roles.manual_mode().and_then(before) == Some(1.0);
     if step.cause != Cause::Setpoint || !is_held || is_manual() {
         return Ok(None);
     }
@@ -235,16 +235,25 @@ pub(super) fn side_by_side(
 
 /// Predicted figures, by their keys, beside those of the run.
 fn table(page: &mut String, predicted: &[(&'static str, f64)], figures: &Figures) -> Result<()> {
-    writeln!(
-        page,
-        "<table>\n<thead><tr><th>Metric</th><th class=\"number\">Predicted</th><th class=\"number\">Measured</th></tr></thead>\n<tbody>"
-    )?;
-    for figure in &figures.figures {
-        let predicted = predicted.iter().find(|(key, _)| *key == figure.key);
-        let Some((_, predicted)) = predicted else { continue };
-        write!(page, "<tr><td>{}</td>", Text(&figure.title))?;
-        for value in [Some(*predicted), figure.value] {
-            let value = value.map_or_else(|| "\u{2013}".into(), |value| with_unit(value, figure.unit.as_deref()));
+    let row = |figure: &Figure| {
+        let (_, predicted) = predicted.iter().find(|(key, _)| *key == figure.key)?;
+        Some((figure.title.clone(), [Some(*predicted), figure.value], figure.unit.clone()))
+    };
+    beside(page, ["Predicted", "Measured"], figures.figures.iter().filter_map(row))
+}
+
+/// A table of metrics with two values each: the title, the values, and their unit.
+pub(super) fn beside(
+    page: &mut String,
+    columns: [&str; 2],
+    rows: impl Iterator<Item = (String, [Option<f64>; 2], Option<String>)>,
+) -> Result<()> {
+    let [one, other] = columns.map(|column| format!("<th class=\"number\">{column}</th>"));
+    writeln!(page, "<table>\n<thead><tr><th>Metric</th>{one}{other}</tr></thead>\n<tbody>")?;
+    for (title, values, unit) in rows {
+        write!(page, "<tr><td>{}</td>", Text(&title))?;
+        for value in values {
+            let value = value.map_or_else(|| "\u{2013}".into(), |value| with_unit(value, unit.as_deref()));
             write!(page, "<td class=\"number\">{}</td>", Text(&value))?;
         }
         writeln!(page, "</tr>")?;

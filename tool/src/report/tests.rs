@@ -510,12 +510,13 @@ fn the_table_of_rules_marks_the_applied_one_and_the_step_is_drawn_before_and_aft
         "<th class=\"number\">TI<br>s</th>",
         "<th class=\"number\">load: IAE<br>K\u{b7}s</th>",
         "<td colspan=\"11\">it needs a dead time</td>",
-        "has the lowest load: IAE.</p>",
+        "has the lowest IAE after a load.</p>",
         "<li>\u{2013} in settles, travel of all rules: it swings.</li>",
         "<li>\u{2013} in phase margin of lambda: there is none.</li>",
         "<h2>The step before and after tuning</h2>",
         ">PV before: GAIN 0.5, TI 20 s</text>",
         ">PV after: GAIN 2, TI 10 s</text>",
+        "<th class=\"number\">Before</th><th class=\"number\">After</th>",
     ] {
         assert!(page.contains(part), "{part}\n{page}");
     }

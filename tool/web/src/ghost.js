@@ -1,6 +1,6 @@
 /**
- * What if: while a setting is edited, the test of the present run with the values in the fields is drawn dashed behind the run. The engine
- * makes it beside the run, which is not disturbed.
+ * What if: while a setting is edited, the test of the present run with the values in the fields is drawn dashed behind the run, and stays
+ * when they are applied until the run goes on or begins again. The engine makes it beside the run, which is not disturbed.
  */
 
 import { ask } from "tool/engine.js";
@@ -9,7 +9,7 @@ import { drawnOfEarlier } from "tool/overlay.js";
 import { programOf } from "tool/program.js";
 import { units } from "tool/signals.js";
 import { isEdited, split, store, variable } from "tool/store.js";
-import { shown } from "tool/values.js";
+import { same, shown } from "tool/values.js";
 
 /** So long nothing is typed before it is made, in milliseconds. */
 const PAUSE = 150;
@@ -28,8 +28,9 @@ export function mount() {
 
 function soon() {
   clearTimeout(timer);
-  if (edits() === undefined) hide();
-  else timer = setTimeout(make, PAUSE);
+  if (edits() === undefined) {
+    if (!isApplied()) hide();
+  } else timer = setTimeout(make, PAUSE);
 }
 
 /** The edited settings of the run, by their names in the engine; none if there is nothing to try. */
@@ -45,6 +46,16 @@ function edits() {
   return Object.fromEntries(edited.map(([name, one]) => [variable(loop, name), one.value]));
 }
 
+/** Whether what is drawn was applied, and no call has been made since. */
+function isApplied() {
+  const { ghost, loop, state } = store;
+  if (!ghost || !loop || state?.run !== ghost.of.run || state.calls !== ghost.of.calls) return false;
+  return Object.entries(ghost.values).every(([name, value]) => {
+    const setting = loop.settings[split(name)[1]];
+    return setting !== undefined && same(setting.variable.kind, setting.sent, value);
+  });
+}
+
 function hide() {
   asked += 1;
   if (store.ghost === undefined) return;
@@ -55,7 +66,8 @@ function hide() {
 async function make() {
   const values = edits();
   const loop = store.loop;
-  if (!values || !loop) return hide();
+  const of = store.state;
+  if (!values || !loop || !of) return hide();
   asked += 1;
   const mine = asked;
   try {
@@ -63,7 +75,7 @@ async function make() {
     const view = { variables: drawnOfEarlier(loop), points: POINTS };
     const tried = await ask({ do: "try", values, view, figures: { unit, travel_unit } });
     if (mine !== asked) return;
-    store.ghost = { ...tried, values };
+    store.ghost = { ...tried, values, of };
   } catch {
     // What is wrong with a value stands at its field.
     if (mine !== asked) return;

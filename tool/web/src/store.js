@@ -130,7 +130,7 @@ export const store = {
   live: undefined,
   /** @type {Prediction | undefined} */
   prediction: undefined,
-  /** The test of the present run with what is in the fields. @type {(import("./messages").Tried & { values: Values }) | undefined} */
+  /** The test of the present run, as it was then, with what is in the fields. @type {(import("./messages").Tried & { values: Values, of: State }) | undefined} */
   ghost: undefined,
   /** Whether the server has stopped responding. */
   isLost: false,
