@@ -380,7 +380,7 @@ def test_a_report_tells_of_disturbance_and_rules_what_a_second_computation_does(
             assert f">{name} {when}</text>" in text, (name, when)
     # And their metrics side by side, over the same time.
     part = text.split("The step before and after tuning</h2>")[1]
-    calls = int(re.search(r"over (\d+) s", part)[1])
+    calls = int(re.search(r"over (\d+) s\.", part)[1])
     rows = dict(re.findall(r"<tr><td>([^<]+)</td>(<td.*)</tr>", part.split("</table>")[0]))
     for place, settings in enumerate(({"GAIN": 2.0, "TI": 20.0, "CYCLE": 1.0}, own)):
         values, _ = answered(model, settings, (before, after), applied["step"]["manual"], 0.0, calls)

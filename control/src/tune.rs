@@ -336,6 +336,8 @@ impl Controller {
 
 /// A GAIN that is more than so many times the one in force is worth a warning.
 const MOST_TIMES: f64 = 10.0;
+/// So much of the way of the manipulated value on the other side of 0 counts.
+const CROSSED: f64 = 0.05;
 
 /// Computes settings by a rule, in the form of the block, with their effects.
 ///
@@ -398,6 +400,7 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
     let predicted = match predict::predict(home, &controller, request, &values) {
         Ok((predicted, told)) => {
             remarks.extend(told.remarks);
+            remarks.extend(crossing(&controller, &predicted));
             absent.extend(told.absent);
             predicted
         }
@@ -551,6 +554,25 @@ fn nervousness(controller: &Controller, settings: &Settings, factor: f64, has_sp
             short(rounded(times, 2)),
             short(rounded((100.0 / (settings.gain * factor)).abs(), 2)),
             if has_speed { " A larger λ gives a smaller one." } else { "" }
+        )
+    })
+}
+
+/// Returns the remark that the manipulated value changes its sign in the predicted step, if it may be below 0: where heating ends and
+/// cooling begins, most plants change, and the model is that of one side.
+fn crossing(controller: &Controller, predicted: &Predicted) -> Option<String> {
+    let (_, low) = controller.roles.limits.as_ref()?;
+    let (lowest, highest) = predicted
+        .manipulated_value
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
+    let is_crossed = (-lowest).min(highest) > CROSSED * (highest - lowest);
+    (controller.value(low) < 0.0 && is_crossed).then(|| {
+        format!(
+            "In this step the manipulated value goes from {} to {}: a plant that answers otherwise below 0, such as one that is heated \
+             and cooled, does not do what is predicted with one model.",
+            short(rounded(highest, 2)),
+            short(rounded(lowest, 2))
         )
     })
 }

@@ -432,7 +432,7 @@ fn curves(
 ) -> Result<Option<String>> {
     let Some(member) = record.setup().members.first() else { return Ok(None) };
     let [setpoint, process_value, manipulated_value] = roles.signals();
-    let manual = roles.manual.as_ref().map(|(switch, _)| switch);
+    let manual = roles.manual_switch();
     let mut panels = [
         Vec::from_iter([setpoint, process_value].into_iter().flatten()),
         Vec::from_iter(manipulated_value),

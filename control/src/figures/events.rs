@@ -136,7 +136,8 @@ impl<'a> Wiring<'a> {
         let own = roles.compared_process_value().map(|name| full(self.members[0], name));
         let input = roles.process_value.as_ref().map(|name| full(self.members[0], name));
         let source = self.connections.iter().find(|(_, to)| Some(*to) == input.as_deref());
-        let plants = self.members.iter().zip(&self.roles).skip(1);
+        // The setpoint of a ramp generator is in other units than what its drive does.
+        let plants = self.members.iter().zip(&self.roles).skip(1).filter(|_| roles.compared_process_value().is_some());
         let given = plants.filter_map(|(member, roles)| Some(full(member, roles.as_ref()?.process_value.as_ref()?)));
         let named = own.into_iter().chain([self.setpoint.clone()]).chain(source.map(|(from, _)| from.to_string()));
         named.chain(given).filter_map(|name| unit(&name)).find(|unit| unit != "1")

@@ -206,6 +206,8 @@ pub(super) fn before_and_after(
         sides.push((controller, request));
     }
     let duration = if settled > 0.0 { duration.min(LONGER * settled) } else { duration };
+    let cycle = sides[0].0.cycle();
+    let duration = (duration / cycle).ceil() * cycle;
     let forecast = |(controller, request): &(Controller, TuneRequest)| {
         predict::forecast(home, controller, request, &controller.member.values, duration)
     };

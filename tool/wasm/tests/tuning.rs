@@ -303,6 +303,23 @@ fn the_prediction_is_for_the_step_that_the_user_makes() {
 }
 
 #[test]
+fn a_step_in_which_the_manipulated_value_changes_its_sign_says_that_one_model_may_not_do() {
+    let told = |low: f64, manual: f64| {
+        let settings = [("CYCLE", 0.2), ("LMN_LLM", low)];
+        let mut request = with("CONT_C", Rule::Simc, Structure::Pi, lag(2.0, 8.0, 1.0), &settings);
+        request.step = Step { from: Some(50.0), size: Some(-8.0), manual: Some(manual) };
+        tuned(&request).remarks.into_iter().filter(|remark| remark.contains("below 0")).collect::<Vec<_>>()
+    };
+    // 8 K down take 4 % in the end, and with the P action of GAIN 1.82 a jump of 14.6 %, to which the I action adds in the dead time.
+    assert!(
+        told(-100.0, 10.0)[0].starts_with("In this step the manipulated value goes from 10 to -6"),
+        "{:?}",
+        told(-100.0, 10.0)
+    );
+    assert_eq!((told(0.0, 10.0), told(-100.0, 40.0)), (vec![], vec![]));
+}
+
+#[test]
 fn the_table_has_all_rules_for_one_step_and_says_which_do_not_apply() {
     let mut request = with("CONT_C", Rule::Amigo, Structure::Pi, lag(2.0, 8.0, 1.0), &[("CYCLE", 0.2)]);
     let rows = table(&Linked::new(), &request).unwrap();
