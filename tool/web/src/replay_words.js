@@ -277,7 +277,9 @@ export function verdict(replayed, tolerance, block) {
   const isSaid = replayed.columns.some(([, variable]) => variable === block.manual);
   const manual = `If the controller was in manual mode for a while, record ${block.manual}, too.`;
   const noisy = "If the recording is noisy, say in the field “equal within” how far a value may be off.";
-  const [best] = suspects;
+  // What leaves most of it is not near.
+  const all = outputs.reduce((sum, { different }) => sum + different, 0);
+  const best = suspects.find(({ different }) => 2 * different <= all);
   const still = best?.different === 1 ? "1 value still differs" : `${best?.different} values still differ`;
   const begin = Math.min(...outputs.flatMap(({ first: at }) => at?.[0] ?? []));
   const where = begin > 0 ? " that changed there: several settings perhaps" : "";
