@@ -131,6 +131,9 @@ pub struct Compared {
     pub largest: f64,
     /// How far a value may be off at most and counts as equal.
     pub allowed: f64,
+    /// The noise of the recorded or of the computed values, whichever is larger: the standard deviation of what changes from row to row
+    /// without a trend. 0 of a switch.
+    pub noise: f64,
     /// To draw: times in seconds.
     pub times: Vec<f64>,
     /// The recorded values.
@@ -485,10 +488,24 @@ fn compared(recording: &Recording, run: &compare::Outcome, output: usize, tolera
         different: run.compared[output].different,
         largest: run.compared[output].largest,
         allowed: tolerance.unwrap_or_else(|| of.coarsest() + run.spread(output)),
+        noise: if of.is_boolean { 0.0 } else { noise(recorded).max(noise(&computed[..rows])) },
         times: shown.iter().map(|row| recording.times[*row]).collect(),
         recorded: shown.iter().map(|row| recorded[*row]).collect(),
         computed: shown.iter().map(|row| computed[*row]).collect(),
     }
+}
+
+/// The standard deviation of white noise on a smooth curve, from the middle one of its second differences: steps do not count.
+fn noise(values: &[f64]) -> f64 {
+    /// The middle one of normally distributed values, as a part of their standard deviation.
+    const MIDDLE: f64 = 0.6745;
+    let second = values.windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs());
+    let mut second: Vec<f64> = second.filter(|difference| difference.is_finite()).collect();
+    if second.is_empty() {
+        return 0.0;
+    }
+    let middle = second.len() / 2;
+    *second.select_nth_unstable_by(middle, f64::total_cmp).1 / (MIDDLE * 6.0f64.sqrt())
 }
 
 /// Why equal outputs say nothing about a controller's settings.

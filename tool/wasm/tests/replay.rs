@@ -230,6 +230,28 @@ fn a_time_in_manual_mode_shows_in_a_manipulated_value_that_stands_still() {
 }
 
 #[test]
+fn the_noise_of_a_recording_tells_the_tolerance_that_it_needs() {
+    let text = columns(&Plant { values: &FILE, ..Plant::default() }.record(), 4);
+    // A recorder with noise of its own, evenly within 0.06 to both sides: its standard deviation is 0.035.
+    let mut bits = 1_u32;
+    let noisy = |line: &str| {
+        let mut cells: Vec<String> = line.split(';').map(str::to_string).collect();
+        bits = bits.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let off = 0.12 * (f64::from(bits >> 8) / f64::from(1 << 24) - 0.5);
+        cells[2] = cells[2].parse::<f64>().map_or(cells[2].clone(), |value| format!("{:.3}", value + off));
+        cells.join(";")
+    };
+    let text = text.lines().map(noisy).collect::<Vec<_>>().join("\n");
+    let automatic = with(&[("MAN_ON", 0.0)]);
+    let replayed = run(&request(member("CONT_C", &automatic), text.clone()));
+    let noise = replayed.outputs[0].noise;
+    // GAIN is 2.
+    assert!((0.06..0.09).contains(&noise) && replayed.conclusion == Conclusion::Unexplained, "{noise}");
+    let with_tolerance = ReplayRequest { tolerance: Some(6.0 * noise), ..request(member("CONT_C", &automatic), text) };
+    assert_eq!(run(&with_tolerance).conclusion, Conclusion::Equal);
+}
+
+#[test]
 fn another_cycle_is_named() {
     for cycle in [0.5, 2.0, 10.0, 0.3] {
         assert_named(&with_fault(&[("CYCLE", cycle)]), "CYCLE", cycle, 1.0);

@@ -125,6 +125,11 @@ different: number,
 largest: number,
 /** How far a value may be off at most and counts as equal. */
 allowed: number,
+/**
+ * The noise of the recorded or of the computed values, whichever is larger: the standard deviation of what changes from row to row
+ * without a trend. 0 of a switch.
+ */
+noise: number,
 /** To draw: times in seconds. */
 times: Array<number>,
 /** The recorded values. */

@@ -21,6 +21,8 @@ import { isBoolean, isTime, rounded, shown } from "tool/values.js";
 const MOST_OUTPUTS = 6;
 /** Of more explanations nobody reads. */
 const MOST_EXPLANATIONS = 3;
+/** So many times its noise an output may be off: so far do few of a thousand values lie from each other. */
+const NOISY = 6;
 /** What counts as equal is told if it is more than this part of what an output moves by. */
 const COARSE = 0.01;
 
@@ -276,7 +278,11 @@ export function verdict(replayed, tolerance, block) {
   }
   const isSaid = replayed.columns.some(([, variable]) => variable === block.manual);
   const manual = `If the controller was in manual mode for a while, record ${block.manual}, too.`;
-  const noisy = "If the recording is noisy, say in the field “equal within” how far a value may be off.";
+  const off = Math.max(...outputs.map(({ noise, allowed }) => (noise > allowed ? NOISY * noise : 0)), 0);
+  const noisy =
+    off > 0
+      ? `The recording is noisy: replay it with ${rounded(off, "LREAL", 1)} in the field “equal within”, or how far a value may be off.`
+      : "If the recording is noisy, say in the field “equal within” how far a value may be off.";
   // What leaves most of it is not near.
   const all = outputs.reduce((sum, { different }) => sum + different, 0);
   const best = suspects.find(({ different }) => 2 * different <= all);
