@@ -363,18 +363,15 @@ fn remove_forgotten_in(folder: &Path) {
             continue;
         }
         let is_old = || of.modified().ok().and_then(|time| time.elapsed().ok()).is_some_and(|age| age > A_DAY);
-        match File::open(if of.is_dir() { path.join(LOCK) } else { path.clone() }) {
-            Ok(lock) if of.is_dir() || cfg!(unix) => {
-                if lock.try_lock().is_ok() {
-                    // A folder got its name with its lock taken, and Windows does not remove an open file. A file is
-                    // removed under its lock, for which whoever has just created it waits.
-                    let _lock = of.is_file().then_some(lock);
-                    remove(&path);
-                }
-            }
-            // On Windows, files are not locked.
-            _ if is_old() => remove(&path),
-            _ => {}
+        // On Windows, files are not locked.
+        let lock = File::open(if of.is_dir() { path.join(LOCK) } else { path.clone() });
+        let lock = lock.ok().filter(|_| of.is_dir() || cfg!(unix));
+        let is_forgotten = lock.as_ref().map_or_else(is_old, |lock| lock.try_lock().is_ok());
+        // A folder got its name with its lock taken, and Windows does not remove an open file. A file is removed under its lock, for which
+        // whoever has just created it waits.
+        let _lock = lock.filter(|_| of.is_file());
+        if is_forgotten {
+            remove(&path);
         }
     }
 }
