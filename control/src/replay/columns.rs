@@ -1,7 +1,6 @@
 //! Which column of a recording is which variable of the block, with its values as the block takes them.
 
 use super::change::{Change, Moving};
-use super::compare::Outcome;
 use super::instance::{Block, change, typed};
 use crate::csv::names::{MANIPULATED_VALUES, MANUAL, PROCESS_VALUES, SETPOINTS, ends, short_name};
 use crate::csv::{Column, CsvTable as Csv};
@@ -232,9 +231,9 @@ impl Recording {
         self
     }
 
-    /// Where the manipulated value stands still while `computed` moves, and is at none of its limits, the controller may have been in
-    /// manual mode. Takes it so and gives the times; none if the recording says the mode, or nothing stands still.
-    pub(super) fn take_for_manual(&mut self, block: &Block, computed: &Outcome) -> Vec<(f64, f64)> {
+    /// Where the manipulated value stands still while that of the computed outputs moves, and is at none of its limits, the controller may
+    /// have been in manual mode. Takes it so and gives the times; none if the recording says the mode, or nothing stands still.
+    pub(super) fn take_for_manual(&mut self, block: &Block, computed: &[Vec<f64>]) -> Vec<(f64, f64)> {
         let Some((switch, manual)) = block.manual().filter(|(switch, _)| block.settings[*switch] == 0.0) else {
             return Vec::new();
         };
@@ -242,7 +241,7 @@ impl Recording {
         if self.inputs.iter().any(|input| [switch, manual].contains(&input.row)) {
             return Vec::new();
         }
-        let (recorded, computed) = (&self.outputs[output], &computed.outputs[output]);
+        let (recorded, computed) = (&self.outputs[output], &computed[output]);
         let mut is_on = self.constant(block, switch, 0.0);
         let mut value = self.constant(block, manual, block.settings[manual]);
         let mut times: Vec<(f64, f64)> = Vec::new();
