@@ -231,8 +231,9 @@ impl Recording {
         self
     }
 
-    /// Where the manipulated value stands still while that of the computed outputs moves, and is at none of its limits, the controller may
-    /// have been in manual mode. Takes it so and gives the times; none if the recording says the mode, or nothing stands still.
+    /// Where the manipulated value stands still while that of the computed outputs moves, the controller may have been in manual mode, unless
+    /// that looks like a limit: one of the loop, or the lowest or highest recorded value. Takes it so and gives the times; none if the
+    /// recording says the mode, or nothing stands still.
     pub(super) fn take_for_manual(&mut self, block: &Block, computed: &[Vec<f64>]) -> Vec<(f64, f64)> {
         let Some((switch, manual)) = block.manual().filter(|(switch, _)| block.settings[*switch] == 0.0) else {
             return Vec::new();
@@ -242,6 +243,8 @@ impl Recording {
             return Vec::new();
         }
         let (recorded, computed) = (&self.outputs[output], &computed[output]);
+        let known = || recorded.values.iter().copied().filter(|value| value.is_finite());
+        let ends = [known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max)];
         let mut is_on = self.constant(block, switch, 0.0);
         let mut value = self.constant(block, manual, block.settings[manual]);
         let mut times: Vec<(f64, f64)> = Vec::new();
@@ -253,7 +256,7 @@ impl Recording {
                 .iter()
                 .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
             let moves = high - low > 2.0 * recorded.tolerance(still[0]);
-            if still.len() < STANDS_STILL || !moves || block.is_limit(still[0]) {
+            if still.len() < STANDS_STILL || !moves || block.is_limit(still[0]) || ends.contains(&still[0]) {
                 continue;
             }
             is_on.values[rows.clone()].fill(1.0);
