@@ -39,7 +39,7 @@ const MOVED: f64 = 8.0;
 const COUNTS: f64 = 5.0;
 /// A step controller first moves its actuator by this part of the step, in the same direction.
 const TAKEN_UP: f64 = 0.25;
-/// And waits so many times as long as the pulse that made the step: that is none, if it takes a large part of the answer.
+/// The answer is recorded for so many times as long as the pulse lasts: one that takes a large part of the answer is no step.
 const LONG: usize = 12;
 /// The calls of a pulse period before there are pulses: longer than usual ones.
 const UNKNOWN_PERIOD: usize = 100;
@@ -238,7 +238,8 @@ pub fn rest_at(home: &dyn Home, session: &mut Session, request: &RestAt) -> Resu
 /// Holds the plant, steps the manipulated value, waits, identifies, and gives the loop back as it was.
 ///
 /// # Errors
-/// The controller has neither a manual value nor manual pulses, the plant does not come to rest, the step does not move it, or no model fits: why, and what to do.
+/// The controller has neither a manual value nor manual pulses, the plant does not come to rest, the step does not move it, or no model
+/// fits: why, and what to do.
 pub fn step(home: &dyn Home, session: &mut Session, request: &StepTest) -> Result<StepTested> {
     let size = request.size;
     ensure!(size != 0.0 && size.is_finite(), "the step is {size}: it has to be a number other than 0");
