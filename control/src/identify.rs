@@ -24,6 +24,7 @@ mod least_squares;
 mod methods;
 mod step;
 
+pub(crate) use step::noise;
 pub use step::{means_of_pulses, resolution};
 
 use crate::csv::names::{MANIPULATED_VALUES, PROCESS_VALUES};

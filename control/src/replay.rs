@@ -26,6 +26,7 @@ mod midway;
 mod suspects;
 
 use crate::csv::CsvTable as Csv;
+use crate::identify::noise;
 use anyhow::{Context, Result, bail};
 pub use change::{Change, Doubt, Moving, Since, Why};
 use columns::Recording;
@@ -493,19 +494,6 @@ fn compared(recording: &Recording, run: &compare::Outcome, output: usize, tolera
         recorded: shown.iter().map(|row| recorded[*row]).collect(),
         computed: shown.iter().map(|row| computed[*row]).collect(),
     }
-}
-
-/// The standard deviation of white noise on a smooth curve, from the middle one of its second differences: steps do not count.
-fn noise(values: &[f64]) -> f64 {
-    /// The middle one of normally distributed values, as a part of their standard deviation.
-    const MIDDLE: f64 = 0.6745;
-    let second = values.windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs());
-    let mut second: Vec<f64> = second.filter(|difference| difference.is_finite()).collect();
-    if second.is_empty() {
-        return 0.0;
-    }
-    let middle = second.len() / 2;
-    *second.select_nth_unstable_by(middle, f64::total_cmp).1 / (MIDDLE * 6.0f64.sqrt())
 }
 
 /// Why equal outputs say nothing about a controller's settings.

@@ -531,9 +531,10 @@ fn typical_change(values: &[f64]) -> f64 {
 }
 
 /// Returns the standard deviation of the noise, estimated from how much each sample differs from the mean of its
-/// neighbours.
-fn noise(values: &[f64]) -> f64 {
-    let mut bends: Vec<f64> = values.windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs()).collect();
+/// neighbours, as far as they are known.
+pub(crate) fn noise(values: &[f64]) -> f64 {
+    let bends = values.windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs());
+    let mut bends: Vec<f64> = bends.filter(|bend| bend.is_finite()).collect();
     median(&mut bends) / (0.6745 * 6.0_f64.sqrt())
 }
 
