@@ -678,7 +678,7 @@ function pulseControl(loop, [onName, [up, down]]) {
  */
 function manualControl(loop, [onName, valueName]) {
   const value = loop.settings[valueName];
-  if (!value) return null;
+  if (!loop.settings[onName] || !value) return null;
   const field = numberField(
     valueName.slice(valueName.lastIndexOf(".") + 1),
     "manual-value",
