@@ -115,6 +115,9 @@ def test_a_file_of_another_kind_is_refused_in_a_sentence(page):
     assert "picture.png" in page.locator(".file.is-refused").inner_text()
     open_file(page, "no.fmu", b"nothing packed")
     page.get_by_text("it is not a ZIP archive").wait_for()
+    # What was refused before has gone, and its choices of a block with it.
+    assert page.locator(".file.is-refused").count() == 1
+    assert page.locator(".file.is-refused select").count() == 0
 
 
 def test_a_file_that_does_not_say_its_block_is_read_as_the_block_of_choice(page):
@@ -123,6 +126,10 @@ def test_a_file_that_does_not_say_its_block_is_read_as_the_block_of_choice(page)
     refused.wait_for()
     # In the words of the page, which has no options.
     assert "choose" in refused.inner_text() and "--block" not in refused.inner_text()
+    # PULSEGEN has no GAIN: another block can be chosen.
+    refused.locator("select").select_option("PULSEGEN")
+    page.click("text=Read again")
+    page.locator(".file.is-refused", has_text="PULSEGEN").wait_for()
     refused.locator("select").select_option("CONT_C")
     page.click("text=Read again")
     field(page, "GAIN").wait_for()
@@ -221,7 +228,7 @@ def test_a_million_loops_and_a_hundred_megabytes_are_refused_and_the_page_lives(
     page.evaluate(drop, ["million.awl", "DATA_BLOCK DB1\n", 1_000_000])
     page.get_by_text("The file has 1000000 blocks").wait_for()
     page.evaluate(drop, ["million.json", '"A": {},\n', 1_000_000])
-    page.get_by_text("The file has 1000000 blocks").nth(1).wait_for()
+    page.locator(".file.is-refused", has_text="million.json").get_by_text("The file has 1000000 blocks").wait_for()
     page.evaluate(drop, ["large.awl", "x" * 1000, 100_000])
     page.get_by_text("The file has 100 MB").wait_for()
     new_loop(page, "CONT_C", "ALIVE")

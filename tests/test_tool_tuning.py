@@ -221,15 +221,18 @@ def test_after_a_step_test_what_comes_next_stands_in_one_place_in_sight(tool):
 
 
 def test_the_table_of_rules_says_why_a_metric_is_missing(tool):
-    # The step test rests at 0 %, the lower limit: nothing makes up for a load.
+    # The step test rests at 0 %, and the step takes 5 %: a load of 10 % is more than can be made up for up to 9 %.
+    set_field(tool, "LMN_HLM", 9)
+    tool.locator("#step-size").fill("5")
     make_step_test(tool)
-    line = tool.locator("#tune .missing").get_by_text("– in recovers, load: IAE of all rules: the manipulated value stays at its limit of 0.")
+    tool.locator("#tune-to").fill("10")
+    line = tool.locator("#tune .missing").get_by_text("– in recovers, load: IAE of all rules: the manipulated value stays at its limit of 9.")
     line.wait_for()
     cell = tool.locator("#tune .rules .is-now td").filter(has_text="–").first
-    assert cell.get_attribute("title") == "the manipulated value stays at its limit of 0"
+    assert cell.get_attribute("title") == "the manipulated value stays at its limit of 9"
     tool.locator("#tune").get_by_role("button", name="Apply").click()
     report = saved(tool, "Report (HTML)")[1].decode()
-    assert "<li>\u2013 in recovers, load: IAE of all rules: the manipulated value stays at its limit of 0.</li>" in report
+    assert "<li>\u2013 in recovers, load: IAE of all rules: the manipulated value stays at its limit of 9.</li>" in report
 
 
 # As a report names them, and as `second` does.

@@ -14,6 +14,13 @@ pub mod replay;
 pub mod rules;
 pub mod tune;
 
+/// Returns the lowest and the highest of values, without those that are not a number; (∞, −∞) if there are none.
+pub fn extremes<'a>(values: impl IntoIterator<Item = &'a f64>) -> (f64, f64) {
+    values
+        .into_iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
+}
+
 /// The example in the README.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -16,7 +16,9 @@
 //! Pulses drive the model as they are, as 100 % or 0 or -100 %. The pulses of a step controller move a valve, which takes the motor
 //! time from stop to stop and begins in the middle.
 
+use crate::extremes;
 use crate::figures::{BAND, OVERSHOOT, SETTLING, Signals, Span, Window, find};
+use crate::identify::Model;
 use crate::process::Process;
 use crate::tune::{Controller, Load, Predicted, TuneRequest};
 use anyhow::{Context, Result, bail};
@@ -35,12 +37,16 @@ use std::collections::BTreeMap;
 const MANUAL: f64 = 50.0;
 /// The step of the setpoint, as percent of the manipulated value.
 const STEP: f64 = 10.0;
-/// The load step at the plant's input, in percent of the manipulated value.
+/// The load step at the plant's input, in percent of the manipulated value, up or down.
 const LOAD: f64 = 10.0;
 /// At most this many calls are simulated.
 const MOST_CALLS: usize = 200_000;
-/// How many times longer the loop is simulated if it has not come to rest.
-const LONGER: [usize; 2] = [2, 4];
+/// How many times longer the loop is simulated if it has not come to rest, one after the other.
+const LONGER: [usize; 6] = [2, 4, 8, 16, 32, 64];
+/// Up to how many times longer in any case: beyond, only as long as the plant itself is slower.
+const SURELY_LONGER: usize = 4;
+/// A manipulated value that has one and the same value in this part of the calls is at a limit.
+const STAYS: f64 = 0.9;
 /// This many calls after the step are all shown; of the others, about as many again and four times as many.
 const ALL_SHOWN: usize = 200;
 /// The names of the two members.
@@ -261,44 +267,56 @@ pub fn predict(
     request: &TuneRequest,
     values: &Values,
 ) -> Result<(Predicted, Told)> {
-    let first = predicted(home, controller, request, values, 1)?;
-    let rests = |(of, _): &(Predicted, Told)| {
-        of.settling.is_some() && of.load.as_ref().is_some_and(|load| load.recovery.is_some())
+    let step = |simulation: &Simulation| {
+        let (predicted, mut told) = shown(&simulation.step()?, &simulation.schedule, controller, simulation.height);
+        told.remarks.extend(simulation.terminal.remark());
+        Ok((predicted, told))
     };
-    if rests(&first) {
-        return Ok(first);
-    }
-    // A calm loop takes longer after a load than after its own step; one that swings does not rest in any time.
-    for longer in LONGER {
-        let later = predicted(home, controller, request, values, longer)?;
-        if rests(&later) {
-            return Ok(later);
-        }
-    }
-    Ok(first)
-}
-
-/// The same, over so many times the usual time.
-fn predicted(
-    home: &dyn Fmus,
-    controller: &Controller,
-    request: &TuneRequest,
-    values: &Values,
-    longer: usize,
-) -> Result<(Predicted, Told)> {
-    let dead_time = request.model.dead_time + controller.cycle() / 2.0;
-    let schedule = Schedule::new(controller, request, dead_time, values, longer)?;
-    let simulation = Simulation::new(home, controller, request, values, schedule)?;
-    let loaded = simulation.load(LOAD)?;
-    let load = Load::new(&loaded, &schedule, simulation.band);
-    let (mut predicted, mut told) = shown(&simulation.step()?, &schedule, controller, simulation.height);
-    if load.recovery.is_none() {
-        let why = unrecovered(&loaded[schedule.step..], controller);
+    let load = |simulation: &Simulation| {
+        let size = LOAD * simulation.roomier();
+        let rows = simulation.load(size)?;
+        let load = Load::new(&rows, &simulation.schedule, simulation.band, size);
+        let why = load.recovery.is_none().then(|| unrecovered(&rows[simulation.schedule.step..], controller));
+        Ok((load, why))
+    };
+    let simulate = |longer| Simulation::lasting(home, controller, request, values, longer);
+    let (mut predicted, mut told) = resting(request, simulate, step, |(of, _)| of.settling.is_some())?;
+    let (load, why) = resting(request, simulate, load, |(_, why)| why.is_none())?;
+    if let Some(why) = why {
         told.absent.extend(["recovery", "iae"].map(|metric| (metric.to_string(), why.clone())));
     }
     predicted.load = Some(load);
-    told.remarks.extend(simulation.terminal.remark());
     Ok((predicted, told))
+}
+
+/// What is made of the loop over the usual time; if it does not rest then, over the first longer time in which it does. A calm loop takes
+/// longer after a load than after its own step, and a fast one at the limit of its manipulated value as long as its plant; one
+/// that swings does not rest in any time.
+fn resting<'a, T>(
+    request: &TuneRequest,
+    simulate: impl Fn(usize) -> Result<Simulation<'a>>,
+    make: impl Fn(&Simulation<'a>) -> Result<T>,
+    rests: impl Fn(&T) -> bool,
+) -> Result<T> {
+    let simulation = simulate(1)?;
+    let mut found = make(&simulation)?;
+    let Schedule { cycle, step, calls, .. } = simulation.schedule;
+    let usual = (calls - step) as f64 * cycle;
+    let Model { gain, time_constant, second_time_constant, is_integrating, .. } = request.model;
+    let slow = match is_integrating {
+        true => (simulation.height / (gain * STEP)).abs(),
+        false => 5.0 * (time_constant + second_time_constant),
+    };
+    for longer in LONGER {
+        if rests(&found) || longer > SURELY_LONGER && usual * longer as f64 > 2.0 * slow {
+            break;
+        }
+        let later = make(&simulate(longer)?)?;
+        if rests(&later) {
+            found = later;
+        }
+    }
+    Ok(found)
 }
 
 /// A predicted step beside one that was measured.
@@ -368,6 +386,8 @@ struct Simulation<'a> {
     setpoint: &'a str,
     level: f64,
     height: f64,
+    /// The manipulated value that holds the plant.
+    manual: f64,
     /// Half the width of the band in which it has recovered from a load.
     band: f64,
     /// When the loop that is predicted exchanges its values.
@@ -375,6 +395,19 @@ struct Simulation<'a> {
 }
 
 impl<'a> Simulation<'a> {
+    /// The loop over so many times the usual time.
+    fn lasting(
+        home: &'a dyn Fmus,
+        controller: &'a Controller,
+        request: &'a TuneRequest,
+        values: &Values,
+        longer: usize,
+    ) -> Result<Simulation<'a>> {
+        let dead_time = request.model.dead_time + controller.cycle() / 2.0;
+        let schedule = Schedule::new(controller, request, dead_time, values, longer)?;
+        Simulation::new(home, controller, request, values, schedule)
+    }
+
     fn new(
         home: &'a dyn Fmus,
         controller: &'a Controller,
@@ -429,7 +462,28 @@ impl<'a> Simulation<'a> {
         let recorded = [format!("{CONTROLLER}.{setpoint}"), format!("{PROCESS}.OUTPUT"), manipulated];
         system.record = recorded.iter().map(|name| Recorded::from(name.as_str())).collect();
         let exchange = request.exchange;
-        Ok(Simulation { home, controller, schedule, terminal, plant, system, setpoint, level, height, band, exchange })
+        Ok(Simulation {
+            home,
+            controller,
+            schedule,
+            terminal,
+            plant,
+            system,
+            setpoint,
+            level,
+            height,
+            manual,
+            band,
+            exchange,
+        })
+    }
+
+    /// The sign of a load that the manipulated value has more room to make up for: 1 if it has to go down, -1 if up.
+    fn roomier(&self) -> f64 {
+        let Some((high, low)) = &self.controller.roles.limits else { return 1.0 };
+        let [above, below] =
+            [(high, 1.0), (low, -1.0)].map(|(name, way)| way * (self.controller.value(name) - self.manual));
+        if below >= above { 1.0 } else { -1.0 }
     }
 
     /// The rows of setpoint, process value and manipulated value with a load of this size at the time of the step.
@@ -462,11 +516,12 @@ impl<'a> Simulation<'a> {
 
 impl Load {
     /// The figures after the load step of a loop whose setpoint stays: those that a run has after a disturbance.
-    fn new(rows: &[[f64; 3]], schedule: &Schedule, band: f64) -> Load {
+    fn new(rows: &[[f64; 3]], schedule: &Schedule, band: f64, size: f64) -> Load {
         let of = figures_after(rows, schedule, band);
         let figure = |key: &str| of.iter().find(|(name, _)| *name == key).map(|(_, value)| *value);
         let recovery = figure("recovery");
         Load {
+            size,
             deviation: figure("disturbed_peak").unwrap_or(f64::NAN),
             recovery,
             iae: recovery.and_then(|_| figure("disturbed_iae")),
@@ -484,12 +539,14 @@ fn figures_after(rows: &[[f64; 3]], schedule: &Schedule, band: f64) -> Vec<(&'st
     window.figures().filter_map(|figure| Some((figure.key, figure.value(&window).ok()?))).collect()
 }
 
-/// Why the process value does not come back after a load. At rest near a limit, the manipulated value cannot make up for it.
+/// Why the process value does not come back after a load. At a limit, which it leaves now and then as the process value moves, the
+/// manipulated value cannot make up for it.
 fn unrecovered(rows: &[[f64; 3]], controller: &Controller) -> String {
-    let later = rows[rows.len() / 2..].iter().map(|[_, _, manipulated_value]| *manipulated_value);
-    let (low, high) = later.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), of| (low.min(of), high.max(of)));
-    if controller.roles.pulses.is_empty() && low == high {
-        return format!("the manipulated value stays at its limit of {}", short(low));
+    let later: Vec<f64> = rows[rows.len() / 2..].iter().map(|[_, _, manipulated_value]| *manipulated_value).collect();
+    let last = later.last().copied().unwrap_or_default();
+    let stays = later.iter().filter(|value| **value == last).count() as f64 > STAYS * later.len() as f64;
+    if controller.roles.pulses.is_empty() && stays {
+        return format!("the manipulated value stays at its limit of {}", short(last));
     }
     find("recovery").map(|figure| figure.absent).unwrap_or_default().into()
 }
@@ -622,11 +679,13 @@ fn simulate(plan: &Plan, components: Vec<Box<dyn Component>>) -> Result<Vec<[f64
 /// What the page draws: from shortly before the step on.
 fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height: f64) -> (Predicted, Told) {
     let begin = schedule.automatic;
+    let period = controller.own_period().map_or(1, |period| (period / schedule.cycle).round() as usize);
+    let manipulated_value = averaged(rows, period).split_off(begin);
     let rows = &rows[begin..];
     let step = schedule.step - begin;
     let times: Vec<f64> = (0..rows.len()).map(|call| schedule.time(call)).collect();
     let column = |column: usize| rows.iter().map(|row| row[column]).collect::<Vec<f64>>();
-    let (setpoint, process_value, manipulated_value) = (column(0), column(1), column(2));
+    let (setpoint, process_value) = (column(0), column(1));
     let signals = Signals {
         times: &times,
         setpoint: &setpoint,
@@ -671,11 +730,18 @@ fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height
     (predicted, Told { remarks, absent })
 }
 
+/// The manipulated value as the mean of so many calls up to and with each; fewer at the beginning.
+fn averaged(rows: &[[f64; 3]], length: usize) -> Vec<f64> {
+    let mean = |end: usize| {
+        let part = &rows[(end + 1).saturating_sub(length.max(1))..=end];
+        part.iter().map(|[_, _, manipulated_value]| manipulated_value).sum::<f64>() / part.len() as f64
+    };
+    (0..rows.len()).map(mean).collect()
+}
+
 /// Says when the manipulated value stays at its extreme after the step: the loop is slower than a linear one then.
 fn saturation(manipulated: &[f64], schedule: &Schedule, height: f64) -> Option<String> {
-    let (low, high) = manipulated
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
+    let (low, high) = extremes(manipulated);
     let last = *manipulated.last()?;
     let longest =
         [low, high].into_iter().filter(|limit| (limit - last).abs() > 1e-6 * (high - low)).find_map(|limit| {

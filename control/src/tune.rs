@@ -13,6 +13,8 @@
 //!
 //! The margins hold for these settings, computed in each call as the block does, and the plant's own dead time.
 
+use crate::extremes;
+use crate::figures::BAND;
 use crate::identify::Model;
 use crate::margins::{self, Law, Margins, Plant};
 use crate::predict;
@@ -184,6 +186,9 @@ pub struct Predicted {
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Load {
+    /// What is added at the plant's input, in percent of the manipulated value: to the side that leaves the manipulated value more room
+    /// to make up for it.
+    pub size: f64,
     /// The largest deviation from the setpoint, in its unit.
     pub deviation: f64,
     /// When the deviation stays within the band, in seconds after the load; absent if it does not.
@@ -336,6 +341,10 @@ impl Controller {
 
 /// A GAIN that is more than so many times the one in force is worth a warning.
 const MOST_TIMES: f64 = 10.0;
+/// And one that moves the manipulated value by 100 % at this part of the step.
+const LEAST_DEVIATION: f64 = 0.1;
+/// By a λ that nobody has chosen, the manipulated value at first moves at most so many times as far as in the end.
+const MOST_AT_FIRST: f64 = 10.0;
 /// So much of the way of the manipulated value on the other side of 0 counts.
 const CROSSED: f64 = 0.05;
 
@@ -360,8 +369,9 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
     let what = if period > 0.0 { "half of CYCLE and half of the pulses' period" } else { "half of CYCLE" };
     if added > request.model.dead_time {
         remarks.push(format!(
-            "The sampling costs more than the plant's dead time: {what} add {added} s to {} s. A shorter one allows more GAIN.",
-            request.model.dead_time
+            "The sampling costs more than the plant's dead time: {what} add {} s to {} s. A shorter one allows more GAIN.",
+            short(added),
+            short(rounded(request.model.dead_time, 3))
         ));
     }
     remarks.extend(half_rule(request, &model, what));
@@ -376,7 +386,9 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
         _ => Some(model.dead_time + model.second_time_constant.min(model.time_constant)),
     };
     let delay = if model.is_integrating { usual } else { delay };
-    let chosen = request.closed_loop.or_else(paced).or_else(|| Some(calmer? * delay?));
+    let plain = model.without_second_lag();
+    let least = if model.is_integrating { 0.0 } else { plain.time_constant / MOST_AT_FIRST - plain.dead_time };
+    let chosen = request.closed_loop.or_else(paced).or_else(|| Some((calmer? * delay?).max(least)));
     let closed_loop = usual.map(|usual| chosen.unwrap_or(usual));
     let ideal = rules::settings(request.rule, request.structure, &model, closed_loop.and(chosen), request.ultimate)?;
     let factor = predict::output_factor(home, &controller)?.unwrap_or(1.0);
@@ -393,14 +405,17 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
     let plant = Plant::of_model(&request.model, controller.sampling());
     let margins = margins::compute(&plant, &law, controller.delay_of_pulses());
     remarks.extend(robustness(&margins));
-    remarks.extend(nervousness(&controller, &settings, factor, closed_loop.is_some()));
     remarks.extend(coarseness(&controller, request));
     let values = values(&controller, request.structure, &settings);
     let mut absent = unknown(&margins);
     let predicted = match predict::predict(home, &controller, request, &values) {
         Ok((predicted, told)) => {
             remarks.extend(told.remarks);
+            let height = predicted.setpoint.last().zip(predicted.setpoint.first()).map_or(0.0, |(to, from)| to - from);
+            let has_speed = closed_loop.is_some();
+            remarks.extend(nervousness(&controller, &settings, (factor, height), has_speed));
             remarks.extend(crossing(&controller, &predicted));
+            remarks.extend(looseness(&controller, request, &predicted));
             absent.extend(told.absent);
             predicted
         }
@@ -497,8 +512,8 @@ fn half_rule(request: &TuneRequest, model: &Model, sampling: &str) -> Option<Str
         "{} knows one lag: half of the smaller one counts as time constant and half as dead time, so that T = {} s and, with \
          {sampling}, L = {} s. The margins are those of both lags.",
         rules::name(request.rule),
-        short(time_constant),
-        short(dead_time)
+        short(rounded(time_constant, 4)),
+        short(rounded(dead_time, 4))
     ))
 }
 
@@ -542,17 +557,25 @@ fn robustness(margins: &margins::Margins) -> Option<String> {
     }
 }
 
-/// Returns the remark that a GAIN is far above the one in force: what the rule does not know of then moves the manipulated value.
-fn nervousness(controller: &Controller, settings: &Settings, factor: f64, has_speed: bool) -> Option<String> {
+/// Returns the remark that a GAIN is far above the one in force, or moves the manipulated value from limit to limit at a small part of
+/// the step: what the rule does not know of then moves it, too.
+fn nervousness(
+    controller: &Controller,
+    settings: &Settings,
+    (factor, height): (f64, f64),
+    has_speed: bool,
+) -> Option<String> {
     let name = controller.roles.controller.first()?;
     let times = (settings.gain / controller.value(name)).abs();
-    (times.is_finite() && times > MOST_TIMES).then(|| {
+    let is_far = times.is_finite() && times > MOST_TIMES;
+    let whole = (100.0 / (settings.gain * factor)).abs();
+    (is_far || whole < LEAST_DEVIATION * height.abs()).then(|| {
+        let far = if is_far { format!(" is {} times the one in force", short(rounded(times, 2))) } else { String::new() };
         format!(
-            "{name} {} is {} times the one in force: a deviation of {} moves the manipulated value by 100 %, and so do noise and the \
-             resolution of the input.{}",
+            "{name} {}{far}: a deviation of {} moves the manipulated value by 100 %, and so do noise and the resolution of the \
+             input.{}",
             short(settings.gain),
-            short(rounded(times, 2)),
-            short(rounded((100.0 / (settings.gain * factor)).abs(), 2)),
+            short(rounded(whole, 2)),
             if has_speed { " A larger λ gives a smaller one." } else { "" }
         )
     })
@@ -562,10 +585,7 @@ fn nervousness(controller: &Controller, settings: &Settings, factor: f64, has_sp
 /// cooling begins, most plants change, and the model is that of one side.
 fn crossing(controller: &Controller, predicted: &Predicted) -> Option<String> {
     let (_, low) = controller.roles.limits.as_ref()?;
-    let (lowest, highest) = predicted
-        .manipulated_value
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
+    let (lowest, highest) = extremes(&predicted.manipulated_value);
     let is_crossed = (-lowest).min(highest) > CROSSED * (highest - lowest);
     (controller.value(low) < 0.0 && is_crossed).then(|| {
         format!(
@@ -577,16 +597,19 @@ fn crossing(controller: &Controller, predicted: &Predicted) -> Option<String> {
     })
 }
 
+/// Returns the duration of a step controller's shortest pulse, in seconds, and how far it moves the process value.
+fn shortest_pulse(controller: &Controller, model: &Model) -> Option<(f64, f64)> {
+    let pulse = controller.roles.shortest_pulse.as_ref().filter(|_| controller.is_step_controller())?;
+    let seconds = controller.value(pulse).max(controller.cycle());
+    let motor_time = controller.motor_time().filter(|time| *time > 0.0 && !model.is_integrating)?;
+    Some((seconds, (model.gain * 100.0 * seconds / motor_time).abs()))
+}
+
 /// Returns the remark that a step controller never rests, if its shortest pulse moves the process value through the
 /// dead band.
 fn coarseness(controller: &Controller, request: &TuneRequest) -> Option<String> {
-    if !controller.is_step_controller() || request.model.is_integrating {
-        return None;
-    }
+    let (seconds, moved) = shortest_pulse(controller, &request.model)?;
     let (pulse, dead_band) = (controller.roles.shortest_pulse.as_ref()?, controller.roles.dead_band.as_ref()?);
-    let seconds = controller.value(pulse).max(controller.cycle());
-    let motor_time = controller.motor_time().filter(|time| *time > 0.0)?;
-    let moved = (request.model.gain * 100.0 * seconds / motor_time).abs();
     (controller.value(dead_band) < moved / 2.0).then(|| {
         format!(
             "The shortest pulse of {} s moves the process value by {}, and {dead_band} = {} is less than half of it: the loop \
@@ -595,6 +618,29 @@ fn coarseness(controller: &Controller, request: &TuneRequest) -> Option<String> 
             short(moved),
             short(controller.value(dead_band)),
             short(rounded(moved / 2.0, 3))
+        )
+    })
+}
+
+/// Returns the remark that the settling time of the step is a matter of chance: the process value can stay anywhere in the dead
+/// band, or, after a shortest pulse, a little outside, and that is more than the band in which a step counts as settled.
+fn looseness(controller: &Controller, request: &TuneRequest, predicted: &Predicted) -> Option<String> {
+    let name = controller.roles.dead_band.as_ref()?;
+    let width = controller.value(name);
+    let (first, last) = (predicted.setpoint.first()?, predicted.setpoint.last()?);
+    let band = BAND * (last - first).abs();
+    let pulse = shortest_pulse(controller, &request.model).map_or(0.0, |(_, moved)| moved / 2.0);
+    let reach = width + pulse;
+    let number = |number: f64| short(rounded(number, 3));
+    let half_a_pulse = || format!(" plus half of what the shortest pulse moves ({})", number(pulse));
+    (width > 0.0 && reach > band).then(|| {
+        format!(
+            "{name} = {}{} is wider than the band of {} to both sides in which this step counts as settled: the process value can \
+             stay anywhere in it, and a run settles earlier or later than predicted. A step of more than {} tells the settling time.",
+            short(width),
+            if pulse > 0.0 { half_a_pulse() } else { String::new() },
+            number(band),
+            number(reach / BAND)
         )
     })
 }

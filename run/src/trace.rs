@@ -263,6 +263,22 @@ impl Trace {
         calls.map(move |call| self.get(column, call))
     }
 
+    /// The mean of a variable over `length` calls up to and with each of these; fewer calls at the beginning of what is kept exactly, NaN
+    /// before it.
+    pub fn means(&self, column: usize, calls: &[usize], length: usize) -> Vec<f64> {
+        let Range { start, end } = self.exact();
+        let first = calls.first().map_or(start, |call| (call + 1).saturating_sub(length)).max(start);
+        let last = calls.last().map_or(first, |call| (call + 1).min(end));
+        let mut sums = vec![0.0];
+        self.each(column, first..last, |_, value| sums.push(sums[sums.len() - 1] + value));
+        let mean = |call: &usize| {
+            let after = (call + 1).saturating_sub(first).min(sums.len() - 1);
+            let before = after.saturating_sub(length);
+            (sums[after] - sums[before]) / (after - before) as f64
+        };
+        calls.iter().map(mean).collect()
+    }
+
     /// Calls `give` with the index of each call in a range that is kept exactly, and the variable's value.
     fn each(&self, column: usize, calls: Range<usize>, mut give: impl FnMut(usize, f64)) {
         for chunk in &self.chunks {

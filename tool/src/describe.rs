@@ -169,7 +169,7 @@ pub fn stimuli_of_block(home: &dyn Home, block: &str) -> Result<impl Fn(&str) ->
 pub fn read(home: &dyn Home, file: &ReadFile) -> Result<Loops> {
     let refused = |message: String, help: Option<String>| Loops {
         loops: Vec::new(),
-        problems: vec![Problem { place: None, message, help }],
+        problems: vec![Problem { place: None, message, help, asks_for_block: false }],
         is_refused: true,
     };
     if Format::of_file(&file.file).is_none() {
@@ -182,18 +182,20 @@ pub fn read(home: &dyn Home, file: &ReadFile) -> Result<Loops> {
     Ok(match parameters::read(format, &source, &home.blocks(), &options) {
         Ok(reading) => Loops {
             loops: reading.loops.iter().map(as_message).collect(),
-            problems: problems(reading.remarks),
+            problems: problems(reading.remarks, false),
             is_refused: false,
         },
-        Err(wrong) => Loops { loops: Vec::new(), problems: problems(wrong), is_refused: true },
+        Err(wrong) => Loops { loops: Vec::new(), problems: problems(wrong, file.block.is_some()), is_refused: true },
     })
 }
 
-fn problems(problems: Problems) -> Vec<Problem> {
+/// The problems as messages; a block that the user chose can be chosen again.
+fn problems(problems: Problems, is_chosen: bool) -> Vec<Problem> {
     let problem = |of: parameters::Problem| Problem {
         place: of.place.map(|place| (place.line, place.column)),
         message: of.message,
         help: of.help.as_ref().map(remedy),
+        asks_for_block: is_chosen || matches!(of.help, Some(Remedy::ChooseBlock(_) | Remedy::ChooseThisBlock(_))),
     };
     problems.problems.into_iter().map(problem).collect()
 }

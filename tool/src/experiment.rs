@@ -22,6 +22,8 @@ const FIRST: usize = 40;
 const REST: f64 = 0.005;
 /// The same for a run that ends by itself: what the user looks at has come to its end. It is what figures resolve of a step.
 const SETTLED: f64 = 0.001;
+/// What has moved little since the user has done something last also rests if it moves by less than this part of its way in the run.
+const UNSEEN: f64 = 0.0001;
 /// Such a run has so many calls at least: a dead time is no rest.
 const WATCHED: usize = 200;
 /// It swings if the last third of it is wider than the band of 2 % to both sides in which a step counts as settled, of all that it has
@@ -341,8 +343,8 @@ fn is_at_rest(values: &[f64], part: f64) -> bool {
     values.len() >= FIRST && (mean(second) - mean(first)).abs() <= part * width(values) + seen
 }
 
-/// Whether the last third of values that are at rest on the whole stays within what figures resolve of `all` values of the run, or goes up
-/// and down evenly around its mean: at a turning point it does neither.
+/// Whether the last third of values that are at rest on the whole stays within what figures resolve of their way, or goes up and down
+/// evenly around its mean: at a turning point it does neither. `all` are those of the run.
 fn has_settled(values: &[f64], all: &[f64]) -> bool {
     let last = &values[values.len() * 2 / 3..];
     let mean = mean(last);
@@ -350,7 +352,8 @@ fn has_settled(values: &[f64], all: &[f64]) -> bool {
     let (first, second) = last.split_at(last.len() / 2);
     let (earlier, later) = (width(first), width(second));
     let is_even = crossings >= CROSSINGS && later > earlier / 2.0 && later < GROWN * earlier;
-    values.is_empty() || is_even || width(last) <= (SETTLED * width(all)).max(MOVED * noise(values))
+    let unseen = (SETTLED * width(values)).max(UNSEEN * width(all)).max(MOVED * noise(values));
+    values.is_empty() || is_even || width(last) <= unseen
 }
 
 /// Whether values that are at rest on the whole swing, by more than noise and by what can be seen of `all` values of the run.
@@ -362,7 +365,7 @@ fn swings(values: &[f64], all: &[f64]) -> bool {
 
 /// From the lowest to the highest of values.
 fn width(values: &[f64]) -> f64 {
-    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+    let (low, high) = control::extremes(values);
     high - low
 }
 

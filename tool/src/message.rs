@@ -12,6 +12,7 @@
 
 use manifest::Manifest;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 pub use control::figures::Happened;
 pub use run::fmus::{LoopRole, Member, Values};
@@ -221,6 +222,8 @@ pub struct Problem {
     pub message: String,
     /// What to do.
     pub help: Option<String>,
+    /// The user must choose the block that the file has the parameters of.
+    pub asks_for_block: bool,
 }
 
 /// What a block does with settings.
@@ -351,6 +354,9 @@ pub struct View {
     pub to: Option<f64>,
     /// At most this many points.
     pub points: usize,
+    /// For these variables the mean over so many seconds, up to and with the call: of pulses the mean of their period.
+    #[serde(default)]
+    pub means: Option<BTreeMap<String, f64>>,
 }
 
 /// Curves: each row is a call. If they are not exact, each two rows are a group of calls, at the times of its first and its

@@ -444,7 +444,7 @@ fn curves(
     if variables.is_empty() {
         return Ok(None);
     }
-    let view = record.view(&View { run: None, variables, from, to, points: POINTS })?;
+    let view = record.view(&View { run: None, variables, from, to, points: POINTS, means: None })?;
     // The colours of the pages of the FMUs.
     let mut lanes = Vec::new();
     let mut color = |name: &String| {

@@ -260,7 +260,12 @@ impl Record {
             bail!("points = {}: a curve needs at least 2", view.points);
         }
         let columns = view.variables.iter().map(|name| self.column(name)).collect::<Result<Vec<_>>>()?;
-        let curves = self.trace.curves(&columns, self.calls_between(view.from, view.to), view.points);
+        let mut curves = self.trace.curves(&columns, self.calls_between(view.from, view.to), view.points);
+        for (name, period) in view.means.iter().flatten() {
+            let at = view.variables.iter().position(|variable| variable == name).context("a mean of no curve")?;
+            let length = (period / self.step).round().max(1.0) as usize;
+            curves.values[at] = self.trace.means(columns[at], &curves.calls, length);
+        }
         Ok(Curves {
             times: curves.calls.into_iter().map(|call| self.time(call)).collect(),
             values: curves.values,

@@ -216,6 +216,9 @@ pub fn identify(home: &dyn Home, session: &Session, request: &identify::Identify
     let mut identified = if signals.manipulated_value.is_empty() && !signals.times.is_empty() {
         travel::identify(home, record, &signals, request)?
     } else {
+        // The plant was where its first value is, also in a row of before that.
+        let (before, given) = signals.process_value.split_at_mut(signals.first);
+        before.fill(given.first().copied().unwrap_or(f64::NAN));
         let (times, input) = (&signals.times, &signals.manipulated_value);
         let recorded = identify::Recorded { times, input, output: &signals.process_value };
         identify::identify(&recorded, request.method, request.is_integrating)?

@@ -1,6 +1,7 @@
 //! Finds the step in a record, and rejects a record that does not reveal the plant.
 
 use super::{Recorded, SETTLED};
+use crate::extremes;
 use anyhow::{Result, bail};
 use modeldescription::digits::short;
 
@@ -410,8 +411,7 @@ fn check(recorded: &Recorded) -> Result<()> {
 
 /// Finds the last step of the manipulated value.
 fn find(times: &[f64], input: &[f64]) -> Result<Move> {
-    let (low, high) =
-        input.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
+    let (low, high) = extremes(input);
     let span = high - low;
     if span <= 1e-12 * low.abs().max(high.abs()) {
         bail!(

@@ -4,6 +4,7 @@ use super::change::{Change, Moving};
 use super::instance::{Block, change, typed};
 use crate::csv::names::{MANIPULATED_VALUES, MANUAL, PROCESS_VALUES, SETPOINTS, ends, short_name};
 use crate::csv::{Column, CsvTable as Csv};
+use crate::extremes;
 use anyhow::{Context, Result, bail};
 use blocks::table::number::to_value;
 use blocks::{Kind, Role};
@@ -243,8 +244,7 @@ impl Recording {
             return Vec::new();
         }
         let (recorded, computed) = (&self.outputs[output], &computed[output]);
-        let known = || recorded.values.iter().copied().filter(|value| value.is_finite());
-        let ends = [known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max)];
+        let ends: [f64; 2] = extremes(recorded.values.iter().filter(|value| value.is_finite())).into();
         let mut is_on = self.constant(block, switch, 0.0);
         let mut value = self.constant(block, manual, block.settings[manual]);
         let mut times: Vec<(f64, f64)> = Vec::new();
@@ -252,9 +252,7 @@ impl Recording {
         for still in recorded.values.chunk_by(|one, other| one == other) {
             let rows = end..end + still.len();
             end = rows.end;
-            let (low, high) = computed[rows.clone()]
-                .iter()
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
+            let (low, high) = extremes(&computed[rows.clone()]);
             let moves = high - low > 2.0 * recorded.tolerance(still[0]);
             if still.len() < STANDS_STILL || !moves || block.is_limit(still[0]) || ends.contains(&still[0]) {
                 continue;

@@ -7,6 +7,7 @@
 use super::columns::{Signal, is_tunable};
 use super::compare::{Comparison, Outcome};
 use super::instance::Variant;
+use crate::extremes;
 use blocks::table::number::to_value;
 use blocks::{Kind, Role};
 use modeldescription::Row;
@@ -182,8 +183,7 @@ impl<'a> Search<'a> {
     fn span(&self) -> f64 {
         let recording = self.comparison.recording;
         let span = |of: &Signal| {
-            let known = of.values[..self.rows].iter().copied().filter(|value| value.is_finite());
-            let (low, high) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+            let (low, high) = extremes(of.values[..self.rows].iter().filter(|value| value.is_finite()));
             if of.is_boolean || high < low { 0.0 } else { high - low }
         };
         let all = recording.inputs.iter().chain(&recording.outputs);

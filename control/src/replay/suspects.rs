@@ -6,6 +6,7 @@ use super::columns::Signal;
 use super::compare::{Comparison, Outcome, rank};
 use super::estimate::{Found, Search, held};
 use super::instance::{Block, Variant, change, typed};
+use crate::extremes;
 use anyhow::Result;
 use run::fmus::{Values, number_of};
 use std::collections::BTreeSet;
@@ -622,8 +623,7 @@ fn limits(tries: &mut Tries) {
     let values = &recording.outputs[manipulated].values;
     // Where it only touches its limit, it does so more than once to the last digit.
     let stays = |extreme: f64| values.iter().filter(|value| **value == extreme).count() > 1;
-    let known = || values.iter().copied().filter(|value| value.is_finite());
-    let (high, low) = (known().fold(f64::NEG_INFINITY, f64::max), known().fold(f64::INFINITY, f64::min));
+    let (low, high) = extremes(values.iter().filter(|value| value.is_finite()));
     let why = Some(Why::Stays);
     let limit = |limit: fn(&(String, String)) -> &String| block.row(block.roles.limits.as_ref().map(limit));
     let high = (limit(|(high, _)| high), high);

@@ -329,7 +329,7 @@ impl<'a> Bench<'a> {
         if calls > MOST_CALLS / 2 {
             let seconds = calls as f64 * self.session.record(None)?.step();
             bail!(
-                "{} after {seconds:?} s: {what}; a plant that integrates has to be named so",
+                "{} after {seconds:?} s: {what}; if the plant integrates, tick that below, and test again",
                 self.process_value_name
             );
         }

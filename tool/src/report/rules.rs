@@ -113,12 +113,14 @@ fn about(first: &Tuned, report: &Report, deviation: &str) -> String {
         [from, .., to] => format!("the setpoint step from {} to {} {unit}", three(*from), three(*to)),
         _ => "the setpoint step".to_string(),
     };
-    let recovered = first.predicted.load.as_ref().map(|load| {
+    let load = first.predicted.load.as_ref();
+    let size = load.map_or(10.0, |load| load.size);
+    let recovered = load.map(|load| {
         let half = format!("{} {deviation}", three(load.band));
         format!(" It recovers when the process value stays within \u{b1}{} of the setpoint.", half.trim_end())
     });
     format!(
-        "The rules that were compared, with what is predicted with the plant of the model: {}, settled within 2 % of it; and a load of 10 % \
+        "The rules that were compared, with what is predicted with the plant of the model: {}, settled within 2 % of it; and a load of {size:+} % \
          at the plant\u{2019}s input.{}",
         step.trim_end(),
         recovered.unwrap_or_default()

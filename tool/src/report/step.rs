@@ -58,7 +58,9 @@ pub(super) fn predicted(
         return Ok(None);
     }
     let (controller, values) = in_force(home, record, own, call)?;
-    let manual = roles.manipulated_value.as_ref().and_then(before).filter(|value| value.is_finite());
+    let manual = roles.manipulated_value.as_ref().and_then(|name| column(name).ok());
+    let manual =
+        manual.map(|column| manipulated(record, &controller, column, call - 1)).filter(|value| value.is_finite());
     let step_of = Step { from: Some(step.from), size: Some(step.to - step.from), manual };
     let request = request(&controller, tuning, step_of, record.setup().exchange);
     let forecast = predict::forecast(home, &controller, &request, &values, step.duration)?;
@@ -72,6 +74,12 @@ pub(super) fn predicted(
     };
     let settings: Vec<String> = roles.controller.iter().filter(acts).map(told).collect();
     Ok(Some(Predicted { start: step.start, forecast, settings: settings.join(", ") }))
+}
+
+/// The manipulated value in a call; of pulses it is the mean over the last period.
+fn manipulated(record: &Record, controller: &Controller, column: usize, call: usize) -> f64 {
+    let length = controller.own_period().map_or(1.0, |period| (period / (record.time(1) - record.time(0))).round());
+    record.trace().means(column, &[call], length.max(1.0) as usize)[0]
 }
 
 /// A controller with the settings that were in force in a call.
@@ -138,7 +146,7 @@ pub(super) fn disturbance(
         bail!("the loop was not at rest before it");
     }
     let (controller, values) = in_force(home, record, own, calls.start)?;
-    let manipulated = |call: usize| record.trace().get(output, call);
+    let manipulated = |call: usize| manipulated(record, &controller, output, call);
     let is_own = |name: &str| {
         let name = name.strip_prefix(&own.name).and_then(|name| name.strip_prefix('.'));
         name.is_some_and(|name| roles.disturbances.iter().any(|of| of == name))

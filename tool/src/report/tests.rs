@@ -446,7 +446,7 @@ fn row(rule: Rule, values: &[(&str, f64)], overshoot: f64, iae: f64) -> RuleOutc
         setpoint: vec![50.0, 60.0],
         overshoot: Some(overshoot),
         settling: None,
-        load: Some(control::tune::Load { deviation: 2.5, recovery: Some(12.0), iae: Some(iae), band: 0.2 }),
+        load: Some(control::tune::Load { size: 10.0, deviation: 2.5, recovery: Some(12.0), iae: Some(iae), band: 0.2 }),
         ..control::tune::Predicted::default()
     };
     let tuned = control::tune::Tuned {

@@ -406,7 +406,7 @@ fn five_earlier_runs_are_kept_and_can_be_viewed() {
 }
 
 fn view(variable: &str, points: usize) -> View {
-    View { run: None, variables: vec![variable.into()], from: None, to: None, points }
+    View { run: None, variables: vec![variable.into()], from: None, to: None, points, means: None }
 }
 
 #[test]

@@ -111,7 +111,10 @@ fn puls_ctr_gets_half_a_period_more_dead_time_and_its_inner_settings() {
     assert_eq!(pulses.values["DI_CONT_C.TI"], Value::Number(10.0));
     assert!(pulses.values.contains_key("DI_CONT_C.D_SEL"));
     assert!((last(&pulses.predicted.process_value) - 10.0).abs() < 1.0, "{}", last(&pulses.predicted.process_value));
-    assert!(pulses.predicted.manipulated_value.iter().all(|value| [0.0, 100.0].contains(value)));
+    // The manipulated value is the mean of a period, which has 50 calls with or without a pulse: at rest 50, and 10 more after the step.
+    let means = &pulses.predicted.manipulated_value;
+    assert!(means.iter().all(|mean| (mean / 2.0 - (mean / 2.0).round()).abs() < 1e-9), "{means:?}");
+    assert_eq!((means[0], last(means)), (50.0, 60.0));
     assert_eq!(pulses.predicted.travel, None);
     // PV_IN of the block inside is a parameter, which nothing can be connected to.
     let other = tuned(&request("PULS_CTR", Rule::Simc, Structure::Pi, &[("DI_CONT_C.PVPER_ON", 0.0)]));
@@ -160,6 +163,28 @@ fn a_pulse_of_cont_s_that_moves_the_process_value_through_the_dead_band_is_told(
         let settings: Vec<_> = [settings[2], settings[3]].into_iter().chain(fine).collect();
         assert!(!remarks(&settings).iter().any(|remark| remark.contains("will not rest")), "{settings:?}");
     }
+}
+
+#[test]
+fn a_dead_band_beyond_the_band_of_the_settling_time_is_told() {
+    let told = |fmu: &str, settings: &[(&str, f64)]| {
+        let remarks = tuned(&request(fmu, Rule::Simc, Structure::Pi, settings)).remarks;
+        remarks.into_iter().find(|remark| remark.contains("counts as settled"))
+    };
+    let expected = |what: &str, least: f64| {
+        Some(format!(
+            "{what} is wider than the band of 0.2 to both sides in which this step counts as settled: the process value can stay \
+             anywhere in it, and a run settles earlier or later than predicted. A step of more than {least} tells the settling time."
+        ))
+    };
+    // The step is one of 10, and 2 % of it are 0.2; 0.25 are 2 % of 12.5.
+    assert_eq!(told("CONT_C", &[("DEADB_W", 0.2)]), None);
+    assert_eq!(told("CONT_C", &[("DEADB_W", 0.25)]), expected("DEADB_W = 0.25", 12.5));
+    // 0.1 s of 50 s are 0.2 %, and the plant has a gain of 1: 0.15 + 0.1.
+    let motor = [("CYCLE", 0.1), ("PULSE_TM", 0.1), ("BREAK_TM", 0.1), ("MTR_TM", 50.0)];
+    let valve = |dead_band| told("CONT_S", &[&motor[..], &[("DEADB_W", dead_band)]].concat());
+    assert_eq!(valve(0.1), None);
+    assert_eq!(valve(0.15), expected("DEADB_W = 0.15 plus half of what the shortest pulse moves (0.1)", 12.5));
 }
 
 #[test]
@@ -486,7 +511,7 @@ fn a_second_lag_is_told_where_the_rule_does_not_know_it() {
     );
     let third = Model { second_time_constant: 2.0 / 3.0, ..model };
     let told = &tuned(&with("CONT_C", Rule::Simc, Structure::Pi, third, &[("CYCLE", 0.1)])).remarks[0];
-    assert!(told.contains("T = 10.3333 s and, with half of CYCLE, L = 1.38333 s"), "{told}");
+    assert!(told.contains("T = 10.33 s and, with half of CYCLE, L = 1.383 s"), "{told}");
     let pid = tuned(&with("CONT_C", Rule::Simc, Structure::Pid, model, &[("CYCLE", 0.1)]));
     assert!(!pid.remarks.iter().any(|remark| remark.contains("one lag")));
     // 2 s / 1.238 = 1.6155 s.
@@ -629,6 +654,37 @@ fn after_a_step_test_the_step_that_is_predicted_is_the_step_that_comes() {
     }
 }
 
+/// A furnace in manual mode with a manual value of 10 %, called each second.
+fn manual_furnace(home: &Linked, exchange: Exchange) -> Session {
+    let member = |name: &str, fmu: &str, values: &[(&str, Value)]| Member {
+        name: name.into(),
+        fmu: fmu.into(),
+        values: values.iter().map(|(name, value)| ((*name).into(), *value)).collect(),
+    };
+    let cycle = ("CYCLE", Value::Number(1.0));
+    let members = vec![
+        member("C", "CONT_C", &[cycle, ("MAN", Value::Number(10.0)), ("MAN_ON", Value::Boolean(true))]),
+        member("H", "HEATER", &[cycle]),
+    ];
+    let connections = [("C.LMN", "H.POWER"), ("H.TEMP", "C.PV_IN")].map(|(from, to)| (from.into(), to.into())).into();
+    let mut session = Session::default();
+    session.start(home, Setup { members, connections, exchange, ..Setup::default() }).unwrap();
+    session
+}
+
+#[test]
+fn a_cold_furnace_is_identified_from_a_run_that_begins_in_manual_mode() {
+    let home = Linked::new();
+    let mut session = manual_furnace(&home, Exchange::Parallel);
+    session.run(900).unwrap();
+    let data = Data::Run { run: None, from: None, to: None };
+    let request = identify::IdentifyRequest { data, method: Method::LeastSquares, is_integrating: false };
+    let model = signals::identify(&home, &session, &request).unwrap().model;
+    // The manipulated value steps from 0 to 10 % after the first row, which has the outputs before the first call: a process value of 0,
+    // and not the 20 degC of the cold furnace.
+    assert!((model.gain / 3.0 - 1.0).abs() < 0.01 && (model.time_constant / 120.0 - 1.0).abs() < 0.02, "{model:?}");
+}
+
 #[test]
 fn a_furnace_with_two_lags_does_what_its_identified_model_predicts() {
     for exchange in [Exchange::Sequential, Exchange::Parallel] {
@@ -641,19 +697,7 @@ fn a_furnace_with_two_lags_does_what_its_identified_model_predicts() {
 fn furnace_does_what_is_predicted(exchange: Exchange) {
     let home = Linked::new();
     let late = if exchange == Exchange::Parallel { 1.0 } else { 0.0 };
-    let mut session = Session::default();
-    let member = |name: &str, fmu: &str, values: &[(&str, Value)]| Member {
-        name: name.into(),
-        fmu: fmu.into(),
-        values: values.iter().map(|(name, value)| ((*name).into(), *value)).collect(),
-    };
-    let cycle = ("CYCLE", Value::Number(1.0));
-    let members = vec![
-        member("C", "CONT_C", &[cycle, ("MAN", Value::Number(10.0)), ("MAN_ON", Value::Boolean(true))]),
-        member("H", "HEATER", &[cycle]),
-    ];
-    let connections = [("C.LMN", "H.POWER"), ("H.TEMP", "C.PV_IN")].map(|(from, to)| (from.into(), to.into())).into();
-    session.start(&home, Setup { members, connections, exchange, ..Setup::default() }).unwrap();
+    let mut session = manual_furnace(&home, exchange);
     // Nothing has run before: the first rows of a loop in which all act at once have outputs of no call, and are no part of the test.
     let test = StepTest { size: 10.0, method: Method::LeastSquares, is_integrating: false };
     let model = experiment::step(&home, &mut session, &test).unwrap().identified.model;
@@ -750,17 +794,19 @@ fn what_a_load_does_depends_on_the_band_of_a_run_and_on_no_other_step() {
 
 #[test]
 fn a_metric_that_is_absent_has_a_reason() {
-    let mut request = request("CONT_C", Rule::Simc, Structure::Pi, &[("CYCLE", 0.05)]);
-    assert!(tuned(&request).absent.is_empty());
-    // At rest at 0 %, the lower limit, nothing makes up for a load of 10 %: the process value goes up by 10 % times the gain of 1.
-    request.step.manual = Some(0.0);
-    let Tuned { predicted, absent, .. } = tuned(&request);
-    let limited = "the manipulated value stays at its limit of 0".to_string();
-    assert_eq!(
-        absent,
-        [("recovery", &limited), ("iae", &limited)].map(|(name, why)| (name.into(), why.clone())).into()
-    );
-    assert!((predicted.load.unwrap().deviation - 10.0).abs() < 0.1);
+    let plain = request("CONT_C", Rule::Simc, Structure::Pi, &[("CYCLE", 0.05)]);
+    let Tuned { predicted, absent, .. } = tuned(&plain);
+    assert!(absent.is_empty() && predicted.load.unwrap().size == 10.0);
+    // At rest at 0 %, the lower limit, the load is one that the manipulated value can make up for. Up to 9 % it can make up for 9 of 10 %:
+    // with a gain of 1, the process value stays 1 below the setpoint.
+    let rest = Step { manual: Some(0.0), size: Some(5.0), ..Step::default() };
+    assert!(tuned(&TuneRequest { step: rest, ..plain }).absent.is_empty());
+    let limited = request("CONT_C", Rule::Simc, Structure::Pi, &[("CYCLE", 0.05), ("LMN_HLM", 9.0)]);
+    let Tuned { predicted, absent, .. } = tuned(&TuneRequest { step: rest, ..limited });
+    let why = "the manipulated value stays at its limit of 9".to_string();
+    assert_eq!(absent, [("recovery", &why), ("iae", &why)].map(|(name, why)| (name.into(), why.clone())).into());
+    let load = predicted.load.unwrap();
+    assert!(load.size == -10.0 && load.deviation > 1.0, "{load:?}");
     // A GAIN of 45 makes this plant swing, whose ultimate gain is about 16.
     let wild = TuneRequest {
         ultimate: Some((100.0, 4.0)),

@@ -59,8 +59,6 @@ const WINDOWS = /** @type {[string, number][]} */ ([
 ]);
 const MOST_CHOSEN = 4;
 const MOST_LANES = 8;
-/** Of more calls the mean of pulses is not drawn. */
-const MOST_AVERAGED = 20_000;
 /** The least that a picture is worth. */
 const [NARROWEST, LOWEST] = [200, 120];
 
@@ -514,37 +512,15 @@ async function fetchCurves() {
   const names = curves.map((curve) => curve.name);
   // A group of calls, which is two rows, for each pixel.
   const points = 2 * Math.round(width());
-  const got = await ask({ do: "view", variables: names, from, to, points });
-  for (const [at, curve] of curves.entries())
-    if (curve.period !== undefined) got.values[at] = await means(curve.name, curve.period, got.times);
+  const got = await ask({ do: "view", variables: names, from, to, points, means: periods() });
   if (store.loop !== loop || names.length !== curves.length) return;
   view = got;
   await fetchEarlier(loop, from, to, points);
 }
 
-/**
- * The mean of pulses over the period before each time; none if the calls are too many to be asked for one by one.
- *
- * @param {string} name
- * @param {number} period in seconds
- * @param {number[]} times
- * @param {number} [run] the present one without it
- */
-async function means(name, period, times, run) {
-  const step = store.state?.step ?? 1;
-  const [from, to] = [(times[0] ?? 0) - period, times.at(-1) ?? 0];
-  const none = times.map(() => null);
-  if ((to - from) / step > MOST_AVERAGED) return none;
-  const each = await ask({ do: "view", run, variables: [name], from: Math.max(from, 0), to, points: MOST_AVERAGED });
-  if (!each.is_exact) return none;
-  const sums = [0];
-  for (const value of each.values[0]) sums.push((sums.at(-1) ?? 0) + number(value));
-  const length = Math.max(Math.round(period / step), 1);
-  return times.map((time) => {
-    const end = Math.min(Math.round((time - each.times[0]) / step) + 1, sums.length - 1);
-    const begin = Math.max(end - length, 0);
-    return (sums[end] - sums[begin]) / Math.max(end - begin, 1);
-  });
+/** The periods of the curves that are means of pulses. */
+function periods() {
+  return Object.fromEntries(curves.flatMap(({ name, period }) => (period === undefined ? [] : [[name, period]])));
 }
 
 /**
@@ -567,11 +543,8 @@ async function fetchEarlier(loop, from, to, points) {
     const key = JSON.stringify([part, points, variables]);
     if (earlier.get(run)?.key === key) continue;
     try {
-      const got = await ask({ do: "view", run, variables, ...part, points: isPart ? points : 2 * points });
-      for (const [at, name] of variables.entries()) {
-        const period = curves.find((curve) => curve.name === name)?.period;
-        if (period !== undefined) got.values[at] = await means(name, period, got.times, run);
-      }
+      const means = Object.fromEntries(Object.entries(periods()).filter(([name]) => variables.includes(name)));
+      const got = await ask({ do: "view", run, variables, ...part, points: isPart ? points : 2 * points, means });
       earlier.set(run, { key, view: got });
     } catch {
       // The engine keeps the last few runs only.

@@ -26,11 +26,13 @@ const MOST_LOOPS = 20_000;
 const BEGINNING = /(?<!END_)DATA_BLOCK|"\s*:\s*\{|<SW\.Blocks\./gi;
 
 /**
- * Opens files. What is wrong with one is shown with it, and nothing else is touched.
+ * Opens files. What is wrong with one is shown with it; files refused before, and what was wrong with them, go.
  *
  * @param {Iterable<File>} files
  */
 export async function openFiles(files) {
+  store.files = store.files.filter((one) => !one.isRefused);
+  store.emit("files");
   /** @type {File[]} */
   const texts = [];
   for (const file of await unpackedFiles(files)) {
@@ -275,7 +277,7 @@ async function byBlock(block) {
  * @param {string} message
  */
 function refuse(name, message) {
-  const problems = [{ place: null, message, help: null }];
+  const problems = [{ place: null, message, help: null, asks_for_block: false }];
   const file = { name, loops: [], problems, isRefused: true };
   const before = store.files.findIndex((one) => one.name === name && one.isRefused);
   if (before >= 0) store.files.splice(before, 1, file);

@@ -676,7 +676,7 @@ function problem(file, one) {
  * @param {import("./store.js").OpenFile} file
  */
 function again(file) {
-  if (!file.problems.some((one) => /block/i.test(`${one.message} ${one.help ?? ""}`))) return null;
+  if (!file.problems.some((one) => one.asks_for_block)) return null;
   const choice = element(
     "select",
     {},

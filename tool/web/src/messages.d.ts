@@ -539,6 +539,11 @@ programs: Array<MadeOf>, };
 
 /** The loop after a load step at the plant's input. */
 export type Load = {
+/**
+ * What is added at the plant's input, in percent of the manipulated value: to the side that leaves the manipulated value more room
+ * to make up for it.
+ */
+size: number,
 /** The largest deviation from the setpoint, in its unit. */
 deviation: number,
 /** When the deviation stays within the band, in seconds after the load; absent if it does not. */
@@ -782,7 +787,9 @@ place: [number, number] | null,
 /** What is wrong. */
 message: string,
 /** What to do. */
-help: string | null, };
+help: string | null,
+/** The user must choose the block that the file has the parameters of. */
+asks_for_block: boolean, };
 
 /**
  * The sources of a program, and how it is made of them. What is left out is as for `plcfmu build`; without a cycle, it is what the
@@ -1369,7 +1376,9 @@ from?: number | null,
 /** The end in seconds; the last call without it. */
 to?: number | null,
 /** At most this many points. */
-points: number, };
+points: number,
+/** For these variables the mean over so many seconds, up to and with the call: of pulses the mean of their period. */
+means?: { [key in string]: number } | null, };
 
 /** Why a value of a setting was tried. */
 export type Why = "factor" | "sign" | "minutes" | "no_minutes" | "seconds" | "milliseconds" | "spacing" | { "rhythm": number } | "stays" | "no_dead_band" | "rests";

@@ -6,7 +6,6 @@
  */
 
 import { element, tableHead, text } from "tool/dom.js";
-import { SETTLED } from "tool/figures.js";
 import { unitText } from "tool/signals.js";
 import { rounded, shown } from "tool/values.js";
 
@@ -187,12 +186,12 @@ export function settingsTable(loop, answer, units) {
     ],
     [
       "load: deviation",
-      "Largest deviation after a load of 10 % at the plant's input",
+      `Largest deviation after a load of ${predicted.load && predicted.load.size < 0 ? "-10 %" : "+10 %"} at the plant's input`,
       number(predicted.load?.deviation ?? null, ` ${units.deviation}`),
     ],
     [
       "load: recovery",
-      `Until the process value stays within 2 % of the run's last setpoint step around the setpoint${predicted.load ? `: ± ${number(predicted.load.band, ` ${units.deviation}`)}` : ""}`,
+      `Until the process value stays within the band in which a run has recovered${predicted.load ? `: ± ${number(predicted.load.band, ` ${units.deviation}`)}` : ""}`,
       number(predicted.load?.recovery ?? null, " s"),
     ],
     ["dead time used", "The model's, half a cycle, half a pulse period", number(answer.dead_time, " s")],
@@ -212,25 +211,6 @@ export function settingsTable(loop, answer, units) {
       facts.map(([name, title, value]) => element("div", { title }, element("dt", {}, name), element("dd", {}, value))),
     ),
   );
-}
-
-/**
- * What to know of the settling time where the dead band is wider than the band in which a step counts as settled: the process value rests
- * anywhere in it.
- *
- * @param {Work} loop
- * @param {Tuned["predicted"]} predicted
- * @returns {string[]}
- */
-export function deadBandRemarks(loop, { setpoint }) {
-  const name = loop.description.roles.dead_band ?? "";
-  const width = Number(loop.settings[name]?.value ?? 0);
-  const height = Math.abs((setpoint.at(-1) ?? 0) - (setpoint[0] ?? 0));
-  if (!(width > SETTLED * height)) return [];
-  const [band, least] = [SETTLED * height, width / SETTLED].map((one) => rounded(one, "LREAL", 3));
-  return [
-    `${name} is wider than the band of ${band} to both sides in which this step counts as settled: the process value can stay anywhere in the dead band, and a run settles earlier or later than predicted. A step of more than ${least} tells the settling time.`,
-  ];
 }
 
 /**

@@ -10,7 +10,7 @@ import { ask } from "tool/engine.js";
 import { numberField } from "tool/number_field.js";
 import { disturbances, sensorOf } from "tool/plant.js";
 import { againButtons, isAnotherTest } from "tool/runs.js";
-import { called, isSwitch, manualSwitch, pulsePeriod, unitText } from "tool/signals.js";
+import { called, isSwitch, manualSwitch, presentOutput, unitText } from "tool/signals.js";
 import { split, store, variable, wiredTo } from "tool/store.js";
 import { download } from "tool/takeaway.js";
 import { testMaker } from "tool/test_case.js";
@@ -707,22 +707,6 @@ function manualControl(loop, [onName, valueName]) {
         `= ${output}`,
       ),
   );
-}
-
-/**
- * The manipulated value of now; of pulses it is the mean of the last period.
- *
- * @param {import("tool/store.js").Work} loop
- * @param {string} name
- */
-export async function presentOutput(loop, name) {
-  const period = pulsePeriod(loop);
-  const state = store.state;
-  if (period === undefined || !state) return state?.values[name];
-  const points = Math.ceil(period / state.step) + 1;
-  const from = Math.max(state.time - period + state.step / 2, 0);
-  const { values } = await ask({ do: "view", variables: [name], from, to: state.time, points });
-  return values[0].reduce((sum, value) => (sum ?? 0) + (value ?? 0) / values[0].length, 0) ?? 0;
 }
 
 let isDoneScheduled = false;

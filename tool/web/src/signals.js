@@ -18,6 +18,7 @@
  * @property {string | undefined} manual the switch
  */
 
+import { ask } from "tool/engine.js";
 import { split, store, variable } from "tool/store.js";
 import { isBoolean, isTime } from "tool/values.js";
 
@@ -132,6 +133,21 @@ export function pulsePeriod(loop) {
   const cycle = loop.settings[loop.description.cycle ?? ""]?.sent;
   // The period is a time, or so many calls.
   return isTime(period.variable.kind) ? Number(period.sent) : Number(period.sent) * Number(cycle ?? 1);
+}
+
+/**
+ * The manipulated value of now; of pulses it is the mean of the last period.
+ *
+ * @param {import("tool/store.js").Work} loop
+ * @param {string} name
+ */
+export async function presentOutput(loop, name) {
+  const state = store.state;
+  const period = pulsePeriod(loop);
+  if (period === undefined || !state) return state?.values[name];
+  const now = { from: state.time, to: state.time, points: 2 };
+  const { values } = await ask({ do: "view", variables: [name], ...now, means: { [name]: period } });
+  return values[0][0] ?? 0;
 }
 
 /**

@@ -6,8 +6,8 @@
 
 import { ask } from "tool/engine.js";
 import { SETTLED } from "tool/figures.js";
-import { controlledValue, manualSwitch } from "tool/signals.js";
-import { runValue, source, store, variable, wiredTo } from "tool/store.js";
+import { controlledValue, manualSwitch, presentOutput, pulsePeriod } from "tool/signals.js";
+import { source, store, variable, wiredTo } from "tool/store.js";
 import { number, same } from "tool/values.js";
 
 /** A setpoint that is nearer to the process value, as a part of both, is no step. */
@@ -76,7 +76,7 @@ async function restBefore(loop, goal, isNext) {
   const now = {
     time: state.time + state.step,
     processValue: number(state.values[processValue ?? ""]),
-    manipulatedValue: number(runValue(loop, output ?? "")),
+    manipulatedValue: output ? number(await presentOutput(loop, variable(loop, output))) : Number.NaN,
   };
   if (isManual || !processValue) return now;
   // In automatic mode the loop rests at its setpoint.
@@ -98,8 +98,11 @@ async function restBefore(loop, goal, isNext) {
   if (first && first.call >= state.calls) return now;
   if (!first || first.call === 0) return rests;
   const rest = first.time - state.step;
-  const variables = [processValue, ...(output ? [variable(loop, output)] : [])];
-  const { values } = await ask({ do: "view", variables, from: rest, to: rest, points: 2 });
+  const manipulated = output ? [variable(loop, output)] : [];
+  const period = pulsePeriod(loop);
+  const means = period === undefined ? {} : Object.fromEntries(manipulated.map((name) => [name, period]));
+  const variables = [processValue, ...manipulated];
+  const { values } = await ask({ do: "view", variables, from: rest, to: rest, points: 2, means });
   return {
     time: first.time,
     processValue: number(values[0][0] ?? undefined),

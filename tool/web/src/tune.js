@@ -15,7 +15,7 @@ import { chooser } from "tool/csv.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { forecast } from "tool/forecast.js";
-import { applyRow, deadBandRemarks, rulesTable, settingsTable } from "tool/rules.js";
+import { applyRow, rulesTable, settingsTable } from "tool/rules.js";
 import { differenceUnit, units, unitText } from "tool/signals.js";
 import { userStep } from "tool/steptest.js";
 import { store, valuesOf, wiredTo } from "tool/store.js";
@@ -739,7 +739,7 @@ function showRules(rows, chosen, place) {
         : element("p", { class: "error" }, chosen?.refusal ?? "Choose a rule."),
       element("div", { class: "rules wide" }, table),
     ),
-    answer ? remarksOf([...answer.remarks, ...deadBandRemarks(loop, answer.predicted)]) : null,
+    answer ? remarksOf(answer.remarks) : null,
   );
   const again = focused && resultPlace.querySelector(`[data-rule="${focused}"]`);
   if (again instanceof HTMLElement) again.focus();
