@@ -41,6 +41,9 @@ use serde::{Deserialize, Serialize};
 /// The most values of outputs that are compared, rows times columns.
 const MOST_VALUES: usize = 8 << 20;
 
+/// Pulses of which another value leaves only one in so many different are not told by the digits alone.
+const CLEARER: usize = 4;
+
 /// What leaves more than so many times half of the last digit is accepted only if a change by hand does not come nearer.
 const FAR: f64 = 4.0;
 
@@ -210,6 +213,7 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     }
     let comparison = Comparison::new(&block, &recording, tolerance);
     remarks.extend(beginning(&block, &recording, &base.variant));
+    remarks.extend(unknown_stops(&block, &recording).filter(|_| base.different() > 0));
     remarks.extend(base.spread_remarks(&comparison));
     let ends_without_call = match suspects.iter().find(|suspect| suspect.fits) {
         _ if base.different() == 0 => comparison.ends_without_call(&base)?,
@@ -287,7 +291,10 @@ fn read_otherwise(
     if is_taken {
         reading = late;
     }
-    reading.is_rounded &= !reading.suspects.iter().any(is_large);
+    let is_clearer = |suspect: &Suspect| {
+        !suspect.values.is_empty() && !suspect.fits && suspect.different * CLEARER <= reading.base.different()
+    };
+    reading.is_rounded &= !reading.suspects.iter().any(|suspect| is_large(suspect) || is_clearer(suspect));
     if reading.is_rounded {
         reading.suspects.clear();
         return Ok(reading);
@@ -302,29 +309,44 @@ fn read_otherwise(
         return Ok(reading);
     }
     let inputs = reading.recording.inputs.len();
-    let manual = reading.recording.take_for_manual(block, &reading.base.outputs);
+    let manual = reading.recording.take_for_manual(block, &reading.base);
     if !manual.is_empty() {
         let (base, suspects) = explained(&Comparison::new(block, &reading.recording, tolerance), true)?;
         if base.different() == 0 || suspects.iter().any(is_near) {
-            remarks.push(in_manual(block, &reading.recording, &manual));
-            return Ok(Reading { base, suspects, ..reading });
+            let told = in_manual(block, &reading.recording, &manual);
+            // A limit that was changed by hand looks like manual mode as long as it acts.
+            let is_like_limit = manual.iter().any(|(from, _)| reading.recording.stays_on_one_side(block, *from));
+            let as_manual = Reading { base, suspects, ..reading };
+            if is_like_limit && let Some(mut by_hand) = by_hand(block, csv, request, f64::INFINITY)? {
+                by_hand.suspects.iter_mut().for_each(|suspect| suspect.is_sure = false);
+                remarks.push(format!("{told} That explains it, too."));
+                return Ok(by_hand);
+            }
+            remarks.push(told);
+            return Ok(as_manual);
         }
         reading.recording.inputs.truncate(inputs);
     }
-    let mut readings = readings(block, csv, request)?;
-    let of = |recording| Comparison::new(block, recording, tolerance);
-    let comparisons: Vec<Comparison> = readings.iter().map(of).collect();
     let fitting = reading.suspects.iter().filter(|suspect| suspect.fits).map(|suspect| suspect.largest);
     let largest = fitting.fold(f64::INFINITY, f64::min);
-    let is_nearer = |midway: &Midway| midway.suspects[0].largest < largest / 2.0;
-    if let Some(midway) = midway::midway(&comparisons)?.filter(is_nearer) {
-        reading.base = midway.base;
+    if let Some(mut by_hand) = by_hand(block, csv, request, largest / 2.0)? {
         reading.suspects.retain(|suspect| !suspect.fits);
-        reading.suspects.splice(0..0, midway.suspects);
-        reading.is_late = midway.reading > 0;
-        reading.recording = readings.swap_remove(midway.reading);
+        by_hand.suspects.append(&mut reading.suspects);
+        return Ok(by_hand);
     }
     Ok(reading)
+}
+
+/// A setting that was changed by hand in a recording, if that leaves less than this.
+fn by_hand(block: &Block, csv: &Csv, request: &ReplayRequest, largest: f64) -> Result<Option<Reading>> {
+    let mut readings = readings(block, csv, request)?;
+    let of = |recording| Comparison::new(block, recording, request.tolerance);
+    let comparisons: Vec<Comparison> = readings.iter().map(of).collect();
+    let is_nearer = |midway: &Midway| midway.suspects[0].largest < largest;
+    Ok(midway::midway(&comparisons)?.filter(is_nearer).map(|Midway { reading, base, suspects }| {
+        let recording = readings.swap_remove(reading);
+        Reading { recording, base, suspects, is_late: reading > 0, is_rounded: false }
+    }))
 }
 
 /// The recording with each output in the row of its call. What a recorder calls the process value may be the block's input or its output:
@@ -448,10 +470,24 @@ fn beginning(block: &Block, recording: &Recording, variant: &Variant) -> Option<
             let manipulated = block.roles.manipulated_value.as_deref().unwrap_or("the manipulated value");
             Some(format!(
                 "The earlier state is unknown, so the replay starts in manual at the recorded {manipulated} and switches to \
-                 automatic at row 2."
+                 automatic at row 2: what was added to {manipulated} all the time, such as an offset or a disturbance, is not seen."
             ))
         }
     }
+}
+
+/// That the actuator's stops are not recorded, which a step controller takes into account.
+fn unknown_stops(block: &Block, recording: &Recording) -> Option<String> {
+    let is_recorded =
+        |name: &&String| recording.inputs.iter().any(|input| block.table.variables[input.row].name == **name);
+    let unknown: Vec<&str> = block.roles.stops().filter(|name| !is_recorded(name)).map(String::as_str).collect();
+    let (are, them) = if unknown.len() == 1 { ("is", "it") } else { ("are", "them") };
+    (!unknown.is_empty()).then(|| {
+        format!(
+            "{} {are} not in the recording and {are} replayed as in the loop. If the actuator was at a stop, record {them}.",
+            unknown.join(" and ")
+        )
+    })
 }
 
 /// That the recording is taken for one with times in manual mode.
@@ -489,11 +525,19 @@ fn compared(recording: &Recording, run: &compare::Outcome, output: usize, tolera
         different: run.compared[output].different,
         largest: run.compared[output].largest,
         allowed: tolerance.unwrap_or_else(|| of.coarsest() + run.spread(output)),
-        noise: if of.is_boolean { 0.0 } else { noise(recorded).max(noise(&computed[..rows])) },
+        noise: if of.is_boolean { 0.0 } else { noise_of(recorded).max(noise_of(&computed[..rows])) },
         times: shown.iter().map(|row| recording.times[*row]).collect(),
         recorded: shown.iter().map(|row| recorded[*row]).collect(),
         computed: shown.iter().map(|row| computed[*row]).collect(),
     }
+}
+
+/// The noise of values. Those that bend one way for a while have none, however much they bend.
+fn noise_of(values: &[f64]) -> f64 {
+    let bends: Vec<f64> = values.windows(3).map(|three| three[0] - 2.0 * three[1] + three[2]).collect();
+    let products = || bends.windows(2).map(|pair| pair[0] * pair[1]);
+    let [same, other] = [products().filter(|one| *one > 0.0).count(), products().filter(|one| *one < 0.0).count()];
+    if same > other { 0.0 } else { noise(values) }
 }
 
 /// Why equal outputs say nothing about a controller's settings.

@@ -1,6 +1,7 @@
 //! Which column of a recording is which variable of the block, with its values as the block takes them.
 
 use super::change::{Change, Moving};
+use super::compare::Outcome;
 use super::instance::{Block, change, typed};
 use crate::csv::names::{MANIPULATED_VALUES, MANUAL, PROCESS_VALUES, SETPOINTS, ends, short_name};
 use crate::csv::{Column, CsvTable as Csv};
@@ -232,10 +233,10 @@ impl Recording {
         self
     }
 
-    /// Where the manipulated value stands still while that of the computed outputs moves, the controller may have been in manual mode, unless
-    /// that looks like a limit: one of the loop, or the lowest or highest recorded value. Takes it so and gives the times; none if the
-    /// recording says the mode, or nothing stands still.
-    pub(super) fn take_for_manual(&mut self, block: &Block, computed: &[Vec<f64>]) -> Vec<(f64, f64)> {
+    /// Where the manipulated value stands still while the computed one moves by more than other last digits explain, the controller may have
+    /// been in manual mode, unless that looks like a limit: one of the loop, or the lowest or highest recorded value. Takes it so and gives
+    /// the times; none if the recording says the mode, or nothing stands still.
+    pub(super) fn take_for_manual(&mut self, block: &Block, run: &Outcome) -> Vec<(f64, f64)> {
         let Some((switch, manual)) = block.manual().filter(|(switch, _)| block.settings[*switch] == 0.0) else {
             return Vec::new();
         };
@@ -243,7 +244,7 @@ impl Recording {
         if self.inputs.iter().any(|input| [switch, manual].contains(&input.row)) {
             return Vec::new();
         }
-        let (recorded, computed) = (&self.outputs[output], &computed[output]);
+        let (recorded, computed, spread) = (&self.outputs[output], &run.outputs[output], run.spread(output));
         let ends: [f64; 2] = extremes(recorded.values.iter().filter(|value| value.is_finite())).into();
         let mut is_on = self.constant(block, switch, 0.0);
         let mut value = self.constant(block, manual, block.settings[manual]);
@@ -253,7 +254,7 @@ impl Recording {
             let rows = end..end + still.len();
             end = rows.end;
             let (low, high) = extremes(&computed[rows.clone()]);
-            let moves = high - low > 2.0 * recorded.tolerance(still[0]);
+            let moves = high - low > 2.0 * (recorded.tolerance(still[0]) + spread);
             if still.len() < STANDS_STILL || !moves || block.is_limit(still[0]) || ends.contains(&still[0]) {
                 continue;
             }
@@ -269,6 +270,16 @@ impl Recording {
             self.inputs.extend([is_on, value]);
         }
         times
+    }
+
+    /// Whether the manipulated value stays below, or above, what it is at a time, from then on: as at a limit.
+    pub(super) fn stays_on_one_side(&self, block: &Block, from: f64) -> bool {
+        let Some(output) = block.manipulated(self) else { return false };
+        let start = self.times.partition_point(|time| *time < from);
+        let later = self.outputs[output].values[start..].iter().filter(|value| value.is_finite());
+        let (low, high) = extremes(later);
+        let value = self.outputs[output].values[start];
+        value == low || value == high
     }
 
     fn add(
@@ -582,8 +593,8 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
     if !unused.is_empty() {
         let list = unused.iter().take(8).copied().collect::<Vec<_>>().join(", ");
         let more = if unused.len() > 8 { format!(" and {} more", unused.len() - 8) } else { String::new() };
-        let are = if unused.len() == 1 { "is" } else { "are" };
-        remarks.push(format!("{list}{more} {are} no variable of {} and not used.", block.table.name));
+        let are = if unused.len() == 1 { "is no variable" } else { "are no variables" };
+        remarks.push(format!("{list}{more} {are} of {} and not used.", block.table.name));
     }
     pairs
 }

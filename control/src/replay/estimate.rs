@@ -397,16 +397,26 @@ impl<'a> Search<'a> {
         others.iter().filter(|other| **other != row).filter(is_confused).copied().collect()
     }
 
+    /// The variant with another value of a setting, if that does as well.
+    pub(super) fn doing_as_well(&self, found: &Found, row: usize, value: f64) -> Option<Variant> {
+        self.with(&found.variant, row, value).filter(|other| self.does_as_well(found, other))
+    }
+
     /// From where to where the value of a setting does as well.
     pub(super) fn range(&self, found: &Found, row: usize) -> (f64, f64) {
         const WIDTHS: [f64; 8] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002];
+        const FAR: [f64; 9] = [2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 20.0, 50.0, 100.0];
         let own = self.value(&found.variant, row);
+        let fits = |value: f64| self.doing_as_well(found, row, value).is_some();
         let widest = |sign: f64| {
-            let values = WIDTHS.iter().map(|width| own + sign * width * own.abs());
-            let mut fitting = values.filter(|value| {
-                self.with(&found.variant, row, *value).is_some_and(|other| self.does_as_well(found, &other))
-            });
-            fitting.next().unwrap_or(own)
+            let mut values = WIDTHS.iter().map(|width| own + sign * width * own.abs());
+            let end = values.find(|value| fits(*value)).unwrap_or(own);
+            if own == 0.0 || end != own + sign * WIDTHS[0] * own.abs() {
+                return end;
+            }
+            // A value that may be half as large again may be any beyond a bound.
+            let factors = FAR.map(|factor| if (sign > 0.0) == (own > 0.0) { factor } else { 1.0 / factor });
+            factors.into_iter().map(|factor| own * factor).take_while(|value| fits(*value)).last().unwrap_or(end)
         };
         (widest(-1.0), widest(1.0))
     }

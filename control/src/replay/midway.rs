@@ -175,8 +175,9 @@ impl<'a> Start<'a> {
             *found = search.snapped(moved(&search, found, *row), &[*row]);
         }
         nearest(&mut found);
-        // A setting that was not tried might explain it as well.
-        let Some((_, best)) = found.first().filter(|_| search.may_go_on()) else { return Ok(Vec::new()) };
+        // A setting that was not tried might explain it as well, but not to the last digit.
+        let is_enough = |best: &Found| best.error == 0.0 || search.may_go_on();
+        let Some((_, best)) = found.first().filter(|(_, best)| is_enough(best)) else { return Ok(Vec::new()) };
         if comparison.run(&best.variant, total)?.different() > 0 {
             return Ok(Vec::new());
         }
@@ -211,14 +212,21 @@ impl<'a> Start<'a> {
         let mut ends = self.variant.values.clone();
         ends.insert(row, value);
         ends.retain(|row, value| *value as f32 != block.settings[*row] as f32);
+        let own = change(block, row, value, self.variant.values.get(&row));
+        let mut whole = self.variant.clone();
+        whole.values.insert(row, value);
+        // What may have had its value from the start on was not changed by hand.
+        let is_whole = from(&earliest) <= 1 && self.comparison.run(&whole, recording.rows)?.different() == 0;
+        let (changes, since) = match is_whole {
+            true => (whole.values.iter().map(of_start).collect(), None),
+            false => {
+                let [at, earliest, latest] = [later.from, from(&earliest), from(&latest)].map(call);
+                (self.variant.values.iter().map(of_start).collect(), Some(Since { change: own, at, earliest, latest }))
+            }
+        };
         Ok(Suspect {
-            changes: self.variant.values.iter().map(of_start).collect(),
-            since: Some(Since {
-                change: change(block, row, value, self.variant.values.get(&row)),
-                at: call(later.from),
-                earliest: call(from(&earliest)),
-                latest: call(from(&latest)),
-            }),
+            changes,
+            since,
             range: range_to_tell(low, high, value),
             // That one setting was changed is likelier than that two were at once.
             confused: Vec::new(),

@@ -7,7 +7,9 @@ use super::compare::{Comparison, Outcome, rank};
 use super::estimate::{Found, Search, held};
 use super::instance::{Block, Variant, change, typed};
 use crate::extremes;
+use crate::tune::rounded;
 use anyhow::Result;
+use blocks::Kind;
 use run::fmus::{Values, number_of};
 use std::collections::BTreeSet;
 
@@ -22,6 +24,15 @@ const MOST_MISSED: usize = 10;
 
 /// Of this many settings each two are tried together.
 const MOST_PAIRED: usize = 6;
+
+/// Far beyond each limit.
+const BEYOND: f64 = 1e6;
+
+/// The end of a range without one: any value beyond the other end explains the recording.
+pub(super) const OPEN: f64 = f64::MAX;
+
+/// A typed value has so many digits.
+const FEW: i32 = 4;
 
 /// Two settings that leave more of the error than this part are no explanation.
 const GOOD: f64 = 0.05;
@@ -109,6 +120,21 @@ pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspe
         let (found, sure) = diagnosis.settings(&start, &whole)?;
         is_sure = sure;
         all.extend(found);
+    }
+    // A limit that the recording goes beyond is wrong, whatever else is.
+    let is_explained = all.iter().any(|tried| tried.outcome.different() == 0);
+    if !is_explained
+        && !comparison.recording.is_coarse
+        && let Some(Try { mut variant, changes }) = exceeded(comparison)
+    {
+        variant.values.extend(&start.variant.values);
+        let start = comparison.best(&variant, rows)?.without_outputs();
+        let known = after(&known, changes);
+        let (found, sure) = diagnosis.settings(&start, &|changes| after(&known, changes))?;
+        if found.iter().any(|tried| tried.outcome.different() == 0) {
+            is_sure = sure;
+            all.extend(found);
+        }
     }
     all.sort_by(|a, b| rank(&a.outcome).partial_cmp(&rank(&b.outcome)).unwrap_or(std::cmp::Ordering::Equal));
     all.truncate(MOST_SUSPECTS);
@@ -200,6 +226,7 @@ impl Diagnosis<'_> {
         };
         tried.extend(found.iter().filter_map(|(row, of)| estimate(&[*row], of)));
         self.keep_likeliest(&mut tried);
+        self.open_limits(&mut tried);
         let singles = fitting(&tried);
         if singles > 0 {
             let sure = singles == 1 && self.is_told(&mut tried, &candidates);
@@ -226,6 +253,7 @@ impl Diagnosis<'_> {
         let is_new = |rows: &[usize; 2]| rows.iter().any(|row| others.contains(row));
         two.extend(pairs(&best).filter(is_new).filter_map(|[a, b]| pair(&base, a, b)));
         self.keep_likeliest(&mut two);
+        self.open_limits(&mut two);
         let pairs = fitting(&two);
         let sure = pairs == 1 && self.is_told(&mut two, &candidates);
         tried.extend(two);
@@ -341,7 +369,7 @@ impl Diagnosis<'_> {
                 let rest: Vec<usize> = numbers.iter().copied().filter(|other| other != row).collect();
                 confused.extend(search.confused(&found, *row, &others).iter().map(name));
                 confused.extend(search.confused(&found, *row, &rest).iter().map(name));
-                if numbers.len() == 1 {
+                if numbers.len() == 1 && of.range.is_none() {
                     let (low, high) = search.range(&found, *row);
                     let own = search.value(&found.variant, *row);
                     is_told &= !is_wide(low, high, own);
@@ -354,6 +382,35 @@ impl Diagnosis<'_> {
             of.confused = confused;
         }
         is_told
+    }
+
+    /// Limits that the recording never reaches: any value beyond its extremes explains it, the start value of the block best.
+    fn open_limits(&self, tried: &mut [Tried]) {
+        let (search, block) = (&self.search, self.comparison.block);
+        let Some((high, low)) = block.roles.limits.as_ref() else { return };
+        for of in tried.iter_mut().filter(|of| of.outcome.different() == 0) {
+            let way_of = |row: &usize| match &block.table.variables[*row].name {
+                name if name == high => Some(1.0),
+                name if name == low => Some(-1.0),
+                _ => None,
+            };
+            let Some((row, way)) = of.rows.iter().find_map(|row| Some((*row, way_of(row)?))) else { continue };
+            let variant = of.outcome.variant.clone();
+            let found = Found { error: search.error(&variant), variant };
+            if search.doing_as_well(&found, row, way * BEYOND).is_none() {
+                continue;
+            }
+            let (least, most) = search.range(&found, row);
+            let start = block.table.variables[row].start;
+            if way * start >= way * search.value(&found.variant, row)
+                && let Some(variant) = search.doing_as_well(&found, row, start)
+            {
+                of.outcome.variant = variant;
+                of.changes.retain(|change| !matches!(change, Change::Setting { name, .. } if *name == block.table.variables[row].name));
+                of.changes.push(change(block, row, start, None));
+            }
+            of.range = Some(if way > 0.0 { (least, OPEN) } else { (-OPEN, most) });
+        }
     }
 
     /// Values of the table's rows by their names.
@@ -392,7 +449,9 @@ impl Diagnosis<'_> {
                 ends_without_call,
             });
         }
-        let rank = |of: &Suspect| (of.different, of.fits && !is_usual(self.comparison.block, of), of.largest);
+        let block = self.comparison.block;
+        // Somebody has typed the right value: one with few digits.
+        let rank = |of: &Suspect| (of.different, of.fits && !is_round(of), of.fits && !is_usual(block, of), of.largest);
         suspects.sort_by(|a, b| rank(a).partial_cmp(&rank(b)).expect("finite"));
         if suspects.iter().filter(|suspect| suspect.fits).count() != 1 {
             // The same settings may be there twice, with the same values.
@@ -416,6 +475,16 @@ fn pairs(rows: &[usize]) -> impl Iterator<Item = [usize; 2]> {
 /// Whether it changes settings of the controller alone, which are changed most often.
 pub(super) fn is_usual(block: &Block, suspect: &Suspect) -> bool {
     !suspect.values.is_empty() && suspect.values.keys().all(|name| block.roles.controller.contains(name))
+}
+
+/// Whether all its numbers have few digits, as typed ones have.
+fn is_round(suspect: &Suspect) -> bool {
+    let number = |value| number_of(value);
+    suspect
+        .values
+        .values()
+        .map(|value| number(*value))
+        .all(|value| (rounded(value, FEW) - value).abs() <= 1e-6 * value.abs())
 }
 
 /// How wide a range of a value is, as a part of it.
@@ -557,6 +626,7 @@ fn settings(comparison: &Comparison) -> Vec<Try> {
     limits(&mut tries);
     tries.switch(block.peripheral().map(|(_, switch)| switch));
     structure(&mut tries);
+    switches(&mut tries);
     for time in roles.controller.get(1..).unwrap_or_default() {
         for (factor, what) in
             [(60.0, Why::Minutes), (1.0 / 60.0, Why::NoMinutes), (1000.0, Why::Seconds), (0.001, Why::Milliseconds)]
@@ -639,6 +709,27 @@ fn limits(tries: &mut Tries) {
     }
 }
 
+/// The limits of the loop that the recorded manipulated value goes beyond, as the recording has them where it stays at one, else as the block
+/// has them at first.
+fn exceeded(comparison: &Comparison) -> Option<Try> {
+    let (block, recording) = (comparison.block, comparison.recording);
+    let of = &recording.outputs[block.manipulated(recording)?];
+    let (low, high) = extremes(of.values.iter().filter(|value| value.is_finite()));
+    let (upper, lower) = block.roles.limits.as_ref()?;
+    let mut tries = Tries { comparison, tries: Vec::new() };
+    let mut wrong = Vec::new();
+    for (name, extreme, way) in [(upper, high, 1.0), (lower, low, -1.0)] {
+        let row = block.table.find(name)?;
+        if way * (extreme - block.settings[row]) > of.tolerance(extreme) {
+            let stays = of.values.iter().filter(|value| **value == extreme).count() > 1;
+            let start = block.table.variables[row].start;
+            wrong.push((Some(row), if stays || way * start < way * extreme { extreme } else { start }));
+        }
+    }
+    tries.values(&wrong, Some(Why::Stays));
+    tries.tries.pop().filter(|one| !one.changes.is_empty())
+}
+
 /// The other structures: P, PI, PD, PID and so on.
 fn structure(tries: &mut Tries) {
     let block = tries.comparison.block;
@@ -651,6 +742,20 @@ fn structure(tries: &mut Tries) {
             .map(|(_, row)| (Some(*row), 1.0 - block.settings[*row]))
             .collect();
         tries.values(&chosen, None);
+    }
+}
+
+/// All other switches but those of manual mode, of a restart and of the actuator's stops.
+fn switches(tries: &mut Tries) {
+    let block = tries.comparison.block;
+    let roles = block.roles;
+    let pulses = roles.manual_pulses.iter().flat_map(|(_, pulses)| pulses);
+    let others: BTreeSet<&String> =
+        roles.manual_switch().into_iter().chain(pulses).chain(&roles.restart).chain(roles.stops()).collect();
+    for (row, of) in block.table.variables.iter().enumerate() {
+        if of.kind == Kind::Bool && of.role.is_settable() && !others.contains(&of.name) {
+            tries.switch(Some(row));
+        }
     }
 }
 

@@ -375,7 +375,7 @@ fn what_the_recording_lacks_is_said() {
     let rows = recorded(20);
     let replayed = run(&request(text("x,SP,quality,OUT", &rows)));
     assert!(says(&replayed, "The recording has no PV_IN: it is 0 all the time."), "{:?}", replayed.remarks);
-    assert!(says(&replayed, "x, quality are no variable of PID"), "{:?}", replayed.remarks);
+    assert!(says(&replayed, "x, quality are no variables of PID"), "{:?}", replayed.remarks);
     assert!(says(&replayed, "The recording has no time: each row is a call."), "{:?}", replayed.remarks);
     let slow: Vec<_> = rows.iter().map(|row| (row.0 * 20.0, row.1, row.2, row.3)).collect();
     let replayed = run(&request(text("time [s],SP,PV,OUT", &slow)));

@@ -359,3 +359,83 @@ fn a_setting_changed_by_hand_is_told_with_ranges_that_have_its_value_and_its_tim
     }
     assert!(wrong.is_empty(), "{wrong}");
 }
+
+/// The loop of the file with other settings.
+fn wrong<'a>(others: Values<'a>) -> Vec<(&'a str, f64)> {
+    FILE.iter().chain(others).copied().collect()
+}
+
+/// The first explanation of the recording of the file's loop, replayed with other settings: whether it is the only one, its values, and the
+/// range of the last one.
+fn explanation(others: Values, decimals: Option<usize>) -> (Conclusion, tool::message::Values, Option<(f64, f64)>) {
+    let replayed = replayed(&wrong(others), recording(&[], Kind::EndRow, decimals));
+    let first = replayed.suspects.into_iter().next().filter(|first| first.fits).expect("it is explained");
+    assert!(first.since.is_none(), "nothing was changed by hand: {first:?}");
+    (replayed.conclusion, first.values, first.range)
+}
+
+#[test]
+fn switches_of_the_integral_action_are_named() {
+    for decimals in [None, Some(3)] {
+        for name in ["INT_HOLD", "I_ITL_ON"] {
+            let (conclusion, values, _) = explanation(&[(name, 1.0), ("I_ITLVAL", 10.0)], decimals);
+            assert_eq!((conclusion, values), (Conclusion::Cause, [(name.to_string(), Value::Boolean(false))].into()));
+        }
+    }
+}
+
+#[test]
+fn a_limit_that_the_recording_never_reaches_has_any_value_beyond_it() {
+    for decimals in [None, Some(3)] {
+        let (conclusion, values, range) = explanation(&[("LMN_HLM", 50.0)], decimals);
+        // The start value is as good as the 90 of the loop: nothing tells more than that it is above what was recorded.
+        assert_eq!((conclusion, values), (Conclusion::Cause, [("LMN_HLM".to_string(), Value::Number(100.0))].into()));
+        let (low, high) = range.unwrap();
+        assert!(low > 58.0 && low < 60.0 && high == f64::MAX, "{low} {high}");
+        let (conclusion, values, _) = explanation(&[("LMN_HLM", 50.0), ("TI", 12.0)], decimals);
+        let both = [("LMN_HLM".to_string(), Value::Number(100.0)), ("TI".to_string(), Value::Number(20.0))];
+        assert_eq!((conclusion, values), (Conclusion::Cause, both.into()));
+    }
+}
+
+#[test]
+fn a_value_with_few_digits_is_likelier_than_one_with_many() {
+    // GAIN 1.4 / 1.1 explains it as well.
+    let (conclusion, values, _) = explanation(&[("LMN_FAC", 1.1)], None);
+    assert_eq!((conclusion, values), (Conclusion::Ambiguous, [("LMN_FAC".to_string(), Value::Number(1.0))].into()));
+}
+
+#[test]
+fn a_limit_changed_by_hand_is_not_taken_for_manual_mode() {
+    let by_hand = |decimals| replayed(FILE, changed(&[], (&[("LMN_HLM", 50.0)], 60), Kind::EndRow, decimals));
+    for (decimals, conclusion) in [(None, Conclusion::Cause), (Some(3), Conclusion::Ambiguous)] {
+        let replayed = by_hand(decimals);
+        assert_eq!(replayed.conclusion, conclusion);
+        let since = replayed.suspects[0].since.as_ref().unwrap();
+        assert_eq!(since.at, (60, 60.0));
+        assert!(matches!(&since.change, Change::Setting { name, value: Value::Number(50.0), .. } if name == "LMN_HLM"));
+    }
+    // With 3 decimals, manual mode would do.
+    assert!(by_hand(Some(3)).remarks.iter().any(|remark| remark.contains("stands still")));
+}
+
+#[test]
+fn a_step_of_a_manipulated_value_that_stands_still_is_a_change_by_hand() {
+    // Both the offset and the disturbance are added to the manipulated value.
+    let replayed = replayed(FILE, changed(&[], (&[("DISV", 6.0)], 80), Kind::EndRow, Some(3)));
+    assert_eq!(replayed.conclusion, Conclusion::Ambiguous);
+    let told: Vec<_> =
+        replayed.suspects.iter().filter_map(|suspect| suspect.since.as_ref()).map(|since| since.at).collect();
+    assert_eq!(told, [(80, 80.0); 2]);
+}
+
+#[test]
+fn a_curve_that_bends_is_no_noise() {
+    let replayed =
+        replayed(&wrong(&[("GAIN", 2.0), ("TI", 50.0), ("DEADB_W", 0.5)]), recording(&[], Kind::EndRow, None));
+    assert!(
+        replayed.outputs.iter().all(|of| of.first.is_none() || of.noise <= of.allowed),
+        "{:?}",
+        replayed.outputs[0].noise
+    );
+}

@@ -345,7 +345,7 @@ function showResult(replayed, allowed) {
         { open: !fits },
         element("summary", {}, `What was tried: ${replayed.suspects.length}`),
         table(
-          ["Change", "Cycles that still differ", "Largest difference", "Settings"],
+          ["Change", "Values that still differ", "Largest difference", "Settings"],
           replayed.suspects.map((suspect) => [
             `${changed(suspect, block)}.`,
             suspect.fits ? element("strong", { class: "good" }, "none: it fits") : String(suspect.different),

@@ -23,6 +23,8 @@ const MOST_OUTPUTS = 6;
 const MOST_EXPLANATIONS = 3;
 /** So many times its noise an output may be off: so far do few of a thousand values lie from each other. */
 const NOISY = 6;
+/** A range that ends beyond this has no end. */
+const OPEN = 1e300;
 /** What counts as equal is told if it is more than this part of what an output moves by. */
 const COARSE = 0.01;
 
@@ -83,7 +85,10 @@ export function changed(suspect, { variables }) {
   if (since) all.push(`${ofChange(since.change, variables)} from ${rounded(since.at[1], "LREAL")} s on`);
   const doubts = [];
   const range = rangeOf(suspect, variables);
-  if (range) doubts.push(`${range} fits`);
+  // The range is that of the last one.
+  const last = changes.at(-1);
+  const whose = changes.length > 1 && !since && last && "setting" in last ? `${last.setting.name} ` : "";
+  if (range) doubts.push(`${whose}${range} fits`);
   if (confused.length > 0) doubts.push(`another ${confused.join(" or ")} would fit with it`);
   return `${all.join(", and ")}${doubts.length > 0 ? ` (${doubts.join("; ")})` : ""}`;
 }
@@ -94,8 +99,11 @@ function rangeOf({ changes, since, range }, variables) {
   const all = since ? [since.change] : changes;
   const searched = all.flatMap((change) => ("setting" in change && !change.setting.why ? change.setting.name : []));
   const kind = variables.find((one) => one.name === searched.at(-1))?.kind ?? "REAL";
+  const unit = isTime(kind) ? " s" : "";
   const [low, high] = range.map((end) => rounded(end, "LREAL", 4));
-  return `${low} to ${high}${isTime(kind) ? " s" : ""}`;
+  if (range[1] >= OPEN) return `${low}${unit} or more`;
+  if (range[0] <= -OPEN) return `${high}${unit} or less`;
+  return `${low} to ${high}${unit}`;
 }
 
 /**
@@ -148,13 +156,15 @@ function ofSince(suspect, { change, at, earliest, latest }, variables, isSure) {
   const { changes } = suspect;
   const own = changes.flatMap((one) => ("setting" in one ? one.setting : [])).find((one) => one.name === name);
   if (own) details.push(`The loop has ${name} ${valuesOf(own, variables)[1]}.`);
+  const others = changes.filter((one) => !("setting" in one && one.setting.name === name));
+  const besides = others.length > 0 ? `, with ${fit(others, { variables })} all the time` : "";
   return {
-    headline: `Up to ${isOpen ? "about " : ""}cycle ${call - 1} ${name} is ${before}; from cycle ${call} (${rounded(time, "LREAL")} s) on, ${name} ${value} ${isSure ? "" : "most likely "}explains every cycle.`,
+    headline: `Up to ${isOpen ? "about " : ""}cycle ${call - 1} ${name} is ${before}; from cycle ${call} (${rounded(time, "LREAL")} s) on, ${name} ${value} ${isSure ? "" : "most likely "}explains every cycle${besides}.`,
     details,
   };
 }
 
-/** `GAIN 0.7 instead of 2, and line 902 (5 s) is no call` @param {Change[]} changes @param {Block} block */
+/** `GAIN 0.7 instead of 2, and line 902 (5 s) is no call` @param {Change[]} changes @param {{ variables: Variable[] }} block */
 function fit(changes, { variables }) {
   const settings = changes.flatMap((change) => {
     if (!("setting" in change)) return [];
@@ -253,7 +263,10 @@ export function verdict(replayed, tolerance, block) {
     return { headline: `The recording most likely fits ${fit(fitting(replayed), block)}.`, details };
   }
   if (conclusion === "ambiguous") {
-    const each = `These changes cannot be told apart, since each explains this recording: ${[first, ...others].join("; or: ")}.`;
+    const each =
+      others.length > 0
+        ? `These changes cannot be told apart, since each explains this recording: ${[first, ...others].join("; or: ")}.`
+        : `${first}.`;
     const remedy = "Record a step of the setpoint in automatic mode, with more digits.";
     if (likeliest?.since) {
       const names = alike.flatMap(({ since }) => (since && "setting" in since.change ? since.change.setting.name : []));
@@ -272,7 +285,9 @@ export function verdict(replayed, tolerance, block) {
     return {
       headline: isRecorded
         ? `The recording has ${fit(settings, block)}, and fits more than one further change.`
-        : "The recording fits more than one change.",
+        : others.length > 0 || likeliest.confused.length > 0
+          ? "The recording fits more than one change."
+          : "The recording fits more than one value.",
       details: [`${difference}.`, each, remedy, ...(coarse ? [coarse] : [])],
     };
   }
