@@ -376,10 +376,15 @@ impl<'a> Layout<'a> {
         let mut reader = reader(self.text, self.separator);
         let mut record = ::csv::StringRecord::new();
         let mut number = 0;
+        let (mut counted, mut line) = (0, 0);
         while reader.read_record(&mut record)? {
+            // A record begins after the line ends that the reader has left before it: the second half of one, and empty lines.
+            let rest = record.position().map_or(counted, |position| position.byte() as usize);
+            let begin = rest + self.text[rest..].find(|c| !matches!(c, '\r' | '\n')).unwrap_or_default();
+            line += self.text[counted..begin].matches('\n').count();
+            counted = begin;
             number += 1;
             if number > self.skip && !record.iter().all(str::is_empty) {
-                let line = record.position().map_or(0, |position| position.line() as usize - 1);
                 row(self.line + line, &record)?;
             }
         }

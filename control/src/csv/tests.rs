@@ -208,6 +208,17 @@ fn a_last_row_that_was_cut_off_is_left_out_with_a_remark() {
 }
 
 #[test]
+fn a_line_has_its_number_whatever_ends_it_and_after_empty_ones() {
+    for end in ["\n", "\r\n"] {
+        let lines = ["time;PV", "0;1", "", "1;2", "2;3", "3;x"].join(end);
+        let error = CsvTable::read(&lines).unwrap_err().to_string();
+        assert!(error.starts_with("line 6, column 2 (PV)"), "{end:?} {error}");
+        let table = CsvTable::read(&["time;PV", "0;1", "", "1;2", "2;3"].join(end)).unwrap();
+        assert_eq!(table.lines, [2, 4, 5], "{end:?}");
+    }
+}
+
+#[test]
 fn columns_of_texts_and_lines_above_the_header_are_left_out() {
     let table = read("Trend export\nLine 3\ntime;PV;quality;\n0;1;Good;\n1;2;Good;\n2;2;Bad;\n");
     let names: Vec<_> = table.columns.iter().map(|column| column.name.as_str()).collect();
