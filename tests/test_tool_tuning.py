@@ -222,7 +222,8 @@ def test_after_a_step_test_what_comes_next_stands_in_one_place_in_sight(tool):
 
 def test_the_table_of_rules_says_why_a_metric_is_missing(tool):
     # The step test rests at 0 %, and the step takes 5 %: a load of 10 % is more than can be made up for up to 9 %.
-    set_field(tool, "LMN_HLM", 9)
+    tool.locator("#field-LMN_HLM").fill("9")
+    tool.locator("#field-LMN_HLM").press("Enter")
     tool.locator("#step-size").fill("5")
     make_step_test(tool)
     tool.locator("#tune-to").fill("10")

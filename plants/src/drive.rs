@@ -66,6 +66,7 @@ blocks::block! {
     /// manipulated value: SP
     /// disturbances: LOAD
     /// signal actual value: N_ACT
+    /// signal fault: TRIP
     ///
     /// [Setpoint]
     /// SP

@@ -68,7 +68,8 @@ pub struct Roles {
     pub settings: Vec<String>,
     /// The stimuli among the parameters.
     pub stimuli: Vec<String>,
-    /// More pairs by meaning, which both ends name in the same way, such as `high stop`: LMNR_HS.
+    /// More pairs by meaning, which both ends name in the same way, such as `high stop`: LMNR_HS. A `fault` is an output that is TRUE
+    /// while a plant has stopped, such as a tripped drive.
     pub signals: Vec<(String, String)>,
 }
 
@@ -223,6 +224,11 @@ impl Roles {
     /// The process value compared with the setpoint: the one that is drawn, if a block names it separately.
     pub fn compared_process_value(&self) -> Option<&String> {
         self.shown_process_value.as_ref().or(self.process_value.as_ref())
+    }
+
+    /// The outputs that are TRUE while a plant has stopped.
+    pub fn faults(&self) -> impl Iterator<Item = &String> {
+        self.signals.iter().filter(|(meaning, _)| meaning == "fault").map(|(_, name)| name)
     }
 
     /// The setpoint, process value and manipulated value of a loop, as drawn.

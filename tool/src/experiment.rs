@@ -325,9 +325,12 @@ fn half(values: &[f64]) -> f64 {
     width(values) / 2.0
 }
 
-/// The standard deviation of what changes from call to call without a trend.
+/// The standard deviation of what changes from one value to the next without a trend. A process value that is sampled every few calls
+/// stays between: its steps are no noise.
 fn noise(values: &[f64]) -> f64 {
-    let changes: Vec<f64> = values.windows(3).map(|three| three[0] - 2.0 * three[1] + three[2]).collect();
+    let mut sampled = values.to_vec();
+    sampled.dedup();
+    let changes: Vec<f64> = sampled.windows(3).map(|three| three[0] - 2.0 * three[1] + three[2]).collect();
     (changes.iter().map(|change| change * change).sum::<f64>() / (6.0 * changes.len().max(1) as f64)).sqrt()
 }
 

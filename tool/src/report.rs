@@ -206,6 +206,7 @@ fn fmu_of(home: &dyn Home, block: &str) -> Result<String> {
 /// Figures and curves of a controller, which is this FMU, with its roles.
 fn run(page: &mut String, home: &dyn Home, report: &Report, (fmu, roles): (&str, &Roles)) -> Result<()> {
     metrics::told(page, report, fmu, roles)?;
+    faults(page, home, report.record)?;
     let predicted = predicted(page, home, report, (fmu, roles))?;
     if let Some(picture) = report.picture {
         let source = source(picture)?;
@@ -225,6 +226,29 @@ fn run(page: &mut String, home: &dyn Home, report: &Report, (fmu, roles): (&str,
         && let Some(drawing) = curves(record, roles, report.units, (Some(from), Some(to)), predicted.as_ref())?
     {
         writeln!(page, "<h2>The measured step</h2>\n<figure>{drawing}</figure>")?;
+    }
+    Ok(())
+}
+
+/// When a plant of the run has stopped, such as a drive that has tripped.
+fn faults(page: &mut String, home: &dyn Home, record: Option<&Record>) -> Result<()> {
+    let Some(record) = record else { return Ok(()) };
+    for member in record.members() {
+        for output in describe(home, &member.fmu)?.roles.faults() {
+            let name = format!("{}.{output}", member.name);
+            let Ok(column) = record.column(&name) else { continue };
+            let calls = record.trace().exact();
+            let stopped =
+                calls.start + record.trace().column(column, calls.clone()).take_while(|value| *value != 1.0).count();
+            if stopped < calls.end {
+                let since = short(record.time(stopped));
+                writeln!(
+                    page,
+                    "<p><strong>{} has stopped: {name} is TRUE from {since} s on.</strong></p>",
+                    Text(&member.name)
+                )?;
+            }
+        }
     }
     Ok(())
 }

@@ -393,7 +393,11 @@ impl Session {
     /// # Errors
     /// There is no such run; as [`Session::start`].
     pub fn same_bits(&mut self, home: &dyn Home, run: Option<usize>) -> Result<State> {
-        let script = Script::new(self.record(run)?);
+        let mut script = Script::new(self.record(run)?);
+        if run.is_some() {
+            // What was set after its last call has acted in a later run.
+            script.events.retain(|event| event.call < script.calls);
+        }
         self.play(home, script)
     }
 

@@ -11,7 +11,7 @@ use blocks::Kind;
 use control::figures::{Cause, Happened};
 use control::predict::{self, Forecast};
 use control::rules::Structure;
-use control::tune::{Controller, Step, TuneRequest};
+use control::tune::{Controller, Step, TuneRequest, rounded};
 use draw::escape::Text;
 use modeldescription::digits::short;
 use run::component::Type;
@@ -24,6 +24,12 @@ use std::fmt::Write;
 
 /// A step that takes a smaller part of the run is drawn alone, too.
 const SMALL: f64 = 0.5;
+
+/// The metrics by which a prediction is judged, and how far the run may be off: a part of the larger of both, for the overshoot in percent
+/// of the step.
+const JUDGED: [(&str, f64); 5] =
+    [("rise", AGREES), ("overshoot", 2.0), ("settling", AGREES), ("iae", AGREES), ("travel", AGREES)];
+const AGREES: f64 = 0.1;
 
 /// This part of a step's time is shown of what was before it.
 const BEFORE: f64 = 0.05;
@@ -195,6 +201,8 @@ pub struct Forecasted {
     pub settings: String,
     /// Its figures by their keys, of the same step over the same time as those of the run.
     pub figures: BTreeMap<String, f64>,
+    /// Whether the run does what was predicted, in a sentence or two.
+    pub verdict: String,
 }
 
 /// The last step of the setpoint in a run as the identified plant predicts it with the settings that were in force. None if it was no
@@ -215,9 +223,42 @@ pub(crate) fn forecast(
     let Some(step) = &figures.step else { return Ok(None) };
     let predicted = predicted(home, record, (fmu, &roles), tuning, step)?;
     Ok(predicted.map(|of| {
+        let verdict = verdict(&of.forecast.figures, &figures);
         let figures = of.forecast.figures.iter().map(|(key, value)| (key.to_string(), *value)).collect();
-        Forecasted { settings: of.settings, figures }
+        Forecasted { settings: of.settings, figures, verdict }
     }))
+}
+
+/// Whether a run does what was predicted: which metrics are off, by how much.
+fn verdict(predicted: &[(&'static str, f64)], run: &Figures) -> String {
+    let off = |(key, allowed): &(&str, f64)| {
+        let (_, predicted) = predicted.iter().find(|(name, _)| name == key)?;
+        let figure = run.figures.iter().find(|figure| figure.key == *key)?;
+        let title = figure.title.to_lowercase().replace("iae", "IAE");
+        let Some(came) = figure.value else { return Some(format!("the run has no {title}")) };
+        let difference = came - predicted;
+        match *key {
+            "overshoot" if difference.abs() <= *allowed => None,
+            "overshoot" => Some(format!("{title} {} points of percent", signed(difference))),
+            _ if difference.abs() <= allowed * came.abs().max(predicted.abs()) => None,
+            _ => Some(format!("{title} {} %", signed(100.0 * difference / predicted.abs()))),
+        }
+    };
+    let off: Vec<String> = JUDGED.iter().filter_map(off).collect();
+    if off.is_empty() {
+        return "The run does what was predicted.".into();
+    }
+    format!(
+        "The run differs from the prediction: {}. The model does not hold for this step: limits, the dead band, short pulses, noise, or a \
+         plant that answers otherwise here. Identify it again with a step of this size around this setpoint.",
+        off.join(", ")
+    )
+}
+
+/// A difference with its sign and two digits.
+fn signed(value: f64) -> String {
+    let digits = rounded(value, 2);
+    if digits > 0.0 { format!("+{}", short(digits)) } else { short(digits) }
 }
 
 /// The figures of the prediction and of the run side by side.
@@ -238,7 +279,9 @@ pub(super) fn side_by_side(
         Text(&of.settings),
         short(step.duration)
     )?;
-    table(page, &of.forecast.figures, figures)
+    table(page, &of.forecast.figures, figures)?;
+    writeln!(page, "<p>{}</p>", Text(&verdict(&of.forecast.figures, figures)))?;
+    Ok(())
 }
 
 /// Predicted figures, by their keys, beside those of the run.

@@ -38,6 +38,7 @@ import { runsOf } from "tool/runs.js";
 import {
   called,
   controlledValue,
+  faults,
   isSwitch,
   manualSwitch,
   pulsePeriod,
@@ -249,11 +250,12 @@ async function choose() {
   kept.chosen = kept.chosen.filter((name) => found.some((signal) => signal.name === name));
   const { setpoint, manipulatedValue, pulses, processValue: own } = roles(loop);
   const processValue = await controlledValue(loop);
+  const stopped = await faults(loop);
   if (store.loop !== loop) return;
   const main = [setpoint, processValue, manipulatedValue].filter((name) => name !== undefined);
   const outputs = found.filter(({ member, variable }) => member === loop.member && variable.role === "output");
   const shownFirst = main.length > 1 ? main : [...main, ...outputs.slice(0, 2).map((signal) => signal.name)];
-  const names = new Set([...shownFirst, ...kept.chosen, ...pulses]);
+  const names = new Set([...shownFirst, ...kept.chosen, ...pulses, ...stopped]);
   // The setpoint has the unit of what it is compared with, which another block's output is not.
   const left = own ? unitText(knownUnits.processValue) || unitOf(own) : unitOf(setpoint ?? processValue);
   const right = unitText(knownUnits.manipulatedValue);

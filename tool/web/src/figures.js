@@ -48,7 +48,7 @@ export async function figuresOf(loop, run) {
 /** Asks for the figures, not more often than anyone can read them. */
 async function update() {
   // Those of the run before are not those of this one.
-  if (store.state?.run !== shownRun) glance([]);
+  if (store.state?.run !== shownRun) glance(undefined);
   shownRun = store.state?.run;
   if (isWaiting) {
     isAgain = true;
@@ -101,7 +101,7 @@ function show(figures, why) {
       ),
     );
   }
-  glance(all);
+  glance(figures);
   for (const { key, value, unit } of all) {
     const place = /** @type {HTMLElement} */ (places.get(key));
     text(place, value === null ? "–" : valueText(value, unit));
@@ -166,33 +166,45 @@ const GLANCE = [
   ["rise", "rise"],
   ["iae", "IAE"],
 ];
+/** Those after a disturbance. @type {[string, string][]} */
+const AFTER_DISTURBANCE = [
+  ["disturbed_peak", "deviation"],
+  ["recovery", "recovers"],
+  ["disturbed_iae", "IAE"],
+];
 
 /** A figure with its unit. @param {number} value @param {string | null} unit */
 export function valueText(value, unit) {
   return `${rounded(value, "LREAL", 3)} ${shownUnit(unit)}`.trimEnd();
 }
 
-/** The figures that one looks at first, as far as there are values. @param {import("./messages").Figure[]} all */
-function glanced(all) {
-  return GLANCE.flatMap(([key, name]) => {
+/**
+ * The figures that one looks at first, as far as there are values: those of the last step, or of a disturbance after it.
+ *
+ * @param {Figures | null | undefined} figures
+ */
+function glanced(figures) {
+  const { figures: all = [], step, disturbance } = figures ?? {};
+  const isDisturbed = disturbance && !(step && step.start > disturbance.start);
+  return (isDisturbed ? AFTER_DISTURBANCE : GLANCE).flatMap(([key, name]) => {
     const figure = all.find((one) => one.key === key);
     return figure && figure.value !== null ? [{ ...figure, name, value: figure.value }] : [];
   });
 }
 
-/** They in a line. @param {import("./messages").Figure[]} all */
-export function glanceText(all) {
-  return glanced(all)
+/** They in a line. @param {Figures | null | undefined} figures */
+export function glanceText(figures) {
+  return glanced(figures)
     .map(({ name, value, unit }) => `${name} ${valueText(value, unit)}`)
     .join(", ");
 }
 
-/** They in the run bar. @param {import("./messages").Figure[]} all */
-function glance(all) {
+/** They in the run bar. @param {Figures | undefined} figures */
+function glance(figures) {
   const manual = store.loop && store.isLive() && roles(store.loop).manual;
   const isManual = manual && store.state?.values[manual] === true;
   // In manual mode nothing brings the deviation to zero: its integral judges no controller.
-  const found = glanced(isManual ? all.filter(({ key }) => key !== "iae") : all);
+  const found = glanced(figures).filter(({ key }) => !(isManual && key === "iae"));
   fill(
     byId("glance"),
     found.map(({ name, title, meaning, value, unit }) =>

@@ -71,5 +71,6 @@ async function show(place, { step, figures }) {
         ),
       ),
     ),
+    element("p", {}, of.verdict),
   );
 }

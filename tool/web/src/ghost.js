@@ -92,5 +92,5 @@ export function ghostText() {
     const [, own] = split(name);
     return `${own} ${shown(value, loop.settings[own]?.variable.kind ?? "REAL")}`;
   });
-  return [told.join(", "), glanceText(ghost.figures?.figures ?? [])].filter(Boolean).join(": ");
+  return [told.join(", "), glanceText(ghost.figures)].filter(Boolean).join(": ");
 }

@@ -37,7 +37,10 @@ export async function openKnown(known, file) {
     return { call, time, variable: own(variable), value };
   });
   await remake(loop, { setup: store.setup(), events, calls: Math.round((known.stop ?? 0) / length) });
-  if (!isProgram) return;
+  if (!isProgram) {
+    if (loop.description.roles.controller.length > 0) store.emit("show", "tune");
+    return;
+  }
   store.emit("program");
   store.emit("show", "program");
 }

@@ -427,7 +427,9 @@ export type Forecasted = {
 /** The controller's settings that were in force and had an effect, as a list. */
 settings: string,
 /** Its figures by their keys, of the same step over the same time as those of the run. */
-figures: { [key in string]: number }, };
+figures: { [key in string]: number },
+/** Whether the run does what was predicted, in a sentence or two. */
+verdict: string, };
 
 /** Where a wire comes from: an operand, the output pin of an element, else the power rail. */
 export type From = {
@@ -1066,7 +1068,10 @@ restart: string | null,
 settings: Array<string>,
 /** The stimuli among the parameters. */
 stimuli: Array<string>,
-/** More pairs by meaning, which both ends name in the same way, such as `high stop`: LMNR_HS. */
+/**
+ * More pairs by meaning, which both ends name in the same way, such as `high stop`: LMNR_HS. A `fault` is an output that is TRUE
+ * while a plant has stopped, such as a tripped drive.
+ */
 signals: Array<[string, string]>, };
 
 /** A rule. */

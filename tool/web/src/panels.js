@@ -24,7 +24,7 @@ const DRAWERS = { opening: "open-button", compare: "compare-button", takeaway: "
 const [TAB, HEIGHT] = ["plcfmu-tab", "plcfmu-panels"];
 const STEP = 24;
 
-const narrow = matchMedia("(max-width: 60rem)");
+const narrow = matchMedia("(max-width: 66rem)");
 let shown = narrow.matches ? FIRST_NARROW : FIRST;
 
 export function mount() {

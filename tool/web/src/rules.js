@@ -125,7 +125,7 @@ function missingMetrics(rows) {
 export function applyRow(rule, answer, next) {
   const isStable = answer.sensitivity !== null;
   const numbers = Object.entries(answer.values).flatMap(([name, value]) =>
-    typeof value === "number" ? [`${name} ${rounded(value, "LREAL", 5)}`] : [],
+    typeof value === "number" ? [`${name.slice(name.lastIndexOf(".") + 1)} ${rounded(value, "LREAL", 5)}`] : [],
   );
   const buttons = next.map(({ name, title, act }) => element("button", { type: "button", title, onclick: act }, name));
   const about = element("span", { class: isStable ? "faint" : "error" });

@@ -10,7 +10,7 @@ import { ask } from "tool/engine.js";
 import { numberField } from "tool/number_field.js";
 import { disturbances, sensorOf } from "tool/plant.js";
 import { againButtons, isAnotherTest } from "tool/runs.js";
-import { called, isSwitch, manualSwitch, presentOutput, unitText } from "tool/signals.js";
+import { called, faults, isSwitch, manualSwitch, presentOutput, unitText } from "tool/signals.js";
 import { split, store, variable, wiredTo } from "tool/store.js";
 import { download } from "tool/takeaway.js";
 import { testMaker } from "tool/test_case.js";
@@ -161,6 +161,7 @@ export function mount(content) {
     showDone();
   });
   store.on("plant", showControls);
+  for (const what of ["loop", "plant"]) store.on(what, findFaults);
   store.on("run", showControls);
   store.on("settings", followSettings);
   store.on("settings", showAgain);
@@ -436,7 +437,8 @@ function setSpeed(next) {
 }
 
 function showButton() {
-  text(runButton, running ? "Pause" : againButton.hidden ? "Run" : "Go on");
+  const goOn = store.edited().length > 0 ? "Apply, go on" : "Go on";
+  text(runButton, running ? "Pause" : againButton.hidden ? "Run" : goOn);
 }
 
 function showStatus() {
@@ -448,11 +450,22 @@ function showStatus() {
   const late =
     running && speed !== Infinity && behind > WORTH_TELLING ? `, ${(behind / 1000).toFixed(1)} s behind the clock` : "";
   const why = state.failure ? "ended by a failure" : running ? "" : ended;
+  const stopped = faultNames.filter((name) => state.values[name] === true).map((name) => `${name}: stopped`);
+  status.classList.toggle("error", stopped.length > 0);
   const calls = `${state.calls} ${state.calls === 1 ? "cycle" : "cycles"}`;
-  const shown = [`t = ${seconds(state.time, state.step)} s`, why, calls].filter(Boolean).join(", ");
+  const shown = [...stopped, `t = ${seconds(state.time, state.step)} s`, why, calls].filter(Boolean).join(", ");
   text(status, shown + late);
   // The bar has not always room for it.
   attribute(status, "title", shown);
+}
+
+/** Finds the outputs that say that a plant has stopped. */
+async function findFaults() {
+  const loop = store.loop;
+  faultNames = [];
+  const found = loop ? await faults(loop).catch(() => []) : [];
+  if (store.loop === loop) faultNames = found;
+  showStatus();
 }
 
 /**
@@ -709,6 +722,8 @@ function manualControl(loop, [onName, valueName]) {
   );
 }
 
+/** The outputs that are TRUE while a plant has stopped. @type {string[]} */
+let faultNames = [];
 let isDoneScheduled = false;
 
 /** The list is not made anew at each call of a ramp. */

@@ -119,6 +119,18 @@ export async function controlledValue(loop) {
 }
 
 /**
+ * The outputs that are TRUE while a plant has stopped, such as the trip of a drive.
+ *
+ * @param {Work} loop
+ * @returns {Promise<string[]>}
+ */
+export async function faults(loop) {
+  const ofMember = (/** @type {[string, Description]} */ [name, { roles: of }]) =>
+    of.signals.flatMap(([meaning, output]) => (meaning === "fault" ? `${name}.${output}` : []));
+  return (await descriptions(loop)).flatMap(ofMember);
+}
+
+/**
  * Over how many seconds the pulses of a controller are averaged: the period of its pulse former, if its manipulated value is a
  * mean of pulses.
  *

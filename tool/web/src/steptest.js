@@ -13,6 +13,9 @@ import { number, same } from "tool/values.js";
 /** A setpoint that is nearer to the process value, as a part of both, is no step. */
 const LEAST = 1e-3;
 
+/** A part of a setpoint that is as good as 0. */
+const NOTHING = 1e-6;
+
 /**
  * The step to predict, and where its curve begins in the picture of the run. It begins in automatic mode, at rest.
  *
@@ -33,7 +36,9 @@ export async function userStep(loop, typed, model) {
   // What is typed may have more digits than the block holds.
   const isNext = typed.to !== "" && !(aim && same(aim.variable.kind, to, goal));
   const before = await restBefore(loop, goal, isNext);
-  const from = typed.from === "" ? before.processValue : Number(typed.from);
+  // A process value that comes to rest at 0 never quite reaches it.
+  const rest = Math.abs(before.processValue) < NOTHING * Math.abs(to) ? 0 : before.processValue;
+  const from = typed.from === "" ? rest : Number(typed.from);
   const isFar = (/** @type {number} */ one, /** @type {number} */ other) =>
     Math.abs(one - other) > LEAST * Math.max(Math.abs(one), Math.abs(other));
   const isStep = isFar(to, from);

@@ -15,6 +15,8 @@ import { chooser } from "tool/csv.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { forecast } from "tool/forecast.js";
+import { zoom } from "tool/moment.js";
+import { ratioRow } from "tool/ratio.js";
 import { applyRow, rulesTable, settingsTable } from "tool/rules.js";
 import { differenceUnit, units, unitText } from "tool/signals.js";
 import { userStep } from "tool/steptest.js";
@@ -33,6 +35,9 @@ const STRUCTURES = /** @type {[Structure, string][]} */ ([
   ["pid", "PID"],
 ]);
 
+/** So much of what was before a step is shown, as a part of its length. */
+const BEFORE_STEP = 0.1;
+
 /**
  * @typedef {object} Notes what is kept with a loop
  * @property {Record<string, string>} model the fields: gain, time_constant, second_time_constant, dead_time
@@ -47,6 +52,7 @@ const STRUCTURES = /** @type {[Structure, string][]} */ ([
  * @property {[number, number] | null} ultimate gain and period that a relay has found
  * @property {string} step the size of the step test
  * @property {import("./messages").Tuning | null} applied what was last taken from here into the fields
+ * @property {string} [plant] the plant that the model was identified from; none of a recording, and of typed values
  * @property {Model | undefined} heating
  * @property {Model | undefined} cooling
  */
@@ -96,7 +102,10 @@ export function mount(content) {
   fill(content, body);
   store.on("loop", show);
   store.on("loop", findUnits);
-  store.on("plant", findUnits);
+  store.on("plant", () => {
+    findUnits();
+    if (tuned) tune();
+  });
   store.on("csv", openCsv);
   store.on("run", () => tuned && tune());
   store.on("settings", (names) => {
@@ -272,6 +281,7 @@ function takeRelay({ ultimate, model: found, remarks, swing, hysteresis }) {
   const of = model();
   if (typeof of !== "object") {
     isFromCsv = undefined;
+    kept.plant = store.loop && plantOf(store.loop);
     writeModel(found);
   }
   const [gain, period] = ultimate.map((one) => rounded(one, "LREAL", 4));
@@ -279,7 +289,9 @@ function takeRelay({ ultimate, model: found, remarks, swing, hysteresis }) {
   const more =
     typeof of === "object"
       ? []
-      : ["A relay tells the plant at one frequency: the model is an integrator with dead time."];
+      : [
+          "A relay tells the plant at one frequency: the model is an integrator with dead time, and margins and predictions are those of that model. A plant with several lags has smaller margins: make a step test to know them.",
+        ];
   endChart();
   fill(identifiedPlace, remarksOf([sentence, ...more, ...remarks]));
   showRatio();
@@ -402,6 +414,7 @@ function takeModel(identified) {
   const loop = store.loop;
   if (!loop) return;
   notes().ultimate = null;
+  notes().plant = isFromCsv === false ? plantOf(loop) : undefined;
   writeModel(identified.model);
   text(fit, `fit ${rounded(identified.fit, "LREAL", 3)} %`);
   const unit = unitOfProcessValue();
@@ -728,6 +741,7 @@ function showRules(rows, chosen, place) {
     resultPlace,
     answer ? nextRow(loop, chosen?.name ?? "", answer, place === "") : null,
     forecastPlace,
+    remarksOf([...stale(loop, kept), ...(answer?.remarks ?? [])]),
     place === ""
       ? null
       : element("p", { class: "faint" }, `Start and target are both ${place}. Enter a different start or target.`),
@@ -739,10 +753,26 @@ function showRules(rows, chosen, place) {
         : element("p", { class: "error" }, chosen?.refusal ?? "Choose a rule."),
       element("div", { class: "rules wide" }, table),
     ),
-    answer ? remarksOf(answer.remarks) : null,
   );
   const again = focused && resultPlace.querySelector(`[data-rule="${focused}"]`);
   if (again instanceof HTMLElement) again.focus();
+}
+
+/** What drives the loop, of which a model is: when it changes, the model is of another one. @param {import("tool/store.js").Work} loop */
+function plantOf({ members, connections }) {
+  return JSON.stringify([members, connections]);
+}
+
+/**
+ * That the model is that of another plant, if it is.
+ *
+ * @param {import("tool/store.js").Work} loop
+ * @param {Notes} kept
+ */
+function stale(loop, { plant }) {
+  return plant === undefined || plant === plantOf(loop)
+    ? []
+    : ["The plant was changed after this model was identified: identify it again."];
 }
 
 /** Shows what one does next with the settings of the rule. */
@@ -796,11 +826,19 @@ async function runStep(setpoint, from, to) {
     if (!store.isLive()) await store.begin();
     await store.take(ask({ do: "rest_at", setpoint: from }).then(({ state }) => state));
     await store.now({ [setpoint]: to });
+    showStep();
     store.emit("run-to-rest");
   } catch (error) {
     if (store.isLive()) await store.take(ask({ do: "state" }));
     store.say(error);
   }
+}
+
+/** Shows the part of the run in which the step is to come, for as long as it is predicted. */
+function showStep() {
+  const { times = [] } = store.prediction?.curves ?? {};
+  const [start, length] = [store.state?.time ?? 0, (times.at(-1) ?? 0) - (times[0] ?? 0)];
+  if (length > 0) zoom(start - BEFORE_STEP * length, start + length);
 }
 
 /** @param {Tuned} answer */
@@ -828,55 +866,7 @@ export function tuning() {
 
 /** The ratio of heating and cooling, for blocks that have one. */
 function showRatio() {
-  const loop = store.loop;
-  if (!loop) return;
-  const factor = loop.description.roles.pulse_former[2];
-  if (!factor) {
-    fill(ratioPlace);
-    return;
-  }
-  const kept = notes();
-  const result = element("span", { "aria-live": "polite" });
-  /** @param {"heating" | "cooling"} which */
-  const take = (which) => {
-    const now = model();
-    if (typeof now !== "object") {
-      text(result, now ?? "Identify a step first.");
-      return;
-    }
-    kept[which] = now;
-    showRatio();
-  };
-  /** @param {Model | undefined} of */
-  const gain = (of) => (of ? `K ${rounded(of.gain, "LREAL", 4)}` : "none yet");
-  const compute = async () => {
-    if (!kept.heating || !kept.cooling) return;
-    try {
-      const ratio = await ask({ do: "ratio", heating: kept.heating, cooling: kept.cooling });
-      fill(
-        result,
-        `${factor} ${rounded(ratio.ratio, "REAL", 5)} `,
-        element("button", { type: "button", onclick: () => store.edit({ [factor]: ratio.ratio }) }, "Apply"),
-        ...ratio.remarks.map((remark) => element("span", { class: "faint" }, ` ${remark}`)),
-      );
-    } catch (error) {
-      text(result, error instanceof Error ? error.message : String(error));
-    }
-  };
-  fill(
-    ratioPlace,
-    element(
-      "div",
-      { class: "row" },
-      element("span", { class: "what", title: factor }, factor.slice(factor.lastIndexOf(".") + 1)),
-      element("button", { type: "button", onclick: () => take("heating") }, "This model is heating"),
-      element("span", { class: "faint" }, gain(kept.heating)),
-      element("button", { type: "button", onclick: () => take("cooling") }, "This model is cooling"),
-      element("span", { class: "faint" }, gain(kept.cooling)),
-      result,
-    ),
-  );
-  compute();
+  if (store.loop) fill(ratioPlace, ratioRow(store.loop, notes(), model));
 }
 
 /** @param {string[]} remarks */

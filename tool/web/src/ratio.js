@@ -1,0 +1,64 @@
+/**
+ * The ratio of the strengths of heating and cooling, from the models of both.
+ *
+ * @typedef {import("./messages").Model} Model
+ */
+
+import { element, fill, text } from "tool/dom.js";
+import { ask } from "tool/engine.js";
+import { store } from "tool/store.js";
+import { rounded } from "tool/values.js";
+
+/**
+ * A row that keeps a model as that of heating or of cooling, and computes the ratio from both. Nothing for a block without one.
+ *
+ * @param {import("tool/store.js").Work} loop
+ * @param {{ heating: Model | undefined, cooling: Model | undefined }} kept
+ * @param {() => Model | string | undefined} model the present one, or why there is none
+ */
+export function ratioRow(loop, kept, model) {
+  const factor = loop.description.roles.pulse_former[2];
+  if (!factor) return null;
+  const row = element("div", { class: "row" });
+  const result = element("span", { "aria-live": "polite" });
+  /** @param {"heating" | "cooling"} which */
+  const take = (which) => {
+    const now = model();
+    if (typeof now !== "object") {
+      text(result, now ?? "Identify a step first.");
+      return;
+    }
+    kept[which] = now;
+    show();
+  };
+  /** @param {Model | undefined} of */
+  const gain = (of) => (of ? `K ${rounded(of.gain, "LREAL", 4)}` : "none yet");
+  const compute = async () => {
+    if (!kept.heating || !kept.cooling) return;
+    try {
+      const ratio = await ask({ do: "ratio", heating: kept.heating, cooling: kept.cooling });
+      fill(
+        result,
+        `${factor} ${rounded(ratio.ratio, "REAL", 5)} `,
+        element("button", { type: "button", onclick: () => store.edit({ [factor]: ratio.ratio }) }, "Apply"),
+        ...ratio.remarks.map((remark) => element("span", { class: "faint" }, ` ${remark}`)),
+      );
+    } catch (error) {
+      text(result, error instanceof Error ? error.message : String(error));
+    }
+  };
+  const show = () => {
+    fill(
+      row,
+      element("span", { class: "what", title: factor }, factor.slice(factor.lastIndexOf(".") + 1)),
+      element("button", { type: "button", onclick: () => take("heating") }, "This model is heating"),
+      element("span", { class: "faint" }, gain(kept.heating)),
+      element("button", { type: "button", onclick: () => take("cooling") }, "This model is cooling"),
+      element("span", { class: "faint" }, gain(kept.cooling)),
+      result,
+    );
+    compute();
+  };
+  show();
+  return row;
+}
