@@ -8,7 +8,7 @@ import pytest
 import oracle
 import test_tool_run
 from test_loop_figures import second
-from test_tool_run import automatic, browser, open_tool, recorded, run_calls, saved, set_now, tool  # noqa: F401
+from test_tool_run import automatic, browser, open_tool, readout, recorded, run_calls, saved, set_now, tool  # noqa: F401
 from tool import new_loop, show_tab, take_generic_plant, until
 from test_tool_screen import bottom, open_example
 
@@ -224,6 +224,7 @@ def test_the_table_of_rules_says_why_a_metric_is_missing(tool):
     # The step test rests at 0 %, and the step takes 5 %: a load of 10 % is more than can be made up for up to 9 %.
     tool.locator("#field-LMN_HLM").fill("9")
     tool.locator("#field-LMN_HLM").press("Enter")
+    show_tab(tool, "Tune")
     tool.locator("#step-size").fill("5")
     make_step_test(tool)
     tool.locator("#tune-to").fill("10")
@@ -407,3 +408,106 @@ def test_another_method_or_kind_of_plant_identifies_the_same_step_again(tool):
     tool.locator("#tune-integrating").check()
     tool.locator("#tune p.error").first.wait_for()
     assert tool.evaluate(model)[0] == ""
+
+
+def rules_row(page):
+    """What the table says of the chosen rule, by the titles of its columns."""
+    texts = "cells => cells.map(cell => cell.innerText)"
+    heads, cells = (page.locator(f"#tune .rules {what}").evaluate_all(texts) for what in ("thead th", ".is-now td"))
+    return dict(zip(heads, cells))
+
+
+def run_the_step(page):
+    """Applies the rule and runs the step: predicted and run metrics by their titles, and the verdict."""
+    tune = page.locator("#tune")
+    tune.get_by_role("button", name="Apply").click()
+    tune.get_by_role("button", name="Run the step to").click()
+    # A loop with pulses may swing by its shortest one.
+    page.locator("#run .status").get_by_text(re.compile("settled|swings")).wait_for(timeout=60_000)
+    start = page.evaluate("async () => (await (await moduleOf('tool/engine.js')).ask({ do: 'figures' })).step.start")
+    tune.locator(".forecast p").get_by_text(f", {start:.9g} s to").wait_for()
+    texts = "cells => cells.map(cell => cell.innerText)"
+    titles = tune.locator(".forecast thead th").evaluate_all(texts)
+    predicted, run = (tune.locator(f".forecast tbody tr:nth-child({row}) :is(th, td)").evaluate_all(texts) for row in (1, 2))
+    number = re.compile(r"-?[\d.]+")
+    metrics = {title: tuple(float(number.search(cell)[0]) for cell in cells) for title, *cells in list(zip(titles, predicted, run))[1:]}
+    return metrics, tune.locator(".forecast p").last.inner_text()
+
+
+def test_a_loop_with_pulses_is_predicted_from_their_mean(open_tool):
+    """In any one call the manipulated value is 0 or 100 %: as the operating point it leaves no room on one side."""
+    page = open_tool((1366, 768))
+    open_example(page, "Furnace that a contactor")
+    make_step_test(page)
+    row = rules_row(page)
+    # K = 2.4 degC / %: a load of 10 % that nobody makes up for is 24 K.
+    assert float(row["load: deviation"].split()[0]) < 0.6 * 24, row
+    assert "\u2013" not in (row["overshoot"], row["settles"], row["load: IAE"]), row
+    metrics, verdict = run_the_step(page)
+    for title in ("IAE", "Rise time"):
+        predicted, run = metrics[title]
+        assert predicted == pytest.approx(run, rel=0.2), metrics
+    assert verdict.startswith("The run "), verdict
+    # Its mean is drawn and shown over the whole run, however many calls that has.
+    calls = page.evaluate("async () => (await moduleOf('tool/store.js')).store.state.calls")
+    assert calls > 20_000 and 70 < float(readout(page)["Q_MEAN"]) < 95
+    # What is to be seen is the step.
+    start = page.evaluate("async () => (await moduleOf('tool/moment.js')).range()[0]")
+    step = page.evaluate("async () => (await (await moduleOf('tool/engine.js')).ask({ do: 'figures' })).step.start")
+    assert 0 < start < step < start + 200
+
+
+def test_a_verdict_says_by_how_much_the_run_differs(open_tool):
+    page = open_tool((1366, 768))
+    open_example(page, "Furnace with a continuous")
+    make_step_test(page)
+    # A furnace of twice the gain is not the one that was identified.
+    page.evaluate("async () => { await (await moduleOf('tool/store.js')).store.now({ 'HEATER.RISE': 600 }); }")
+    page.locator("#tune").get_by_text("The plant was changed after this model was identified: identify it again.").wait_for()
+    metrics, verdict = run_the_step(page)
+    assert verdict.startswith("The run differs from the prediction: ")
+    told = {name: float(number) for name, number in re.findall(r"([a-zA-Z][a-zA-Z ]*?) ([+-][\d.]+) (?:%|percentage)", verdict.split(": ")[1])}
+    expected = {}
+    for title, (predicted, run) in metrics.items():
+        if title == "Overshoot" and abs(run - predicted) > 2:
+            expected["overshoot"] = run - predicted
+        elif title in ("Rise time", "Settling time", "IAE", "Travel") and abs(run - predicted) > 0.1 * max(run, predicted):
+            expected[title if title == "IAE" else title.lower()] = 100 * (run - predicted) / predicted
+    assert len(expected) > 1 and told.keys() == expected.keys(), verdict
+    for name, value in expected.items():
+        # Both of the table have three digits, and the verdict has two.
+        assert told[name] == pytest.approx(value, rel=0.06, abs=0.6), (name, verdict)
+
+
+def test_the_run_bar_has_the_metrics_of_a_disturbance_after_the_step(open_tool):
+    page = open_tool((1366, 768))
+    open_example(page, "Furnace with a continuous")
+    page.locator("#glance").get_by_text("overshoot").wait_for()
+    page.locator("#run").get_by_label("Disturbance", exact=True).select_option(label="DOOR")
+    page.locator("#disturbance").fill("20")
+    page.get_by_role("button", name="Disturb", exact=True).click()
+    run_calls(page, 600, 1)
+    page.locator("#glance").get_by_text("recovers").wait_for()
+    shown = page.locator("#glance").inner_text()
+    figures = page.evaluate("async () => (await (await moduleOf('tool/engine.js')).ask({ do: 'figures' })).figures")
+    values = {figure["key"]: figure["value"] for figure in figures}
+    for key in ("disturbed_peak", "recovery", "disturbed_iae"):
+        assert f"{values[key]:.3g}" in shown, (key, values[key], shown)
+
+
+def test_a_drive_that_has_tripped_is_told(open_tool):
+    page = open_tool((1366, 768))
+    open_example(page, "Drive behind a ramp generator")
+    status = page.locator("#run .status")
+    assert "stopped" not in status.inner_text()
+    # 50 calls of 10 ms to 916 rpm are 1832 rpm a second; 750 are what the drive follows.
+    page.locator("#field-TH_TZ").fill("50")
+    page.locator("#field-TH_TZ").press("Enter")
+    page.locator("#run-again").click()
+    status.get_by_text("DRIVE.TRIP: stopped").wait_for(timeout=60_000)
+    assert page.locator("#curves .readout").get_by_text("TRIP").count() == 1
+    report = saved(page, "Report (HTML)")[1].decode()
+    (since,) = re.findall(r"DRIVE has stopped: DRIVE.TRIP is TRUE from ([\d.]+) s on", report)
+    view = "async () => (await moduleOf('tool/engine.js')).ask({ do: 'view', variables: ['DRIVE.TRIP'], points: 20000 })"
+    trip = page.evaluate(view)
+    assert float(since) == pytest.approx(trip["times"][trip["values"][0].index(1)])

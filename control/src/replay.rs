@@ -309,7 +309,7 @@ fn read_otherwise(
         return Ok(reading);
     }
     let inputs = reading.recording.inputs.len();
-    let manual = reading.recording.take_for_manual(block, &reading.base);
+    let manual = reading.recording.take_for_manual(block, &reading.base.outputs, |output| reading.base.spread(output));
     if !manual.is_empty() {
         let (base, suspects) = explained(&Comparison::new(block, &reading.recording, tolerance), true)?;
         if base.different() == 0 || suspects.iter().any(is_near) {

@@ -299,7 +299,7 @@ fn description(home: &dyn Home, record: &Record) -> Result<(String, Vec<String>)
         let files: Vec<String> = program.sources.iter().map(|file| file.display().to_string()).collect();
         remarks.push(format!("The program's sources belong beside it: {}.", files.join(", ")));
     }
-    let about = format!("# Run {} of the parameter tool, {calls} calls: plcfmu run FILE.toml\n", record.number());
+    let about = format!("# A run of the parameter tool, {calls} calls: plcfmu run FILE.toml\n");
     let text = about + &file::write(&system)?;
     if text.len() > LONGEST_DESCRIPTION {
         remarks.push(format!(

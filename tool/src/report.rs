@@ -596,7 +596,9 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
 /// The unit of a setting: its own, or that of the loop's value that it is compared with.
 fn unit_of<'a>(variable: &'a Variable, roles: &Roles, units: [Option<&'a str>; 2]) -> &'a str {
     let is = |role: Option<&String>| role == Some(&variable.name);
-    let is_controlled = [&roles.setpoint, &roles.process_value].into_iter().any(|role| is(role.as_ref()));
+    // A setpoint that is compared with nothing, such as that of a ramp, has not the unit of the plant.
+    let is_controlled = roles.process_value.is_some()
+        && [&roles.setpoint, &roles.process_value].into_iter().any(|role| is(role.as_ref()));
     let is_manipulated = is(roles.manual.as_ref().map(|(_, value)| value))
         || roles.limits.iter().any(|(high, low)| [high, low].contains(&&variable.name))
         || roles.disturbances.contains(&variable.name);

@@ -1,7 +1,6 @@
 //! Which column of a recording is which variable of the block, with its values as the block takes them.
 
 use super::change::{Change, Moving};
-use super::compare::Outcome;
 use super::instance::{Block, change, typed};
 use crate::csv::names::{MANIPULATED_VALUES, MANUAL, PROCESS_VALUES, SETPOINTS, ends, short_name};
 use crate::csv::{Column, CsvTable as Csv};
@@ -236,7 +235,12 @@ impl Recording {
     /// Where the manipulated value stands still while the computed one moves by more than other last digits explain, the controller may have
     /// been in manual mode, unless that looks like a limit: one of the loop, or the lowest or highest recorded value. Takes it so and gives
     /// the times; none if the recording says the mode, or nothing stands still.
-    pub(super) fn take_for_manual(&mut self, block: &Block, run: &Outcome) -> Vec<(f64, f64)> {
+    pub(super) fn take_for_manual(
+        &mut self,
+        block: &Block,
+        computed: &[Vec<f64>],
+        spread: impl Fn(usize) -> f64,
+    ) -> Vec<(f64, f64)> {
         let Some((switch, manual)) = block.manual().filter(|(switch, _)| block.settings[*switch] == 0.0) else {
             return Vec::new();
         };
@@ -244,7 +248,7 @@ impl Recording {
         if self.inputs.iter().any(|input| [switch, manual].contains(&input.row)) {
             return Vec::new();
         }
-        let (recorded, computed, spread) = (&self.outputs[output], &run.outputs[output], run.spread(output));
+        let (recorded, computed, spread) = (&self.outputs[output], &computed[output], spread(output));
         let ends: [f64; 2] = extremes(recorded.values.iter().filter(|value| value.is_finite())).into();
         let mut is_on = self.constant(block, switch, 0.0);
         let mut value = self.constant(block, manual, block.settings[manual]);

@@ -97,6 +97,11 @@ pub(super) fn table(page: &mut String, report: &Report, of: &Tuning, description
         writeln!(page, "</ul>")?;
     }
     if let Some(applied) = of.rows.iter().find(|row| row.rule == of.rule) {
+        let remarks = applied.tuned.iter().flat_map(|tuned| &tuned.remarks);
+        let remarks: Vec<String> = remarks.map(|remark| format!("<li>{}</li>", Text(remark))).collect();
+        if !remarks.is_empty() {
+            writeln!(page, "<p>Of {}:</p>\n<ul class=\"rest\">{}</ul>", Text(&applied.name), remarks.concat())?;
+        }
         let best = best(applied, &of.rows);
         if !best.is_empty() {
             let best = best.join(", ");

@@ -239,7 +239,7 @@ fn verdict(predicted: &[(&'static str, f64)], run: &Figures) -> String {
         let difference = came - predicted;
         match *key {
             "overshoot" if difference.abs() <= *allowed => None,
-            "overshoot" => Some(format!("{title} {} points of percent", signed(difference))),
+            "overshoot" => Some(format!("{title} {} percentage points", signed(difference))),
             _ if difference.abs() <= allowed * came.abs().max(predicted.abs()) => None,
             _ => Some(format!("{title} {} %", signed(100.0 * difference / predicted.abs()))),
         }

@@ -25,7 +25,9 @@ pub(super) fn told(
     (fmu, description): (&str, &Description),
 ) -> Result<()> {
     let Model { gain, time_constant, second_time_constant, dead_time, is_integrating } = of.model;
-    let [process_value, manipulated_value] = report.units.map(|unit| units::shown(unit.unwrap_or("1")));
+    // Of a step controller the travel of the actuator counts.
+    let travel = report.units[1].or((!description.roles.pulses.is_empty()).then_some("%"));
+    let [process_value, manipulated_value] = [report.units[0], travel].map(|unit| units::shown(unit.unwrap_or("1")));
     let of_gain = match (process_value.as_ref(), manipulated_value.as_ref(), is_integrating) {
         ("1", "1", false) => String::new(),
         (above, "1", true) => format!("{above}/s"),

@@ -125,6 +125,18 @@ fn it_repeats_to_the_same_bits() {
 }
 
 #[test]
+fn an_earlier_run_is_repeated_without_what_was_set_after_its_last_call() {
+    let home = TestHome::default();
+    let mut session = started(&home);
+    session.run(5).unwrap();
+    // Applied, and run again: it has acted in the second run only.
+    session.send(&values(&[("C.GAIN", 7.0)])).unwrap();
+    session.same_test(&home, None, &Values::new()).unwrap();
+    session.same_bits(&home, Some(0)).unwrap();
+    assert!(session.record(None).unwrap().events().events.is_empty());
+}
+
+#[test]
 fn the_same_test_has_the_settings_in_force_from_its_beginning() {
     let home = TestHome::default();
     let mut session = started(&home);

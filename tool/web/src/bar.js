@@ -43,11 +43,12 @@ export function mount() {
     const { offsetHeight: height } = notices;
     document.body.style.setProperty("--notices", height > 0 ? `${height + 20}px` : "0px");
   }).observe(notices);
-  // A note is about what was just done: the next change ends it. Errors stay until they are closed.
-  const endNotes = () => {
-    for (const note of byId("notices").querySelectorAll(".notice.is-note")) note.remove();
+  // A note is about what was just done: the next change ends it. Errors stay until they are closed, or other files are opened.
+  const end = (/** @type {string} */ which) => {
+    for (const note of byId("notices").querySelectorAll(which)) note.remove();
   };
-  for (const what of ["loop", "settings"]) store.on(what, endNotes);
+  for (const what of ["loop", "settings"]) store.on(what, () => end(".notice.is-note"));
+  store.on("opening", () => end(".notice.is-error"));
   store.on("home", showLost);
   store.on("question", question);
   listenToNewEngine(() => {

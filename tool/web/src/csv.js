@@ -9,6 +9,7 @@
 
 import { element } from "tool/dom.js";
 import { ask, EngineError } from "tool/engine.js";
+import { store } from "tool/store.js";
 
 /** More than this the engine refuses; the page should not try. */
 const MOST_BYTES = 60_000_000;
@@ -28,7 +29,11 @@ export async function recordingOf(file) {
     );
   }
   const text = decoded(new Uint8Array(await file.arrayBuffer()));
-  return { name: file.name, text, columns: await ask({ do: "columns", text }) };
+  try {
+    return { name: file.name, text, columns: await ask({ do: "columns", text }) };
+  } catch (error) {
+    throw error instanceof EngineError ? new EngineError(`${file.name}: ${error.message}`) : error;
+  }
 }
 
 /** @param {Uint8Array} bytes */
@@ -55,6 +60,7 @@ export function chooser(id, label, take, fail) {
   /** @param {File | undefined} file */
   const read = async (file) => {
     if (!file) return;
+    store.emit("opening");
     try {
       take(await recordingOf(file));
     } catch (error) {

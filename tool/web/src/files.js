@@ -33,6 +33,7 @@ const BEGINNING = /(?<!END_)DATA_BLOCK|"\s*:\s*\{|<SW\.Blocks\./gi;
 export async function openFiles(files) {
   store.files = store.files.filter((one) => !one.isRefused);
   store.emit("files");
+  store.emit("opening");
   /** @type {File[]} */
   const texts = [];
   for (const file of await unpackedFiles(files)) {

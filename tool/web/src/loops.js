@@ -105,7 +105,7 @@ function mountOpening() {
   });
   const block = element("select", { id: "new-block" });
   const summary = element("p", { class: "faint", id: "new-summary" });
-  const make = element("button", { type: "submit", class: "primary" }, "New loop");
+  const make = element("button", { type: "submit", class: "primary", disabled: true }, "New loop");
   const form = element(
     "form",
     {
@@ -130,6 +130,7 @@ function mountOpening() {
   const examples = element("div", { class: "examples" });
   const show = () => {
     const controllers = store.catalogue.fmus.filter(isController);
+    make.disabled = controllers.length === 0;
     fill(
       block,
       controllers.map((one) => element("option", { value: one.name }, one.name)),

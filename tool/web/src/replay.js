@@ -14,6 +14,8 @@ import { manualSwitch, unitText } from "tool/signals.js";
 import { store, valuesOf } from "tool/store.js";
 import { rounded, shown } from "tool/values.js";
 
+/** More columns are not named one by one: the conclusion stands below. */
+const MOST_NAMED = 6;
 /** @type {Recording | undefined} */
 let recorded;
 /** Which column is which variable, as the user wants it; undefined as long as the engine decides. @type {[string, string][] | undefined} */
@@ -282,6 +284,7 @@ function showMapping(found) {
     return element("div", { class: "entry" }, element("label", { for: list.id }, column), list);
   });
   const wasOpen = mapping.querySelector("details")?.open ?? found.length === 0;
+  const named = (/** @type {[string, string]} */ [column, name]) => (column === name ? name : `${column} is ${name}`);
   fill(
     mapping,
     element(
@@ -290,7 +293,7 @@ function showMapping(found) {
       element(
         "summary",
         {},
-        `Columns: ${found.map(([column, name]) => (column === name ? name : `${column} is ${name}`)).join(", ") || "none found"}`,
+        `Columns: ${found.slice(0, MOST_NAMED).map(named).join(", ") || "none found"}${found.length > MOST_NAMED ? ` and ${found.length - MOST_NAMED} more` : ""}`,
       ),
       element("div", { class: "entries" }, changed),
     ),

@@ -172,6 +172,7 @@ function fit(changes, { variables }) {
     return `${change.setting.name} ${now} instead of ${was}`;
   });
   const others = changes.filter((change) => !("setting" in change)).map((change) => ofChange(change, variables));
+  if (settings.length === 0) return `if ${others.join(", and ")}`;
   return [settings.join(" and "), ...others].filter(Boolean).join(", and ");
 }
 

@@ -104,7 +104,7 @@ function save() {
     run,
   };
   // A file of thousands of loops is too large for it: then the loops under work are kept, and the file is opened again.
-  for (const files of [store.files, []]) {
+  for (const files of [store.files.filter(({ isRefused }) => !isRefused), []]) {
     try {
       const content = JSON.stringify({ ...kept, files });
       sessionStorage.setItem(KEY, content);

@@ -55,7 +55,8 @@ export async function units(loop) {
   const plants = [...members]
     .slice(1)
     .flatMap(([name, { roles }]) => (roles.process_value ? `${name}.${roles.process_value}` : []));
-  const outputs = plants.map(unit).filter(Boolean);
+  // A setpoint that is compared with nothing, such as that of a ramp, has not the unit of the plant.
+  const outputs = processValue ? plants.map(unit).filter(Boolean) : [];
   return {
     processValue: unit(processValue) || unit(setpoint) || (outputs[0] ?? ""),
     // A mean of pulses is a part of their period.

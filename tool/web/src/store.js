@@ -42,6 +42,7 @@
  * | `question` | a question for the user; detail: `{text, yes, no, act}`, where `act` is what a yes does |
  * | `home` | the engine is lost, or is another one |
  * | `csv` | a CSV file was dropped; detail: its Recording |
+ * | `opening` | the user has chosen files: what was wrong with earlier ones goes |
  * | `prediction` | a predicted curve is there or gone: `store.prediction`, `store.ghost` |
  * | `key-run`, `key-call`, `key-manual`, `key-left`, `key-right`, `key-home`, `key-end`, `key-zoom-in`, `key-zoom-out` | a key outside of fields |
  * | `why` | a variable is asked why it has its value; detail: its name |
