@@ -421,11 +421,14 @@ def run_the_step(page):
     """Applies the rule and runs the step: predicted and run metrics by their titles, and the verdict."""
     tune = page.locator("#tune")
     tune.get_by_role("button", name="Apply").click()
-    tune.get_by_role("button", name="Run the step to").click()
+    run_it = tune.get_by_role("button", name="Run the step to")
+    goal = re.search(r"to ([-\d.]+)", run_it.inner_text())[1]
+    run_it.click()
     # A loop with pulses may swing by its shortest one.
     page.locator("#run .status").get_by_text(re.compile("settled|swings")).wait_for(timeout=60_000)
-    start = page.evaluate("async () => (await (await moduleOf('tool/engine.js')).ask({ do: 'figures' })).step.start")
-    tune.locator(".forecast p").get_by_text(f", {start:.9g} s to").wait_for()
+    # The verdict comes when no call is made any more, and of this step.
+    tune.locator(".forecast p").get_by_text(f" to {goal}, ").wait_for(timeout=60_000)
+    tune.locator(".forecast p").get_by_text(re.compile("^The (run|step has) ")).wait_for(timeout=60_000)
     texts = "cells => cells.map(cell => cell.innerText)"
     titles = tune.locator(".forecast thead th").evaluate_all(texts)
     predicted, run = (tune.locator(f".forecast tbody tr:nth-child({row}) :is(th, td)").evaluate_all(texts) for row in (1, 2))
@@ -437,20 +440,20 @@ def run_the_step(page):
 def test_a_loop_with_pulses_is_predicted_from_their_mean(open_tool):
     """In any one call the manipulated value is 0 or 100 %: as the operating point it leaves no room on one side."""
     page = open_tool((1366, 768))
-    open_example(page, "Furnace that a contactor")
+    open_example(page, "Chamber with heating pulses")
     make_step_test(page)
     row = rules_row(page)
-    # K = 2.4 degC / %: a load of 10 % that nobody makes up for is 24 K.
-    assert float(row["load: deviation"].split()[0]) < 0.6 * 24, row
+    # K = 0.6 degC / %: a load of 10 % that nobody makes up for is 6 K.
+    assert float(row["load: deviation"].split()[0]) < 0.3 * 6, row
     assert "\u2013" not in (row["overshoot"], row["settles"], row["load: IAE"]), row
     metrics, verdict = run_the_step(page)
     for title in ("IAE", "Rise time"):
         predicted, run = metrics[title]
-        assert predicted == pytest.approx(run, rel=0.2), metrics
+        assert predicted == pytest.approx(run, rel=0.1), metrics
     assert verdict.startswith("The run "), verdict
     # Its mean is drawn and shown over the whole run, however many calls that has.
     calls = page.evaluate("async () => (await moduleOf('tool/store.js')).store.state.calls")
-    assert calls > 20_000 and 70 < float(readout(page)["Q_MEAN"]) < 95
+    assert calls > 20_000 and 55 <= float(readout(page)["Q_MEAN"]) <= 65
     # What is to be seen is the step.
     start = page.evaluate("async () => (await moduleOf('tool/moment.js')).range()[0]")
     step = page.evaluate("async () => (await (await moduleOf('tool/engine.js')).ask({ do: 'figures' })).step.start")

@@ -214,7 +214,9 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     let comparison = Comparison::new(&block, &recording, tolerance);
     remarks.extend(beginning(&block, &recording, &base.variant));
     remarks.extend(unknown_stops(&block, &recording).filter(|_| base.different() > 0));
-    remarks.extend(base.spread_remarks(&comparison));
+    if !suspects.iter().any(|suspect| suspect.fits) {
+        remarks.extend(base.spread_remarks(&comparison));
+    }
     let ends_without_call = match suspects.iter().find(|suspect| suspect.fits) {
         _ if base.different() == 0 => comparison.ends_without_call(&base)?,
         Some(explained) => explained.ends_without_call,

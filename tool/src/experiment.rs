@@ -12,6 +12,7 @@ use crate::session::{MOST_CALLS, Record, Session};
 use crate::signals::{self, Signals};
 use anyhow::{Context, Result, ensure};
 use control::identify::{self, Data, Identified, Method, Model, resolution};
+use control::tune::Controller;
 use run::system::Value;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -24,7 +25,7 @@ const REST: f64 = 0.005;
 const SETTLED: f64 = 0.001;
 /// What has moved little since the user has done something last also rests if it moves by less than this part of its way in the run.
 const UNSEEN: f64 = 0.0001;
-/// Such a run has so many calls at least: a dead time is no rest.
+/// The controller has acted so many times at least in such a run, once in a period of its own pulses: a dead time is no rest.
 const WATCHED: usize = 200;
 /// It swings if the last third of it is wider than the band of 2 % to both sides in which a step counts as settled, of all that it has
 /// moved in the run.
@@ -33,8 +34,9 @@ const BAND: f64 = 0.04;
 const CROSSINGS: usize = 4;
 /// Of a loop without a process value so many variables are watched at most.
 const MOST_VARIABLES: usize = 200;
-/// A swing that has become this many times as wide still grows.
+/// A swing that has become this many times as wide still grows; by pulses, which can only be so short, it is never the same.
 const GROWN: f64 = 1.01;
+const GROWN_BY_PULSES: f64 = 1.25;
 /// It has moved if it is this many times the noise away.
 const MOVED: f64 = 8.0;
 /// And this many times its smallest change.
@@ -149,6 +151,8 @@ pub struct Settled {
 pub fn settle(home: &dyn Home, session: &mut Session, request: &Settle) -> Result<Settled> {
     let mut left = request.calls;
     let mut watched = 0;
+    let every = period_in_calls(home, session.record(None)?);
+    let grown = if every > 1 { GROWN_BY_PULSES } else { GROWN };
     loop {
         let calls = left.min((watched / 10).max(FIRST));
         let state = session.run(calls)?;
@@ -157,8 +161,9 @@ pub fn settle(home: &dyn Home, session: &mut Session, request: &Settle) -> Resul
         let done = record.done().last().map_or(0.0, |done| record.time(done.call));
         let resting = Watched::new(home, record, Some(request.from.max(done))).filter(|last| {
             watched = last.values.first().map_or(0, Vec::len);
-            let rests = |(values, all): (&Vec<f64>, &Vec<f64>)| is_at_rest(values, SETTLED) && has_settled(values, all);
-            watched >= WATCHED
+            let rests =
+                |(values, all): (&Vec<f64>, &Vec<f64>)| is_at_rest(values, SETTLED) && has_settled(values, all, grown);
+            watched >= WATCHED * every
                 && Watched::new(home, record, None).is_some_and(|all| last.values.iter().zip(&all.values).all(rests))
         });
         if resting.is_some() || left == 0 || state.failure.is_some() {
@@ -170,6 +175,13 @@ pub fn settle(home: &dyn Home, session: &mut Session, request: &Settle) -> Resul
             return Ok(Settled { is_at_rest: resting.is_some() && !swings, swings, state });
         }
     }
+}
+
+/// The calls of a period of the controller's own pulses, in which it acts once; 1 of a controller without.
+fn period_in_calls(home: &dyn Home, record: &Record) -> usize {
+    let controller = record.members().next().and_then(|member| Controller::new(home, member).ok());
+    let period = controller.and_then(|controller| controller.own_period());
+    period.map_or(1, |period| (period / record.step()).round().max(1.0) as usize)
 }
 
 /// What has to rest.
@@ -325,12 +337,9 @@ fn half(values: &[f64]) -> f64 {
     width(values) / 2.0
 }
 
-/// The standard deviation of what changes from one value to the next without a trend. A process value that is sampled every few calls
-/// stays between: its steps are no noise.
+/// The standard deviation of what changes from call to call without a trend.
 fn noise(values: &[f64]) -> f64 {
-    let mut sampled = values.to_vec();
-    sampled.dedup();
-    let changes: Vec<f64> = sampled.windows(3).map(|three| three[0] - 2.0 * three[1] + three[2]).collect();
+    let changes: Vec<f64> = values.windows(3).map(|three| three[0] - 2.0 * three[1] + three[2]).collect();
     (changes.iter().map(|change| change * change).sum::<f64>() / (6.0 * changes.len().max(1) as f64)).sqrt()
 }
 
@@ -348,13 +357,13 @@ fn is_at_rest(values: &[f64], part: f64) -> bool {
 
 /// Whether the last third of values that are at rest on the whole stays within what figures resolve of their way, or goes up and down
 /// evenly around its mean: at a turning point it does neither. `all` are those of the run.
-fn has_settled(values: &[f64], all: &[f64]) -> bool {
+fn has_settled(values: &[f64], all: &[f64], grown: f64) -> bool {
     let last = &values[values.len() * 2 / 3..];
     let mean = mean(last);
     let crossings = last.windows(2).filter(|pair| (pair[0] < mean) != (pair[1] < mean)).count();
     let (first, second) = last.split_at(last.len() / 2);
     let (earlier, later) = (width(first), width(second));
-    let is_even = crossings >= CROSSINGS && later > earlier / 2.0 && later < GROWN * earlier;
+    let is_even = crossings >= CROSSINGS && later > earlier / 2.0 && later < grown * earlier;
     let unseen = (SETTLED * width(values)).max(UNSEEN * width(all)).max(MOVED * noise(values));
     values.is_empty() || is_even || width(last) <= unseen
 }

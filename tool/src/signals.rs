@@ -217,7 +217,8 @@ pub fn identify(home: &dyn Home, session: &Session, request: &identify::Identify
         travel::identify(home, record, &signals, request)?
     } else {
         // The plant was where its first value is, also in a row of before that.
-        let (before, given) = signals.process_value.split_at_mut(signals.first);
+        let first = signals.first.min(signals.process_value.len());
+        let (before, given) = signals.process_value.split_at_mut(first);
         before.fill(given.first().copied().unwrap_or(f64::NAN));
         let (times, input) = (&signals.times, &signals.manipulated_value);
         let recorded = identify::Recorded { times, input, output: &signals.process_value };

@@ -8,6 +8,7 @@ use super::columns::{Signal, is_tunable};
 use super::compare::{Comparison, Outcome};
 use super::instance::Variant;
 use crate::extremes;
+use crate::tune::rounded;
 use blocks::table::number::to_value;
 use blocks::{Kind, Role};
 use modeldescription::Row;
@@ -366,20 +367,21 @@ impl<'a> Search<'a> {
     /// The values with the fewest digits that do as well.
     pub(super) fn snapped(&self, found: Found, rows: &[usize]) -> Found {
         let enough = found.error * 4.0 + 1e-12;
-        let rounded = |digits: &[usize]| {
-            let rounded = rows.iter().zip(digits).try_fold(found.variant.clone(), |variant, (row, digits)| {
-                self.with(&variant, *row, crate::tune::rounded(self.value(&found.variant, *row), *digits as i32))
+        let with_digits = |digits: &[usize]| {
+            let variant = rows.iter().zip(digits).try_fold(found.variant.clone(), |variant, (row, digits)| {
+                let value = self.value(&found.variant, *row);
+                self.with(&variant, *row, if *digits == 0 { 0.0 } else { rounded(value, *digits as i32) })
             });
-            rounded.map(|variant| Found { error: self.error(&variant), variant })
+            variant.map(|variant| Found { error: self.error(&variant), variant })
         };
         let mut all: Vec<Vec<usize>> = vec![Vec::new()];
         for _ in rows {
             let longer = |one: usize| all.iter().map(move |digits| [digits.as_slice(), &[one]].concat());
-            all = (1..=DIGITS).flat_map(longer).collect();
+            all = (0..=DIGITS).flat_map(longer).collect();
         }
         all.sort_by_key(|digits| digits.iter().sum::<usize>());
         let good = |found: &Found| found.error <= enough && self.fits(&found.variant);
-        all.iter().filter_map(|digits| rounded(digits)).find(good).unwrap_or(found)
+        all.iter().filter_map(|digits| with_digits(digits)).find(good).unwrap_or(found)
     }
 
     /// The other settings that the recording does not tell apart from this one: with another value of theirs the block still does what

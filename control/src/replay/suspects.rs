@@ -479,12 +479,8 @@ pub(super) fn is_usual(block: &Block, suspect: &Suspect) -> bool {
 
 /// Whether all its numbers have few digits, as typed ones have.
 fn is_round(suspect: &Suspect) -> bool {
-    let number = |value| number_of(value);
-    suspect
-        .values
-        .values()
-        .map(|value| number(*value))
-        .all(|value| (rounded(value, FEW) - value).abs() <= 1e-6 * value.abs())
+    let mut numbers = suspect.values.values().map(|value| number_of(*value));
+    numbers.all(|value| (rounded(value, FEW) - value).abs() <= 1e-6 * value.abs())
 }
 
 /// How wide a range of a value is, as a part of it.
@@ -718,15 +714,17 @@ fn exceeded(comparison: &Comparison) -> Option<Try> {
     let (upper, lower) = block.roles.limits.as_ref()?;
     let mut tries = Tries { comparison, tries: Vec::new() };
     let mut wrong = Vec::new();
+    let mut all_stay = true;
     for (name, extreme, way) in [(upper, high, 1.0), (lower, low, -1.0)] {
         let row = block.table.find(name)?;
         if way * (extreme - block.settings[row]) > of.tolerance(extreme) {
             let stays = of.values.iter().filter(|value| **value == extreme).count() > 1;
             let start = block.table.variables[row].start;
             wrong.push((Some(row), if stays || way * start < way * extreme { extreme } else { start }));
+            all_stay &= stays;
         }
     }
-    tries.values(&wrong, Some(Why::Stays));
+    tries.values(&wrong, all_stay.then_some(Why::Stays));
     tries.tries.pop().filter(|one| !one.changes.is_empty())
 }
 

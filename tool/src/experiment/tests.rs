@@ -136,14 +136,3 @@ fn an_experiment_that_tells_nothing_is_refused() {
     let error = error(&mut alone, 5.0);
     assert_eq!(error, "nothing answers C: connect a plant first");
 }
-
-#[test]
-fn the_steps_of_a_process_value_that_is_sampled_every_few_calls_are_no_noise() {
-    let sampled: Vec<f64> = (0..400).map(|call| 0.3 * f64::from(call / 20)).collect();
-    assert!(noise(&sampled) < 1e-12, "{}", noise(&sampled));
-    // It still rises by 0.3 every 20 calls.
-    assert!(!has_settled(&sampled, &sampled));
-    // Up and down by 1 is a deviation of 1.
-    let noisy: Vec<f64> = (0..400).map(|call| if call % 2 == 0 { 1.0 } else { -1.0 }).collect();
-    assert!((noise(&noisy) - (16.0_f64 / 6.0).sqrt()).abs() < 1e-12, "{}", noise(&noisy));
-}

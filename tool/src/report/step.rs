@@ -84,7 +84,7 @@ pub(super) fn predicted(
 
 /// The manipulated value in a call; of pulses it is the mean over the last period.
 fn manipulated(record: &Record, controller: &Controller, column: usize, call: usize) -> f64 {
-    let length = controller.own_period().map_or(1.0, |period| (period / (record.time(1) - record.time(0))).round());
+    let length = controller.own_period().map_or(1.0, |period| (period / record.step()).round());
     record.trace().means(column, &[call], length.max(1.0) as usize)[0]
 }
 
@@ -244,6 +244,9 @@ fn verdict(predicted: &[(&'static str, f64)], run: &Figures) -> String {
             _ => Some(format!("{title} {} %", signed(100.0 * difference / predicted.abs()))),
         }
     };
+    if run.figures.iter().any(|figure| figure.key == "settling" && figure.value.is_none()) {
+        return "The step has not settled yet.".into();
+    }
     let off: Vec<String> = JUDGED.iter().filter_map(off).collect();
     if off.is_empty() {
         return "The run does what was predicted.".into();

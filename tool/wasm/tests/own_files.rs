@@ -439,3 +439,11 @@ fn a_curve_that_bends_is_no_noise() {
         replayed.outputs[0].noise
     );
 }
+
+#[test]
+fn a_value_as_good_as_0_is_0() {
+    for decimals in [None, Some(3)] {
+        let (_, values, _) = explanation(&[("LMN_OFF", 3.0)], decimals);
+        assert_eq!(values, [("LMN_OFF".to_string(), Value::Number(0.0))].into());
+    }
+}

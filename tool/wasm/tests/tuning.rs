@@ -676,9 +676,10 @@ fn manual_furnace(home: &Linked, exchange: Exchange) -> Session {
 fn a_cold_furnace_is_identified_from_a_run_that_begins_in_manual_mode() {
     let home = Linked::new();
     let mut session = manual_furnace(&home, Exchange::Parallel);
-    session.run(900).unwrap();
     let data = Data::Run { run: None, from: None, to: None };
     let request = identify::IdentifyRequest { data, method: Method::LeastSquares, is_integrating: false };
+    assert!(signals::identify(&home, &session, &request).is_err(), "nothing has run yet");
+    session.run(900).unwrap();
     let model = signals::identify(&home, &session, &request).unwrap().model;
     // The manipulated value steps from 0 to 10 % after the first row, which has the outputs before the first call: a process value of 0,
     // and not the 20 degC of the cold furnace.

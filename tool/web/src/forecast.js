@@ -71,6 +71,7 @@ async function show(place, { step, figures }) {
         ),
       ),
     ),
-    element("p", {}, of.verdict),
+    // The step is not over while calls are being made.
+    store.isRunning ? null : element("p", {}, of.verdict),
   );
 }

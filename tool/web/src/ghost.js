@@ -5,6 +5,7 @@
 
 import { ask } from "tool/engine.js";
 import { glanceText } from "tool/figures.js";
+import { isZoomed, range } from "tool/moment.js";
 import { drawnOfEarlier } from "tool/overlay.js";
 import { programOf } from "tool/program.js";
 import { units } from "tool/signals.js";
@@ -23,7 +24,7 @@ let asked = 0;
 
 /** Draws it from now on. */
 export function mount() {
-  for (const what of ["settings", "loop", "run", "pause"]) store.on(what, soon);
+  for (const what of ["settings", "loop", "run", "pause", "range"]) store.on(what, soon);
 }
 
 function soon() {
@@ -72,7 +73,8 @@ async function make() {
   const mine = asked;
   try {
     const { processValue: unit, manipulatedValue: travel_unit } = await units(loop);
-    const view = { variables: drawnOfEarlier(loop), points: POINTS };
+    const [from, to] = range();
+    const view = { variables: drawnOfEarlier(loop), points: POINTS, ...(isZoomed() ? { from, to } : {}) };
     const tried = await ask({ do: "try", values, view, figures: { unit, travel_unit } });
     if (mine !== asked) return;
     store.ghost = { ...tried, values, of };

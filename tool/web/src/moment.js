@@ -17,6 +17,8 @@ import { rounded } from "tool/values.js";
 
 /** A part of the run that the user has chosen; without it the last part is shown and moves on. @type {[number, number] | undefined} */
 let zoomed;
+/** Whether that is a step that is made just now: what comes after it is followed again. */
+let isOfStep = false;
 /** Where the cursor is, in seconds, as the keys or the mouse have set it. @type {number | undefined} */
 let cursor;
 /** All values at the cursor, and which call of which run they are of. @type {{ key: string, values: Values } | undefined} */
@@ -178,6 +180,18 @@ export function isZoomed() {
   return zoomed !== undefined;
 }
 
+/**
+ * The present run is made again: what was looked at stays in sight.
+ *
+ * @param {"same_bits" | "same_test"} what
+ */
+export async function repeated(what) {
+  const [kept, wasOfStep] = [zoomed, isOfStep];
+  await store.repeat(what);
+  if (kept) zoom(...kept);
+  isOfStep = wasOfStep;
+}
+
 /** The next round number of seconds: the axis stands still while the run fills it. @param {number} seconds */
 function round(seconds) {
   const decade = 10 ** Math.floor(Math.log10(seconds));
@@ -201,7 +215,25 @@ export function zoom(from, to) {
   const step = store.state?.step ?? 1;
   if (to - from < 2 * step) [from, to] = [(from + to) / 2 - step, (from + to) / 2 + step];
   zoomed = [Math.max(from, 0), Math.max(to, 2 * step)];
+  isOfStep = false;
   store.emit("range");
+}
+
+/**
+ * Shows a step that is to come, until the user goes on after it.
+ *
+ * @param {number} from
+ * @param {number} to
+ */
+export function zoomToStep(from, to) {
+  zoom(from, to);
+  isOfStep = true;
+}
+
+/** The run goes on after a step: it is followed again. */
+export function leaveStep() {
+  if (isOfStep) follow();
+  isOfStep = false;
 }
 
 /** @param {number} factor */

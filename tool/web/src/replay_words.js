@@ -224,7 +224,8 @@ export function verdict(replayed, tolerance, block) {
     return { headline: `The recording fits ${fit(settings, block)}.`, details: [equal, ...more] };
   }
   const difference = ofDifference(replayed, block);
-  const coarse = coarsely(replayed, block);
+  // Where another setting explains it, nothing is accepted for the last digits of this one.
+  const coarse = suspects.some(({ fits }) => fits) ? "" : coarsely(replayed, block);
   const isRecorded = settings.length > 0;
   const recorded = isRecorded ? [`It was replayed with ${fit(settings, block)}, as recorded.`] : [];
   if (coarse) recorded.push(coarse);

@@ -7,6 +7,7 @@
 
 import { attribute, byId, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
+import { leaveStep, repeated } from "tool/moment.js";
 import { numberField } from "tool/number_field.js";
 import { disturbances, sensorOf } from "tool/plant.js";
 import { againButtons, isAnotherTest } from "tool/runs.js";
@@ -175,8 +176,9 @@ export function mount(content) {
     applied = time;
     offerAgain(isOther);
   });
-  store.on("figures", (/** @type {import("./messages").Figures} */ { from, step }) => {
-    stepped = step?.start ?? from;
+  store.on("figures", (/** @type {import("./messages").Figures} */ { from, step, disturbance }) => {
+    // The bar has those of the later of both.
+    stepped = Math.max(step?.start ?? from, disturbance?.start ?? from);
     showFormer();
   });
   for (const what of ["run", "loop"]) store.on(what, () => offerAgain(false));
@@ -220,6 +222,7 @@ export function isRunning() {
 export function pause() {
   if (!running) return;
   running = undefined;
+  store.isRunning = false;
   behind = 0;
   showButton();
   showStatus();
@@ -228,7 +231,10 @@ export function pause() {
 
 async function runOrPause() {
   if (running) pause();
-  else if (await isApplied()) run();
+  else if (await isApplied()) {
+    leaveStep();
+    run();
+  }
 }
 
 /** Applies what is typed: a run with other values than those that one sees misleads. What cannot be applied is said, and nothing runs. */
@@ -250,6 +256,7 @@ async function run() {
   }
   const mine = {};
   running = mine;
+  store.isRunning = true;
   ended = "";
   showButton();
   try {
@@ -385,7 +392,7 @@ function showAgain() {
   showButton();
 }
 
-/** The metrics in the bar are of former settings, if the step that they belong to was made before others were applied. */
+/** The metrics in the bar are of former settings, if the step or the disturbance that they belong to came before others were applied. */
 function showFormer() {
   byId("glance").classList.toggle("is-former", isOffered && stepped <= applied);
 }
@@ -395,7 +402,7 @@ async function runAgain() {
   try {
     // What is typed is part of "these values".
     if (!(await isApplied())) return;
-    await store.repeat("same_test");
+    await repeated("same_test");
     if (byId("run").contains(document.activeElement) || document.activeElement === document.body) runButton.focus();
   } catch (error) {
     store.say(error);

@@ -21,6 +21,7 @@ import { swatch, theme } from "tool/charts.js";
 import { element, fill, tableHead } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { areComparable, figuresOf, shownUnit, stepText } from "tool/figures.js";
+import { repeated } from "tool/moment.js";
 import { split, store } from "tool/store.js";
 import { rounded, same, shown } from "tool/values.js";
 
@@ -134,11 +135,11 @@ const tried = (action) => async () => {
 /** The two buttons that make the present run again. */
 export function againButtons() {
   const test = {
-    onclick: tried(() => store.repeat("same_test")),
+    onclick: tried(() => repeated("same_test")),
     title: "The same setpoints, manual values and disturbances, with the present settings",
   };
   const bits = {
-    onclick: tried(() => store.repeat("same_bits")),
+    onclick: tried(() => repeated("same_bits")),
     title: "The same record: the same start, the same settings, bit for bit. Undo restores the present settings",
   };
   return [

@@ -135,6 +135,8 @@ export const store = {
   ghost: undefined,
   /** Whether the server has stopped responding. */
   isLost: false,
+  /** Whether calls are being made one after the other. */
+  isRunning: false,
 
   /**
    * @param {string} what

@@ -15,7 +15,7 @@ import { chooser } from "tool/csv.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { forecast } from "tool/forecast.js";
-import { zoom } from "tool/moment.js";
+import { zoomToStep } from "tool/moment.js";
 import { ratioRow } from "tool/ratio.js";
 import { applyRow, rulesTable, settingsTable } from "tool/rules.js";
 import { differenceUnit, units, unitText } from "tool/signals.js";
@@ -838,7 +838,7 @@ async function runStep(setpoint, from, to) {
 function showStep() {
   const { times = [] } = store.prediction?.curves ?? {};
   const [start, length] = [store.state?.time ?? 0, (times.at(-1) ?? 0) - (times[0] ?? 0)];
-  if (length > 0) zoom(start - BEFORE_STEP * length, start + length);
+  if (length > 0) zoomToStep(start - BEFORE_STEP * length, start + length);
 }
 
 /** @param {Tuned} answer */
