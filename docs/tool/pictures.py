@@ -90,9 +90,10 @@ def session(page):
     page.locator("#tune-to").fill("60")
     page.get_by_role("button", name="Run the step to 60").click()
     page.locator("#run .status").get_by_text("settled").wait_for()
+    page.locator("#glance").get_by_text("settles").wait_for()
     show_tab(page, "Runs")
     # The metrics are those of the step.
-    page.locator("#runs tbody").get_by_text("40 to 60").wait_for()
+    page.locator("#runs tbody tr").filter(has_text="40 to 60").get_by_text("168 s").wait_for()
     yield "run"
     page.locator("#away-button").click()
     yield "take"
