@@ -62,7 +62,7 @@ def tuned(page):
     take_generic_plant(page, "2", "20", "2")
     show_tab(page, "Tune")
     page.locator("#step-test").click()
-    page.wait_for_function("() => document.querySelectorAll('#tune .rules tbody tr').length === 9")
+    page.wait_for_function("() => document.querySelectorAll('#tune .rules .all tr').length === 9")
 
 
 def runs(page):

@@ -25,8 +25,8 @@ def test_the_step_test_finds_the_plant_and_all_rules_are_told(tool):
     make_step_test(tool)
     values = [float(tool.locator(f"#model-{name}").input_value()) for name in ("gain", "time_constant", "dead_time")]
     assert values == pytest.approx([2, 20, 2], rel=0.02)
-    tool.wait_for_function("() => document.querySelectorAll('#tune .rules tbody tr').length === 9")
-    rows = tool.locator("#tune .rules tbody tr").evaluate_all("rows => rows.map(row => row.innerText.split('\\t'))")
+    tool.wait_for_function("() => document.querySelectorAll('#tune .rules .all tr').length === 9")
+    rows = tool.locator("#tune .rules .all tr").evaluate_all("rows => rows.map(row => row.innerText.split('\\t'))")
     simc = next(row for row in rows if row[0].strip() == "SIMC")
     # GAIN = T/(K (lambda + L)), TI = min(T, 4 (lambda + L)), with the dead time longer by half of CYCLE: L = 2.5 s, lambda = 1.5 L.
     assert [float(cell) for cell in simc[1:3]] == pytest.approx([1.6, 20], rel=0.03)
@@ -206,8 +206,15 @@ def test_after_a_step_test_what_comes_next_stands_in_one_place_in_sight(tool):
     tune = tool.locator("#tune")
     run = tune.get_by_role("button", name="Run the step to")
     assert run.is_disabled()
+    # The settings in force stand above the rules, and after Apply they are those of the rule, with the same metrics.
+    cells = "rows => rows.map(row => [...row.cells].map(cell => cell.innerText))"
+    (present,) = tune.locator(".rules .present tr").evaluate_all(cells)
+    assert [float(one) for one in present[1:3]] == [float(tool.locator(f"#field-{name}").input_value()) for name in ("GAIN", "TI")]
     apply.click()
     tune.locator("p.row").get_by_text("in force", exact=True).wait_for()
+    tune.locator(".rules .present td:nth-child(2)").get_by_text(settings[0], exact=True).wait_for()
+    (present,), (rule,) = (tune.locator(f".rules {which}").evaluate_all(cells) for which in (".present tr", ".is-now"))
+    assert present[0] == "in force" and present[1:] == rule[1:] and len(present) > 8, (present, rule)
     # What is shown is what is applied, and what did not change is not marked.
     assert tuple(tool.locator(f"#field-{name}").input_value() for name in ("GAIN", "TI")) == settings
     events = tool.evaluate("async () => (await (await moduleOf('tool/engine.js')).ask({ do: 'events' })).events")

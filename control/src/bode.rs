@@ -107,7 +107,7 @@ pub fn bode(home: &dyn Fmus, request: &BodeRequest) -> Result<Bode> {
 }
 
 /// Returns the control law that a controller computes with its settings.
-fn law(home: &dyn Fmus, controller: &Controller) -> Result<Law> {
+pub(crate) fn law(home: &dyn Fmus, controller: &Controller) -> Result<Law> {
     let fmu = &controller.member.fmu;
     let is_on = |action: usize| controller.roles.structure.get(action).is_none_or(|name| controller.value(name) != 0.0);
     if !is_on(0) {

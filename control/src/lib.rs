@@ -7,6 +7,7 @@ pub mod csv;
 pub mod figures;
 pub mod gains;
 pub mod identify;
+pub mod in_force;
 pub mod margins;
 pub mod predict;
 pub mod process;

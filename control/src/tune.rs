@@ -441,7 +441,7 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
 }
 
 /// Why margins are absent.
-fn unknown(margins: &Margins) -> BTreeMap<String, String> {
+pub(crate) fn unknown(margins: &Margins) -> BTreeMap<String, String> {
     let no_gain = if margins.is_stable() { "no higher gain makes the loop unstable" } else { "the loop is unstable" };
     let all = [
         ("sensitivity", margins.sensitivity, "the loop is unstable"),

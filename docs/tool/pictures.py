@@ -78,7 +78,7 @@ def session(page):
         page.keyboard.press("ArrowUp")
     page.locator("#step-test").click()
     page.locator("#tune .fit").get_by_text("fit").wait_for()
-    page.wait_for_function("() => document.querySelectorAll('#tune .rules tbody tr').length === 9")
+    page.wait_for_function("() => document.querySelectorAll('#tune .rules .all tr').length === 9")
     page.locator("#tune .rules").evaluate("one => one.scrollIntoView()")
     yield "tune"
     page.wait_for_function("() => document.querySelectorAll('.bode canvas').length === 2")

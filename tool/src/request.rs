@@ -17,6 +17,7 @@ use control::bode::{self, Bode};
 use control::characteristic::{self, Characteristics};
 use control::csv;
 use control::identify::{self, Identified};
+use control::in_force;
 use control::replay::{self, Replayed};
 use control::tune::{self, Ratio, Tuned};
 use serde::{Deserialize, Serialize};
@@ -204,6 +205,8 @@ requests! { |home, session|
     /// All rules for a plant's model and one structure, with what they lead to: Ms, overshoot, settling time and travel for one step.
     /// The rule of the request does not count.
     Rules(of: tune::TuneRequest) -> Vec<tune::RuleOutcome> = tune::table(home, &of)?;
+    /// The settings in force, with what they lead to in the same step.
+    InForce(of: tune::TuneRequest) -> Tuned = in_force::in_force(home, &of)?;
     /// The open loop of a plant's model with the controller, with its settings and with others, and its margins.
     Bode(of: bode::BodeRequest) -> Bode = bode::bode(home, &of)?;
     /// Holds the plant at the present manipulated value until it rests, steps it, waits until it rests again, and identifies.

@@ -1023,7 +1023,7 @@ figures: FiguresRequest, } | { "do": "figures" } & FiguresRequest | { "do": "for
 /** The run; the present one without it. */
 run?: number | null,
 /** The plant. */
-tuning: Tuning, } | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "rules" } & TuneRequest | { "do": "bode" } & BodeRequest | { "do": "step_test" } & StepTest | { "do": "relay_test" } & RelayTest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
+tuning: Tuning, } | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "rules" } & TuneRequest | { "do": "in_force" } & TuneRequest | { "do": "bode" } & BodeRequest | { "do": "step_test" } & StepTest | { "do": "relay_test" } & RelayTest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
 /** The file's text. */
 text: string, } | { "do": "replay" } & ReplayRequest | { "do": "preset" } & PresetRequest | { "do": "export" } & Export;
 
@@ -1441,6 +1441,7 @@ export interface Dialogue {
   identify: { request: Extract<Request, { do: "identify" }>; answer: Identified };
   tune: { request: Extract<Request, { do: "tune" }>; answer: Tuned };
   rules: { request: Extract<Request, { do: "rules" }>; answer: Array<RuleOutcome> };
+  in_force: { request: Extract<Request, { do: "in_force" }>; answer: Tuned };
   bode: { request: Extract<Request, { do: "bode" }>; answer: Bode };
   step_test: { request: Extract<Request, { do: "step_test" }>; answer: StepTested };
   relay_test: { request: Extract<Request, { do: "relay_test" }>; answer: RelayTested };

@@ -41,22 +41,18 @@ const DETAILS = {
  *
  * @param {Work} loop
  * @param {import("./messages").RuleOutcome[]} rows
+ * @param {Tuned | undefined} present the settings in force, with what they lead to
  * @param {import("./messages").Rule} chosen
  * @param {Units} units
  * @param {(rule: import("./messages").Rule) => void} choose
  */
-export function rulesTable(loop, rows, chosen, units, choose) {
+export function rulesTable(loop, rows, present, chosen, units, choose) {
   // What no rule sets of this structure, such as TD of PI, takes no room.
   const isSet = (/** @type {string} */ name) => rows.some(({ tuned }) => typeof tuned?.values[name] === "number");
   const settings = loop.description.roles.controller.slice(0, 3).filter(isSet);
   const names = settings.map((name) => name.slice(name.lastIndexOf(".") + 1));
-  const body = rows.map(({ rule, name, tuned, refusal }) => {
-    const pressed = String(rule === chosen);
-    const of = { type: "button", class: "plain", title: name, "aria-pressed": pressed, "data-rule": rule };
-    const button = element("td", {}, element("button", { ...of, onclick: () => choose(rule) }, name));
-    if (!tuned) {
-      return element("tr", {}, button, element("td", { class: "faint", colspan: 12, title: refusal }, refusal ?? ""));
-    }
+  /** @param {Tuned} tuned */
+  const cells = (tuned) => {
     const { predicted, sensitivity, values } = tuned;
     const given = settings.map((one) => {
       const value = values[one];
@@ -69,16 +65,20 @@ export function rulesTable(loop, rows, chosen, units, choose) {
       ...[number(predicted.load?.recovery ?? null, " s"), number(predicted.load?.iae ?? null, ` ${units.iae}`)],
       ...[number(tuned.gain_margin), number(tuned.phase_margin, "°")],
     ];
-    return element(
-      "tr",
-      { class: rule === chosen && "is-now" },
-      button,
-      given,
-      metrics.map((cell, at) => {
-        const [metric, key] = METRICS[at];
-        return element("td", { class: `number ${DETAILS[metric] ?? ""}`, title: tuned.absent[key] }, cell);
-      }),
-    );
+    const told = metrics.map((cell, at) => {
+      const [metric, key] = METRICS[at];
+      return element("td", { class: `number ${DETAILS[metric] ?? ""}`, title: tuned.absent[key] }, cell);
+    });
+    return [...given, ...told];
+  };
+  const body = rows.map(({ rule, name, tuned, refusal }) => {
+    const pressed = String(rule === chosen);
+    const of = { type: "button", class: "plain", title: name, "aria-pressed": pressed, "data-rule": rule };
+    const button = element("td", {}, element("button", { ...of, onclick: () => choose(rule) }, name));
+    if (!tuned) {
+      return element("tr", {}, button, element("td", { class: "faint", colspan: 12, title: refusal }, refusal ?? ""));
+    }
+    return element("tr", { class: rule === chosen && "is-now" }, button, cells(tuned));
   });
   const head = tableHead(["Rule", ...names, ...METRICS.map(([metric]) => metric)], (at) => at > 0);
   for (const cell of head.querySelectorAll("th")) cell.className += ` ${DETAILS[cell.textContent ?? ""] ?? ""}`;
@@ -86,7 +86,14 @@ export function rulesTable(loop, rows, chosen, units, choose) {
   return element(
     "div",
     {},
-    element("table", {}, head, element("tbody", {}, body)),
+    element(
+      "table",
+      {},
+      head,
+      present &&
+        element("tbody", { class: "present" }, element("tr", {}, element("td", {}, "in force"), cells(present))),
+      element("tbody", { class: "all" }, body),
+    ),
     missing.length > 0 &&
       element(
         "ul",

@@ -107,7 +107,7 @@ export function mount(content) {
     if (tuned) tune();
   });
   store.on("csv", openCsv);
-  store.on("run", () => tuned && tune());
+  for (const what of ["run", "applied"]) store.on(what, () => tuned && tune());
   store.on("settings", (names) => {
     showNext();
     showBode();
@@ -671,17 +671,21 @@ async function tune() {
   try {
     const { step, band, origin, same: place } = await userStep(loop, kept, of);
     const closed = Number(kept.closedLoop);
-    const rows = await ask({
-      ...{ do: "rules", model: of, rule: kept.rule, structure: kept.structure },
+    const request = {
+      ...{ model: of, rule: kept.rule, structure: kept.structure },
       controller: { name: loop.member, fmu: loop.description.name, values: valuesOf(loop) },
       closed_loop: kept.closedLoop !== "" && closed > 0 ? closed : null,
       ...{ pace: kept.pace, step, band, ultimate: kept.ultimate, exchange: loop.exchange },
-    });
+    };
+    const rows = await ask({ do: "rules", ...request });
+    // Without a P action, say, there is no such row.
+    const own = { ...request.controller, values: valuesOf(loop, "sent") };
+    const present = await ask({ do: "in_force", ...request, controller: own }).catch(() => undefined);
     if (mine !== asked || store.loop !== loop) return;
     comparison = { rows: rows.map(withoutCurves), step };
     const row = rows.find(({ rule }) => rule === kept.rule);
     tuned = row?.tuned ?? undefined;
-    showRules(rows, row, place);
+    showRules(rows, row, place, present);
     tunedBy = row?.name ?? "";
     showBode();
     store.predict(tuned && { title: row?.name ?? "", curves: tuned.predicted, origin });
@@ -716,14 +720,15 @@ function showBode() {
  * @param {import("./messages").RuleOutcome[]} rows
  * @param {import("./messages").RuleOutcome | undefined} chosen
  * @param {string} place where the typed step begins and ends, or empty: the rows are for another one then, which nobody is offered to run
+ * @param {Tuned | undefined} present the settings in force, with what they lead to
  */
-function showRules(rows, chosen, place) {
+function showRules(rows, chosen, place, present) {
   const loop = store.loop;
   if (!loop) return;
   const kept = notes();
   const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset.rule : undefined;
   const units = unitsOfFigures();
-  const table = rulesTable(loop, rows, kept.rule, units, (rule) => {
+  const table = rulesTable(loop, rows, present, kept.rule, units, (rule) => {
     kept.rule = rule;
     showClosed();
     tune();
