@@ -5,7 +5,7 @@ use run::fmus::Fmus;
 use run::system::Value;
 use std::fmt::Write;
 use tool::home::Home;
-use tool::message::Member;
+use tool::message::{Member, Setup};
 use tool::session::Session;
 use tool_wasm::home::Linked;
 
@@ -419,14 +419,40 @@ fn a_limit_changed_by_hand_is_not_taken_for_manual_mode() {
     assert!(by_hand(Some(3)).remarks.iter().any(|remark| remark.contains("stands still")));
 }
 
+/// A loop with a dead time of 1 s that has settled when a disturbance of 6 comes at 180 s: the manipulated value jumps, and stands still for
+/// ten rows until the process value answers.
+fn disturbed(decimals: usize) -> String {
+    let values =
+        |values: Values| values.iter().map(|(name, value)| (name.to_string(), Value::Number(*value))).collect();
+    let controller = [("MAN_ON", 0.0), ("SP_INT", 20.0), ("GAIN", 4.76), ("TI", 8.4), ("CYCLE", 0.1)];
+    let member = |name: &str, fmu: &str, given| Member { name: name.into(), fmu: fmu.into(), values: values(given) };
+    let connections = [("C.LMN", "P.U"), ("P.PV", "C.PV_IN")].map(|(from, to)| (from.into(), to.into())).into();
+    let members = vec![member("C", "CONT_C", &controller), member("P", "PROCESS", &[("CYCLE", 0.1)])];
+    let mut session = Session::default();
+    session.start(&Linked::new(), Setup { members, connections, ..Setup::default() }).unwrap();
+    for (calls, name, value) in [(1200, "C.SP_INT", 50.0), (600, "C.DISV", 6.0), (300, "C.SP_INT", 80.0)] {
+        session.run(calls).unwrap();
+        session.send(&values(&[(name, value)])).unwrap();
+    }
+    session.run(300).unwrap();
+    let record = session.record(None).unwrap();
+    let columns = ["C.SP_INT", "C.PV", "C.LMN"].map(|name| record.column(name).unwrap());
+    let mut text = String::from("time,SP_INT,PV_IN,LMN\n");
+    for call in 0..record.calls() {
+        let [sp, pv, lmn] = columns.map(|column| record.trace().get(column, call));
+        writeln!(text, "{:.1},{sp:.decimals$},{pv:.decimals$},{lmn:.decimals$}", record.time(call)).unwrap();
+    }
+    text
+}
+
 #[test]
 fn a_step_of_a_manipulated_value_that_stands_still_is_a_change_by_hand() {
-    // Both the offset and the disturbance are added to the manipulated value.
-    let replayed = replayed(FILE, changed(&[], (&[("DISV", 6.0)], 80), Kind::EndRow, Some(3)));
-    assert_eq!(replayed.conclusion, Conclusion::Ambiguous);
-    let told: Vec<_> =
-        replayed.suspects.iter().filter_map(|suspect| suspect.since.as_ref()).map(|since| since.at).collect();
-    assert_eq!(told, [(80, 80.0); 2]);
+    let loop_values = [("MAN_ON", 0.0), ("GAIN", 4.76), ("TI", 8.4), ("CYCLE", 0.1)];
+    let replayed = replayed(&loop_values, disturbed(3));
+    assert_eq!(replayed.conclusion, Conclusion::Cause, "{:?}", replayed.remarks);
+    let since = replayed.suspects[0].since.as_ref().unwrap();
+    assert_eq!(since.at, (1800, 180.0));
+    assert!(matches!(&since.change, Change::Setting { name, value: Value::Number(6.0), .. } if name == "DISV"));
 }
 
 #[test]
