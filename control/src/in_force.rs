@@ -23,7 +23,7 @@ pub fn in_force(home: &dyn Fmus, request: &TuneRequest) -> Result<Tuned> {
     let values = controller.roles.controller.iter().map(|name| (name.clone(), Value::Number(controller.value(name))));
     Ok(Tuned {
         values: values.collect(),
-        dead_time: request.model.dead_time,
+        dead_time: request.model.dead_time + controller.delay_of_calls(),
         closed_loop: None,
         pace: None,
         sensitivity: margins.sensitivity,

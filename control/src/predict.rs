@@ -279,7 +279,7 @@ pub fn predict(
         let why = load.recovery.is_none().then(|| unrecovered(&rows[simulation.schedule.step..], controller));
         Ok((load, why))
     };
-    let simulate = |longer| Simulation::lasting(home, controller, request, values, longer);
+    let simulate = |longer| Simulation::longer(home, controller, request, values, longer);
     let (mut predicted, mut told) = resting(request, simulate, step, |(of, _)| of.settling.is_some())?;
     let (load, why) = resting(request, simulate, load, |(_, why)| why.is_none())?;
     if let Some(why) = why {
@@ -396,15 +396,15 @@ struct Simulation<'a> {
 
 impl<'a> Simulation<'a> {
     /// The loop over so many times the usual time.
-    fn lasting(
+    fn longer(
         home: &'a dyn Fmus,
         controller: &'a Controller,
         request: &'a TuneRequest,
         values: &Values,
-        longer: usize,
+        times: usize,
     ) -> Result<Simulation<'a>> {
         let dead_time = request.model.dead_time + controller.cycle() / 2.0;
-        let schedule = Schedule::new(controller, request, dead_time, values, longer)?;
+        let schedule = Schedule::new(controller, request, dead_time, values, times)?;
         Simulation::new(home, controller, request, values, schedule)
     }
 
@@ -679,8 +679,7 @@ fn simulate(plan: &Plan, components: Vec<Box<dyn Component>>) -> Result<Vec<[f64
 /// What the page draws: from shortly before the step on.
 fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height: f64) -> (Predicted, Told) {
     let begin = schedule.automatic;
-    let period = controller.own_period().map_or(1, |period| (period / schedule.cycle).round() as usize);
-    let manipulated_value = averaged(rows, period).split_off(begin);
+    let manipulated_value = averaged(rows, controller.period_in_calls(schedule.cycle)).split_off(begin);
     let rows = &rows[begin..];
     let step = schedule.step - begin;
     let times: Vec<f64> = (0..rows.len()).map(|call| schedule.time(call)).collect();
@@ -733,7 +732,7 @@ fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height
 /// The manipulated value as the mean of so many calls up to and with each; fewer at the beginning.
 fn averaged(rows: &[[f64; 3]], length: usize) -> Vec<f64> {
     let mean = |end: usize| {
-        let part = &rows[(end + 1).saturating_sub(length.max(1))..=end];
+        let part = &rows[(end + 1).saturating_sub(length)..=end];
         part.iter().map(|[_, _, manipulated_value]| manipulated_value).sum::<f64>() / part.len() as f64
     };
     (0..rows.len()).map(mean).collect()

@@ -284,6 +284,16 @@ impl Controller {
         Some(if self.kind(name) == Some(Kind::Time) { value } else { value.max(1.0) * self.cycle() })
     }
 
+    /// Returns the calls in a period of its own pulses, if a call is made every so many seconds; 1 of a controller without.
+    pub fn period_in_calls(&self, step: f64) -> usize {
+        self.own_period().map_or(1, |period| (period / step).round().max(1.0) as usize)
+    }
+
+    /// Returns the delay in seconds by which call and pulses count as dead time: half of each.
+    pub fn delay_of_calls(&self) -> f64 {
+        self.cycle() / 2.0 + self.own_period().unwrap_or_default() / 2.0
+    }
+
     /// Returns the time between two calls of the controller itself.
     pub fn sampling(&self) -> f64 {
         let is_count = |name: &&String| self.kind(name) != Some(Kind::Time);
@@ -363,10 +373,10 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
     controller.require(request.structure)?;
     request.model.check()?;
     let mut remarks = Vec::new();
-    let (cycle, period) = (controller.cycle(), controller.own_period().unwrap_or_default());
-    let added = cycle / 2.0 + period / 2.0;
+    let added = controller.delay_of_calls();
     let model = Model { dead_time: request.model.dead_time + added, ..request.model };
-    let what = if period > 0.0 { "half of CYCLE and half of the pulses' period" } else { "half of CYCLE" };
+    let has_period = controller.own_period().is_some_and(|period| period > 0.0);
+    let what = if has_period { "half of CYCLE and half of the pulses' period" } else { "half of CYCLE" };
     if added > request.model.dead_time {
         remarks.push(format!(
             "The sampling costs more than the plant's dead time: {what} add {} s to {} s. A shorter one allows more GAIN.",
@@ -411,9 +421,6 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
     let predicted = match predict::predict(home, &controller, request, &values) {
         Ok((predicted, told)) => {
             remarks.extend(told.remarks);
-            let height = predicted.setpoint.last().zip(predicted.setpoint.first()).map_or(0.0, |(to, from)| to - from);
-            let has_speed = closed_loop.is_some();
-            remarks.extend(nervousness(&controller, &settings, (factor, height), has_speed));
             remarks.extend(crossing(&controller, &predicted));
             remarks.extend(looseness(&controller, request, &predicted));
             absent.extend(told.absent);
@@ -426,6 +433,9 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
             Predicted::default()
         }
     };
+    // Without a predicted step, a GAIN far above the one in force is told all the same.
+    let height = predicted.setpoint.last().zip(predicted.setpoint.first()).map_or(0.0, |(to, from)| to - from);
+    remarks.extend(nervousness(&controller, &settings, (factor, height), closed_loop.is_some()));
     Ok(Tuned {
         values,
         dead_time: model.dead_time,

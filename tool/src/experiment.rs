@@ -180,8 +180,7 @@ pub fn settle(home: &dyn Home, session: &mut Session, request: &Settle) -> Resul
 /// The calls of a period of the controller's own pulses, in which it acts once; 1 of a controller without.
 fn period_in_calls(home: &dyn Home, record: &Record) -> usize {
     let controller = record.members().next().and_then(|member| Controller::new(home, member).ok());
-    let period = controller.and_then(|controller| controller.own_period());
-    period.map_or(1, |period| (period / record.step()).round().max(1.0) as usize)
+    controller.map_or(1, |controller| controller.period_in_calls(record.step()))
 }
 
 /// What has to rest.

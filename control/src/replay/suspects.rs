@@ -682,25 +682,28 @@ impl Tries<'_> {
     }
 }
 
+/// Whether values are at an extreme more than once. Where they only touch a limit, they are so to the last digit.
+fn stays(values: &[f64], extreme: f64) -> bool {
+    values.iter().filter(|value| **value == extreme).count() > 1
+}
+
 /// The limits of the manipulated value, where the recording comes to its highest or its lowest value again and again.
 fn limits(tries: &mut Tries) {
     let (block, recording) = (tries.comparison.block, tries.comparison.recording);
     let Some(manipulated) = block.manipulated(recording) else { return };
     let values = &recording.outputs[manipulated].values;
-    // Where it only touches its limit, it does so more than once to the last digit.
-    let stays = |extreme: f64| values.iter().filter(|value| **value == extreme).count() > 1;
     let (low, high) = extremes(values.iter().filter(|value| value.is_finite()));
     let why = Some(Why::Stays);
     let limit = |limit: fn(&(String, String)) -> &String| block.row(block.roles.limits.as_ref().map(limit));
     let high = (limit(|(high, _)| high), high);
     let low = (limit(|(_, low)| low), low);
-    if stays(high.1) {
+    if stays(values, high.1) {
         tries.values(&[high], why);
     }
-    if stays(low.1) {
+    if stays(values, low.1) {
         tries.values(&[low], why);
     }
-    if stays(high.1) && stays(low.1) {
+    if stays(values, high.1) && stays(values, low.1) {
         tries.values(&[high, low], why);
     }
 }
@@ -718,7 +721,7 @@ fn exceeded(comparison: &Comparison) -> Option<Try> {
     for (name, extreme, way) in [(upper, high, 1.0), (lower, low, -1.0)] {
         let row = block.table.find(name)?;
         if way * (extreme - block.settings[row]) > of.tolerance(extreme) {
-            let stays = of.values.iter().filter(|value| **value == extreme).count() > 1;
+            let stays = stays(&of.values, extreme);
             let start = block.table.variables[row].start;
             wrong.push((Some(row), if stays || way * start < way * extreme { extreme } else { start }));
             all_stay &= stays;

@@ -84,8 +84,7 @@ pub(super) fn predicted(
 
 /// The manipulated value in a call; of pulses it is the mean over the last period.
 fn manipulated(record: &Record, controller: &Controller, column: usize, call: usize) -> f64 {
-    let length = controller.own_period().map_or(1.0, |period| (period / record.step()).round());
-    record.trace().means(column, &[call], length.max(1.0) as usize)[0]
+    record.trace().means(column, &[call], controller.period_in_calls(record.step()))[0]
 }
 
 /// A controller with the settings that were in force in a call.

@@ -17,8 +17,8 @@ import { rounded } from "tool/values.js";
 
 /** A part of the run that the user has chosen; without it the last part is shown and moves on. @type {[number, number] | undefined} */
 let zoomed;
-/** Whether that is a step that is made just now: what comes after it is followed again. */
-let isOfStep = false;
+/** That part, if it is a step that is made just now: what comes after it is followed again. @type {[number, number] | undefined} */
+let ofStep;
 /** Where the cursor is, in seconds, as the keys or the mouse have set it. @type {number | undefined} */
 let cursor;
 /** All values at the cursor, and which call of which run they are of. @type {{ key: string, values: Values } | undefined} */
@@ -186,10 +186,10 @@ export function isZoomed() {
  * @param {"same_bits" | "same_test"} what
  */
 export async function repeated(what) {
-  const [kept, wasOfStep] = [zoomed, isOfStep];
+  const kept = zoomed;
   await store.repeat(what);
-  if (kept) zoom(...kept);
-  isOfStep = wasOfStep;
+  zoomed = kept;
+  store.emit("range");
 }
 
 /** The next round number of seconds: the axis stands still while the run fills it. @param {number} seconds */
@@ -215,7 +215,6 @@ export function zoom(from, to) {
   const step = store.state?.step ?? 1;
   if (to - from < 2 * step) [from, to] = [(from + to) / 2 - step, (from + to) / 2 + step];
   zoomed = [Math.max(from, 0), Math.max(to, 2 * step)];
-  isOfStep = false;
   store.emit("range");
 }
 
@@ -227,13 +226,12 @@ export function zoom(from, to) {
  */
 export function zoomToStep(from, to) {
   zoom(from, to);
-  isOfStep = true;
+  ofStep = zoomed;
 }
 
 /** The run goes on after a step: it is followed again. */
 export function leaveStep() {
-  if (isOfStep) follow();
-  isOfStep = false;
+  if (isZoomed() && zoomed === ofStep) follow();
 }
 
 /** @param {number} factor */

@@ -4,7 +4,6 @@
 
 import { given, whereIsTheEngine } from "tool/engine.js";
 import { openSaved } from "tool/files.js";
-import { isRunning } from "tool/run.js";
 import { store } from "tool/store.js";
 
 /** How often is asked, in milliseconds. */
@@ -35,7 +34,7 @@ export async function watchFiles() {
 
 /** @param {{ file: string, content: string }[]} files */
 async function open(files) {
-  const wasRunning = isRunning();
+  const wasRunning = store.isRunning;
   store.emit("pause");
   await openSaved(files);
   if (wasRunning && store.loop) store.emit("key-run");

@@ -213,11 +213,6 @@ export function mount(content) {
   showDone();
 }
 
-/** Whether calls are being made. */
-export function isRunning() {
-  return running !== undefined;
-}
-
 /** Makes no more calls. */
 export function pause() {
   if (!running) return;
