@@ -138,8 +138,8 @@ fn sweep(home: &dyn Fmus, member: &Member, table: &Table, of: &Characteristic) -
 #[cfg(test)]
 mod tests {
     use super::*;
+    use doubles::TestHome;
     use run::fmus::Values;
-    use run::test_home::TestHome;
 
     fn member(values: &[(&str, Value)]) -> Member {
         let values: Values = values.iter().map(|(name, value)| (name.to_string(), *value)).collect();

@@ -9,8 +9,6 @@
 //! call that never returns blocks it: [`child`] runs it in a separate process.
 
 pub mod child;
-#[cfg(any(test, feature = "doubles"))]
-pub mod doubles;
 pub mod fmu;
 pub mod hexadecimal;
 pub mod instance;

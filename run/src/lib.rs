@@ -12,7 +12,4 @@ pub mod fmus;
 pub mod master;
 pub mod plan;
 pub mod system;
-#[cfg(any(test, feature = "doubles"))]
-#[allow(missing_docs)]
-pub mod test_home;
 pub mod trace;

@@ -230,7 +230,6 @@ impl Trace {
     }
 
     /// The allocated size in bytes.
-    #[cfg(any(test, feature = "doubles"))]
     pub fn capacity(&self) -> usize {
         let of = |packed: &Packed| match packed {
             Packed::Constant(_) => 0,

@@ -3,24 +3,24 @@
 use crate::home::Home;
 use crate::message::{Entry, KnownLoop, LoopRole};
 use anyhow::Result;
+pub use doubles::{FOREIGN, Pid};
 use modeldescription::{Description, Table};
 use run::component::Component;
 use run::fmus::Fmus;
-pub use run::test_home::{FOREIGN, Pid};
 use std::ops::Deref;
 use std::sync::Arc;
 
 /// Blocks, and a foreign FMU.
 #[derive(Debug, Default)]
 pub struct TestHome {
-    fmus: run::test_home::TestHome,
+    fmus: doubles::TestHome,
     pub loops: Vec<KnownLoop>,
 }
 
 impl Deref for TestHome {
-    type Target = run::test_home::TestHome;
+    type Target = doubles::TestHome;
 
-    fn deref(&self) -> &run::test_home::TestHome {
+    fn deref(&self) -> &doubles::TestHome {
         &self.fmus
     }
 }

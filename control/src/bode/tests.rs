@@ -1,6 +1,6 @@
 use super::*;
+use doubles::TestHome;
 use run::system::Value;
-use run::test_home::TestHome;
 
 fn plotted(values: &[(&str, Value)]) -> Result<Bode> {
     let values = values.iter().map(|(name, value)| ((*name).to_string(), *value)).collect();

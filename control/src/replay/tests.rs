@@ -1,7 +1,7 @@
 use super::*;
+use doubles::TestHome;
 use run::fmus::number_of;
 use run::system::Value;
-use run::test_home::TestHome;
 use std::fmt::Write;
 
 /// SP, PV and OUT of the test's PI controller with GAIN 2, TI 20 s and CYCLE 0.5 s, computed here: `(time, sp, pv, out)`.

@@ -1,5 +1,5 @@
 use super::*;
-use run::test_home::{FOREIGN, TestHome};
+use doubles::{FOREIGN, TestHome};
 
 fn lag(gain: f64, time_constant: f64, dead_time: f64) -> Model {
     Model { gain, time_constant, dead_time, ..Model::default() }

@@ -229,7 +229,7 @@ fn install_name<Mach: MachHeader>(file: &MachOFile<'_, Mach>) -> object::Result<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::doubles::macos;
+    use doubles::macos;
 
     const FUNCTIONS: [&str; 3] = ["fmiDoStep", "fmiInstantiate", "fmiReset"];
 

@@ -47,7 +47,7 @@ fn processor(library: &[u8]) -> Result<(u32, u32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use host::doubles::macos;
+    use doubles::macos;
     use host::package::binary::Binary;
     use object::Architecture;
 

@@ -353,7 +353,7 @@ fn check_starts(description: &Description, instance: &mut Instance) -> Result<()
 #[cfg(test)]
 mod tests {
     use super::*;
-    use host::doubles::macos;
+    use doubles::macos;
     use host::package::archive;
     use modeldescription::Variability;
     use modeldescription::v2::{ModelDescription, write};

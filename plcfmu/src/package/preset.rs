@@ -197,7 +197,7 @@ impl<R: Read + Seek> Original<R> {
 mod tests {
     use super::*;
     use blocks::{Role, Time, Value};
-    use host::doubles::macos;
+    use doubles::macos;
     use host::library::FUNCTIONS;
     use host::package::archive;
     use modeldescription::{Interface, ModelDescription};

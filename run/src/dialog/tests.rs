@@ -1,6 +1,6 @@
 use super::*;
-use crate::fmus::Fmus;
-use crate::test_home::TestHome;
+// The crate as others see it, which is another one than that with the tests.
+use doubles::{Fmus, TestHome};
 
 fn table(fence: &str) -> Table {
     let mut table = (*TestHome::default().table("PID").unwrap().unwrap()).clone();

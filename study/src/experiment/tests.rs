@@ -3,12 +3,12 @@ use crate::{Along, Axis, Limit, Sampling, Study, Take, Taken};
 use anyhow::bail;
 use blocks::Block;
 use control::figures;
+use doubles::{Lag, Linked, Pid, TestHome};
 use modeldescription::Table;
 use run::component::{Component, Type};
 use run::dialog;
 use run::fmus::Fmus;
 use run::system::{Member, Value};
-use run::test_home::{Lag, Linked, Pid, TestHome};
 use std::cell::Cell;
 use std::rc::Rc;
 

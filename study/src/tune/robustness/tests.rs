@@ -1,12 +1,12 @@
 use super::*;
 use crate::{Along, Axis};
 use blocks::Block;
+use doubles::{Lag, Pid, TestHome};
 use run::component::Component;
 use run::fmus::Fmus;
 use run::master;
 use run::plan::Plan;
 use run::system::{Connection, System};
-use run::test_home::{self, TestHome};
 
 fn value(variable: &str, value: f64, time: Option<f64>) -> Setting {
     Setting { variable: variable.into(), value: Value::Number(value), time, is_preliminary: false, place: None }
@@ -35,7 +35,7 @@ fn job(settings: Vec<Setting>) -> Job {
 }
 
 fn linear(job: &Job) -> Result<Linear> {
-    Linear::new(job, &Arc::new(Table::from(test_home::Pid::TABLE)))
+    Linear::new(job, &Arc::new(Table::from(Pid::TABLE)))
 }
 
 fn error<T>(result: Result<T>) -> String {
@@ -170,6 +170,6 @@ fn a_controller_without_p_action_has_no_ideal_form() {
 fn an_fmu_that_does_not_control_is_refused() {
     let mut job = job(Vec::new());
     job.system.members.swap(0, 1);
-    let refused = Linear::new(&job, &Arc::new(Table::from(test_home::Lag::TABLE)));
+    let refused = Linear::new(&job, &Arc::new(Table::from(Lag::TABLE)));
     assert!(error(refused).starts_with("LAG is not a controller with a GAIN"), "a plant is first");
 }

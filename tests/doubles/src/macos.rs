@@ -1,4 +1,4 @@
-//! Libraries for tests.
+//! A library of macOS.
 
 use object::write::{self, Symbol, SymbolSection};
 use object::{Architecture, BinaryFormat, SymbolFlags, SymbolKind, SymbolScope};

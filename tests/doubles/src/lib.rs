@@ -1,11 +1,16 @@
 //! FMUs for tests: a controller and a plant that are written here, and a foreign FMU that fails when it is told to.
 
-use crate::component::{Component, Reset, Type};
-use crate::fmus::Fmus;
+#![allow(missing_docs)]
+
+mod macos;
+
 use anyhow::{Context, Result, bail};
 use blocks::table::number::{number, to_value};
 use blocks::{Block, Characteristic, Kind, Law, Real};
+pub use macos::macos;
 use modeldescription::{Description, Interface, ModelDescription, Table};
+use run::component::{Component, Reset, Type};
+pub use run::fmus::Fmus;
 use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::Arc;
