@@ -2,7 +2,7 @@
 //! of your own block with its source files: `cargo run -p laws --example print PUMP pump/src/lib.rs`.
 
 use laws::Sources;
-use scl::scl::Dialect;
+use scl::Dialect;
 use std::env::args;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -4,7 +4,7 @@ use crate::reader::{Reader, is_outside};
 use crate::source::Error;
 use crate::value::{Ty, Val, Var};
 use proc_macro2::Span;
-use scl::program::{At, Base, Binary, Call, Expr, Local, Place, Scalar, Statement, Type, Value, What};
+use scl::ir::{At, Base, Binary, Call, Expr, Local, Place, Scalar, Statement, Type, Value, What};
 use syn::spanned::Spanned;
 use syn::{Block, Item, Pat, Stmt};
 

@@ -6,7 +6,7 @@ use crate::reader::Reader;
 use crate::source::Error;
 use crate::table::Table;
 use proc_macro2::Span;
-use scl::program::{Base, Call, Place, Scalar, Statement, Type, What};
+use scl::ir::{Base, Call, Place, Scalar, Statement, Type, What};
 use syn::punctuated::Punctuated;
 use syn::spanned::Spanned;
 use syn::visit_mut::{VisitMut, visit_expr_mut};

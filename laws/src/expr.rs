@@ -4,7 +4,7 @@ use crate::body::{Body, folded};
 use crate::reader::{number, owner_of};
 use crate::source::Error;
 use crate::value::{Ty, Val, Var};
-use scl::program::{Binary, Convert, Expr, Scalar, Unary, Value};
+use scl::ir::{Binary, Convert, Expr, Scalar, Unary, Value};
 use syn::spanned::Spanned;
 use syn::{BinOp, ExprBinary, ExprIf, ExprLit, Lit, Stmt, UnOp};
 
@@ -278,7 +278,7 @@ impl Body<'_, '_> {
             if !is_and {
                 std::mem::swap(&mut then, &mut otherwise);
             }
-            this.push(scl::program::What::If(load, then, otherwise));
+            this.push(scl::ir::What::If(load, then, otherwise));
             Ok(())
         })?;
         Ok(Val::Number(Expr::After(statements, Box::new(Expr::Load(Scalar::Bool, place))), Ty::BOOL))

@@ -24,8 +24,8 @@ pub use check::{Check, NUMBERS};
 pub use link::with_laws;
 pub use source::{Error, Sources};
 
-use scl::program::Program;
-use scl::scl::Dialect;
+use scl::Dialect;
+use scl::ir::Program;
 
 /// The origins of a block's rules: the words in brackets after its clauses, and their meanings.
 pub const ORIGINS: [(&str, &str); 5] = [
@@ -65,7 +65,7 @@ impl Law {
         let functions = &self.program.functions;
         let method = |name: &str| functions.iter().position(|it| it.name == format!("{}.{name}", self.name));
         let body = method("call").ok_or_else(|| format!("{} has no law that is called", self.name))?;
-        scl::scl::print(&self.program, &[body], dialect)
+        scl::print(&self.program, &[body], dialect)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Adds the laws of blocks to programs that have instances of them.
 
 use crate::{Sources, read};
-use scl::program::{Body, Program};
+use scl::ir::{Body, Program};
 
 /// The program with the laws of the blocks it has instances of, so that it can be printed as C.
 ///

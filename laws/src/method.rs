@@ -4,7 +4,7 @@ use crate::body::Body;
 use crate::reader::owner_of;
 use crate::source::Error;
 use crate::value::{Ty, Val, Var};
-use scl::program::{Argument, Binary, Call, Convert, Expr, Place, Scalar, Statement, Unary, Value, What};
+use scl::ir::{Argument, Binary, Call, Convert, Expr, Place, Scalar, Statement, Unary, Value, What};
 use syn::spanned::Spanned;
 use syn::{ExprCall, ExprCast, ExprMethodCall, Stmt};
 

@@ -3,7 +3,7 @@
 use crate::body::Body;
 use crate::source::Error;
 use crate::value::{Ty, Val, Var};
-use scl::program::{Binary, Expr, Scalar, Statement, Unary, Value, What};
+use scl::ir::{Binary, Expr, Scalar, Statement, Unary, Value, What};
 use syn::spanned::Spanned;
 use syn::{ExprMatch, Pat};
 
@@ -113,6 +113,6 @@ impl Body<'_, '_> {
     }
 }
 
-fn and(a: Expr, b: Expr, at: scl::program::At) -> Expr {
+fn and(a: Expr, b: Expr, at: scl::ir::At) -> Expr {
     Expr::Binary(Binary::And, Scalar::Bool, Box::new(a), Box::new(b), at)
 }

@@ -8,7 +8,7 @@ use crate::table::{Doc, Table, short};
 use crate::value::{Ty, Var};
 use crate::{Law, ORIGINS};
 use proc_macro2::Span;
-use scl::program::{
+use scl::ir::{
     self as typed, At, Base, Call, Declared, Expr, Kind, Place, Program, Scalar, Section, Statement, Type, Value, What,
 };
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! Rust types, and the meanings of expressions.
 
-use scl::program::{Convert, Expr, Place, Scalar};
+use scl::ir::{Convert, Expr, Place, Scalar};
 use std::fmt;
 
 /// A type.

@@ -2,10 +2,10 @@
 
 use blocks::{Block, EachBlock, Kind, StaticRow, Time, Value, Word, for_each_block};
 use laws::{Law, Sources};
+use scl::Dialect;
+use scl::ir::{Program, Scalar, Type};
 use scl::machine::{Code, Machine};
-use scl::program::{Program, Scalar, Type};
 use scl::random::Random;
-use scl::scl::Dialect;
 use std::sync::Arc;
 
 /// Returns the number of calls of each block; `PLCFMU_CALLS=1000000` makes a million.
@@ -53,10 +53,10 @@ fn value(random: &mut Random, row: &StaticRow, odd: bool) -> Value {
 fn stored(program: &Program, ty: &Type, bytes: &[u8], into: &mut Vec<u8>) {
     match ty {
         Type::Scalar(ty) => {
-            let value = scl::program::Value::read(*ty, bytes);
+            let value = scl::ir::Value::read(*ty, bytes);
             let nan = match ty {
-                Scalar::F32 => scl::program::Value::from(f32::NAN),
-                Scalar::F64 => scl::program::Value::from(f64::NAN),
+                Scalar::F32 => scl::ir::Value::from(f32::NAN),
+                Scalar::F64 => scl::ir::Value::from(f64::NAN),
                 _ => value,
             };
             let value = if ty.is_float() && value.number().is_nan() { nan } else { value };
@@ -135,7 +135,7 @@ fn compare<B: Block>(law: &Law, calls: usize) {
                     _ => value(&mut random, row, odd),
                 };
                 block.set(index, value);
-                machine.set(scl::program::Value::new(*ty, scl::program::Value::of_plc(value).bits()), *offset);
+                machine.set(scl::ir::Value::new(*ty, scl::ir::Value::of_plc(value).bits()), *offset);
             }
         }
         if call % 1000 == 0 || random.below(200) == 0 {
@@ -153,7 +153,7 @@ fn compare<B: Block>(law: &Law, calls: usize) {
             let differ = |(row, (ty, offset)): (&StaticRow, &(Scalar, usize))| {
                 let index = rows.iter().position(|it| std::ptr::eq(it, row)).unwrap();
                 let (law, rust) = (machine.get(*ty, *offset), block.get(index).unwrap());
-                let rust = scl::program::Value::of_plc(rust);
+                let rust = scl::ir::Value::of_plc(rust);
                 let both_nan = law.number().is_nan() && rust.number().is_nan();
                 (law != rust && !both_nan).then(|| format!("{} is {law}, in Rust {rust}", row.full_name()))
             };
@@ -211,7 +211,7 @@ fn compare_scl<B: Block>(dialect: Dialect, calls: usize) {
     let mut random = Random::new(B::TABLE.name.len() as u64 + 100);
     let mut block = B::default();
     for ((index, row), (ty, offset)) in rows.iter().zip(&places) {
-        let start = scl::program::Value::of_plc(block.get(*index).unwrap());
+        let start = scl::ir::Value::of_plc(block.get(*index).unwrap());
         assert_eq!(machine.get(*ty, *offset), start, "start of {} in SCL", row.full_name());
     }
     for call in 0..calls {
@@ -227,14 +227,13 @@ fn compare_scl<B: Block>(dialect: Dialect, calls: usize) {
                     _ => value(&mut random, row, odd),
                 };
                 block.set(*index, value);
-                machine.set(scl::program::Value::new(*ty, scl::program::Value::of_plc(value).bits()), *offset);
+                machine.set(scl::ir::Value::new(*ty, scl::ir::Value::of_plc(value).bits()), *offset);
             }
         }
         block.call();
         machine.call(root.cycle, 0).unwrap();
         for ((index, row), (ty, offset)) in rows.iter().zip(&places) {
-            let (found, expected) =
-                (machine.get(*ty, *offset), scl::program::Value::of_plc(block.get(*index).unwrap()));
+            let (found, expected) = (machine.get(*ty, *offset), scl::ir::Value::of_plc(block.get(*index).unwrap()));
             let both_nan = found.number().is_nan() && expected.number().is_nan();
             assert!(
                 found == expected || both_nan,

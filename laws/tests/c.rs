@@ -2,8 +2,8 @@
 
 use blocks::{Block, EachBlock, Kind, for_each_block};
 use laws::{Law, Sources};
+use scl::ir::{Program, Scalar, Type, Value};
 use scl::machine::{Code, Machine};
-use scl::program::{Program, Scalar, Type, Value};
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -2,8 +2,8 @@
 
 use blocks::{Law as _, PulsCtr, Time};
 use laws::{Law, Sources};
+use scl::ir::Scalar;
 use scl::machine::{Code, Machine};
-use scl::program::Scalar;
 use std::sync::Arc;
 
 /// Returns the sentence with which a law rejects the present settings.

@@ -2,10 +2,8 @@
 //! receive the tape's inputs until an output differs.
 
 use laws::{Law, Sources};
+use scl::ir::{Argument, At, Binary, Body, Expr, Function, Place, Program, Scalar, Statement, Step, Type, Value, What};
 use scl::machine::{Code, Machine};
-use scl::program::{
-    Argument, At, Binary, Body, Expr, Function, Place, Program, Scalar, Statement, Step, Type, Value, What,
-};
 use scl::prove::Tape;
 use std::sync::Arc;
 
@@ -83,7 +81,7 @@ impl Mutate {
         let is_comparison = matches!(condition, Expr::Binary(op, ..) if op.compares());
         if self.is_here(|| "condition negated".to_string()) {
             let old = std::mem::replace(condition, Expr::Const(false.into()));
-            *condition = Expr::Unary(scl::program::Unary::Not, Scalar::Bool, Box::new(old));
+            *condition = Expr::Unary(scl::ir::Unary::Not, Scalar::Bool, Box::new(old));
         } else if is_comparison || !matches!(condition, Expr::Const(_)) {
             self.expr(condition);
         }

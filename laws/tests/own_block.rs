@@ -2,8 +2,8 @@
 
 use blocks::Law as _;
 use laws::Sources;
+use scl::ir::{Scalar, Value};
 use scl::machine::{Code, Machine};
-use scl::program::{Scalar, Value};
 use std::sync::Arc;
 
 mod counter;

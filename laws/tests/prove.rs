@@ -3,10 +3,10 @@
 
 use laws::Sources;
 use parameters::Source;
+use scl::Dialect;
+use scl::ir::{Scalar, Type};
 use scl::machine::{Code, Machine};
-use scl::program::{Scalar, Type};
 use scl::prove::{Names, Outcome, RESULT_BYTES, State, Tape, print};
-use scl::scl::Dialect;
 use scl::{Cpu, Options, compile};
 use std::sync::Arc;
 

@@ -1,6 +1,6 @@
 //! Errors and warnings about a program.
 
-use crate::lexer::Span;
+use crate::front::lexer::Span;
 use parameters::{Problem, Problems, Remedy, Source};
 
 /// The maximum number of errors shown for a program, and of warnings.

@@ -1,8 +1,8 @@
 //! The language's test cases: programs, their inputs in each call, and the expected bits.
 
 use parameters::{Problems, Source};
+use scl::ir::{Body, Program, Scalar, Value, What};
 use scl::machine::{Code, Machine};
-use scl::program::{Body, Program, Scalar, Value, What};
 use scl::{Compiled, Cpu, Options, compile};
 use serde_json::Value as Json;
 use std::path::Path;
@@ -60,7 +60,7 @@ impl Running {
     fn place(&self, name: &str) -> (usize, Scalar) {
         let path = format!("{}.{name}", self.instance);
         match self.program.find(&path) {
-            Some((offset, scl::program::Type::Scalar(of))) => (offset, of),
+            Some((offset, scl::ir::Type::Scalar(of))) => (offset, of),
             other => panic!("{path}: {other:?}"),
         }
     }
@@ -93,7 +93,7 @@ fn read_again(case: &Json) -> Result<Compiled, String> {
         What::Call(call) => Some(call.function),
         _ => None,
     });
-    let text = scl::scl::print(&first.program, &[called.ok_or("nothing is called")?], scl::scl::Dialect::Tia)?;
+    let text = scl::print(&first.program, &[called.ok_or("nothing is called")?], scl::Dialect::Tia)?;
     // The start values of inner structures are in a data block.
     let data_block = format!("{}_DB", root.block);
     let has_data_block = text.contains(&format!("DATA_BLOCK \"{data_block}\""));

@@ -3,8 +3,8 @@
 
 use blocks::{Block, ContC, Kind, Law, Role, StaticRow, Time, Value, Word};
 use parameters::Source;
+use scl::ir::{Program, Scalar, Type};
 use scl::machine::{Code, Machine};
-use scl::program::{Program, Scalar, Type};
 use scl::random::Random;
 use scl::{Options, compile};
 use std::sync::Arc;
@@ -36,7 +36,7 @@ impl Controller {
 
     fn set(&mut self, row: usize, value: Value) {
         let (ty, offset) = self.rows[row];
-        self.machine.set(scl::program::Value::new(ty, bits(value)), offset);
+        self.machine.set(scl::ir::Value::new(ty, bits(value)), offset);
     }
 
     fn get(&self, row: usize) -> u64 {
@@ -56,7 +56,7 @@ fn place(program: &Program, instance: &str, row: &StaticRow) -> (Scalar, usize) 
 fn bits(value: Value) -> u64 {
     match value {
         Value::Real(real) if real.is_nan() => u64::from(f32::NAN.to_bits()),
-        value => scl::program::Value::of_plc(value).bits(),
+        value => scl::ir::Value::of_plc(value).bits(),
     }
 }
 

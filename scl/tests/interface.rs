@@ -3,8 +3,8 @@
 use parameters::Source;
 use parameters::tags::{Declared, Tag, declaration};
 use scl::interface::{Role, Variable};
+use scl::ir::{Scalar, Type};
 use scl::machine::{Code, Machine};
-use scl::program::{Scalar, Type};
 use scl::{Options, compile};
 use std::sync::Arc;
 

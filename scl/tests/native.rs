@@ -2,8 +2,8 @@
 
 use blocks::{Law, Pulsegen};
 use parameters::Source;
+use scl::ir::Scalar;
 use scl::machine::{Cause, Code, Machine};
-use scl::program::Scalar;
 use scl::{Options, compile};
 use std::sync::Arc;
 

@@ -7,8 +7,8 @@
 //! values were calculated by hand.
 
 use parameters::Source;
+use scl::ir::{Scalar, Value};
 use scl::machine::{Code, Machine};
-use scl::program::{Scalar, Value};
 use scl::{Compiled, Options, compile};
 use std::fs;
 use std::path::Path;

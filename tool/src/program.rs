@@ -339,7 +339,7 @@ fn last_call<H: Home>(home: &Programs<H>, member: &str, looked: Looked) -> Resul
             .into_iter()
             .map(|(name, value)| {
                 let shown = match value.ty() {
-                    scl::program::Scalar::Bool => Value::Boolean(value.bits() != 0),
+                    scl::ir::Scalar::Bool => Value::Boolean(value.bits() != 0),
                     _ => Value::Number(value.number()),
                 };
                 (name.to_string(), shown)

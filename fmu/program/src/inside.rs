@@ -2,7 +2,7 @@
 
 use crate::{Loaded, Program};
 use scl::Note;
-use scl::program::{At, Body, Type, Value, What};
+use scl::ir::{At, Body, Type, Value, What};
 use std::collections::HashSet;
 
 /// At most this many instances are told.

@@ -51,7 +51,7 @@ pub struct Loaded {
     notes: Vec<Note>,
     /// The arrays in the table.
     layout: Option<Layout>,
-    program: scl::program::Program,
+    program: scl::ir::Program,
     code: Arc<Code>,
     /// The number of the function of a cycle.
     cycle: usize,
@@ -165,7 +165,7 @@ impl Program {
     fn give(&mut self) {
         for row in &self.loaded.in_outs {
             let place = self.loaded.places[*row];
-            self.machine.set(scl::program::Value::new(place.ty, self.set[*row]), place.offset);
+            self.machine.set(scl::ir::Value::new(place.ty, self.set[*row]), place.offset);
         }
         if let Some(offset) = self.loaded.own_cycle {
             self.machine.set(self.cycle.into(), offset);
@@ -206,7 +206,7 @@ impl Cyclic for Program {
         let place = self.loaded.places.get(row)?;
         let value = match place.held {
             Held::Memory => self.machine.get(place.ty, place.offset),
-            Held::InOut | Held::Start => scl::program::Value::new(place.ty, self.set[row]),
+            Held::InOut | Held::Start => scl::ir::Value::new(place.ty, self.set[row]),
         };
         Some(value.to_plc(kind))
     }
@@ -217,8 +217,8 @@ impl Cyclic for Program {
         }
         match (value, self.loaded.places.get(row)) {
             (Value::Time(time), _) if row == self.loaded.table.cycle => self.cycle = time.milliseconds(),
-            (_, Some(place)) if place.held != Held::Memory => self.set[row] = scl::program::Value::of_plc(value).bits(),
-            (_, Some(place)) => self.machine.set(scl::program::Value::of_plc(value), place.offset),
+            (_, Some(place)) if place.held != Held::Memory => self.set[row] = scl::ir::Value::of_plc(value).bits(),
+            (_, Some(place)) => self.machine.set(scl::ir::Value::of_plc(value), place.offset),
             _ => return false,
         }
         true
@@ -267,7 +267,7 @@ impl Cyclic for Program {
         }
         (self.calls, self.stopped) = (0, None);
         for (place, set) in self.loaded.places.iter().zip(&self.set).filter(|(place, _)| place.held == Held::Start) {
-            self.machine.set(scl::program::Value::new(place.ty, *set), place.offset);
+            self.machine.set(scl::ir::Value::new(place.ty, *set), place.offset);
         }
         self.give();
         if let Some(startup) = self.loaded.startup {

@@ -15,7 +15,7 @@ impl Loaded {
     pub fn sources(
         self: &Arc<Self>,
         door: &'static Door,
-        with_laws: impl FnOnce(&scl::program::Program) -> Result<scl::program::Program, String>,
+        with_laws: impl FnOnce(&scl::ir::Program) -> Result<scl::ir::Program, String>,
     ) -> Result<String, String> {
         let linked = with_laws(&self.program)?;
         let law = scl::c::print(&linked)?;

@@ -5,7 +5,7 @@ use blocks::table::number::{number, to_value};
 use blocks::{Class, Kind, Response, Role, StaticRow, StaticTable, Text, TextType, Time, Value};
 use manifest::Manifest;
 use scl::interface::{self, Variable};
-use scl::program::{Scalar, Type};
+use scl::ir::{Scalar, Type};
 use scl::{Compiled, Root};
 use std::collections::{HashMap, HashSet};
 
@@ -140,7 +140,7 @@ pub fn build(
             _ => return Err(format!("{name} is neither a number nor a text")),
         };
         let kind = kind(variable.of).ok_or_else(|| format!("{name}: an FMU cannot show a {}", variable.of))?;
-        let value = scl::program::Value::read(ty, &start[offset..]).to_plc(kind);
+        let value = scl::ir::Value::read(ty, &start[offset..]).to_plc(kind);
         let is_written = matches!(variable.role, interface::Role::InOut | interface::Role::Local);
         let held = if is_written && role == Role::Input { Held::InOut } else { Held::Memory };
         let mut add = |name: &str, role, held| {

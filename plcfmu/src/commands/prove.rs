@@ -6,8 +6,8 @@ use crate::parameter_file::is_plc;
 use crate::tell;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use host::package::temporary;
+use scl::Dialect;
 use scl::prove::{self, MOST_CALLS, Names, Outcome, RESULT_BYTES, State, Tape};
-use scl::scl::Dialect;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

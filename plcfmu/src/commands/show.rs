@@ -5,7 +5,7 @@ use crate::package::program::Options as Packing;
 use crate::program::{self, Parts};
 use anyhow::{Error, Result, bail};
 use parameters::problem::drawn;
-use scl::scl::Dialect;
+use scl::Dialect;
 use std::path::PathBuf;
 
 /// Print what was understood of a program, as a source in SCL
@@ -48,5 +48,5 @@ pub fn run(options: &Options) -> Result<()> {
         }
     };
     let Language::Scl = options.language;
-    print(&scl::scl::print(&compiled.program, &compiled.blocks(), Dialect::Tia).map_err(Error::msg)?)
+    print(&scl::print(&compiled.program, &compiled.blocks(), Dialect::Tia).map_err(Error::msg)?)
 }

@@ -10,8 +10,8 @@ use host::instance::{Instance, Type};
 use host::library::Library;
 use laws::{Law, Sources};
 use modeldescription::{Interface, Row, Table};
+use scl::ir::{self, Program, Scalar};
 use scl::machine::{Code, Machine};
-use scl::program::{self, Program, Scalar};
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
@@ -44,7 +44,7 @@ pub fn generate(
     };
     let check = law.check.as_ref().map(|check| (name(check.function), &check.messages));
     let mut fields = Vec::new();
-    let record = program::Type::Record(law.record);
+    let record = ir::Type::Record(law.record);
     collect(&law.program, &record, at(&law.program, &law.name).unwrap_or_default(), "", &mut fields);
     let (call, restart) = (name(law.call), name(law.restart));
     let expected = sources::tape(&variables, &mut OfLibrary::new(library, interface)?)?;
@@ -107,12 +107,12 @@ fn hash(guid: &str) -> u128 {
 }
 
 /// The numbers in a structure, in their order, as a block stores them.
-fn collect(program: &Program, ty: &program::Type, offset: usize, name: &str, into: &mut Vec<Field>) {
+fn collect(program: &Program, ty: &ir::Type, offset: usize, name: &str, into: &mut Vec<Field>) {
     match ty {
-        program::Type::Scalar(ty) => {
+        ir::Type::Scalar(ty) => {
             into.push(Field { name: name.into(), offset, size: ty.size(), is_truth: *ty == Scalar::Bool });
         }
-        program::Type::Record(record) => {
+        ir::Type::Record(record) => {
             for member in &program.records[*record].members {
                 let name = if name.is_empty() { member.name.clone() } else { format!("{name}.{}", member.name) };
                 collect(program, &member.ty, offset + member.offset, &name, into);
@@ -208,7 +208,7 @@ impl OfLaw<'_> {
         self.machine.call(function, 0).map_err(|stop| anyhow!("{stop:?}"))?;
         if let (Some(mean), Some(pulse)) = (self.interface.table.mean, at(&self.law.program, "pulse")) {
             let percent = 100.0 * self.machine.get(Scalar::I32, pulse).number();
-            self.machine.set(program::Value::from(percent), self.places[mean].0);
+            self.machine.set(ir::Value::from(percent), self.places[mean].0);
         }
         Ok(())
     }
@@ -217,7 +217,7 @@ impl OfLaw<'_> {
     fn ty(&self, row: usize) -> Result<Scalar> {
         let path = format!("{}.{}", self.law.name, self.interface.table.variables[row].name);
         match self.law.program.find(&path) {
-            Some((_, program::Type::Scalar(ty))) => Ok(ty),
+            Some((_, ir::Type::Scalar(ty))) => Ok(ty),
             _ => Err(anyhow!("{path} is not a number")),
         }
     }
@@ -228,7 +228,7 @@ impl Subject for OfLaw<'_> {
 
     fn set(&mut self, row: usize, number: f64) -> Result<()> {
         let value = to_value(number, self.interface.table.variables[row].kind).map_err(|range| anyhow!("{range}"))?;
-        let value = program::Value::new(self.ty(row)?, program::Value::of_plc(value).bits());
+        let value = ir::Value::new(self.ty(row)?, ir::Value::of_plc(value).bits());
         self.machine.set(value, self.places[row].0);
         Ok(())
     }

@@ -2,8 +2,8 @@
 
 use super::facts::{self, is_quiet};
 use super::{Printer, line, scalar};
-use crate::program::walk::{self, Look, runs_statements};
-use crate::program::{Base, Binary, Convert, Expr, Place, Scalar, Step, Type, Unary, Value};
+use crate::ir::walk::{self, Look, runs_statements};
+use crate::ir::{Base, Binary, Convert, Expr, Place, Scalar, Step, Type, Unary, Value};
 
 impl Printer<'_> {
     /// Returns an expression as C text, after printing the statements that must run before it.

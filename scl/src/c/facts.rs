@@ -1,7 +1,7 @@
 //! Facts about functions that the printer needs in advance.
 
-use crate::program::walk::{self, Look};
-use crate::program::{Argument, Base, Body, Call, Expr, Function, Place, Program, Scalar, Statement, Step, Type, What};
+use crate::ir::walk::{self, Look};
+use crate::ir::{Argument, Base, Body, Call, Expr, Function, Place, Program, Scalar, Statement, Step, Type, What};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Facts about one function.

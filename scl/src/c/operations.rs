@@ -1,7 +1,7 @@
 //! The operations in C: prints those that a program uses and their dependencies.
 
 use super::scalar;
-use crate::program::Scalar;
+use crate::ir::Scalar;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 

@@ -3,7 +3,7 @@
 use super::expr::{Effect, bare, constant};
 use super::facts::{self, Uses};
 use super::{Printer, WIDTH, comment, line, scalar};
-use crate::program::{Argument, Call, Expr, For, Place, Scalar, Statement, Type, Value, What};
+use crate::ir::{Argument, Call, Expr, For, Place, Scalar, Statement, Type, Value, What};
 
 impl Printer<'_> {
     /// The statements of a function.
@@ -587,7 +587,7 @@ fn named(list: &[Statement]) -> Vec<usize> {
 
 /// Whether an expression reads a local.
 fn reads(expr: &Expr, local: usize, _: &[facts::Facts]) -> bool {
-    let one = [Statement { at: crate::program::At::default(), what: What::If(expr.clone(), Vec::new(), Vec::new()) }];
+    let one = [Statement { at: crate::ir::At::default(), what: What::If(expr.clone(), Vec::new(), Vec::new()) }];
     named(&one).contains(&local)
 }
 

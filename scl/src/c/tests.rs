@@ -1,12 +1,12 @@
 //! Random programs give the same bits as C and in the machine.
 
 use super::{HEAD, Printer, is_used, operations};
-use crate::machine::tests::random::{Of, Random};
-use crate::machine::{Cause, Code, Machine, Stop};
-use crate::program::{
+use crate::ir::{
     Argument, At, Base, Binary, Body, Call, Expr, Function, Local, Place, Program, Scalar, Statement, Step, Type,
     Value, What,
 };
+use crate::machine::tests::random::{Of, Random};
+use crate::machine::{Cause, Code, Machine, Stop};
 use crate::{Options, compile};
 use parameters::Source;
 use std::fmt::Write;
@@ -421,7 +421,7 @@ fn arguments() -> Vec<f64> {
 
 #[test]
 fn exp_and_its_relatives_give_the_bits_of_the_machine() {
-    use crate::program::Unary;
+    use crate::ir::Unary;
     let text = format!("{HEAD}{}{FUNCTIONS}", operations::used(FUNCTIONS));
     let arguments = arguments();
     let bytes: Vec<u8> = arguments.iter().flat_map(|it| it.to_le_bytes()).collect();

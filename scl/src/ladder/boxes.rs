@@ -4,9 +4,9 @@ use super::elements::{Failure, Formula};
 use super::flow::Value;
 use super::lower::{Lowerer, numbered};
 use super::{Element, MOST_PINS};
-use crate::lexer::Span;
-use crate::syntax::{Binary, ExpressionId, ExpressionKind, Statement, StatementKind, Unary};
-use crate::types::Elementary;
+use crate::check::types::Elementary;
+use crate::front::lexer::Span;
+use crate::front::syntax::{Binary, ExpressionId, ExpressionKind, Statement, StatementKind, Unary};
 use std::collections::BTreeSet;
 
 impl Lowerer<'_> {

@@ -3,8 +3,8 @@
 use super::flow::Value;
 use super::lower::Lowerer;
 use super::{Element, Parameter, Way};
-use crate::syntax::{ExpressionId, ExpressionKind, Scope, Statement, StatementKind, Unary};
-use crate::types::Elementary;
+use crate::check::types::Elementary;
+use crate::front::syntax::{ExpressionId, ExpressionKind, Scope, Statement, StatementKind, Unary};
 use std::collections::BTreeSet;
 
 impl Lowerer<'_> {

@@ -1,6 +1,6 @@
 //! The elements of LAD and FBD by their names in SimaticML and SIMATIC SD.
 
-use crate::syntax::{Binary, Unary};
+use crate::front::syntax::{Binary, Unary};
 
 /// An instruction.
 #[derive(Debug)]

@@ -1,9 +1,9 @@
 //! Values on wires: expressions not yet used, which are saved in a temporary before anything they read is written.
 
+use super::Pin;
 use super::lower::Lowerer;
-use crate::lexer::Span;
-use crate::network::Pin;
-use crate::syntax::{
+use crate::front::lexer::Span;
+use crate::front::syntax::{
     Argument, Binary, ExpressionId, ExpressionKind, Expressions, Name, Scope, Statement, StatementKind, Unary, key,
 };
 use std::collections::{BTreeMap, BTreeSet, HashMap};

@@ -4,10 +4,10 @@ use super::Element;
 use super::elements::{Law, Returned};
 use super::flow::Value;
 use super::lower::Lowerer;
-use crate::constant::{self, Literal};
-use crate::lexer::Span;
-use crate::syntax::{Binary, ExpressionId, ExpressionKind, Name, Statement, StatementKind, Unary};
-use crate::types::Elementary;
+use crate::check::constant::{self, Literal};
+use crate::check::types::Elementary;
+use crate::front::lexer::Span;
+use crate::front::syntax::{Binary, ExpressionId, ExpressionKind, Name, Statement, StatementKind, Unary};
 
 /// The input pins for power flow.
 const FLOW: &[&str] = &["PRE", "IN"];

@@ -5,8 +5,8 @@ use super::elements::{self, Formula, Law};
 use super::flow::shown;
 use super::lower::network_title;
 use super::{Element, Network, Owner, Source};
+use crate::front::syntax::{ExpressionId, ExpressionKind, Expressions, Unary};
 use crate::report::Report;
-use crate::syntax::{ExpressionId, ExpressionKind, Expressions, Unary};
 use std::collections::{BTreeMap, HashMap};
 
 /// Networks with more elements are not checked for order dependence.

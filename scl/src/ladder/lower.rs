@@ -1,14 +1,14 @@
 //! Orders the elements of a network and translates them to statements.
 
+use super::Pin;
 use super::elements::Law;
 use super::flow::{Value, Values, shown};
 use super::{Element, Network, Source, elements};
-use crate::lexer::Span;
-use crate::network::Pin;
-use crate::report::Report;
-use crate::syntax::{
+use crate::front::lexer::Span;
+use crate::front::syntax::{
     Binary, ExpressionId, ExpressionKind, Expressions, Name, SectionKind, SourceBlock, Statement, StatementKind, Tree,
 };
+use crate::report::Report;
 use parameters::problem::quoted;
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -2,14 +2,14 @@
 
 use super::Lowerer;
 use super::paths::{Path, Variable};
-use crate::compiler::{BlockId, Operand, Parameter, Slot, Symbol};
-use crate::declare::is_copied;
-use crate::lexer::Span;
-use crate::network::Way;
-use crate::program::{self, Call, Expr, Place, What};
-use crate::syntax::{Argument, BlockKind, ExpressionId, ExpressionKind, Scope, SectionKind, key};
-use crate::types::{Elementary, Type, text_name};
-use crate::undeclared::{Formal, Missing, UndeclaredStep, What as Kind};
+use crate::check::compiler::{BlockId, Operand, Parameter, Slot, Symbol};
+use crate::check::declare::is_copied;
+use crate::check::types::{Elementary, Type, text_name};
+use crate::check::undeclared::{Formal, Missing, UndeclaredStep, What as Kind};
+use crate::front::lexer::Span;
+use crate::front::syntax::{Argument, BlockKind, ExpressionId, ExpressionKind, Scope, SectionKind, key};
+use crate::ir::{self, Call, Expr, Place, What};
+use crate::ladder::Way;
 use manifest::Cpu;
 use parameters::problem::{nearest, with_article};
 
@@ -463,7 +463,7 @@ impl Lowerer<'_, '_> {
 
     fn is_stub(&self, block: usize) -> bool {
         let source = self.compiler.blocks[block].source;
-        source.is_some_and(|id| crate::assume::is_marked(self.compiler.block(id)))
+        source.is_some_and(|id| self.compiler.block(id).is_stub())
     }
 
     fn tell_left_out(&mut self, block: usize, parameter: &str, span: Span) {
@@ -499,17 +499,17 @@ impl Lowerer<'_, '_> {
             self.condition(operand, self.span(en.value))
         });
         let of = Type::Elementary(Elementary::Bool);
-        let told = eno.map(|_| self.temp(program::Type::Scalar(program::Scalar::Bool)));
+        let told = eno.map(|_| self.temp(ir::Type::Scalar(ir::Scalar::Bool)));
         let (code, value) = self.aside(|lowerer| call(lowerer, &others, told.as_ref()));
-        let no = program::Value::from(false);
+        let no = ir::Value::from(false);
         let mut otherwise = Vec::new();
         let at = self.at(span);
         if let Some(told) = &told {
             let what = What::Assign(told.clone(), Expr::Const(no));
-            otherwise.push(program::Statement { at, what });
+            otherwise.push(ir::Statement { at, what });
         }
         if let Some((Type::Elementary(of), place)) = &value {
-            otherwise.push(program::Statement { at, what: What::Assign(place.clone(), super::convert::zero(*of)) });
+            otherwise.push(ir::Statement { at, what: What::Assign(place.clone(), super::convert::zero(*of)) });
         }
         match condition {
             Some(condition) => self.push(span, What::If(condition, code, otherwise)),
@@ -682,7 +682,7 @@ impl Lowerer<'_, '_> {
 
     /// A place to pass by reference: indices are evaluated once, and a constant is copied first.
     pub(super) fn referred(&mut self, place: Place, of: &Type, span: Span) -> Place {
-        if place.base != program::Base::Constants {
+        if place.base != ir::Base::Constants {
             return self.frozen(place, span);
         }
         let copy = self.temp(self.compiler.lowered(of));
@@ -690,22 +690,17 @@ impl Lowerer<'_, '_> {
         copy
     }
 
-    fn passed_references(
-        &mut self,
-        block: usize,
-        references: Vec<(usize, Place)>,
-        span: Span,
-    ) -> Vec<program::Argument> {
+    fn passed_references(&mut self, block: usize, references: Vec<(usize, Place)>, span: Span) -> Vec<ir::Argument> {
         let function = self.compiler.blocks[block].function;
         let parameters = self.compiler.program.functions[function].parameters;
         let mut passed = Vec::new();
         for number in 0..parameters {
             match references.iter().find(|(local, _)| *local == number) {
-                Some((_, place)) => passed.push(program::Argument::Reference(place.clone())),
+                Some((_, place)) => passed.push(ir::Argument::Reference(place.clone())),
                 // A stub leaves out what has no form here, and does nothing with the rest.
                 None if self.is_stub(block) => {
                     let ty = self.compiler.program.functions[function].locals[number].ty.clone();
-                    passed.push(program::Argument::Reference(self.temp(ty)));
+                    passed.push(ir::Argument::Reference(self.temp(ty)));
                 }
                 None => {
                     let member =
@@ -715,7 +710,7 @@ impl Lowerer<'_, '_> {
                         let message = format!("the in-out parameter {name} is missing");
                         self.error(span, message, Some("every call must pass a structured in-out parameter"));
                     }
-                    passed.push(program::Argument::Start);
+                    passed.push(ir::Argument::Start);
                 }
             }
         }
@@ -743,7 +738,7 @@ impl Lowerer<'_, '_> {
         let members = self.compiler.blocks[block].members.clone();
         let function = self.compiler.blocks[block].function;
         let count = self.compiler.program.functions[function].parameters;
-        let mut passed: Vec<Option<program::Argument>> = vec![None; count];
+        let mut passed: Vec<Option<ir::Argument>> = vec![None; count];
         let mut copied = Vec::new();
         let mut behind: Vec<(Variable, Variable, Span)> = Vec::new();
         let mut stored = Vec::new();
@@ -756,7 +751,7 @@ impl Lowerer<'_, '_> {
             supplied.push(parameter.key.clone());
             let Slot::Local(number) = parameter.slot else { continue };
             if number < count && !is_copied(&parameter.of) {
-                passed[number] = self.reference(block, &parameter, argument).map(program::Argument::Reference);
+                passed[number] = self.reference(block, &parameter, argument).map(ir::Argument::Reference);
                 continue;
             }
             match parameter.section {
@@ -791,7 +786,7 @@ impl Lowerer<'_, '_> {
             }
         }
         copied.extend(self.told(block, eno, span));
-        let passed = passed.into_iter().map(|argument| argument.unwrap_or(program::Argument::Start)).collect();
+        let passed = passed.into_iter().map(|argument| argument.unwrap_or(ir::Argument::Start)).collect();
         self.push(span, What::Call(Call { function, instance: None, arguments: passed, outputs: copied }));
         for (actual, formal, span) in behind {
             let value = self.value_of(&formal, span);
@@ -817,15 +812,15 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    fn input(&mut self, parameter: &Parameter, argument: &Argument) -> Option<program::Argument> {
+    fn input(&mut self, parameter: &Parameter, argument: &Argument) -> Option<ir::Argument> {
         let operand = self.operand(argument.value, parameter.of.elementary());
         self.by_copy(&parameter.of, operand, self.span(argument.value))
     }
 
-    pub(super) fn by_copy(&mut self, of: &Type, operand: Operand, span: Span) -> Option<program::Argument> {
+    pub(super) fn by_copy(&mut self, of: &Type, operand: Operand, span: Span) -> Option<ir::Argument> {
         match of {
-            Type::Elementary(of) => Some(program::Argument::Value(self.converted(operand, *of, span))),
-            Type::Text { wide, .. } => self.text_as(operand, *wide, span).map(program::Argument::Copy),
+            Type::Elementary(of) => Some(ir::Argument::Value(self.converted(operand, *of, span))),
+            Type::Text { wide, .. } => self.text_as(operand, *wide, span).map(ir::Argument::Copy),
             _ => None,
         }
     }

@@ -1,10 +1,10 @@
 //! Implicit and explicit conversions between types.
 
 use super::Lowerer;
-use crate::compiler::Operand;
-use crate::lexer::Span;
-use crate::program::{At, Binary, Convert, Expr, Scalar, Unary, Value};
-use crate::types::{Class, Elementary};
+use crate::check::compiler::Operand;
+use crate::check::types::{Class, Elementary};
+use crate::front::lexer::Span;
+use crate::ir::{At, Binary, Convert, Expr, Scalar, Unary, Value};
 use manifest::Cpu;
 
 /// A conversion in the program, folded if its operand is constant.

@@ -1,12 +1,12 @@
 //! Expressions.
 
 use super::Lowerer;
-use crate::compiler::{Note, Operand};
-use crate::constant::{self, Literal};
-use crate::lexer::Span;
-use crate::program::{self, At, Base, Convert, Expr, Place, Scalar, Value};
-use crate::syntax::{ExpressionId, ExpressionKind};
-use crate::types::{Elementary, Type, text_name};
+use crate::check::compiler::{Note, Operand};
+use crate::check::constant::{self, Literal};
+use crate::check::types::{Elementary, Type, text_name};
+use crate::front::lexer::Span;
+use crate::front::syntax::{ExpressionId, ExpressionKind};
+use crate::ir::{self, At, Base, Convert, Expr, Place, Scalar, Value};
 
 /// The size of a DTL in bytes.
 pub const DTL_BYTES: usize = 12;
@@ -24,20 +24,20 @@ impl Lowerer<'_, '_> {
         let Some(place) = self.place_of_note(id) else { return Operand::Value(of, value) };
         let number = Expr::Convert(Convert::Value, Scalar::Bool, Scalar::U8, Box::new(value), At::default());
         let reached = Box::new(Expr::Const(Note::FALSE.into()));
-        let number = Expr::Binary(program::Binary::Add, Scalar::U8, Box::new(number), reached, At::default());
-        let note = program::Statement { at: At::NOTE, what: program::What::Assign(place.clone(), number) };
+        let number = Expr::Binary(ir::Binary::Add, Scalar::U8, Box::new(number), reached, At::default());
+        let note = ir::Statement { at: At::NOTE, what: ir::What::Assign(place.clone(), number) };
         let (load, truth) = (Expr::Load(Scalar::U8, place), Expr::Const(Note::TRUE.into()));
-        let value = Expr::Binary(program::Binary::Eq, Scalar::U8, Box::new(load), Box::new(truth), At::default());
+        let value = Expr::Binary(ir::Binary::Eq, Scalar::U8, Box::new(load), Box::new(truth), At::default());
         Operand::Value(of, Expr::After(vec![note], Box::new(value)))
     }
 
     /// The place in which a truth value is recorded, if it is watched.
-    pub(super) fn place_of_note(&mut self, id: ExpressionId) -> Option<program::Place> {
+    pub(super) fn place_of_note(&mut self, id: ExpressionId) -> Option<ir::Place> {
         let function = self.compiler.blocks[self.block?].function;
         if !self.compiler.watched.contains(&(self.file, id)) {
             return None;
         }
-        let place = self.temp(program::Type::Scalar(Scalar::U8));
+        let place = self.temp(ir::Type::Scalar(Scalar::U8));
         self.compiler.notes.push(Note { file: self.file, expression: id.0, function, local: self.locals.len() - 1 });
         Some(place)
     }
@@ -122,7 +122,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// A place that holds constant bytes.
-    fn constant_place(&mut self, of: program::Type, bytes: &[u8]) -> Place {
+    fn constant_place(&mut self, of: ir::Type, bytes: &[u8]) -> Place {
         let constants = self.compiler.program.constants;
         let member = self.compiler.program.extend_record(constants, "constant", of);
         let record = &mut self.compiler.program.records[constants];
@@ -165,11 +165,11 @@ impl Lowerer<'_, '_> {
 
     /// A character as a text of length 1.
     pub fn text_of(&mut self, code: Expr, wide: bool, span: Span) -> Place {
-        let text = self.temp(program::Type::Text { capacity: 1, wide });
+        let text = self.temp(ir::Type::Text { capacity: 1, wide });
         let part = |step| Place { steps: vec![step], ..text.clone() };
-        let first = program::Step::Index(vec![Expr::Const(1_i32.into())], self.at(span));
-        self.push(span, program::What::Assign(part(first), code));
-        self.push(span, program::What::Assign(part(program::Step::Length), Expr::Const(1_u16.into())));
+        let first = ir::Step::Index(vec![Expr::Const(1_i32.into())], self.at(span));
+        self.push(span, ir::What::Assign(part(first), code));
+        self.push(span, ir::What::Assign(part(ir::Step::Length), Expr::Const(1_u16.into())));
         text
     }
 
@@ -190,7 +190,7 @@ impl Lowerer<'_, '_> {
         let of = Type::Text { capacity: text.len().min(16382) as u16, wide };
         let lowered = self.compiler.lowered(&of);
         let mut bytes = vec![0; self.compiler.program.size(&lowered)];
-        crate::start::write_text(&of, text, &mut bytes);
+        crate::check::start::write_text(&of, text, &mut bytes);
         self.constant_place(lowered, &bytes)
     }
 }

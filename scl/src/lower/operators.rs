@@ -2,12 +2,12 @@
 
 use super::Lowerer;
 use super::convert::{binary, unary, zero};
-use crate::compiler::Operand;
-use crate::lexer::Span;
-use crate::program::{self, Expr};
-use crate::syntax::{Binary, Unary};
-use crate::types::{Class, Elementary, Type};
-use crate::undeclared::Missing;
+use crate::check::compiler::Operand;
+use crate::check::types::{Class, Elementary, Type};
+use crate::check::undeclared::Missing;
+use crate::front::lexer::Span;
+use crate::front::syntax::{Binary, Unary};
+use crate::ir::{self, Expr};
 
 impl Lowerer<'_, '_> {
     /// Lowers `-a` or `NOT a`.
@@ -22,15 +22,15 @@ impl Lowerer<'_, '_> {
             (Unary::Minus, Operand::Whole(whole)) => Operand::Whole(-whole),
             (Unary::Minus, Operand::Fraction(wide, narrow)) => Operand::Fraction(-wide, -narrow),
             (Unary::Minus, Operand::Value(of, value)) if of.is_number() || of.class() == Class::Time => {
-                Operand::Value(of, unary(program::Unary::Neg, of.scalar(), value))
+                Operand::Value(of, unary(ir::Unary::Neg, of.scalar(), value))
             }
             (Unary::Not, Operand::Whole(whole)) => {
                 let of = Elementary::bit_string(self.widest(whole).bits());
                 let value = self.converted(Operand::Whole(whole), of, span);
-                Operand::Value(of, unary(program::Unary::Not, of.scalar(), value))
+                Operand::Value(of, unary(ir::Unary::Not, of.scalar(), value))
             }
             (Unary::Not, Operand::Value(of, value)) if of.is_whole() || of == Elementary::Bool => {
-                Operand::Value(of, unary(program::Unary::Not, of.scalar(), value))
+                Operand::Value(of, unary(ir::Unary::Not, of.scalar(), value))
             }
             (_, operand) => {
                 let of = self.type_name(&operand);
@@ -101,7 +101,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The operation on both operands, converted to a type.
-    fn both(&mut self, operation: program::Binary, of: Elementary, left: Operand, right: Operand, span: Span) -> Expr {
+    fn both(&mut self, operation: ir::Binary, of: Elementary, left: Operand, right: Operand, span: Span) -> Expr {
         let left = self.widened(left, of, span);
         let right = self.widened(right, of, span);
         let at = self.at(span);
@@ -113,7 +113,7 @@ impl Lowerer<'_, '_> {
         match operand {
             Operand::Value(from, value) if from.is_number() && to.is_number() => {
                 let at = self.at(span);
-                super::convert::convert(value, from.scalar(), to.scalar(), program::Convert::Value, at)
+                super::convert::convert(value, from.scalar(), to.scalar(), ir::Convert::Value, at)
             }
             other => self.converted(other, to, span),
         }
@@ -121,9 +121,9 @@ impl Lowerer<'_, '_> {
 
     fn bits(&mut self, operator: Binary, left: Operand, right: Operand, span: Span) -> Operand {
         let (operation, name) = match operator {
-            Binary::And => (program::Binary::And, "AND"),
-            Binary::Or => (program::Binary::Or, "OR"),
-            _ => (program::Binary::Xor, "XOR"),
+            Binary::And => (ir::Binary::And, "AND"),
+            Binary::Or => (ir::Binary::Or, "OR"),
+            _ => (ir::Binary::Xor, "XOR"),
         };
         let of = match (&left, &right) {
             (Operand::Value(left, _), Operand::Value(right, _)) if left == right && *left == Elementary::Bool => {
@@ -167,7 +167,7 @@ impl Lowerer<'_, '_> {
             _ if kinds.contains(&Some(Elementary::Real)) => Elementary::Real,
             _ => self.widest_real(),
         };
-        Operand::Value(of, self.both(program::Binary::Pow, of, left, right, span))
+        Operand::Value(of, self.both(ir::Binary::Pow, of, left, right, span))
     }
 
     /// The common type of two numbers; `None` if there is none.
@@ -197,11 +197,11 @@ impl Lowerer<'_, '_> {
 
     fn arithmetic(&mut self, operator: Binary, left: Operand, right: Operand, span: Span) -> Operand {
         let (operation, name) = match operator {
-            Binary::Add => (program::Binary::Add, "+"),
-            Binary::Subtract => (program::Binary::Sub, "-"),
-            Binary::Multiply => (program::Binary::Mul, "*"),
-            Binary::Divide => (program::Binary::Div, "/"),
-            _ => (program::Binary::Rem, "MOD"),
+            Binary::Add => (ir::Binary::Add, "+"),
+            Binary::Subtract => (ir::Binary::Sub, "-"),
+            Binary::Multiply => (ir::Binary::Mul, "*"),
+            Binary::Divide => (ir::Binary::Div, "/"),
+            _ => (ir::Binary::Rem, "MOD"),
         };
         let class = |operand: &Operand| match operand {
             Operand::Value(of, _) => Some(of.class()),
@@ -221,7 +221,7 @@ impl Lowerer<'_, '_> {
             of = Elementary::integer(of.bits(), false);
         }
         let value = self.both(operation, of, left, right, span);
-        if let Expr::Binary(program::Binary::Div | program::Binary::Rem, _, _, by, _) = &value
+        if let Expr::Binary(ir::Binary::Div | ir::Binary::Rem, _, _, by, _) = &value
             && matches!(**by, Expr::Const(by) if of.is_whole() && by.bits() == 0)
         {
             self.warn(span, "this divides by 0: the result is 0", None);
@@ -232,7 +232,7 @@ impl Lowerer<'_, '_> {
     fn durations(
         &mut self,
         operator: Binary,
-        operation: program::Binary,
+        operation: ir::Binary,
         name: &str,
         left: Operand,
         right: Operand,
@@ -274,12 +274,12 @@ impl Lowerer<'_, '_> {
 
     fn comparison(&mut self, operator: Binary, left: Operand, right: Operand, span: Span) -> Operand {
         let (operation, name) = match operator {
-            Binary::Less => (program::Binary::Lt, "<"),
-            Binary::LessOrEqual => (program::Binary::Le, "<="),
-            Binary::Greater => (program::Binary::Gt, ">"),
-            Binary::GreaterOrEqual => (program::Binary::Ge, ">="),
-            Binary::Equal => (program::Binary::Eq, "="),
-            _ => (program::Binary::Ne, "<>"),
+            Binary::Less => (ir::Binary::Lt, "<"),
+            Binary::LessOrEqual => (ir::Binary::Le, "<="),
+            Binary::Greater => (ir::Binary::Gt, ">"),
+            Binary::GreaterOrEqual => (ir::Binary::Ge, ">="),
+            Binary::Equal => (ir::Binary::Eq, "="),
+            _ => (ir::Binary::Ne, "<>"),
         };
         let is_equality = matches!(operator, Binary::Equal | Binary::NotEqual);
         let is_text =
@@ -295,7 +295,7 @@ impl Lowerer<'_, '_> {
             }
             let same = Expr::Same(place.clone(), with.clone());
             let negated = operator == Binary::NotEqual;
-            let value = if negated { unary(program::Unary::Not, program::Scalar::Bool, same) } else { same };
+            let value = if negated { unary(ir::Unary::Not, ir::Scalar::Bool, same) } else { same };
             return Operand::Value(Elementary::Bool, value);
         }
         let common = self.common(&left, &right);

@@ -2,12 +2,12 @@
 
 use super::Lowerer;
 use super::convert::{convert, zero};
-use crate::compiler::{Global, Operand, Slot, Symbol};
-use crate::lexer::Span;
-use crate::program::{Base, Binary, Call, Convert, Expr, Place, Scalar, Step, Value, What};
-use crate::syntax::{BlockKind, ExpressionId, ExpressionKind, Name, Scope, SectionKind, key};
-use crate::types::{Elementary, Type};
-use crate::undeclared::{Missing, UndeclaredStep, What as Kind};
+use crate::check::compiler::{Global, Operand, Slot, Symbol};
+use crate::check::types::{Elementary, Type};
+use crate::check::undeclared::{Missing, UndeclaredStep, What as Kind};
+use crate::front::lexer::Span;
+use crate::front::syntax::{BlockKind, ExpressionId, ExpressionKind, Name, Scope, SectionKind, key};
+use crate::ir::{Base, Binary, Call, Convert, Expr, Place, Scalar, Step, Value, What};
 use manifest::Cpu;
 use parameters::problem::{nearest, with_article};
 use parameters::tags;
@@ -249,7 +249,7 @@ impl Lowerer<'_, '_> {
                         Some(eno) => Place::new(Base::Local(eno)),
                         None => {
                             self.eno = Some(self.locals.len());
-                            self.temp(crate::program::Type::Scalar(Scalar::Bool))
+                            self.temp(crate::ir::Type::Scalar(Scalar::Bool))
                         }
                     };
                     let of = Type::Elementary(Elementary::Bool);
@@ -415,17 +415,17 @@ impl Lowerer<'_, '_> {
             _ => None,
         });
         let mut of = match place.base {
-            Base::Memory => crate::program::Type::Record(self.compiler.program.memory),
-            Base::Instance => crate::program::Type::Record(self.compiler.blocks[self.block?].record),
+            Base::Memory => crate::ir::Type::Record(self.compiler.program.memory),
+            Base::Instance => crate::ir::Type::Record(self.compiler.blocks[self.block?].record),
             Base::Local(local) => self.locals[local].ty.clone(),
             Base::Constants => return None,
         };
         let mut name = None;
         for number in members {
-            while let crate::program::Type::Array { of: inner, .. } = of {
+            while let crate::ir::Type::Array { of: inner, .. } = of {
                 of = *inner;
             }
-            let crate::program::Type::Record(record) = of else { return None };
+            let crate::ir::Type::Record(record) = of else { return None };
             let member = self.compiler.program.records[record].members.get(number)?;
             name = Some(key(&member.name));
             of = member.ty.clone();

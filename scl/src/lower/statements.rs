@@ -3,13 +3,13 @@
 use super::convert::{binary, zero};
 use super::paths::{Slice, Variable};
 use super::{LabelOf, Loop, Lowerer};
-use crate::compiler::{Note, Operand, Slot, Symbol};
-use crate::lexer::Span;
-use crate::program::walk::{self, Look};
-use crate::program::{self, Arm, At, Expr, For, Place, Scalar, Step, Value, What};
-use crate::syntax::{Binary, ExpressionId, ExpressionKind, Label, Name, SectionKind, Statement, StatementKind};
-use crate::types::{Elementary, Type, text_name};
-use crate::undeclared::Missing;
+use crate::check::compiler::{Note, Operand, Slot, Symbol};
+use crate::check::types::{Elementary, Type, text_name};
+use crate::check::undeclared::Missing;
+use crate::front::lexer::Span;
+use crate::front::syntax::{Binary, ExpressionId, ExpressionKind, Label, Name, SectionKind, Statement, StatementKind};
+use crate::ir::walk::{self, Look};
+use crate::ir::{self, Arm, At, Expr, For, Place, Scalar, Step, Value, What};
 use manifest::Cpu;
 use std::rc::Rc;
 
@@ -38,7 +38,7 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    fn body(&mut self, statements: &[Statement]) -> Vec<program::Statement> {
+    fn body(&mut self, statements: &[Statement]) -> Vec<ir::Statement> {
         self.aside(|lowerer| lowerer.statements(statements)).0
     }
 
@@ -154,14 +154,14 @@ impl Lowerer<'_, '_> {
         };
         let number = known.unwrap_or_else(|| self.temporary(name, Type::Elementary(of)));
         if let Some(value) = value {
-            self.push(span, What::Assign(Place::new(program::Base::Local(number)), value));
+            self.push(span, What::Assign(Place::new(ir::Base::Local(number)), value));
         }
     }
 
     /// Adds a named temporary; returns its local index.
     fn temporary(&mut self, name: &Name, of: Type) -> usize {
         let ty = self.compiler.lowered(&of);
-        self.locals.push(program::Local { name: name.text.clone(), ty, by_reference: false });
+        self.locals.push(ir::Local { name: name.text.clone(), ty, by_reference: false });
         let number = self.locals.len() - 1;
         let symbol = Symbol::Variable(SectionKind::Temp, of, Slot::Local(number));
         Rc::make_mut(&mut self.symbols).insert(name.key(), symbol);
@@ -248,17 +248,17 @@ impl Lowerer<'_, '_> {
                 Some(&help),
             );
         }
-        if *operator == Binary::Divide && of.is_whole() && to.class() == crate::types::Class::Real {
+        if *operator == Binary::Divide && of.is_whole() && to.class() == crate::check::types::Class::Real {
             let message = format!("this divides integers: the fraction is lost before it becomes {}", to.name());
             self.warn(span, message, Some("convert an operand first, or write 2.0 instead of 2"));
         }
     }
 
     /// Warns of a loop whose condition constantly keeps it running and that nothing leaves.
-    fn warn_of_endless(&mut self, condition: &Expr, runs_on: bool, body: &[program::Statement], span: Span) {
+    fn warn_of_endless(&mut self, condition: &Expr, runs_on: bool, body: &[ir::Statement], span: Span) {
         struct Leaves(bool);
         impl Look for Leaves {
-            fn statement(&mut self, statement: &program::Statement) {
+            fn statement(&mut self, statement: &ir::Statement) {
                 self.0 |= matches!(statement.what, What::Break | What::Return | What::Goto(_));
             }
         }
@@ -370,11 +370,11 @@ impl Lowerer<'_, '_> {
         let scalar = of.scalar();
         let ones = if slice.of.bits() == 64 { u64::MAX } else { (1 << slice.of.bits()) - 1 };
         let keep = Expr::Const(Value::new(scalar, !(ones << slice.shift)));
-        let kept = binary(program::Binary::And, scalar, Expr::Load(scalar, place.clone()), keep, at);
+        let kept = binary(ir::Binary::And, scalar, Expr::Load(scalar, place.clone()), keep, at);
         // A slice is zero-extended.
-        let wide = super::convert::convert(value, slice.of.scalar(), scalar, program::Convert::Value, at);
-        let shifted = binary(program::Binary::Shl, scalar, wide, Expr::Const(slice.shift.into()), at);
-        binary(program::Binary::Or, scalar, kept, shifted, at)
+        let wide = super::convert::convert(value, slice.of.scalar(), scalar, ir::Convert::Value, at);
+        let shifted = binary(ir::Binary::Shl, scalar, wide, Expr::Const(slice.shift.into()), at);
+        binary(ir::Binary::Or, scalar, kept, shifted, at)
     }
 
     fn conditional(&mut self, arms: &[(ExpressionId, Vec<Statement>)], otherwise: &[Statement], span: Span) {
@@ -382,7 +382,7 @@ impl Lowerer<'_, '_> {
         let condition = self.condition_of(*condition);
         let body = self.body(body);
         // The ELSIF chain is built from its end, so that its length costs no recursion.
-        let mut lowered: Vec<(program::At, Expr, Vec<program::Statement>)> = Vec::new();
+        let mut lowered: Vec<(ir::At, Expr, Vec<ir::Statement>)> = Vec::new();
         for (id, statements) in rest {
             let at = self.at(self.span(*id));
             let condition = self.condition_of(*id);
@@ -391,7 +391,7 @@ impl Lowerer<'_, '_> {
         }
         let mut last = self.body(otherwise);
         for (at, condition, statements) in lowered.into_iter().rev() {
-            last = vec![program::Statement { at, what: What::If(condition, statements, last) }];
+            last = vec![ir::Statement { at, what: What::If(condition, statements, last) }];
         }
         self.push(span, What::If(condition, body, last));
     }
@@ -406,7 +406,7 @@ impl Lowerer<'_, '_> {
         let selector_span = self.span(selector);
         let operand = self.operand(selector, None);
         let value = match operand {
-            Operand::Value(of, value) if of.is_whole() || of.class() == crate::types::Class::Character => value,
+            Operand::Value(of, value) if of.is_whole() || of.class() == crate::check::types::Class::Character => value,
             Operand::Wrong(name) => {
                 if let Some(name) = name {
                     self.guess(&name, Elementary::Int);
@@ -444,7 +444,7 @@ impl Lowerer<'_, '_> {
             let mut body = self.body(body);
             // For watching: record that no arm runs, then which one does.
             if let Some(place) = labels.first().and_then(|label| self.place_of_note(label.low)) {
-                let note = |truth: u8| program::Statement {
+                let note = |truth: u8| ir::Statement {
                     at: At::NOTE,
                     what: What::Assign(place.clone(), Expr::Const(truth.into())),
                 };
@@ -472,7 +472,7 @@ impl Lowerer<'_, '_> {
         Some((low as i64, high as i64))
     }
 
-    fn in_loop(&mut self, variable: Option<Place>, body: &[Statement]) -> Vec<program::Statement> {
+    fn in_loop(&mut self, variable: Option<Place>, body: &[Statement]) -> Vec<ir::Statement> {
         self.loop_count += 1;
         self.loops.push((self.loop_count, Loop { variable }));
         let body = self.body(body);
@@ -546,7 +546,7 @@ impl Lowerer<'_, '_> {
                     continue;
                 }
                 let of: Scalar = index.ty();
-                let temp = self.temp(program::Type::Scalar(of));
+                let temp = self.temp(ir::Type::Scalar(of));
                 let value = std::mem::replace(index, Expr::Load(of, temp.clone()));
                 self.push(span, What::Assign(temp, value));
             }

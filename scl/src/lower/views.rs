@@ -7,10 +7,10 @@
 use super::Lowerer;
 use super::convert::{binary, convert};
 use super::paths::Variable;
-use crate::compiler::{Compiler, Slot, Symbol, View};
-use crate::lexer::Span;
-use crate::program::{At, Base, Binary, Convert, Expr, Place, Scalar, Step, What};
-use crate::types::{Class, Elementary, Type};
+use crate::check::compiler::{Compiler, Slot, Symbol, View};
+use crate::check::types::{Class, Elementary, Type};
+use crate::front::lexer::Span;
+use crate::ir::{At, Base, Binary, Convert, Expr, Place, Scalar, Step, What};
 
 /// The maximum number of parts in a view: each costs an operation in every statement that uses it.
 const MOST_PARTS: usize = 4096;

@@ -1,7 +1,7 @@
 //! The target of compilation: instructions for a register machine.
 
-use crate::program::operations::{One, OneChecked, Three, Two, TwoChecked};
-use crate::program::{At, Binary, Scalar};
+use crate::ir::operations::{One, OneChecked, Three, Two, TwoChecked};
+use crate::ir::{At, Binary, Scalar};
 use std::collections::BTreeMap;
 
 /// A register. Each function has its own registers, above those of all functions that it calls.

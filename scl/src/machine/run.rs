@@ -2,7 +2,7 @@
 
 use super::code::{Bounds, Op, Part, Register};
 use super::{Cause, Code, Kept, Machine, Stop, Warning};
-use crate::program::{At, Binary, Scalar, Value};
+use crate::ir::{At, Binary, Scalar, Value};
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
 

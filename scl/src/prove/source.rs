@@ -2,7 +2,7 @@
 
 use super::outcome;
 use super::tape::{Entry, Tape};
-use crate::scl::Dialect;
+use crate::print::Dialect;
 use blocks::{Kind, StaticRow};
 use std::fmt::Write;
 
@@ -200,10 +200,10 @@ impl Source<'_> {
         self.line(&format!("    tested{attribute} : {block};  // the PLC's own block"));
         self.line("    given : STRUCT  // its inputs");
         for row in tape.inputs.iter().map(|row| &rows[*row]).filter(|row| Self::is_own(row)) {
-            let start = crate::program::Value::of_plc(row.start);
-            let of = crate::types::Elementary::named(row.kind.name());
-            let of = of.unwrap_or(crate::types::Elementary::DWord);
-            let start = crate::scl::literal(start, of, true, self.dialect).unwrap_or_default();
+            let start = crate::ir::Value::of_plc(row.start);
+            let of = crate::check::types::Elementary::named(row.kind.name());
+            let of = of.unwrap_or(crate::check::types::Elementary::DWord);
+            let start = crate::print::literal(start, of, true, self.dialect).unwrap_or_default();
             self.line(&format!("        {} : {} := {start};", row.name, row.kind.name()));
         }
         self.line("    END_STRUCT;");

@@ -191,8 +191,8 @@ pub(super) fn bits(value: Value) -> u32 {
         Value::Word(word) => u32::from(word.value() as u16),
         // A tape contains no NaN.
         value => match value.kind() {
-            Kind::Int => crate::program::Value::of_plc(value).bits() as u16 as u32,
-            _ => crate::program::Value::of_plc(value).bits() as u32,
+            Kind::Int => crate::ir::Value::of_plc(value).bits() as u16 as u32,
+            _ => crate::ir::Value::of_plc(value).bits() as u32,
         },
     }
 }

@@ -1,8 +1,10 @@
 //! Determines which operands decided a truth value, from the values recorded during a call, never by guessing.
 
 use super::{Named, Reader};
-use crate::constant::{self, Literal};
-use crate::syntax::{Binary, ExpressionId, ExpressionKind, Expressions, Scope, Statement, StatementKind, Tree, Unary};
+use crate::check::constant::{self, Literal};
+use crate::front::syntax::{
+    Binary, ExpressionId, ExpressionKind, Expressions, Scope, Statement, StatementKind, Tree, Unary,
+};
 
 /// A condition or an assigned truth value, as a formula over its terms.
 #[derive(Clone, Debug, PartialEq, Eq)]

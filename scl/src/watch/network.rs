@@ -1,10 +1,10 @@
 //! The networks of a block as drawn: elements with their pins, and the recorded value of each wire.
 
 use super::{path, written};
+use crate::front::lexer::Span;
+use crate::front::syntax::{Binary, ExpressionId, Expressions};
 use crate::ladder::elements::{self, Law};
-use crate::lexer::Span;
-use crate::network::{self, Source};
-use crate::syntax::{Binary, ExpressionId, Expressions};
+use crate::ladder::{self, Source};
 use parameters::Source as Text;
 use std::collections::HashMap;
 
@@ -108,9 +108,9 @@ pub struct Output {
 }
 
 /// The network as drawn.
-pub(super) fn drawn(of: &network::Network, expressions: &Expressions, source: &Text) -> Network {
+pub(super) fn drawn(of: &ladder::Network, expressions: &Expressions, source: &Text) -> Network {
     let line = |span: Span| source.place(span.range()).line;
-    let is_fed = |element: &network::Element| {
+    let is_fed = |element: &ladder::Element| {
         let mut sources = element.inputs.iter().flat_map(|input| &input.sources);
         !matches!(law(element), Some(Law::Jump(_) | Law::Return(_)))
             && sources.any(|source| matches!(source, Source::Rail))
@@ -154,7 +154,7 @@ pub(super) fn drawn(of: &network::Network, expressions: &Expressions, source: &T
     }
 }
 
-fn law(element: &network::Element) -> Option<Law> {
+fn law(element: &ladder::Element) -> Option<Law> {
     elements::named(&element.name).map(|row| row.law).filter(|_| element.call.is_none())
 }
 
@@ -163,7 +163,7 @@ fn operand(expressions: &Expressions, id: ExpressionId) -> Operand {
 }
 
 /// Whether the operand of an input pin is drawn above the element.
-fn is_above(element: &network::Element, pin: &str) -> bool {
+fn is_above(element: &ladder::Element, pin: &str) -> bool {
     match law(element) {
         Some(Law::Compare(_)) => pin == "IN1",
         Some(Law::TimerCoil(_) | Law::TimerFunction(_)) => matches!(pin, "OPERAND" | "TIMER"),
@@ -171,7 +171,7 @@ fn is_above(element: &network::Element, pin: &str) -> bool {
     }
 }
 
-fn above(element: &network::Element, expressions: &Expressions) -> Option<Operand> {
+fn above(element: &ladder::Element, expressions: &Expressions) -> Option<Operand> {
     if let Some(label) = &element.label {
         return Some(Operand { text: label.text.clone(), path: None, wire: None });
     }
@@ -186,9 +186,9 @@ fn above(element: &network::Element, expressions: &Expressions) -> Option<Operan
 
 /// The connected output pins, in drawing order.
 fn outputs(
-    of: &network::Network,
+    of: &ladder::Network,
     number: usize,
-    element: &network::Element,
+    element: &ladder::Element,
     operand: &dyn Fn(ExpressionId) -> Operand,
 ) -> Vec<Output> {
     let mut outputs: Vec<Output> = Vec::new();
@@ -212,7 +212,7 @@ fn outputs(
     outputs
 }
 
-fn shape(element: &network::Element, has_rail: bool) -> Shape {
+fn shape(element: &ladder::Element, has_rail: bool) -> Shape {
     match law(element) {
         Some(Law::Contact(_) | Law::EdgeContact(_) | Law::Not) => Shape::Contact,
         Some(Law::Valid(_)) if element.inputs.iter().any(|input| input.pin == "OPERAND") => Shape::Contact,
@@ -232,7 +232,7 @@ fn shape(element: &network::Element, has_rail: bool) -> Shape {
     }
 }
 
-fn sign(element: &network::Element, has_rail: bool) -> String {
+fn sign(element: &ladder::Element, has_rail: bool) -> String {
     let edge = |is_rising| if is_rising { "P" } else { "N" };
     // SimaticML negates the operand.
     let is_operand_negated = element.negated.iter().any(|pin| pin == "OPERAND");

@@ -3,8 +3,8 @@
 use super::xml::{self, From, Net, local};
 use super::{Ran, compiled};
 use scl::interface::Role;
+use scl::ir::Scalar;
 use scl::machine::{Code, Machine};
-use scl::program::Scalar;
 use std::sync::Arc;
 
 /// Returns a document with a data block or a type: the element such as `SW.Blocks.GlobalDB`, the content of its

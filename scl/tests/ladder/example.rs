@@ -3,8 +3,8 @@
 use super::{Ran, compiled};
 use parameters::Source;
 use scl::Compiled;
+use scl::Dialect;
 use scl::random::Random;
-use scl::scl::Dialect;
 
 #[test]
 fn the_interlocks_in_lad_have_the_bits_of_those_in_scl() {
@@ -14,7 +14,7 @@ fn the_interlocks_in_lad_have_the_bits_of_those_in_scl() {
     let lad = [("interlock.xml", file("interlock.xml"))];
     let program = compiled(&lad).unwrap_or_else(|errors| panic!("{}", errors[0]));
     assert_eq!(program.warnings.iter().map(ToString::to_string).collect::<String>(), "");
-    let shown = scl::scl::print(&program.program, &program.blocks(), Dialect::Tia).unwrap();
+    let shown = scl::print(&program.program, &program.blocks(), Dialect::Tia).unwrap();
     for text in [
         "// Network 3: Fault",
         "// Kept until it is acknowledged.",

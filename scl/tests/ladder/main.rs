@@ -11,8 +11,8 @@ mod twice;
 mod xml;
 
 use parameters::{Problems, Source};
+use scl::ir::{Scalar, Type, Value};
 use scl::machine::{Code, Machine};
-use scl::program::{Scalar, Type, Value};
 use scl::{Compiled, Options, compile, compile_watched};
 use std::sync::Arc;
 use xml::Net;

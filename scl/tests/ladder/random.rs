@@ -10,8 +10,8 @@ mod drawing;
 mod source;
 
 use super::{Ran, compiled};
+use scl::Dialect;
 use scl::random::Random;
-use scl::scl::Dialect;
 
 const INPUTS: usize = 4;
 const BOOLS: usize = 6;
@@ -193,7 +193,7 @@ fn random_networks_give_the_same_bits_in_every_language() {
             compiled.unwrap_or_else(|errors| panic!("program {program}\n{}\n{text}\n{scl}", errors[0]))
         };
         let lad = of("b.xml", drawing::document(&networks, "LAD"));
-        let shown = scl::scl::print(&lad.program, &lad.blocks(), Dialect::Tia).unwrap();
+        let shown = scl::print(&lad.program, &lad.blocks(), Dialect::Tia).unwrap();
         let mut all = [
             ("LAD", Ran::from_compiled(lad)),
             ("FBD", Ran::from_compiled(of("b.xml", drawing::document(&networks, "FBD")))),

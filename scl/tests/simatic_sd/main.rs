@@ -6,8 +6,8 @@ mod errors;
 mod random;
 
 use parameters::{Problems, Source};
+use scl::ir::Type;
 use scl::machine::{Code, Machine};
-use scl::program::Type;
 use scl::{Compiled, Options, compile};
 use std::sync::Arc;
 
@@ -39,7 +39,7 @@ impl Ran {
     fn set(&mut self, name: &str, bits: u64) {
         let path = format!("{}.{name}", self.compiled.root.as_ref().unwrap().instance);
         let Some((offset, Type::Scalar(of))) = self.compiled.program.find(&path) else { panic!("{path} is no number") };
-        self.machine.set(scl::program::Value::new(of, bits), offset);
+        self.machine.set(scl::ir::Value::new(of, bits), offset);
     }
 
     /// Makes a call at a time in milliseconds, and returns all variables of the block after it.

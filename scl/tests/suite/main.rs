@@ -8,8 +8,8 @@ mod texts;
 mod views;
 
 use parameters::{Problems, Source};
+use scl::ir::{Scalar, Type, Value};
 use scl::machine::{Code, Machine, Stop};
-use scl::program::{Scalar, Type, Value};
 use scl::{Compiled, Options, compile};
 use std::sync::Arc;
 

@@ -1,13 +1,13 @@
 //! Detects whether a box of LAD or FBD fails, as its ENO reports: functions with names that no source can spell.
 
 use super::Given;
-use crate::compiler::Operand;
-use crate::lexer::Span;
+use crate::check::compiler::Operand;
+use crate::check::types::{Class, Elementary};
+use crate::front::lexer::Span;
+use crate::front::syntax::Argument;
+use crate::ir::{Binary, Convert, Expr, Scalar, Unary, Value};
 use crate::lower::Lowerer;
 use crate::lower::convert::{binary, convert, unary};
-use crate::program::{Binary, Convert, Expr, Scalar, Unary, Value};
-use crate::syntax::Argument;
-use crate::types::{Class, Elementary};
 
 impl Lowerer<'_, '_> {
     /// TRUE if a calculation with these operands fails: `ADD?`, `CONVERT?_INT`.
@@ -187,7 +187,7 @@ fn low(of: Elementary) -> Expr {
 }
 
 /// Whether an integer operation with this result has overflowed its type.
-fn wraps(operation: Binary, of: Elementary, left: Expr, right: Expr, result: Expr, at: crate::program::At) -> Expr {
+fn wraps(operation: Binary, of: Elementary, left: Expr, right: Expr, result: Expr, at: crate::ir::At) -> Expr {
     let ty = of.scalar();
     let zero = || Expr::Const(Value::new(ty, 0));
     let minus_one = || Expr::Const(Value::new(ty, u64::MAX));

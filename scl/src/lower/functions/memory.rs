@@ -4,11 +4,11 @@ use super::super::Lowerer;
 use super::super::convert::{binary, convert, zero};
 use super::super::paths::{Slice, Variable};
 use super::Given;
-use crate::compiler::{Operand, Parameter, Slot};
-use crate::lexer::Span;
-use crate::program::{self, Binary, Convert, Expr, For, Scalar, Statement, Step, What};
-use crate::syntax::{ExpressionId, ExpressionKind};
-use crate::types::{Class, Elementary, Type};
+use crate::check::compiler::{Operand, Parameter, Slot};
+use crate::check::types::{Class, Elementary, Type};
+use crate::front::lexer::Span;
+use crate::front::syntax::{ExpressionId, ExpressionKind};
+use crate::ir::{self, Binary, Convert, Expr, For, Scalar, Statement, Step, What};
 
 impl Lowerer<'_, '_> {
     pub(super) fn bound(&mut self, given: &Given) -> Operand {
@@ -23,7 +23,7 @@ impl Lowerer<'_, '_> {
                 Operand::Value(Elementary::DInt, Expr::Const(if is_upper { high } else { low }.into()))
             }
             (Operand::Variable(Type::Open(_, dimensions), place), Some(number)) if number <= dimensions => {
-                let program::Base::Local(local) = place.base else { return Operand::Wrong(None) };
+                let ir::Base::Local(local) = place.base else { return Operand::Wrong(None) };
                 let bound = Expr::Bound { local, dimension: number - 1, upper: is_upper };
                 Operand::Value(Elementary::DInt, bound)
             }
@@ -36,10 +36,10 @@ impl Lowerer<'_, '_> {
     pub(super) fn count(&mut self, given: &Given) -> Operand {
         match self.argument(given, "IN", 0) {
             Operand::Variable(Type::Array(array), _) => {
-                let count = array.bounds.iter().map(|(low, high)| program::extent(*low, *high)).product::<usize>();
+                let count = array.bounds.iter().map(|(low, high)| ir::extent(*low, *high)).product::<usize>();
                 Operand::Value(Elementary::UDInt, Expr::Const((count as u32).into()))
             }
-            Operand::Variable(Type::Open(_, 1), program::Place { base: program::Base::Local(local), .. }) => {
+            Operand::Variable(Type::Open(_, 1), ir::Place { base: ir::Base::Local(local), .. }) => {
                 let at = self.at(given.span);
                 let [low, high] = [false, true].map(|upper| Expr::Bound { local, dimension: 0, upper });
                 let last = binary(Binary::Sub, Scalar::I32, high, low, at);
@@ -61,12 +61,12 @@ impl Lowerer<'_, '_> {
             return self.error(self.span(id), "the memory of RUNTIME is an LREAL", None);
         }
         let function = self.compiler.blocks[block].function;
-        let result = self.temp(program::Type::Scalar(Scalar::F64));
+        let result = self.temp(ir::Type::Scalar(Scalar::F64));
         let value = Expr::Load(Scalar::F64, memory.place.clone());
-        let call = program::Call {
+        let call = ir::Call {
             function,
             instance: None,
-            arguments: vec![program::Argument::Value(value)],
+            arguments: vec![ir::Argument::Value(value)],
             outputs: vec![(0, memory.place), (self.value_local(function), result.clone())],
         };
         let (code, ()) = self.aside(|lowerer| lowerer.push(given.span, What::Call(call)));
@@ -171,7 +171,7 @@ impl Lowerer<'_, '_> {
             (Type::Array(array), _) if array.bounds.len() == 1 => {
                 (array.of.clone(), Expr::Const(array.bounds[0].0.into()))
             }
-            (Type::Open(of, 1), program::Base::Local(local)) => {
+            (Type::Open(of, 1), ir::Base::Local(local)) => {
                 ((**of).clone(), Expr::Bound { local, dimension: 0, upper: false })
             }
             (Type::Wrong | Type::Missing(_), _) => return None,
@@ -210,7 +210,7 @@ impl Lowerer<'_, '_> {
 
     /// Copies consecutive elements one by one, or fills them with a value.
     fn elements(&mut self, from: Option<&Variable>, fill: Option<Operand>, count: Expr, to: &Variable, span: Span) {
-        let number = self.temp(program::Type::Scalar(Scalar::I32));
+        let number = self.temp(ir::Type::Scalar(Scalar::I32));
         let at = self.at(span);
         let moved = |variable: &Variable| {
             let mut variable = variable.clone();
@@ -268,7 +268,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The places of the BOOLs in an array or structure; empty if it contains anything else.
-    fn booleans(&self, variable: &Variable, span: Span) -> Vec<program::Place> {
+    fn booleans(&self, variable: &Variable, span: Span) -> Vec<ir::Place> {
         let boolean = Type::Elementary(Elementary::Bool);
         match &variable.of {
             Type::Array(array) if array.of == boolean && array.bounds.len() == 1 => {
@@ -299,7 +299,7 @@ impl Lowerer<'_, '_> {
         let number = self.converted(number, Elementary::UDInt, given.span);
         let at = self.at(given.span);
         let bit = binary(Binary::And, Scalar::U32, number, Expr::Const((of.bits() - 1).into()), at);
-        let one = Expr::Const(program::Value::new(of.scalar(), 1));
+        let one = Expr::Const(ir::Value::new(of.scalar(), 1));
         Operand::Value(of, binary(Binary::Shl, of.scalar(), one, bit, at))
     }
 }

@@ -4,11 +4,11 @@ use super::super::Lowerer;
 use super::super::convert::{binary, convert, zero};
 use super::super::paths::Variable;
 use super::Given;
-use crate::compiler::Operand;
-use crate::lexer::Span;
-use crate::program::{self, Argument, At, Convert, Expr, Scalar};
-use crate::syntax;
-use crate::types::{Class, Elementary, Type};
+use crate::check::compiler::Operand;
+use crate::check::types::{Class, Elementary, Type};
+use crate::front::lexer::Span;
+use crate::front::syntax;
+use crate::ir::{self, Argument, At, Convert, Expr, Scalar};
 
 const MILLISECOND: i64 = 1_000_000;
 const DAY: i64 = 86_400_000 * MILLISECOND;
@@ -33,7 +33,7 @@ fn constant(number: i64) -> Expr {
 }
 
 /// An operation on nanoseconds with a constant.
-fn with(operation: program::Binary, left: Expr, right: i64, at: At) -> Expr {
+fn with(operation: ir::Binary, left: Expr, right: i64, at: At) -> Expr {
     binary(operation, Scalar::I64, left, constant(right), at)
 }
 
@@ -60,12 +60,12 @@ impl Lowerer<'_, '_> {
             Operand::Value(of, value) => {
                 let wide = convert(value, of.scalar(), Scalar::I64, Convert::Value, at);
                 Some(match of {
-                    Elementary::Time | Elementary::Tod => with(program::Binary::Mul, wide, MILLISECOND, at),
+                    Elementary::Time | Elementary::Tod => with(ir::Binary::Mul, wide, MILLISECOND, at),
                     Elementary::Date => {
-                        let days = with(program::Binary::Mul, wide, DAY, at);
-                        with(program::Binary::Add, days, TO_DATE, at)
+                        let days = with(ir::Binary::Mul, wide, DAY, at);
+                        with(ir::Binary::Add, days, TO_DATE, at)
                     }
-                    Elementary::Dt => with(program::Binary::Add, wide, TO_DATE, at),
+                    Elementary::Dt => with(ir::Binary::Add, wide, TO_DATE, at),
                     _ => wide,
                 })
             }
@@ -75,7 +75,7 @@ impl Lowerer<'_, '_> {
 
     /// Converts nanoseconds to a moment of a type.
     fn as_moment(&mut self, nanoseconds: Expr, to: Moment, span: Span) -> Option<Operand> {
-        use program::Binary::{Add, Div, Rem, Sub};
+        use ir::Binary::{Add, Div, Rem, Sub};
         let at = self.at(span);
         let Moment::Of(of) = to else {
             return self.of_library("LDT_TO_DTL", vec![Argument::Value(nanoseconds)], span);
@@ -89,7 +89,7 @@ impl Lowerer<'_, '_> {
             // DT counts milliseconds.
             Elementary::Dt => {
                 let milliseconds = with(Div, with(Sub, nanoseconds, TO_DATE, at), MILLISECOND, at);
-                with(program::Binary::Mul, milliseconds, MILLISECOND, at)
+                with(ir::Binary::Mul, milliseconds, MILLISECOND, at)
             }
             _ => nanoseconds,
         };
@@ -120,7 +120,7 @@ impl Lowerer<'_, '_> {
         };
         let left = self.nanoseconds(left.clone(), span)?;
         let right = self.nanoseconds(right.clone(), span)?;
-        let operation = if is_difference { program::Binary::Sub } else { program::Binary::Add };
+        let operation = if is_difference { ir::Binary::Sub } else { ir::Binary::Add };
         let at = self.at(span);
         self.as_moment(binary(operation, Scalar::I64, left, right, at), to, span)
     }
@@ -224,8 +224,8 @@ impl Lowerer<'_, '_> {
                 let Some(nanoseconds) = self.nanoseconds(operand, given.span) else { return Operand::Wrong(None) };
                 let at = self.at(given.span);
                 // 1970-01-01 was a Thursday.
-                let days = with(program::Binary::Add, with(program::Binary::Div, nanoseconds, DAY, at), 4, at);
-                let day = with(program::Binary::Add, with(program::Binary::Rem, days, 7, at), 1, at);
+                let days = with(ir::Binary::Add, with(ir::Binary::Div, nanoseconds, DAY, at), 4, at);
+                let day = with(ir::Binary::Add, with(ir::Binary::Rem, days, 7, at), 1, at);
                 Operand::Value(Elementary::Int, convert(day, Scalar::I64, Scalar::I16, Convert::Value, at))
             }
         }
@@ -247,7 +247,7 @@ impl Lowerer<'_, '_> {
             }
         };
         let Some(target) = output.and_then(|output| self.target(output)) else { return Operand::Wrong(None) };
-        let now = with(program::Binary::Add, Expr::Now, START_OF_CLOCK, self.at(given.span));
+        let now = with(ir::Binary::Add, Expr::Now, START_OF_CLOCK, self.at(given.span));
         if let Some(moment) = self.as_moment(now, to, given.span) {
             self.assign(&target, moment, given.span);
         }
@@ -269,7 +269,7 @@ impl Lowerer<'_, '_> {
             None => {
                 let (date, time) = (self.nanoseconds(date, given.span), self.nanoseconds(time, given.span));
                 let (Some(date), Some(time)) = (date, time) else { return Operand::Wrong(None) };
-                let sum = binary(program::Binary::Add, Scalar::I64, date, time, self.at(given.span));
+                let sum = binary(ir::Binary::Add, Scalar::I64, date, time, self.at(given.span));
                 self.as_moment(sum, Moment::Dtl, given.span).unwrap_or(Operand::Wrong(None))
             }
             Some(_) => self.error(given.span, format!("{} is for a DATE and a time of day", given.name), None),

@@ -4,10 +4,10 @@ use super::super::Lowerer;
 use super::super::convert::{binary, convert, unary, zero};
 use super::super::paths::Variable;
 use super::Given;
-use crate::compiler::Operand;
-use crate::lexer::Span;
-use crate::program::{Arm, Binary, Convert, Expr, Scalar, Statement, Unary, Value, What};
-use crate::types::{Class, Elementary, Type};
+use crate::check::compiler::Operand;
+use crate::check::types::{Class, Elementary, Type};
+use crate::front::lexer::Span;
+use crate::ir::{Arm, Binary, Convert, Expr, Scalar, Statement, Unary, Value, What};
 
 /// The maximum number of inputs of MIN, MAX and MUX.
 const MOST_INPUTS: usize = 32;

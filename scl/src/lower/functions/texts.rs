@@ -3,11 +3,11 @@
 use super::super::Lowerer;
 use super::super::convert::{binary, convert, unary, zero};
 use super::Given;
-use crate::compiler::{Operand, Parameter};
-use crate::lexer::Span;
-use crate::program::{self, Binary, Convert, Expr, Scalar, Unary, What};
-use crate::syntax::Argument;
-use crate::types::{Class, Elementary, Type};
+use crate::check::compiler::{Operand, Parameter};
+use crate::check::types::{Class, Elementary, Type};
+use crate::front::lexer::Span;
+use crate::front::syntax::Argument;
+use crate::ir::{self, Binary, Convert, Expr, Scalar, Unary, What};
 
 /// The format parameters of VAL_STRG; STRG_VAL has only the last two.
 const FORMATTED: [(&str, Elementary); 4] =
@@ -46,7 +46,7 @@ impl Lowerer<'_, '_> {
     /// A text function; the library implements it for two texts.
     pub(super) fn text_function(&mut self, given: &Given) -> Option<Operand> {
         let block = self.compiler.system_block(given.name)?;
-        let is_input = |member: &&Parameter| member.section == crate::syntax::SectionKind::Input;
+        let is_input = |member: &&Parameter| member.section == crate::front::syntax::SectionKind::Input;
         let inputs: Vec<_> = self.compiler.blocks[block].members.iter().filter(is_input).cloned().collect();
         let mut passed = Vec::new();
         for (position, parameter) in inputs.iter().enumerate() {
@@ -60,19 +60,19 @@ impl Lowerer<'_, '_> {
         let mut number = inputs.len();
         while given.name.starts_with("CONCAT") && given.find(&format!("IN{}", number + 1), number).is_some() {
             let added = self.text_argument(given, &format!("IN{}", number + 1), number, &inputs[1].of)?;
-            let before = program::Argument::Copy(self.text_place(value)?);
+            let before = ir::Argument::Copy(self.text_place(value)?);
             value = self.text_call(block, vec![before, added], given.span);
             number += 1;
         }
         Some(value)
     }
 
-    fn text_argument(&mut self, given: &Given, name: &str, position: usize, of: &Type) -> Option<program::Argument> {
+    fn text_argument(&mut self, given: &Given, name: &str, position: usize, of: &Type) -> Option<ir::Argument> {
         let span = self.argument_span(given, name, position);
         let of_parameter = of;
         match (self.argument(given, name, position), of) {
             (Operand::Variable(of, place), Type::Structure(_)) if of.is_like(of_parameter) => {
-                Some(program::Argument::Reference(self.referred(place, &of, span)))
+                Some(ir::Argument::Reference(self.referred(place, &of, span)))
             }
             (Operand::Wrong(_), Type::Structure(_)) => None,
             (operand, Type::Structure(_)) => {
@@ -111,7 +111,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// The single argument of a function, a text.
-    fn text_argument_of(&mut self, given: &Given, wide: bool) -> Option<program::Argument> {
+    fn text_argument_of(&mut self, given: &Given, wide: bool) -> Option<ir::Argument> {
         self.text_argument(given, "IN", 0, &Type::Text { capacity: 254, wide })
     }
 
@@ -165,18 +165,18 @@ impl Lowerer<'_, '_> {
             return Some(text);
         }
         let name = if wide { "STRING_TO_WSTRING" } else { "WSTRING_TO_STRING" };
-        self.of_library(name, vec![program::Argument::Copy(place.clone())], span)
+        self.of_library(name, vec![ir::Argument::Copy(place.clone())], span)
     }
 
     fn digits(&mut self, operand: Operand, of: Elementary, span: Span) -> Option<Operand> {
         let at = self.at(span);
         let value = self.converted(operand, of, span);
         let (_, value) = self.kept(of, value, span);
-        let number = |number: i16| program::Argument::Value(Expr::Const(number.into()));
+        let number = |number: i16| ir::Argument::Value(Expr::Const(number.into()));
         if of.class() == Class::Real {
             let (digits, exponent, width) = if of == Elementary::Real { (6, 2, 14) } else { (13, 3, 21) };
             let value = convert(value, of.scalar(), Scalar::F64, Convert::Value, at);
-            let passed = vec![program::Argument::Value(value), number(digits), number(exponent), number(width)];
+            let passed = vec![ir::Argument::Value(value), number(digits), number(exponent), number(width)];
             return self.of_library("__REAL_TO_TEXT", passed, span);
         }
         let width = match of.bits() {
@@ -186,7 +186,7 @@ impl Lowerer<'_, '_> {
             _ => 21,
         };
         let [amount, is_minus] = self.amount(of, value, span);
-        let passed = vec![program::Argument::Value(amount), program::Argument::Value(is_minus), number(width)];
+        let passed = vec![ir::Argument::Value(amount), ir::Argument::Value(is_minus), number(width)];
         self.of_library("__WHOLE_TO_TEXT", passed, span)
     }
 
@@ -207,22 +207,22 @@ impl Lowerer<'_, '_> {
     fn text_to_number(&mut self, of: Elementary, wide: bool, given: &Given) -> Option<Operand> {
         let (span, at) = (given.span, self.at(given.span));
         let text = self.text_argument_of(given, wide)?;
-        let program::Argument::Copy(mut place) = text else { return None };
+        let ir::Argument::Copy(mut place) = text else { return None };
         if of.class() == Class::Character {
-            place.steps.push(program::Step::Index(vec![Expr::Const(1_i32.into())], at));
+            place.steps.push(ir::Step::Index(vec![Expr::Const(1_i32.into())], at));
             let found = if wide { Elementary::WChar } else { Elementary::Char };
             return Some(self.explicit(Expr::Load(found.scalar(), place), found, of, span));
         }
         if wide {
-            let narrow = self.of_library("WSTRING_TO_STRING", vec![program::Argument::Copy(place)], span)?;
+            let narrow = self.of_library("WSTRING_TO_STRING", vec![ir::Argument::Copy(place)], span)?;
             place = self.text_place(narrow)?;
         }
         self.number_at(of, place, span)
     }
 
     /// The number at the start of a STRING.
-    fn number_at(&mut self, of: Elementary, place: program::Place, span: Span) -> Option<Operand> {
-        let (text, at) = (program::Argument::Copy(place), self.at(span));
+    fn number_at(&mut self, of: Elementary, place: ir::Place, span: Span) -> Option<Operand> {
+        let (text, at) = (ir::Argument::Copy(place), self.at(span));
         if of.class() == Class::Real {
             let Some(Operand::Value(wide, value)) = self.of_library("__TEXT_TO_REAL", vec![text], span) else {
                 return None;
@@ -252,15 +252,15 @@ impl Lowerer<'_, '_> {
         let Some((of, value)) = self.typed(operand, None, self.argument_span(given, "IN", 0)) else { return };
         let old = self.value_of(&to, span);
         let Some(old) = self.text_as(old, false, span) else { return };
-        let mut passed = vec![program::Argument::Copy(old)];
+        let mut passed = vec![ir::Argument::Copy(old)];
         let name = if of.class() == Class::Real {
             let at = self.at(span);
             let wide = convert(value, of.scalar(), Scalar::F64, Convert::Value, at);
-            passed.push(program::Argument::Value(wide));
+            passed.push(ir::Argument::Value(wide));
             "__VAL_STRG_REAL"
         } else {
             let (_, value) = self.kept(of, value, span);
-            passed.extend(self.amount(of, value, span).map(program::Argument::Value));
+            passed.extend(self.amount(of, value, span).map(ir::Argument::Value));
             "__VAL_STRG_WHOLE"
         };
         self.pass_format(given, &FORMATTED, &mut passed);
@@ -270,11 +270,11 @@ impl Lowerer<'_, '_> {
     }
 
     /// Passes the number format of a text: the parameters after IN.
-    fn pass_format(&mut self, given: &Given, parameters: &[(&str, Elementary)], passed: &mut Vec<program::Argument>) {
+    fn pass_format(&mut self, given: &Given, parameters: &[(&str, Elementary)], passed: &mut Vec<ir::Argument>) {
         for (number, (name, of)) in (1..).zip(parameters) {
             let operand = self.argument(given, name, number);
             let value = self.converted(operand, *of, self.argument_span(given, name, number));
-            passed.push(program::Argument::Value(value));
+            passed.push(ir::Argument::Value(value));
         }
     }
 
@@ -333,18 +333,18 @@ impl Lowerer<'_, '_> {
     }
 
     /// Calls a library function.
-    pub(super) fn of_library(&mut self, name: &str, passed: Vec<program::Argument>, span: Span) -> Option<Operand> {
+    pub(super) fn of_library(&mut self, name: &str, passed: Vec<ir::Argument>, span: Span) -> Option<Operand> {
         let block = self.compiler.system_block(name)?;
         Some(self.text_call(block, passed, span))
     }
 
     /// Calls a library function; a text result is computed before the statement.
-    fn text_call(&mut self, block: usize, passed: Vec<program::Argument>, span: Span) -> Operand {
+    fn text_call(&mut self, block: usize, passed: Vec<ir::Argument>, span: Span) -> Operand {
         let function = self.compiler.blocks[block].function;
         let of = self.compiler.blocks[block].result.clone();
         let result = self.temp(self.compiler.lowered(&of));
         let outputs = vec![(self.value_local(function), result.clone())];
-        let call = What::Call(program::Call { function, instance: None, arguments: passed, outputs });
+        let call = What::Call(ir::Call { function, instance: None, arguments: passed, outputs });
         match of {
             Type::Elementary(of) => {
                 let (code, ()) = self.aside(|lowerer| lowerer.push(span, call));

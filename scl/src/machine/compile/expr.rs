@@ -2,10 +2,10 @@
 
 use super::place::Location;
 use super::{Compiler, Home, Scope, warning, wrong_type};
+use crate::ir::operations::{Either, limit};
+use crate::ir::walk::runs_statements;
+use crate::ir::{Binary, Expr, Place, Scalar, Type};
 use crate::machine::code::{Op, Register};
-use crate::program::operations::{Either, limit};
-use crate::program::walk::runs_statements;
-use crate::program::{Binary, Expr, Place, Scalar, Type};
 
 impl Compiler<'_> {
     /// Compiles a number of the given type to any register; writes only to `into`, if given, and to free registers.

@@ -1,8 +1,8 @@
 //! Variables.
 
 use super::{Compiler, Home, LARGEST_MEMORY, Scope, wrong_type};
+use crate::ir::{At, Base, Expr, Place, Scalar, Step, Type};
 use crate::machine::code::{Bounds, Op, Register, ZERO};
-use crate::program::{At, Base, Expr, Place, Scalar, Step, Type};
 
 /// The location of a variable at run time.
 #[derive(Clone, Copy)]

@@ -2,9 +2,9 @@
 
 use super::place::Location;
 use super::{Compiler, Home, Scope, wrong_type};
+use crate::ir::walk::call_runs_statements;
+use crate::ir::{Argument, At, Base, Body, Call, Expr, For, Place, Scalar, Statement, Type, What};
 use crate::machine::code::{Op, Register, Target};
-use crate::program::walk::call_runs_statements;
-use crate::program::{Argument, At, Base, Body, Call, Expr, For, Place, Scalar, Statement, Type, What};
 
 impl Compiler<'_> {
     pub(super) fn statements(&mut self, scope: &mut Scope, list: &[Statement]) -> Result<(), String> {

@@ -2,7 +2,7 @@
 
 use super::{Code, Machine};
 use crate::c::is_endless;
-use crate::program::{
+use crate::ir::{
     Argument, Arm, At, Base, Binary, Body, Call, Convert, Expr, For, Function, Local, Place, Program, Scalar,
     Statement, Step, Type, Unary, Value, What,
 };

@@ -1,0 +1,669 @@
+//! From program to C. Takes a typed program; gives its text in C that is valid in both C99 and C++, keeps the names and
+//! line numbers of the source, and computes the same results as the machine to the last bit.
+//!
+//! Structures have the layout of [`Program`]'s records on all common platforms, so a program's memory is the same bytes
+//! in both.
+
+mod expr;
+mod facts;
+mod operations;
+mod statement;
+
+use crate::ir::{At, Body, Function, Place, Program, Record, Scalar, Type, Value};
+use facts::{Facts, Uses};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use std::sync::LazyLock;
+
+/// The preamble of every program.
+const HEAD: &str = include_str!("head.h");
+
+/// The maximum line width.
+const WIDTH: usize = 120;
+
+/// Words reserved in C or C++.
+const KEYWORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl concept const \
+    const_cast constexpr continue decltype default delete do double dynamic_cast else enum explicit export extern false float for \
+    friend goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public \
+    register reinterpret_cast requires restrict return short signed sizeof static static_assert static_cast struct switch template \
+    this thread_local throw true try typedef typeid typename typeof union unsigned using virtual void volatile wchar_t while xor \
+    xor_eq NULL I64_MAX I64_MIN AT_8 LINE PROGRAM OUT_OF_BOUNDS OUT_OF_BUDGET STEP_OF_0 linux unix i386 near far interface small errno assert";
+
+/// Variable and function names used by the printer or by the C library, whose functions compilers treat specially.
+const TAKEN: &str = "call constants done memory self start stop abs acos acosh asin asinh atan atan2 atanh calloc cbrt ceil \
+    copysign cos cosh erf erfc exit exp exp2 expm1 fabs fdim floor fma fmax fmin fmod free frexp gamma hypot ilogb index isalpha \
+    isdigit isinf isnan j0 j1 jn labs ldexp lgamma log log10 log1p log2 logb lrint lround malloc memcmp memcpy memmove memset modf \
+    nan nearbyint nextafter pow pow10 printf putchar puts remainder remquo rindex rint round scalbn signbit significand sin sincos \
+    sinh sqrt strcat strchr strcmp strcpy strlen strncmp strncpy tan tanh tgamma toupper tolower trunc y0 y1 yn main";
+
+/// Prints the program as C, with a function `PROGRAM void NAME(call_t *call, memory_t *memory)` for each function that
+/// can be called from outside ([`name`]), and `PROGRAM void start(memory_t *memory)`, which writes the start values.
+/// Everything else is static. A host in the same file defines `PROGRAM` first, for example as `static`. A program that
+/// can be stopped calls `stop`, `index_of` or `goes_on`.
+///
+/// # Errors
+/// The program cannot be printed: it uses blocks of [`blocks`] whose law was not added ([`Program::add_law`]).
+pub fn print(program: &Program) -> Result<String, String> {
+    let mut printer = Printer::new(program);
+    let functions = printer.functions()?;
+    let with_constants = is_used(&functions, "constants");
+    let (types, values) = printer.data(with_constants);
+    let mut text = String::new();
+    if !program.docs.head.is_empty() {
+        let _ = writeln!(text, "{}\n", comment(&program.docs.head, 0));
+    }
+    text.push_str(HEAD);
+    text.push_str(&operations::used(&format!("call_t {types}{values}{functions}")));
+    let _ = write!(text, "{types}{values}{functions}");
+    Ok(text)
+}
+
+/// Whether a function or one of its callees contains a loop or a jump.
+#[cfg(test)]
+pub(crate) fn is_endless(program: &Program, function: usize) -> bool {
+    facts::reached_from(program, &[function]).into_iter().any(|number| match &program.functions[number].body {
+        Body::Code(body) => facts::may_not_end(body),
+        Body::Native(_) => false,
+    })
+}
+
+/// The C name of a function that can be called from outside.
+pub fn name(program: &Program, function: usize) -> String {
+    Printer::new(program).function_names.swap_remove(function)
+}
+
+/// A source line as a C expression; lines of the first file are plain numbers.
+fn line(At { file, line }: At) -> String {
+    if file == 0 { line.to_string() } else { format!("LINE({file}, {line})") }
+}
+
+/// A C comment of one or more lines.
+fn comment(text: &str, indent: usize) -> String {
+    let text = text.trim_end().replace("*/", "* /").replace("/*", "/ *");
+    let space = " ".repeat(indent);
+    let lines: Vec<&str> = text.lines().collect();
+    if let [line] = lines[..] {
+        return format!("{space}/* {line} */");
+    }
+    let lines: Vec<String> = lines.iter().map(|line| format!("{space} * {line}").trim_end().to_string()).collect();
+    format!("{space}/*\n{}\n{space} */", lines.join("\n"))
+}
+
+struct Printer<'a> {
+    program: &'a Program,
+    /// The finished part of the output, followed by the statements of the function being printed.
+    text: String,
+    records: Vec<String>,
+    /// The member names of each record.
+    members: Vec<Vec<String>>,
+    function_names: Vec<String>,
+    /// The functions to print, in order.
+    reached: Vec<usize>,
+    facts: Vec<Facts>,
+    /// Whether statements are counted, because a loop might not terminate.
+    counts: bool,
+    /// The text types in use: capacity, and whether characters are 16 bits wide.
+    texts: BTreeSet<(u16, bool)>,
+    scope: Scope<'a>,
+}
+
+/// State of the function being printed.
+#[derive(Default)]
+struct Scope<'a> {
+    function: Option<&'a Function>,
+    number: usize,
+    names: Vec<String>,
+    /// The declarations of temporaries.
+    temporaries: Vec<String>,
+    indent: usize,
+    /// The end labels of the enclosing loops, and whether each is used.
+    loops: Vec<(usize, bool)>,
+    labels: usize,
+    leaves: bool,
+    at: At,
+    /// Locals that only carry a call's value to its use and are therefore not printed.
+    elided: BTreeSet<usize>,
+    /// The local that holds the function's value, if that value is returned where it is computed.
+    direct: Option<usize>,
+    /// Whether this function counts statements.
+    counts: bool,
+    /// The current run of statements, as an index into `runs`.
+    run: Option<(usize, usize)>,
+    /// The runs started so far, as the number of statements in each.
+    runs: Vec<usize>,
+    /// Locals declared at their first assignment.
+    later: BTreeSet<usize>,
+    /// Locals whose value is never read.
+    unread: BTreeSet<usize>,
+}
+
+/// The C type of a scalar.
+fn scalar(ty: Scalar) -> &'static str {
+    match ty {
+        Scalar::Bool | Scalar::U8 => "u8_t",
+        Scalar::I8 => "i8_t",
+        Scalar::I16 => "i16_t",
+        Scalar::I32 => "i32_t",
+        Scalar::I64 => "i64_t",
+        Scalar::U16 => "u16_t",
+        Scalar::U32 => "u32_t",
+        Scalar::U64 => "u64_t",
+        Scalar::F32 => "float",
+        Scalar::F64 => "double",
+    }
+}
+
+/// Unique C identifiers made of ASCII letters, digits and underscores, avoiding those already taken.
+fn names<'a>(of: impl IntoIterator<Item = &'a str>, is_taken: impl Fn(&str) -> bool) -> Vec<String> {
+    let mut taken: BTreeMap<String, usize> = BTreeMap::new();
+    let mut all: Vec<String> = Vec::new();
+    for name in of {
+        let mut name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+        if name.starts_with(|first: char| first.is_ascii_digit() || first == '_') || name.is_empty() {
+            name.insert(0, 'n');
+        }
+        let mut count = *taken.get(&name).unwrap_or(&0);
+        let mut own = name.clone();
+        while taken.contains_key(&own) || is_taken(&own) {
+            count += 1;
+            own = format!("{name}_{count}");
+        }
+        taken.insert(name, count);
+        taken.insert(own.clone(), 1);
+        all.push(own);
+    }
+    all
+}
+
+/// Whether a word is a reserved word or a macro.
+fn is_keyword(name: &str) -> bool {
+    static WORDS: LazyLock<BTreeSet<&str>> = LazyLock::new(|| KEYWORDS.split_whitespace().collect());
+    WORDS.contains(name)
+}
+
+/// Whether a variable or function cannot have this name.
+fn is_taken(name: &str) -> bool {
+    static WORDS: LazyLock<BTreeSet<&str>> = LazyLock::new(|| TAKEN.split_whitespace().collect());
+    is_keyword(name) || WORDS.contains(name) || operations::exists(name)
+}
+
+/// Whether a record cannot have this name, because with the suffix `_t` it would clash with another type.
+fn is_type(name: &str) -> bool {
+    let is_number = ["i", "u", "text_", "wide_"].iter().any(|prefix| {
+        name.strip_prefix(prefix).is_some_and(|rest| !rest.is_empty() && rest.bytes().all(|byte| byte.is_ascii_digit()))
+    });
+    is_number
+        || ["memory", "constants", "call", "twofold", "size", "ptrdiff", "wchar", "intmax", "uintmax", "intptr"]
+            .contains(&name)
+}
+
+/// Whether a name occurs in a text as a whole word and not as a member name.
+fn is_used(text: &str, name: &str) -> bool {
+    let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    text.match_indices(name).any(|(at, _)| {
+        let (before, behind) = (&text[..at], &text[at + name.len()..]);
+        let is_member = before.ends_with("->") || before.ends_with('.');
+        !is_member && !before.ends_with(is_letter) && !behind.starts_with(is_letter)
+    })
+}
+
+/// A text without its comments, which may contain the names of variables.
+fn without_comments(text: &str) -> String {
+    let mut parts = text.split("/*");
+    let first = parts.next().unwrap_or_default().to_string();
+    parts.fold(first, |code, part| code + part.split_once("*/").map_or("", |(_, behind)| behind))
+}
+
+/// The bytes of a memory image as a C initializer list.
+fn bytes(image: &[u8]) -> String {
+    let bytes: Vec<String> = image.iter().map(u8::to_string).collect();
+    if bytes.is_empty() { "0".to_string() } else { bytes.join(", ") }
+}
+
+impl<'a> Printer<'a> {
+    fn new(program: &'a Program) -> Printer<'a> {
+        let reached = facts::reached(program);
+        let counts = reached.iter().any(|number| match &program.functions[*number].body {
+            Body::Code(body) => !program.docs.natives.contains(number) && facts::may_not_end(body),
+            Body::Native(_) => false,
+        });
+        let facts = facts::facts(program, &reached, counts);
+        let mut records = names(program.records.iter().map(|record| record.name.as_str()), is_type);
+        let members = |record: &Record| names(record.members.iter().map(|member| member.name.as_str()), is_keyword);
+        let members = program.records.iter().map(members).collect();
+        records[program.memory] = "memory".to_string();
+        records[program.constants] = "constants".to_string();
+        let function_names = names(program.functions.iter().map(|function| function.name.as_str()), is_taken);
+        let mut texts = BTreeSet::new();
+        let types = program.records.iter().flat_map(|record| record.members.iter().map(|member| &member.ty));
+        let locals = program.functions.iter().flat_map(|function| function.locals.iter().map(|local| &local.ty));
+        for mut ty in types.chain(locals) {
+            while let Type::Array { of, .. } | Type::Open { of, .. } = ty {
+                ty = of;
+            }
+            if let Type::Text { capacity, wide } = ty {
+                texts.insert((*capacity, *wide));
+            }
+        }
+        let (text, scope) = (String::new(), Scope::default());
+        Printer { program, text, records, members, function_names, reached, facts, counts, texts, scope }
+    }
+
+    /// Prints the functions that are reached.
+    fn functions(&mut self) -> Result<String, String> {
+        for number in self.reached.clone() {
+            self.function(number)?;
+        }
+        Ok(std::mem::take(&mut self.text))
+    }
+
+    /// Prints the types, the start values and the constants.
+    fn data(&mut self, with_constants: bool) -> (String, String) {
+        self.types(with_constants);
+        let types = std::mem::take(&mut self.text);
+        self.values(with_constants);
+        (types, std::mem::take(&mut self.text))
+    }
+
+    /// The C declaration of a variable.
+    fn declared(&self, ty: &Type, name: &str) -> String {
+        match ty {
+            Type::Scalar(ty) => format!("{} {name}", scalar(*ty)),
+            Type::Text { capacity, wide } => format!("{}_{capacity}_t {name}", if *wide { "wide" } else { "text" }),
+            Type::Array { of, .. } => {
+                let count = self.program.size(ty) / self.program.size(of).max(1);
+                self.declared(of, &format!("{name}[{count}]"))
+            }
+            Type::Open { of, .. } => self.declared(of, &format!("*{name}")),
+            Type::Record(record) => format!("{}_t {name}", self.records[*record]),
+        }
+    }
+
+    /// The C declaration of a pointer to a variable or, for an array, to its first element.
+    fn pointer(&self, ty: &Type, name: &str) -> String {
+        match ty {
+            Type::Array { of, .. } => self.declared(of, &format!("*{name}")),
+            _ => self.declared(ty, &format!("*{name}")),
+        }
+    }
+
+    fn types(&mut self, with_constants: bool) {
+        for (capacity, wide) in self.texts.clone() {
+            let (name, of) = if wide { ("wide", "u16_t") } else { ("text", "u8_t") };
+            // An even size keeps the next number aligned.
+            let room = if wide { capacity.max(1) } else { capacity.max(1).next_multiple_of(2) };
+            let _ = writeln!(
+                self.text,
+                "\ntypedef struct {{\n    u16_t length;\n    {of} characters[{room}];\n}} {name}_{capacity}_t;"
+            );
+        }
+        let mut done = vec![false; self.program.records.len()];
+        done[self.program.constants] = !with_constants;
+        for number in 0..self.program.records.len() {
+            self.record(number, &mut done);
+        }
+    }
+
+    fn record(&mut self, number: usize, done: &mut [bool]) {
+        if std::mem::replace(&mut done[number], true) {
+            return;
+        }
+        let program = self.program;
+        let record = &program.records[number];
+        for member in &record.members {
+            let mut ty = &member.ty;
+            while let Type::Array { of, .. } = ty {
+                ty = of;
+            }
+            if let Type::Record(inner) = ty {
+                self.record(*inner, done);
+            }
+        }
+        self.text.push('\n');
+        if program.is_packed(number) {
+            return self.packed(number);
+        }
+        if let Some(docs) = program.docs.records.get(&number) {
+            let _ = writeln!(self.text, "{}", comment(docs, 0));
+        }
+        self.text.push_str("typedef struct {\n");
+        let declared = |(member, name): (&crate::ir::Member, &String)| {
+            let mut of = &member.ty;
+            while let Type::Array { of: inner, .. } = of {
+                of = inner;
+            }
+            let at = if matches!(of, Type::Scalar(of) if of.size() == 8) { "AT_8 " } else { "" };
+            format!("    {at}{};", self.declared(&member.ty, name))
+        };
+        let all: Vec<String> = record.members.iter().zip(&self.members[number]).map(declared).collect();
+        let column = all.iter().map(String::len).filter(|length| *length <= 40).max().unwrap_or(0);
+        for (index, declared) in all.into_iter().enumerate() {
+            let Some(docs) = program.docs.members.get(&(number, index)) else {
+                let _ = writeln!(self.text, "{declared}");
+                continue;
+            };
+            let behind = format!("{declared:column$} {}", comment(docs, 0));
+            if behind.len() <= WIDTH && !behind.contains('\n') {
+                let _ = writeln!(self.text, "{behind}");
+            } else {
+                let _ = writeln!(self.text, "{}\n{declared}", comment(docs, 4));
+            }
+        }
+        if record.members.is_empty() {
+            self.text.push_str("    u8_t nothing;\n");
+        }
+        let _ = writeln!(self.text, "}} {}_t;", self.records[number]);
+    }
+
+    /// The instance of a block inside a program, packed as the block stores itself: variables, internal state, memory.
+    fn packed(&mut self, number: usize) {
+        let record = &self.program.records[number];
+        let mut members: Vec<_> = record.members.iter().zip(&self.members[number]).collect();
+        members.sort_by_key(|(member, _)| member.offset);
+        self.text.push_str("#pragma pack(push, 1)\ntypedef struct {\n");
+        let mut end = 0;
+        let gap = |text: &mut String, from: usize, to: usize| {
+            if to > from {
+                let _ = writeln!(text, "    u8_t bytes_{from}[{}];", to - from);
+            }
+        };
+        for (member, name) in members {
+            gap(&mut self.text, end, member.offset);
+            let declared = self.declared(&member.ty, name);
+            let _ = writeln!(self.text, "    {declared};");
+            end = member.offset + self.program.size(&member.ty);
+        }
+        gap(&mut self.text, end, record.start.len());
+        let _ = writeln!(self.text, "}} {}_t;\n#pragma pack(pop)", self.records[number]);
+    }
+
+    /// Prints the start values of the memory, and the constants if they are used.
+    fn values(&mut self, with_constants: bool) {
+        if with_constants {
+            let name = &self.records[self.program.constants];
+            let constants = bytes(&self.program.records[self.program.constants].start);
+            let _ = writeln!(
+                self.text,
+                "\nstatic const union {{\n    u8_t bytes[sizeof({name}_t)];\n    {name}_t value;\n}} constants = \
+                {{{{{constants}}}}};"
+            );
+        }
+        let image = &self.program.records[self.program.memory].start;
+        let mut lines = Vec::new();
+        self.starts(&Type::Record(self.program.memory), image, "memory->", &mut lines);
+        let _ = writeln!(
+            self.text,
+            "\n/* Writes the start values. */\nPROGRAM void start(memory_t *memory);\nPROGRAM void start(memory_t *memory) {{"
+        );
+        // Too many assignments: copy the start values as bytes.
+        if lines.len() > 1000 {
+            let _ = writeln!(
+                self.text,
+                "    static const u8_t bytes[] = {{{}}};\n    memcpy(memory, bytes, sizeof *memory);\n}}",
+                bytes(image)
+            );
+            return;
+        }
+        self.text.push_str("    memset(memory, 0, sizeof *memory);\n");
+        for line in lines {
+            let _ = writeln!(self.text, "    {line}");
+        }
+        self.text.push_str("}\n");
+    }
+
+    /// Appends assignments for all start values other than 0.
+    fn starts(&self, ty: &Type, image: &[u8], path: &str, lines: &mut Vec<String>) {
+        if image.iter().all(|byte| *byte == 0) || lines.len() > 1000 {
+            return;
+        }
+        let whole = path.trim_end_matches("->").trim_end_matches('.');
+        match ty {
+            Type::Scalar(ty) => lines.push(format!("{whole} = {};", expr::constant(Value::read(*ty, image)))),
+            Type::Text { .. } => {
+                for (index, byte) in image.iter().enumerate().filter(|(_, byte)| **byte != 0) {
+                    lines.push(format!("((u8_t *)&{whole})[{index}] = {byte};"));
+                }
+            }
+            Type::Array { of, .. } => {
+                let size = self.program.size(of).max(1);
+                for (index, part) in image.chunks(size).enumerate().take(self.program.size(ty) / size) {
+                    self.starts(of, part, &format!("{whole}[{index}]."), lines);
+                }
+            }
+            Type::Record(record) => {
+                for (member, name) in self.program.records[*record].members.iter().zip(&self.members[*record]) {
+                    let part = &image[member.offset..member.offset + self.program.size(&member.ty)];
+                    self.starts(&member.ty, part, &format!("{path}{name}."), lines);
+                }
+            }
+            Type::Open { .. } => {}
+        }
+    }
+
+    /// The C signature of a function.
+    fn head(&self, number: usize) -> String {
+        let function = &self.program.functions[number];
+        let facts = &self.facts[number];
+        let is_entry = facts::is_entry(function);
+        let mut parameters = Vec::new();
+        if is_entry || facts.needs_call {
+            parameters.push("call_t *call".to_string());
+        }
+        if is_entry || facts.needs_memory {
+            parameters.push("memory_t *memory".to_string());
+        }
+        if let Some(record) = function.instance {
+            let constant = if facts.is_pure { "const " } else { "" };
+            parameters.push(format!("{constant}{}_t *self", self.records[record]));
+        }
+        let names = self.local_names(function);
+        for (local, name) in function.locals.iter().zip(&names).take(function.parameters) {
+            match (&local.ty, local.by_reference) {
+                (Type::Open { .. }, _) => {
+                    parameters.push(self.declared(&local.ty, name));
+                    parameters.push(format!("const i32_t *{name}_bounds"));
+                }
+                (ty, true) => parameters.push(self.pointer(ty, name)),
+                (Type::Scalar(ty), false) => parameters.push(format!("{} {name}", scalar(*ty))),
+                (ty, false) => parameters.push(format!("const {}", self.pointer(ty, &format!("{name}_in")))),
+            }
+        }
+        for output in &facts.outs {
+            parameters.push(self.pointer(&function.locals[*output].ty, &format!("{}_out", names[*output])));
+        }
+        if parameters.is_empty() {
+            parameters.push("void".to_string());
+        }
+        let result = match facts.returns.map(|local| &function.locals[local].ty) {
+            Some(Type::Scalar(ty)) => scalar(*ty),
+            _ => "void",
+        };
+        let scope = if is_entry { "PROGRAM" } else { "static" };
+        format!("{scope} {result} {}({})", self.function_names[number], parameters.join(", "))
+    }
+
+    fn local_names(&self, function: &Function) -> Vec<String> {
+        names(function.locals.iter().map(|local| local.name.as_str()), |name| {
+            is_taken(name) || self.function_names.iter().any(|function| function == name)
+        })
+    }
+
+    fn function(&mut self, number: usize) -> Result<(), String> {
+        let program = self.program;
+        let function = &program.functions[number];
+        let body = match &function.body {
+            Body::Code(body) => body,
+            Body::Native(name) => return self.law(number, name),
+        };
+        let names = self.local_names(function);
+        let counts = self.counts && !program.docs.natives.contains(&number);
+        // Simplifying would change the number of statements.
+        let simplified = if counts { Vec::new() } else { facts::simplified(body, &self.facts) };
+        let body = if counts { &body[..] } else { &simplified[..] };
+        let uses = Uses::new(&self.facts, number, body);
+        let has_jumps = counts || facts::may_not_end(body);
+        let mut scope = Scope { function: Some(function), number, names: names.clone(), indent: 1, ..Scope::default() };
+        let is_number = |local: &usize| matches!(function.locals[*local].ty, Type::Scalar(_));
+        scope.elided = (0..function.locals.len()).filter(|local| !counts && uses.is_elided(*local)).collect();
+        scope.counts = counts;
+        let mut used: BTreeSet<usize> =
+            uses.locals().chain(self.facts[number].outs.iter().copied()).chain(self.facts[number].returns).collect();
+        if !has_jumps
+            && let Some(result) = self.facts[number].returns.filter(|result| statement::is_direct(body, *result))
+        {
+            scope.direct = Some(result);
+            used.remove(&result);
+        }
+        if counts {
+            used.extend((0..function.locals.len()).filter(|local| uses.is_elided(*local)));
+        } else if !has_jumps && self.facts[number].outs.is_empty() {
+            let own = used.iter().copied().filter(|local| *local >= function.parameters).filter(is_number);
+            scope.later =
+                own.filter(|local| scope.direct.is_some() || Some(*local) != self.facts[number].returns).collect();
+        }
+        let facts = &self.facts[number];
+        let is_read =
+            |local: &usize| uses.is_read(*local) || facts.outs.contains(local) || facts.returns == Some(*local);
+        scope.unread = (0..function.locals.len()).filter(|local| !is_read(local)).collect();
+        let (later, unread) = (scope.later.clone(), scope.unread.clone());
+        self.scope = scope;
+        let before = std::mem::take(&mut self.text);
+        self.body(body)?;
+        let mut statements = std::mem::replace(&mut self.text, before);
+        for (run, count) in self.scope.runs.iter().enumerate() {
+            statements = statements.replace(&format!("@{run}@"), &count.to_string());
+        }
+        let head = self.head(number);
+        self.text.push('\n');
+        if let Some(docs) = program.docs.functions.get(&number) {
+            let _ = writeln!(self.text, "{}", comment(docs, 0));
+        }
+        if facts::is_entry(function) {
+            let _ = writeln!(self.text, "{head};");
+        }
+        let _ = writeln!(self.text, "{head} {{");
+        let (mut declarations, mut starts) = (String::new(), String::new());
+        for (index, (local, name)) in function.locals.iter().zip(&names).enumerate() {
+            let is_parameter = index < function.parameters;
+            match &local.ty {
+                _ if local.by_reference => {}
+                _ if !is_parameter && (!used.contains(&index) || later.contains(&index)) => {}
+                Type::Scalar(_) if is_parameter => {}
+                Type::Scalar(ty) => {
+                    let zero = expr::constant(Value::new(*ty, 0));
+                    let _ = writeln!(declarations, "    {} = {zero};", self.declared(&local.ty, name));
+                }
+                ty => {
+                    let image = bytes(&program.start(ty));
+                    let _ = writeln!(declarations, "    static const u8_t {name}_start[] = {{{image}}};");
+                    let _ = writeln!(declarations, "    {};", self.declared(ty, name));
+                    let from = if is_parameter {
+                        format!("{name}_in ? (const void *){name}_in : {name}_start")
+                    } else {
+                        format!("{name}_start")
+                    };
+                    let _ = writeln!(starts, "    memcpy(&{name}, {from}, sizeof {name});");
+                }
+            }
+        }
+        for temporary in &self.scope.temporaries {
+            let _ = writeln!(declarations, "    {temporary};");
+        }
+        let mut all: Vec<String> = Vec::new();
+        let facts = &self.facts[number];
+        let is_entry = facts::is_entry(function);
+        all.extend((is_entry || facts.needs_call).then(|| "call".to_string()));
+        all.extend((is_entry || facts.needs_memory).then(|| "memory".to_string()));
+        all.extend(function.instance.map(|_| "self".to_string()));
+        for (index, (local, name)) in function.locals.iter().zip(&names).enumerate() {
+            if index < function.parameters {
+                all.push(name.clone());
+                all.extend(matches!(local.ty, Type::Open { .. }).then(|| format!("{name}_bounds")));
+            } else if used.contains(&index) && !later.contains(&index) {
+                all.push(name.clone());
+            }
+        }
+        let is_unread = |name: &String| names.iter().zip(0..).any(|(it, local)| it == name && unread.contains(&local));
+        let code = without_comments(&statements);
+        for name in all.into_iter().filter(|name| is_unread(name) || !is_used(&code, name)) {
+            let _ = writeln!(declarations, "    (void){name};");
+        }
+        let _ = write!(self.text, "{declarations}{starts}{statements}");
+        if self.scope.leaves {
+            self.text.push_str("done:;\n");
+        }
+        for output in &self.facts[number].outs {
+            let (name, ty) = (&names[*output], &function.locals[*output].ty);
+            let copied = match ty {
+                Type::Scalar(_) => format!("*{name}_out = {name};"),
+                _ => format!("memcpy({name}_out, &{name}, sizeof {name});"),
+            };
+            let _ = writeln!(self.text, "    if ({name}_out) {{\n        {copied}\n    }}");
+        }
+        if let Some(result) = self.facts[number].returns.filter(|_| self.scope.direct.is_none()) {
+            let _ = writeln!(self.text, "    return {};", names[result]);
+        }
+        self.text.push_str("}\n");
+        Ok(())
+    }
+
+    /// The function that calls a block of another program: its instance has the bytes of a saved state, without
+    /// padding.
+    fn law(&mut self, number: usize, name: &str) -> Result<(), String> {
+        let law = self.program.docs.laws.get(&number).copied();
+        let (Some(law), Some(record)) = (law, law.and_then(|law| self.program.functions[law].instance)) else {
+            return Err(format!("{name} cannot be printed as C"));
+        };
+        if self.facts[law].needs_call || self.facts[law].needs_memory {
+            return Err(format!("{name} has a loop, and cannot be printed as C in a program"));
+        }
+        let runs = self.program.runs(number);
+        let parts: Vec<String> =
+            runs.iter().map(|run| format!("{{{}, {}, {}}}", run.at, run.packed, run.size)).collect();
+        let (head, count, parts) = (self.head(number), parts.len(), parts.join(", "));
+        let (record, law) = (&self.records[record], &self.function_names[law]);
+        let _ = write!(
+            self.text,
+            "
+/* Calls {name}. An instance in a program has no gaps between its members: that is how a saved state has it. */
+{head} {{
+    /* Where the members lie in a {record}_t, where they lie here, and the bytes. */
+    static const u16_t parts[{count}][3] = {{{parts}}};
+    {record}_t block;
+    size_t i;
+    memset(&block, 0, sizeof block);
+    for (i = 0; i < {count}; i += 1) {{
+        memcpy((char *)&block + parts[i][0], (const char *)self + parts[i][1], parts[i][2]);
+    }}
+    {law}(&block);
+    for (i = 0; i < {count}; i += 1) {{
+        memcpy((char *)self + parts[i][1], (const char *)&block + parts[i][0], parts[i][2]);
+    }}
+}}
+"
+        );
+        Ok(())
+    }
+
+    fn line(&mut self, text: &str) {
+        let _ = writeln!(self.text, "{:width$}{text}", "", width = 4 * self.scope.indent);
+    }
+
+    /// The name of a new temporary.
+    fn temporary(&mut self, declared: impl FnOnce(&Self, &str) -> String) -> String {
+        let name = format!("t_{}", self.scope.temporaries.len());
+        let declared = declared(self, &name);
+        self.scope.temporaries.push(declared);
+        name
+    }
+
+    fn type_of(&self, place: &Place) -> Result<Type, String> {
+        let function = self.scope.function.ok_or("there is no function")?;
+        self.program
+            .type_of(function, place)
+            .ok_or_else(|| format!("{} has a place that does not exist", function.name))
+    }
+}
+
+#[cfg(test)]
+mod tests;

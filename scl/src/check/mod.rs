@@ -1,0 +1,13 @@
+//! Names and types. Takes the tree of each source; gives what every name declares: types, interfaces of blocks, global
+//! variables and constants, all in the state of one compilation ([`compiler`]). Names that no source declares are
+//! collected with their uses ([`undeclared`]).
+//!
+//! Bounds, constants and start values are expressions, so declaring calls [`lower`](crate::lower).
+
+pub mod compiler;
+pub mod constant;
+pub mod declare;
+pub mod lint;
+pub mod start;
+pub mod types;
+pub mod undeclared;

@@ -1,0 +1,63 @@
+//! From text to tree. Takes the sources of a program, in SCL, SIMATIC SD or SimaticML; gives a [`Tree`] for each and the
+//! errors in it. Any text yields a tree. Networks of LAD and FBD stand in it as graphs, and as the statements to which
+//! [`ladder`](crate::ladder) translates them.
+
+pub mod lexer;
+pub mod parser;
+mod simatic_ml;
+pub mod simatic_sd;
+pub mod syntax;
+
+use crate::report::Report;
+use parameters::Source;
+use simatic_sd::Texts;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use syntax::Tree;
+
+/// The format of a source file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// A source in SCL.
+    Scl,
+    /// A TIA Openness document in XML.
+    SimaticMl,
+}
+
+impl Format {
+    /// Detects the format of a text.
+    pub fn detect(text: &str) -> Format {
+        if simatic_ml::is_it(text) { Format::SimaticMl } else { Format::Scl }
+    }
+
+    /// Parses a text in this format.
+    pub fn parse(self, text: &str, file: u32, report: &mut Report) -> Tree {
+        match self {
+            Format::Scl => parser::parse(text, file, report),
+            Format::SimaticMl => simatic_ml::parse(text, file, report),
+        }
+    }
+}
+
+/// Parses sources. SIMATIC SD documents and their texts are recognized by their file extensions, all others by their
+/// contents.
+pub fn trees(sources: &[Source], report: &mut Report) -> Vec<Tree> {
+    let mut texts: HashMap<PathBuf, Texts> = HashMap::new();
+    for (file, source) in sources.iter().enumerate().filter(|(_, source)| ends_in(source, "s7res")) {
+        texts.insert(Path::new(&source.file).with_extension(""), Texts::read(&source.text, file as u32, report));
+    }
+    let none = Texts::default();
+    let tree = |(file, source): (usize, &Source)| match source {
+        _ if ends_in(source, "s7res") => Tree::default(),
+        _ if ends_in(source, "s7dcl") => {
+            let texts = texts.get(&Path::new(&source.file).with_extension("")).unwrap_or(&none);
+            simatic_sd::parse(&source.text, file as u32, texts, report)
+        }
+        _ => Format::detect(&source.text).parse(&source.text, file as u32, report),
+    };
+    sources.iter().enumerate().map(tree).collect()
+}
+
+fn ends_in(source: &Source, ending: &str) -> bool {
+    Path::new(&source.file).extension().is_some_and(|own| own.eq_ignore_ascii_case(ending))
+}

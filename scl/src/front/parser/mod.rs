@@ -1,0 +1,315 @@
+//! Parses tokens to a syntax tree. Any text yields a tree and a list of errors; deep nesting is an error, too.
+
+mod declarations;
+mod expressions;
+mod fragments;
+mod globals;
+mod statements;
+#[cfg(test)]
+mod tests;
+
+use crate::front::lexer::{Kind, Span, Token, Tokens, tokens};
+use crate::front::simatic_sd::Texts;
+use crate::front::syntax::{Attribute, Binary, ExpressionId, ExpressionKind, Name, Tree, key};
+use crate::report::Report;
+use std::collections::BTreeSet;
+
+pub use fragments::Fragments;
+
+/// The maximum nesting depth of statements, brackets, types and start values together.
+const DEEPEST: usize = 100;
+
+/// Parsing of a source stops after this many errors.
+const MOST_ERRORS: usize = 100;
+
+/// The advice for a file that is not text, or is UTF-16 without a byte order mark.
+const SAVE: &str = "save the source as text in UTF-8";
+
+/// Parses an SCL source.
+pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
+    parse_source(text, file, None, report)
+}
+
+/// Parses an SCL source, or a SIMATIC SD document with its texts.
+pub fn parse_source(text: &str, file: u32, document: Option<&Texts<'_>>, report: &mut Report) -> Tree {
+    if let Some(at) = text.find('\0') {
+        let at = at as u32;
+        report.error(Span { file, start: at, end: at + 1 }, "this is no text: it has a character 0", Some(SAVE));
+        return Tree::default();
+    }
+    let tree = Tree { may_set_eno: may_set_eno(text), ..Tree::default() };
+    Parser { document, ..parser_of(text, 0, file, tree, report) }.source()
+}
+
+/// Whether a source mentions ENO or returns a value.
+pub fn may_set_eno(text: &str) -> bool {
+    let text = text.to_ascii_uppercase();
+    let is_value = |rest: &str| rest.starts_with(|c: char| c.is_whitespace()) && !rest.trim_start().starts_with(';');
+    text.contains("ENO") || text.split("RETURN").skip(1).any(is_value)
+}
+
+/// A parser for a text from a byte offset on, which adds to a tree.
+fn parser_of<'a>(text: &'a str, from: usize, file: u32, tree: Tree, report: &'a mut Report) -> Parser<'a> {
+    let Tokens { tokens, comments, attributes, unclosed, nested } = tokens(text, from, file);
+    for span in nested {
+        report.warning(span, "a comment in a comment: what follows its end is read as comment, too", Some(NESTED));
+    }
+    if let Some(span) = unclosed {
+        let (what, help) = match text[span.range()].as_bytes() {
+            [b'{', ..] => ("this attribute", "close it with }"),
+            [b'/', ..] => ("this comment", "close it with */"),
+            [b'(', b'/', ..] => ("this comment", "close it with */)"),
+            _ => ("this comment", "close it with *)"),
+        };
+        report.error(span, format!("{what} does not end"), Some(help));
+    }
+    let most = report.errors() + MOST_ERRORS;
+    Parser {
+        text,
+        tokens,
+        comments,
+        attributes,
+        at: 0,
+        depth: 0,
+        gotos: BTreeSet::new(),
+        is_data: false,
+        document: None,
+        is_end_told: unclosed.is_some(),
+        tree,
+        report,
+        most,
+    }
+}
+
+/// A syntax error, which has been reported.
+pub struct Failed;
+
+pub type Parsed<T> = Result<T, Failed>;
+
+pub struct Parser<'a> {
+    text: &'a str,
+    tokens: Vec<Token>,
+    comments: Vec<Span>,
+    attributes: Vec<Span>,
+    pub at: usize,
+    depth: usize,
+    /// The labels that the block jumps to, which distinguishes them from CASE values.
+    gotos: BTreeSet<String>,
+    /// Whether a data block is being parsed, whose elements are written `[1]`.
+    is_data: bool,
+    /// The texts of a document in SIMATIC SD; `None` in SCL.
+    pub document: Option<&'a Texts<'a>>,
+    /// Whether a premature end of file has been reported.
+    is_end_told: bool,
+    pub tree: Tree,
+    pub report: &'a mut Report,
+    most: usize,
+}
+
+impl<'a> Parser<'a> {
+    pub fn token(&self) -> Token {
+        self.ahead(0)
+    }
+
+    pub fn ahead(&self, by: usize) -> Token {
+        self.tokens[(self.at + by).min(self.tokens.len() - 1)]
+    }
+
+    pub fn text_of(&self, token: Token) -> &'a str {
+        &self.text[token.span.range()]
+    }
+
+    pub fn span(&self) -> Span {
+        self.token().span
+    }
+
+    /// The span of the previous token.
+    pub fn before(&self) -> Span {
+        self.tokens[self.at.saturating_sub(1)].span
+    }
+
+    /// The end of the previous token; 0 at the start of the text.
+    pub fn end_before(&self) -> u32 {
+        if self.at == 0 { 0 } else { self.before().end }
+    }
+
+    pub fn is_end(&self) -> bool {
+        self.token().kind == Kind::End
+    }
+
+    pub fn step(&mut self) -> Token {
+        let token = self.token();
+        self.at = (self.at + 1).min(self.tokens.len() - 1);
+        token
+    }
+
+    pub fn symbol_ahead(&self, by: usize) -> &'a str {
+        match self.ahead(by) {
+            token if token.kind == Kind::Symbol => self.text_of(token),
+            _ => "",
+        }
+    }
+
+    /// The word at a token in upper case; empty if it is not a word.
+    pub fn word_ahead(&self, by: usize) -> String {
+        match self.ahead(by) {
+            token if token.kind == Kind::Word => key(self.text_of(token)),
+            _ => String::new(),
+        }
+    }
+
+    pub fn is_symbol(&self, symbol: &str) -> bool {
+        self.symbol_ahead(0) == symbol
+    }
+
+    pub fn is_word(&self, word: &str) -> bool {
+        self.token().kind == Kind::Word && self.text_of(self.token()).eq_ignore_ascii_case(word)
+    }
+
+    pub fn takes(&mut self, symbol: &str) -> bool {
+        let is_there = self.is_symbol(symbol);
+        if is_there {
+            self.step();
+        }
+        is_there
+    }
+
+    pub fn takes_word(&mut self, word: &str) -> bool {
+        let is_there = self.is_word(word);
+        if is_there {
+            self.step();
+        }
+        is_there
+    }
+
+    pub fn expect(&mut self, symbol: &str) -> Parsed<()> {
+        if self.takes(symbol) { Ok(()) } else { self.fail(&format!("`{symbol}`")) }
+    }
+
+    pub fn expect_word(&mut self, word: &str) -> Parsed<()> {
+        if self.takes_word(word) { Ok(()) } else { self.fail(word) }
+    }
+
+    /// Reports an error at the current token: what was expected there.
+    pub fn fail<T>(&mut self, expected: &str) -> Parsed<T> {
+        self.fail_with(expected, None)
+    }
+
+    /// Like [`fail`](Self::fail), with advice.
+    pub fn fail_with<T>(&mut self, expected: &str, help: Option<&str>) -> Parsed<T> {
+        let token = self.token();
+        let found = match token.kind {
+            Kind::End if self.is_end_told => return Err(Failed),
+            Kind::End => {
+                self.is_end_told = true;
+                "the end of the file".to_string()
+            }
+            Kind::Unknown if self.text_of(token).starts_with(['\'', '"', '#']) && token.span.range().len() > 1 => {
+                return self.refuse(token.span, "this text or name does not end in its line", None);
+            }
+            Kind::Symbol if self.text_of(token) == "=" && &self.text[self.before().range()] == "=" => {
+                return self.refuse(token.span, "there is no == in SCL", Some("= compares, := assigns"));
+            }
+            _ => parameters::problem::quoted(self.text_of(token)),
+        };
+        self.refuse(token.span, &format!("expected {expected}, found {found}"), help)
+    }
+
+    pub fn refuse<T>(&mut self, span: Span, message: &str, help: Option<&str>) -> Parsed<T> {
+        if self.report.errors() < self.most {
+            self.report.error(span, message, help);
+        }
+        Err(Failed)
+    }
+
+    pub fn is_exhausted(&self) -> bool {
+        self.report.errors() >= self.most
+    }
+
+    /// Parses one nesting level deeper.
+    pub fn deeper<T>(&mut self, parse: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
+        if self.depth == DEEPEST {
+            let message = format!("more than {DEEPEST} levels are nested here");
+            // Whatever follows would be parsed at the wrong depth.
+            self.most = self.report.errors() + 1;
+            return self.refuse(self.span(), &message, Some("move the inner part to a variable or a function"));
+        }
+        self.depth += 1;
+        let parsed = parse(self);
+        self.depth -= 1;
+        parsed
+    }
+
+    /// Parses a name of any kind, without `#` and quotation marks.
+    pub fn name(&mut self, what: &str) -> Parsed<Name> {
+        match self.token().kind {
+            Kind::Word | Kind::Local | Kind::Quoted => {
+                let token = self.step();
+                Ok(Name { text: bare(self.text_of(token)).to_string(), span: token.span })
+            }
+            _ => self.fail(what),
+        }
+    }
+
+    /// The attributes between two byte offsets.
+    pub fn attributes_within(&self, from: u32, to: u32) -> Vec<Attribute> {
+        let first = self.attributes.partition_point(|span| span.start < from);
+        let within = self.attributes[first..].iter().take_while(|span| span.start < to);
+        within.flat_map(|span| attributes(&self.text[span.range()])).collect()
+    }
+
+    /// The range of an attribute's value between two byte offsets, without its quotation marks.
+    pub fn value_within(&self, from: u32, to: u32, name: &str) -> Option<std::ops::Range<usize>> {
+        let first = self.attributes.partition_point(|span| span.start < from);
+        let mut within = self.attributes[first..].iter().take_while(|span| span.start < to);
+        within.find_map(|span| {
+            let text = &self.text[span.range()];
+            let at = text.to_ascii_uppercase().find(name)? + name.len();
+            let open = at + text[at..].find('"')? + 1;
+            let close = open + text[open..].find('"')?;
+            Some(span.start as usize + open..span.start as usize + close)
+        })
+    }
+
+    /// The comments between two byte offsets, without their delimiters.
+    pub fn comments_within(&self, from: u32, to: u32) -> String {
+        let first = self.comments.partition_point(|span| span.start < from);
+        let within = self.comments[first..].iter().take_while(|span| span.start < to);
+        within.map(|span| comment(&self.text[span.range()])).collect::<Vec<_>>().join("\n")
+    }
+
+    pub fn add(&mut self, kind: ExpressionKind, start: Span) -> ExpressionId {
+        let span = start.to(self.before());
+        self.tree.expressions.add(kind, span)
+    }
+
+    pub fn binary(&mut self, operator: Binary, left: ExpressionId, right: ExpressionId) -> ExpressionId {
+        let span = self.tree.expressions[left].span.to(self.tree.expressions[right].span);
+        self.tree.expressions.add(ExpressionKind::Binary(operator, left, right), span)
+    }
+}
+
+/// The advice for a nested comment.
+const NESTED: &str = "editions of TIA Portal differ here: end the first one before the second begins";
+
+/// A name without `#` and quotation marks.
+fn bare(name: &str) -> &str {
+    name.trim_start_matches('#').trim_matches('"')
+}
+
+/// A comment without its delimiters.
+fn comment(text: &str) -> &str {
+    let text = ["//", "(/*", "(*", "/*"].iter().find_map(|open| text.strip_prefix(open)).unwrap_or(text);
+    let text = ["*/)", "*)", "*/"].iter().find_map(|close| text.strip_suffix(close)).unwrap_or(text);
+    text.trim()
+}
+
+/// Parses `{ key := 'value'; ... }`; an attribute without a value is TRUE.
+fn attributes(text: &str) -> Vec<Attribute> {
+    let part = |part: &str| {
+        let (name, value) = part.split_once(":=").unwrap_or((part, "TRUE"));
+        let value = value.trim().trim_matches(['\'', '"']).to_string();
+        (!name.trim().is_empty()).then(|| Attribute { key: key(name.trim()), value })
+    };
+    text.trim_matches(['{', '}']).split(';').filter_map(part).collect()
+}

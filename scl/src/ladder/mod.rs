@@ -1,0 +1,20 @@
+//! LAD and FBD. Takes networks as graphs of elements and wires, independent of the file format; gives their statements.
+//!
+//! A reader in [`front`](crate::front) fills [`Network`]s and calls [`lower()`] for the statements of each. Elements are
+//! listed in execution order; [`elements`] maps each instruction name to its law.
+
+mod boxes;
+mod calls;
+pub mod elements;
+mod flow;
+mod laws;
+mod lint;
+mod lower;
+mod network;
+
+pub use lint::lint;
+pub use lower::{Owner, comments, lower, network_title};
+pub use network::{Call, Element, Network, Parameter, Pin, Source, Way};
+
+/// The maximum number of pins of an element.
+pub const MOST_PINS: usize = 1000;

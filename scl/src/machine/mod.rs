@@ -1,0 +1,221 @@
+//! Runs programs. Takes a typed [`Program`], compiles it to [`Code`] once, and gives any number of [`Machine`]s, each
+//! with a memory of its own. A call allocates nothing.
+//!
+//! [`Program`]: crate::ir::Program
+
+mod code;
+mod compile;
+mod run;
+
+pub use code::Code;
+
+use crate::ir::{At, Scalar, Value};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::sync::Arc;
+
+/// A program and its memory.
+#[derive(Clone)]
+pub struct Machine {
+    code: Arc<Code>,
+    /// The program's memory, then constants and function frames.
+    memory: Vec<u8>,
+    /// A copy of the program's memory from before the call.
+    before: Vec<u8>,
+    registers: Box<[u64]>,
+    /// The stack of return addresses.
+    returns: Vec<u32>,
+    /// A buffer in which a block is stored.
+    room: Vec<u8>,
+    /// Which runs of statements have been executed.
+    covered: Vec<bool>,
+    /// The instructions that have already issued a warning.
+    warned: BTreeSet<u32>,
+    warnings: Vec<Warning>,
+    /// The locals of functions, if they are to be kept.
+    kept: Option<Kept>,
+    /// The statement budget: the maximum number of statements in a call.
+    pub budget: u32,
+}
+
+/// The numeric locals of functions at the end of their last call, by function and instance address.
+type Kept = BTreeMap<(usize, u64), Vec<u64>>;
+
+/// An irregularity that a PLC tolerates; reported once per source location.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// The name of the file.
+    pub file: String,
+    /// The line in it.
+    pub line: u32,
+    /// A one-sentence description.
+    pub message: String,
+}
+
+/// The reason why a call was aborted. The memory is as it was before the call.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stop {
+    /// The name of the file.
+    pub file: String,
+    /// The line in it.
+    pub line: u32,
+    /// The cause.
+    pub cause: Cause,
+}
+
+/// The cause of an abort.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// An index out of bounds.
+    Index {
+        /// The index.
+        index: i64,
+        /// The lower bound.
+        low: i64,
+        /// The upper bound.
+        high: i64,
+    },
+    /// The statement budget, which was exceeded.
+    Budget(u32),
+    /// A FOR loop with step 0.
+    Step,
+    /// An instance whose bytes are not a valid state of its block.
+    Instance,
+}
+
+impl fmt::Display for Stop {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        write!(formatter, "{}:{}: ", self.file, self.line)?;
+        match &self.cause {
+            Cause::Index { index, low, high } => write!(formatter, "index {index} is outside of {low}..{high}"),
+            Cause::Budget(budget) => write!(
+                formatter,
+                "the call has run {budget} statements and is stopped; if this loop does end, give the program a larger budget"
+            ),
+            Cause::Step => formatter.write_str("the loop has the step 0 and would not end"),
+            Cause::Instance => formatter.write_str("the saved state of a block inside the program is damaged"),
+        }
+    }
+}
+
+impl std::error::Error for Stop {}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        write!(formatter, "{}:{}: {}", self.file, self.line, self.message)
+    }
+}
+
+impl Machine {
+    /// The default statement budget of a call (see [`Machine::budget`]).
+    pub const BUDGET: u32 = 1_000_000;
+
+    /// Creates a machine whose memory has the start values of the program.
+    pub fn new(code: Arc<Code>) -> Machine {
+        Machine {
+            memory: code.start.clone(),
+            before: vec![0; code.state],
+            registers: vec![0; code.registers].into(),
+            returns: Vec::with_capacity(code.depth),
+            room: Vec::with_capacity(code.natives.iter().map(|(_, size)| *size).max().unwrap_or(0)),
+            covered: vec![false; code.runs.len()],
+            warned: BTreeSet::new(),
+            warnings: Vec::new(),
+            kept: None,
+            budget: Machine::BUDGET,
+            code,
+        }
+    }
+
+    /// Resets the memory to the start values.
+    pub fn restart(&mut self) {
+        self.memory.copy_from_slice(&self.code.start);
+    }
+
+    /// Calls a function that takes no parameters and no instance, at time `now` in nanoseconds since the start.
+    ///
+    /// # Errors
+    /// The program stops; its memory is as it was before the call.
+    ///
+    /// # Panics
+    /// No such function exists.
+    pub fn call(&mut self, function: usize, now: i64) -> Result<(), Stop> {
+        assert!(self.code.callable[function], "function {function} has parameters or an instance");
+        let state = self.code.state;
+        self.before.copy_from_slice(&self.memory[..state]);
+        let done = self.run(self.code.entries[function], now);
+        if done.is_err() {
+            self.memory[..state].copy_from_slice(&self.before);
+        }
+        done
+    }
+
+    /// The state that the program keeps between calls. Any bytes of this length may be written to it: a value that a
+    /// type does not have, such as 2 for a BOOL, is taken as one of its values or stops the next call of a block that
+    /// is not written in SCL.
+    pub fn state(&self) -> &[u8] {
+        &self.memory[..self.code.state]
+    }
+
+    /// The state as mutable bytes, see [`Machine::state`].
+    pub fn state_mut(&mut self) -> &mut [u8] {
+        &mut self.memory[..self.code.state]
+    }
+
+    /// Reads a number from memory.
+    ///
+    /// # Panics
+    /// It lies outside of the memory.
+    pub fn get(&self, ty: Scalar, offset: usize) -> Value {
+        Value::read(ty, &self.state()[offset..])
+    }
+
+    /// Writes a number to memory.
+    ///
+    /// # Panics
+    /// It lies outside of the memory.
+    pub fn set(&mut self, value: Value, offset: usize) {
+        value.write(&mut self.state_mut()[offset..]);
+    }
+
+    /// The value of a numeric local at the end of the last call. Meaningful only for a function that runs once per call
+    /// and is called by the entry function alone: other functions reuse its registers.
+    pub fn local(&self, function: usize, local: usize, ty: Scalar) -> Option<Value> {
+        let register = (*self.code.locals.get(function)?.get(local)?)?;
+        Some(Value::new(ty, *self.registers.get(usize::from(register))?))
+    }
+
+    /// Keeps the locals of all functions from now on when they return, which takes a little time.
+    pub fn keep_locals(&mut self) {
+        self.kept.get_or_insert_default();
+    }
+
+    /// The value of a numeric local when its function last returned since [`Machine::forget_coverage`], for the
+    /// instance at this address (0 if the function has none). `None` if it has not returned.
+    pub fn kept(&self, function: usize, instance: usize, local: usize) -> Option<u64> {
+        self.kept.as_ref()?.get(&(function, instance as u64))?.get(local).copied()
+    }
+
+    /// Returns and clears the warnings.
+    pub fn take_warnings(&mut self) -> Vec<Warning> {
+        std::mem::take(&mut self.warnings)
+    }
+
+    /// The line of each statement, and whether it has been executed since [`Machine::forget_coverage`].
+    pub fn coverage(&self) -> impl Iterator<Item = (At, bool)> {
+        let of_run = |(&(first, count), &covered): (&(u32, u32), &bool)| {
+            let statements = &self.code.statements[first as usize..(first + count) as usize];
+            statements.iter().map(move |at| (*at, covered))
+        };
+        self.code.runs.iter().zip(&self.covered).flat_map(of_run)
+    }
+
+    /// Marks all statements as not executed, and discards the kept locals.
+    pub fn forget_coverage(&mut self) {
+        self.kept.iter_mut().for_each(Kept::clear);
+        self.covered.fill(false);
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests;
