@@ -1,6 +1,7 @@
 //! Adds the laws of blocks to a program.
 
-use super::{Body, Program, Type, walk};
+use super::walk::change::{self, Change};
+use super::{Body, Call, Program, Type};
 
 /// A run of bytes that is contiguous in both layouts of an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,6 +12,15 @@ pub(crate) struct Run {
     pub packed: usize,
     /// Its length in bytes.
     pub size: usize,
+}
+
+/// Adds a number to that of each called function.
+struct Moves(usize);
+
+impl Change for Moves {
+    fn call(&mut self, call: &mut Call) {
+        call.function += self.0;
+    }
 }
 
 impl Program {
@@ -49,7 +59,7 @@ impl Program {
                     body.clear();
                     function.instance = law.functions[call].instance.map(|record| records + record);
                 }
-                walk::change_calls(body, &mut |call| call.function += functions);
+                change::statements(body, &mut Moves(functions));
             }
             self.functions.push(function);
         }

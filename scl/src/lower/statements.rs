@@ -8,7 +8,7 @@ use crate::check::types::{Elementary, Type, text_name};
 use crate::check::undeclared::Missing;
 use crate::front::lexer::Span;
 use crate::front::syntax::{Binary, ExpressionId, ExpressionKind, Label, Name, SectionKind, Statement, StatementKind};
-use crate::ir::walk::{self, Look};
+use crate::ir::walk;
 use crate::ir::{self, Arm, At, Expr, For, Place, Scalar, Step, Value, What};
 use manifest::Cpu;
 use std::rc::Rc;
@@ -256,15 +256,8 @@ impl Lowerer<'_, '_> {
 
     /// Warns of a loop whose condition constantly keeps it running and that nothing leaves.
     fn warn_of_endless(&mut self, condition: &Expr, runs_on: bool, body: &[ir::Statement], span: Span) {
-        struct Leaves(bool);
-        impl Look for Leaves {
-            fn statement(&mut self, statement: &ir::Statement) {
-                self.0 |= matches!(statement.what, What::Break | What::Return | What::Goto(_));
-            }
-        }
-        let mut leaves = Leaves(false);
-        walk::statements(body, &mut leaves);
-        if !leaves.0 && *condition == Expr::Const(runs_on.into()) {
+        let leaves = walk::any(body, |what| matches!(what, What::Break | What::Return | What::Goto(_)));
+        if !leaves && *condition == Expr::Const(runs_on.into()) {
             self.warn(span, "this loop never ends", Some("leave it with EXIT or RETURN, or count with FOR"));
         }
     }

@@ -1,6 +1,7 @@
 //! Decides what becomes of each function in SCL, and rewrites what SCL cannot express.
 
 use super::Dialect;
+use crate::ir::walk::change::{self, Change};
 use crate::ir::walk::{self, Look};
 use crate::ir::{Argument, Base, Body, Call, Expr, Function, Place, Program, Section, Statement, Step, Type, What};
 use std::collections::{BTreeMap, BTreeSet};
@@ -46,28 +47,10 @@ const TIMERS: [&str; 4] = ["TON", "TOF", "TP", "TONR"];
 pub(super) fn prepared(program: &Program, roots: &[usize], dialect: Dialect) -> Result<(Program, Facts), String> {
     let mut program = program.clone();
     drop_host_values(&mut program);
-    let order = reached(&program, roots);
+    let order = walk::reached(&program, roots);
     inline(&mut program, &order);
     let facts = facts(&program, roots, dialect)?;
     Ok((program, facts))
-}
-
-/// The functions reachable from the roots, callees first.
-fn reached(program: &Program, roots: &[usize]) -> Vec<usize> {
-    fn visit(program: &Program, number: usize, order: &mut Vec<usize>) {
-        if order.contains(&number) {
-            return;
-        }
-        let mut calls = Vec::new();
-        if let Body::Code(body) = &program.functions[number].body {
-            each_call(body, &mut |call| calls.push(call.function));
-        }
-        calls.into_iter().for_each(|callee| visit(program, callee, order));
-        order.push(number);
-    }
-    let mut order = Vec::new();
-    roots.iter().for_each(|root| visit(program, *root, &mut order));
-    order
 }
 
 /// The roots, and the functions called on an instance other than the caller's own.
@@ -75,7 +58,7 @@ fn called_from_outside(program: &Program, roots: &[usize], order: &[usize]) -> B
     let mut found: BTreeSet<usize> = roots.iter().copied().collect();
     for number in order {
         if let Body::Code(body) = &program.functions[*number].body {
-            each_call(body, &mut |call| {
+            walk::each_call(body, &mut |call| {
                 if call.instance.as_ref().is_some_and(|instance| !is_self(instance)) {
                     found.insert(call.function);
                 }
@@ -88,7 +71,7 @@ fn called_from_outside(program: &Program, roots: &[usize], order: &[usize]) -> B
 fn facts(program: &Program, roots: &[usize], dialect: Dialect) -> Result<Facts, String> {
     let mut facts = Facts::default();
     let library = program.files.iter().position(|file| file == crate::library::FILE);
-    let order = reached(program, roots);
+    let order = walk::reached(program, roots);
     let outside = called_from_outside(program, roots, &order);
     for number in &order {
         let function = &program.functions[*number];
@@ -133,7 +116,7 @@ fn facts(program: &Program, roots: &[usize], dialect: Dialect) -> Result<Facts, 
     facts.reached = order.iter().copied().filter(|number| facts.uses[number] != Use::System).collect();
     for number in &facts.reached {
         if let Body::Code(body) = &program.functions[*number].body {
-            each_call(body, &mut |call| {
+            walk::each_call(body, &mut |call| {
                 facts.outs.entry(call.function).or_default().extend(call.outputs.iter().map(|(local, _)| *local));
             });
         }
@@ -180,7 +163,7 @@ fn members(program: &Program, facts: &Facts, function: &Function, dialect: Diale
             *used.entry(path).or_default() |= writes;
         }
     });
-    each_call(body, &mut |call| {
+    walk::each_call(body, &mut |call| {
         if call.instance.as_ref().is_some_and(is_self) {
             let inner = facts.members.get(&call.function).cloned();
             let inner = inner.unwrap_or_else(|| members(program, facts, &program.functions[call.function], dialect));
@@ -293,49 +276,30 @@ fn can_be_inlined(program: &Program, call: &Call) -> bool {
     let callee = &program.functions[call.function];
     let (Some(record), Body::Code(body)) = (callee.instance, &callee.body) else { return false };
     let mut uses = false;
-    let mut leaves = false;
     let members = &program.records[record].members;
     each_place(body, &mut |place, _| {
         if let (Base::Instance, Some(Step::Member(member))) = (place.base, place.steps.first()) {
             uses |= has_instance(program, &members[*member].ty);
         }
     });
-    each(body, &mut |statement| leaves |= matches!(statement.what, What::Return | What::Label(_) | What::Goto(_)));
+    let leaves = walk::any(body, |what| matches!(what, What::Return | What::Label(_) | What::Goto(_)));
     let by_value = callee.locals[..callee.parameters].iter().all(|local| matches!(local.ty, Type::Scalar(_)));
     call.instance.as_ref().is_some_and(is_self) && uses && !leaves && by_value
 }
 
 /// A statement with its local indices offset.
 fn moved(statement: &Statement, by: usize) -> Statement {
+    struct Moves(usize);
+    impl Change for Moves {
+        fn place(&mut self, place: &mut Place) {
+            if let Base::Local(local) = &mut place.base {
+                *local += self.0;
+            }
+        }
+    }
     let mut statement = statement.clone();
-    walk::change_places(std::slice::from_mut(&mut statement), &mut |place| {
-        if let Base::Local(local) = &mut place.base {
-            *local += by;
-        }
-    });
+    change::statements(std::slice::from_mut(&mut statement), &mut Moves(by));
     statement
-}
-
-/// Calls `show` for all statements.
-pub(super) fn each(list: &[Statement], show: &mut dyn FnMut(&Statement)) {
-    struct Statements<'s>(&'s mut dyn FnMut(&Statement));
-    impl Look for Statements<'_> {
-        fn statement(&mut self, statement: &Statement) {
-            (self.0)(statement);
-        }
-    }
-    walk::statements(list, &mut Statements(show));
-}
-
-/// Calls `show` for all calls.
-pub(super) fn each_call(list: &[Statement], show: &mut dyn FnMut(&Call)) {
-    struct Calls<'s>(&'s mut dyn FnMut(&Call));
-    impl Look for Calls<'_> {
-        fn call(&mut self, call: &Call) {
-            (self.0)(call);
-        }
-    }
-    walk::statements(list, &mut Calls(show));
 }
 
 /// Calls `show` for all places, with whether they may be written.

@@ -6,8 +6,9 @@ mod statement;
 
 use super::code::{Code, Native, Op, Part, Register, Target, ZERO};
 use crate::ir::walk::{self, Look};
-use crate::ir::{At, Body, Call, Function, Program, Scalar, Statement, Type, align};
+use crate::ir::{At, Body, Function, Program, Scalar, Statement, Type, align};
 use blocks::{Block, EachBlock, for_each_block};
+use std::collections::BTreeSet;
 
 /// The maximum memory size of a program, in bytes.
 const LARGEST_MEMORY: usize = 64 << 20;
@@ -360,18 +361,12 @@ impl Look for Labels {
 }
 
 /// The functions called by statements.
-fn callees(body: &[Statement]) -> Vec<usize> {
-    struct Callees(Vec<usize>);
-    impl Look for Callees {
-        fn call(&mut self, call: &Call) {
-            self.0.push(call.function);
-        }
-    }
-    let mut callees = Callees(Vec::new());
-    walk::statements(body, &mut callees);
-    callees.0.sort_unstable();
-    callees.0.dedup();
-    callees.0
+fn callees(body: &[Statement]) -> BTreeSet<usize> {
+    let mut callees = BTreeSet::new();
+    walk::each_call(body, &mut |call| {
+        callees.insert(call.function);
+    });
+    callees
 }
 
 /// The law of the named block, and the size of its instance.
