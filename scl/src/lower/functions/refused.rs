@@ -1,113 +1,149 @@
 //! Built-in functions that are rejected by name, with reasons.
 
-/// Functions that need hardware or the operating system, by prefix.
-const HARDWARE: [&str; 57] = [
-    "T_CONFIG",
-    "TSEND",
-    "TRCV",
-    "TCON",
-    "TDISCON",
-    "TURCV",
-    "TUSEND",
-    "T_RESET",
-    "T_DIAG",
-    "TMAIL",
-    "MB_",
-    "MODBUS",
-    "PUT",
-    "GET",
-    "MC_",
-    "RDREC",
-    "WRREC",
-    "DPRD_DAT",
-    "DPWR_DAT",
-    "STP",
-    "GETIO",
-    "SETIO",
-    "RALRM",
-    "D_ACT_DP",
-    "LED",
-    "DEVICESTATES",
-    "MODULESTATES",
-    "DEVICE",
-    "SET_CINT",
-    "ATTACH",
-    "DETACH",
-    "DATALOG",
-    "FILE",
-    "PROGRAM_ALARM",
-    "GEN_",
-    "CTRL_HSC",
-    "CTRL_PWM",
-    "P2P",
-    "SEND_P2P",
-    "RECEIVE_P2P",
-    "P_SND_RK",
-    "P_RCV_RK",
-    "P_SEND",
-    "P_RCV",
-    "OPC_UA_",
-    "RECIPEEXPORT",
-    "RECIPEIMPORT",
-    "GET_ALARM",
-    "ACK_ALARMS",
-    "WAIT",
-    "INIT_RD",
-    "ATTR_DB",
-    "DELETE_DB",
-    "GETBLOCKNAME",
-    "GETSYMBOL",
-    "GETINSTANCE",
-    "SI_CLASSIC",
-];
-
-/// Functions that use memory addresses or pointers.
-const POINTERS: [&str; 15] = [
-    "REF",
-    "PEEK",
-    "PEEK_BOOL",
-    "PEEK_WORD",
-    "PEEK_DWORD",
-    "POKE",
-    "POKE_BLK",
-    "POKE_BOOL",
-    "READ_DBL",
-    "WRIT_DBL",
-    "CREATE_DB",
-    "READ_BIG",
-    "READ_LITTLE",
-    "WRITE_BIG",
-    "WRITE_LITTLE",
-];
-
 /// Functions of VARIANT, which is not supported.
-const VARIANTS: [&str; 5] = ["VARIANTGET", "VARIANTPUT", "TYPEOF", "TYPEOFELEMENTS", "IS_ARRAY"];
+const VARIANTS: &[&str] = &["VARIANTGET", "VARIANTPUT", "TYPEOF", "TYPEOFELEMENTS", "IS_ARRAY"];
 
-/// Functions of texts and of the clock that are not implemented yet.
-const LATER: [&str; 23] = [
-    "T_COMP",
-    "FILTER_PT1",
-    "FILTER_PT2",
-    "FILTER_DT1",
-    "FILTER_UNIVERSAL",
-    "LEAD_LAG",
-    "QRY_CINT",
-    "S_COMP",
-    "JOIN",
-    "SPLIT",
-    "ATH",
-    "HTA",
-    "WR_SYS_T",
-    "WR_LOC_T",
-    "SET_TIMEZONE",
-    "SCATTER_BLK",
-    "GATHER_BLK",
-    "PARITY",
-    "SEG",
-    "LTD",
-    "CALCULATE",
-    "RD_SINFO",
-    "TIME_TO_S5TIME",
+const NOT_SUPPORTED: &str = "is not supported";
+
+/// What is rejected: names, where `*` stands for any ending; what is said of them; and the remedy. The first match counts.
+const REFUSED: [(&[&str], &str, &str); 9] = [
+    (
+        VARIANTS,
+        NOT_SUPPORTED,
+        "a VARIANT has no type here: write the block once for each type that it is called with, or with ARRAY[*]",
+    ),
+    (
+        &["SERIALIZE", "DESERIALIZE"],
+        NOT_SUPPORTED,
+        "assign the variables themselves: the bytes are the slices .%B0, .%B1, or an AT over them",
+    ),
+    (&["DEMUX"], NOT_SUPPORTED, "write the output that K selects in a CASE"),
+    (&["FILL"], NOT_SUPPORTED, "use FILL_BLK with the first element of the array"),
+    (
+        &["GET_ERROR", "GET_ERR_ID", "GET_ERROR_ID"],
+        NOT_SUPPORTED,
+        "an error that it would report, such as an index outside of an array, stops the FMU with file and line; \
+         leave it out, and check the index before it is used",
+    ),
+    // Memory addresses and pointers.
+    (
+        &[
+            "REF",
+            "PEEK",
+            "PEEK_BOOL",
+            "PEEK_WORD",
+            "PEEK_DWORD",
+            "POKE",
+            "POKE_BLK",
+            "POKE_BOOL",
+            "READ_DBL",
+            "WRIT_DBL",
+            "CREATE_DB",
+            "READ_BIG",
+            "READ_LITTLE",
+            "WRITE_BIG",
+            "WRITE_LITTLE",
+        ],
+        NOT_SUPPORTED,
+        "a pointer of this kind has no type here; assign the variables themselves",
+    ),
+    // Not implemented yet.
+    (
+        &[
+            "T_COMP",
+            "FILTER_PT1",
+            "FILTER_PT2",
+            "FILTER_DT1",
+            "FILTER_UNIVERSAL",
+            "LEAD_LAG",
+            "QRY_CINT",
+            "S_COMP",
+            "JOIN",
+            "SPLIT",
+            "ATH",
+            "HTA",
+            "WR_SYS_T",
+            "WR_LOC_T",
+            "SET_TIMEZONE",
+            "SCATTER_BLK",
+            "GATHER_BLK",
+            "PARITY",
+            "SEG",
+            "LTD",
+            "CALCULATE",
+            "RD_SINFO",
+            "TIME_TO_S5TIME",
+        ],
+        NOT_SUPPORTED,
+        "compute it outside of the program and feed it through an input",
+    ),
+    (
+        &[
+            "T_CONFIG*",
+            "TSEND*",
+            "TRCV*",
+            "TCON*",
+            "TDISCON*",
+            "TURCV*",
+            "TUSEND*",
+            "T_RESET*",
+            "T_DIAG*",
+            "TMAIL*",
+            "MB_*",
+            "MODBUS*",
+            "PUT",
+            "GET",
+            "MC_*",
+            "RDREC*",
+            "WRREC*",
+            "DPRD_DAT*",
+            "DPWR_DAT*",
+            "STP",
+            "GETIO*",
+            "SETIO*",
+            "RALRM*",
+            "D_ACT_DP*",
+            "LED",
+            "MODULESTATES*",
+            "DEVICE*",
+            "SET_CINT*",
+            "ATTACH*",
+            "DETACH*",
+            "DATALOG*",
+            "FILE*",
+            "PROGRAM_ALARM*",
+            "GEN_*",
+            "CTRL_HSC*",
+            "CTRL_PWM*",
+            "P2P",
+            "SEND_P2P*",
+            "RECEIVE_P2P*",
+            "P_SND_RK*",
+            "P_RCV_RK*",
+            "P_SEND*",
+            "P_RCV*",
+            "OPC_UA_*",
+            "RECIPEEXPORT*",
+            "RECIPEIMPORT*",
+            "GET_ALARM*",
+            "ACK_ALARMS*",
+            "WAIT*",
+            "INIT_RD*",
+            "ATTR_DB*",
+            "DELETE_DB*",
+            "GETBLOCKNAME*",
+            "GETSYMBOL*",
+            "GETINSTANCE*",
+            "SI_CLASSIC*",
+        ],
+        "talks to the PLC's hardware or system",
+        "make its values inputs",
+    ),
+    (
+        &["S_ODT", "S_ODTS", "S_OFFDT", "S_PULSE", "S_PEXT", "S_CU", "S_CD", "S_CUD"],
+        NOT_SUPPORTED,
+        "S5 timers: use TON, TOF or TP; S5 counters: use CTU, CTD or CTUD",
+    ),
 ];
 
 /// Prefixes that a user's own blocks commonly have, too.
@@ -128,52 +164,13 @@ pub fn is_of_variants(name: &str) -> bool {
 pub fn refused(name: &str) -> Option<(String, String)> {
     if name.starts_with("PID_") {
         let available = crate::library::natives().join(", ");
-        return Some((
-            format!("{name} is not supported"),
-            format!("its law is not published; available are {available}"),
-        ));
+        let help = format!("its law is not published; available are {available}");
+        return Some((format!("{name} {NOT_SUPPORTED}"), help));
     }
-    if is_of_variants(name) {
-        let help =
-            "a VARIANT has no type here: write the block once for each type that it is called with, or with ARRAY[*]";
-        return Some((format!("{name} is not supported"), help.into()));
-    }
-    if matches!(name, "SERIALIZE" | "DESERIALIZE") {
-        let help = "assign the variables themselves: the bytes are the slices .%B0, .%B1, or an AT over them";
-        return Some((format!("{name} is not supported"), help.into()));
-    }
-    if name == "DEMUX" {
-        return Some(("DEMUX is not supported".into(), "write the output that K selects in a CASE".into()));
-    }
-    if name == "FILL" {
-        return Some(("FILL is not supported".into(), "use FILL_BLK with the first element of the array".into()));
-    }
-    if matches!(name, "GET_ERROR" | "GET_ERR_ID" | "GET_ERROR_ID") {
-        let help = "an error that it would report, such as an index outside of an array, stops the FMU with file and line; \
-                    leave it out, and check the index before it is used";
-        return Some((format!("{name} is not supported"), help.into()));
-    }
-    if POINTERS.contains(&name) {
-        let help = "a pointer of this kind has no type here; assign the variables themselves";
-        return Some((format!("{name} is not supported"), help.into()));
-    }
-    if LATER.contains(&name) {
-        let help = "compute it outside of the program and feed it through an input";
-        return Some((format!("{name} is not supported"), help.into()));
-    }
-    if HARDWARE.iter().any(|hardware| {
-        name == *hardware
-            || hardware.len() > 3 && name.starts_with(hardware)
-            || hardware.ends_with('_') && name.starts_with(hardware)
-    }) {
-        let message = format!("{name} talks to the PLC's hardware or system");
-        return Some((message, "make its values inputs".into()));
-    }
-    if matches!(name, "S_ODT" | "S_ODTS" | "S_OFFDT" | "S_PULSE" | "S_PEXT" | "S_CU" | "S_CD" | "S_CUD") {
-        return Some((
-            format!("{name} is not supported"),
-            "S5 timers: use TON, TOF or TP; S5 counters: use CTU, CTD or CTUD".into(),
-        ));
-    }
-    None
+    let is_it = |pattern: &&str| match pattern.strip_suffix('*') {
+        Some(beginning) => name.starts_with(beginning),
+        None => name == *pattern,
+    };
+    let (_, reason, help) = REFUSED.iter().find(|(names, ..)| names.iter().any(is_it))?;
+    Some((format!("{name} {reason}"), help.to_string()))
 }
