@@ -51,6 +51,8 @@ pub struct Compiler<'a> {
     /// The blocks of the library, by name.
     pub library: HashMap<String, BlockId>,
     pub types: HashMap<BlockId, State<Type>>,
+    /// The type DTL, once it is used.
+    pub dtl: Option<Type>,
     pub blocks: Vec<Interface>,
     pub block_of: HashMap<BlockId, State<usize>>,
     pub natives: HashMap<String, usize>,

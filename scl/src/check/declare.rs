@@ -33,19 +33,19 @@ impl Compiler<'_> {
     /// Resolves a type as written in the source.
     pub fn type_of(&mut self, written: &Written, file: usize, symbols: &Rc<HashMap<String, Symbol>>) -> Type {
         match &written.kind {
-            TypeKind::Name(name, is_quoted) => self.type_named(name, *is_quoted, written.span, file),
-            TypeKind::Text(wide, length) => {
+            TypeKind::Name { name, is_quoted } => self.type_named(name, *is_quoted, written.span, file),
+            TypeKind::Text { is_wide, length } => {
                 let capacity = match length {
                     Some(length) => self.constant_whole(*length, file, symbols).unwrap_or(254),
                     None => 254,
                 };
-                let most = if *wide { 16382 } else { 254 };
+                let most = if *is_wide { 16382 } else { 254 };
                 if !(1..=most).contains(&capacity) {
                     let message = format!("a text of {capacity} characters: 1 to {most} are possible");
                     self.error(written.span, message, None);
                     return Type::Wrong;
                 }
-                Type::Text { capacity: capacity as u16, wide: *wide }
+                Type::Text { capacity: capacity as u16, wide: *is_wide }
             }
             TypeKind::Array(bounds, of) => {
                 let of = self.type_of(of, file, symbols);
@@ -188,8 +188,7 @@ impl Compiler<'_> {
 
     /// The record of DTL, a date with time of day.
     pub fn dtl(&mut self) -> Type {
-        let id = (usize::MAX, 0);
-        if let Some(State::Known(of)) = self.types.get(&id) {
+        if let Some(of) = &self.dtl {
             return of.clone();
         }
         let fields = [
@@ -218,7 +217,7 @@ impl Compiler<'_> {
         start[..2].copy_from_slice(&1970u16.to_le_bytes());
         start[2..5].copy_from_slice(&[1, 1, 5]);
         let of = Type::Structure(Rc::new(Structure::new("DTL", fields.into(), record)));
-        self.types.insert(id, State::Known(of.clone()));
+        self.dtl = Some(of.clone());
         of
     }
 

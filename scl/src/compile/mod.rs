@@ -239,6 +239,7 @@ impl<'a> Compiler<'a> {
             copies: Vec::new(),
             library: HashMap::new(),
             types: HashMap::new(),
+            dtl: None,
             blocks: Vec::new(),
             block_of: HashMap::new(),
             natives: HashMap::new(),

@@ -185,8 +185,19 @@ pub enum StatementKind {
     If(Vec<(ExpressionId, Vec<Statement>)>, Vec<Statement>),
     /// The selector, labels with their statements, then the ELSE branch.
     Case(ExpressionId, Vec<(Vec<Label>, Vec<Statement>)>, Vec<Statement>),
-    /// Variable, start, end, step, body.
-    For(ExpressionId, [ExpressionId; 2], Option<ExpressionId>, Vec<Statement>),
+    /// A counting loop.
+    For {
+        /// What counts.
+        variable: ExpressionId,
+        /// Its first value.
+        first: ExpressionId,
+        /// Its last value.
+        last: ExpressionId,
+        /// The step; 1 if there is none.
+        step: Option<ExpressionId>,
+        /// The statements to repeat.
+        body: Vec<Statement>,
+    },
     /// Condition and body.
     While(ExpressionId, Vec<Statement>),
     /// Body and condition.
@@ -351,10 +362,20 @@ pub struct Type {
 /// The kind of a type.
 #[derive(Debug)]
 pub enum TypeKind {
-    /// A name, and whether it is in quotation marks.
-    Name(String, bool),
-    /// STRING, STRING[n]; WSTRING if `true`.
-    Text(bool, Option<ExpressionId>),
+    /// The name of a type or block.
+    Name {
+        /// The name, as written.
+        name: String,
+        /// Whether it is in quotation marks.
+        is_quoted: bool,
+    },
+    /// STRING, STRING[n], WSTRING.
+    Text {
+        /// Whether its characters are 16 bits wide.
+        is_wide: bool,
+        /// The number of characters, if written.
+        length: Option<ExpressionId>,
+    },
     /// The bounds of each dimension (`None` for `*`), and the element type.
     Array(Vec<Option<[ExpressionId; 2]>>, Box<Type>),
     /// The members.

@@ -292,7 +292,7 @@ impl Lowerer<'_> {
         self.aside(|lowerer| {
             let counter = lowerer.temporary(span);
             lowerer.push(StatementKind::Let(counter.clone(), Some(Elementary::DInt), None), span);
-            let range = match (lowerer.whole(index), lowerer.whole(count)) {
+            let [first, last] = match (lowerer.whole(index), lowerer.whole(count)) {
                 (Some(low), Some(count)) => [low, low + count - 1].map(|at| lowerer.literal(&at.to_string(), span)),
                 _ => {
                     let wide = |lowerer: &mut Self, id| {
@@ -308,7 +308,7 @@ impl Lowerer<'_> {
             let at = lowerer.named(&counter, span);
             let target = lowerer.tree.expressions.add(ExpressionKind::Index(array, vec![at]), span);
             let write = Statement { kind: StatementKind::Assign(vec![(target, None)], value), span };
-            lowerer.push(StatementKind::For(variable, range, None, vec![write]), span);
+            lowerer.push(StatementKind::For { variable, first, last, step: None, body: vec![write] }, span);
         })
     }
 

@@ -61,7 +61,9 @@ impl Lowerer<'_, '_> {
             StatementKind::Call(call) => self.call_statement(*call),
             StatementKind::If(arms, otherwise) => self.conditional(arms, otherwise, span),
             StatementKind::Case(selector, arms, otherwise) => self.case(*selector, arms, otherwise, span),
-            StatementKind::For(variable, range, step, body) => self.counting(*variable, *range, *step, body, span),
+            StatementKind::For { variable, first, last, step, body } => {
+                self.counting(*variable, [*first, *last], *step, body, span);
+            }
             StatementKind::While(condition, body) => {
                 let condition = self.condition_of(*condition);
                 let body = self.in_loop(None, body);

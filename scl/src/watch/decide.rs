@@ -265,7 +265,7 @@ fn terms_of(statements: &[Statement], expressions: &Expressions, found: &mut Vec
                 arms.iter().for_each(|(_, body)| terms_of(body, expressions, found));
                 terms_of(rest, expressions, found);
             }
-            StatementKind::For(.., body) | StatementKind::While(_, body) | StatementKind::Repeat(body, _) => {
+            StatementKind::For { body, .. } | StatementKind::While(_, body) | StatementKind::Repeat(body, _) => {
                 terms_of(body, expressions, found);
             }
             _ => {}

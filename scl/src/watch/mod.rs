@@ -227,7 +227,7 @@ fn start(file: usize, source: &Source, block: &SourceBlock, expressions: &Expres
         member.names.iter().map(|name| (name.text.clone(), text.clone())).collect::<Vec<_>>()
     };
     let temps = of_kind(SectionKind::Temp).filter_map(|member| match member.of.as_ref()?.kind {
-        TypeKind::Name(ref name, _) => Some(each(member, name.to_uppercase())),
+        TypeKind::Name { ref name, .. } => Some(each(member, name.to_uppercase())),
         _ => None,
     });
     let is_xml = Format::detect(&source.text) == Format::SimaticMl;
@@ -312,7 +312,7 @@ impl Reader<'_> {
                     let logic = Some(Logic::of_arms(&first, guard.reads.len()));
                     self.under(Guard { logic, is_negated: true, ..guard }, rest);
                 }
-                StatementKind::For(variable, [first, last], step, body) => {
+                StatementKind::For { variable, first, last, step, body } => {
                     [variable, first, last].into_iter().chain(step).for_each(|of| self.expression(*of));
                     self.statements(body);
                 }

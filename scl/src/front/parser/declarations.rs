@@ -340,7 +340,7 @@ impl Parser<'_> {
                 } else {
                     None
                 };
-                Ok(TypeKind::Text(word == "WSTRING", length))
+                Ok(TypeKind::Text { is_wide: word == "WSTRING", length })
             }
             "REF_TO" | "POINTER" if self.ahead(1).kind != Kind::Symbol => {
                 self.step();
@@ -350,7 +350,7 @@ impl Parser<'_> {
             }
             _ => {
                 let name = self.numbered_name()?;
-                Ok(TypeKind::Name(name.text, is_quoted))
+                Ok(TypeKind::Name { name: name.text, is_quoted })
             }
         }
     }

@@ -266,13 +266,13 @@ impl Parser<'_> {
         self.step();
         let variable = self.expression()?;
         self.expect(":=")?;
-        let start = self.expression()?;
+        let first = self.expression()?;
         self.expect_word("TO")?;
-        let end = self.expression()?;
+        let last = self.expression()?;
         let step = if self.takes_word("BY") { Some(self.expression()?) } else { None };
         self.expect_word("DO")?;
         let body = self.statements(false);
         self.close("END_FOR", begin)?;
-        Ok(StatementKind::For(variable, [start, end], step, body))
+        Ok(StatementKind::For { variable, first, last, step, body })
     }
 }

@@ -246,11 +246,11 @@ fn dimensions(of: &str) -> usize {
 
 /// Whether a data block is an instance of a system block.
 fn is_system(block: &SourceBlock) -> bool {
-    matches!(&block.of, Some(Type { kind: TypeKind::Name(_, false), .. }))
+    matches!(&block.of, Some(Type { kind: TypeKind::Name { is_quoted: false, .. }, .. }))
 }
 
 fn is_void(of: &Type) -> bool {
-    matches!(&of.kind, TypeKind::Name(name, _) if name.eq_ignore_ascii_case("Void"))
+    matches!(&of.kind, TypeKind::Name { name, .. } if name.eq_ignore_ascii_case("Void"))
 }
 
 fn attributes(element: Element) -> Vec<Attribute> {

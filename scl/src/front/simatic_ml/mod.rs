@@ -115,9 +115,10 @@ impl Reader<'_> {
             // Instances of system blocks are written without quotation marks.
             let is_own = self.attribute(element, "InstanceOfType").is_none_or(|(of, _)| of != "SFB");
             let is_system = crate::library::is_system(of);
-            block.of = Some(Type { kind: TypeKind::Name(of.to_string(), is_own && !is_system), span });
+            let kind = TypeKind::Name { name: of.to_string(), is_quoted: is_own && !is_system };
+            block.of = Some(Type { kind, span });
         }
-        if let Some(Type { kind: TypeKind::Name(of, true), span }) = &block.of {
+        if let Some(Type { kind: TypeKind::Name { name: of, is_quoted: true }, span }) = &block.of {
             self.instantiated(element, extent, Name { text: of.clone(), span: *span });
         }
         self.interface(element, &mut block);

@@ -96,7 +96,7 @@ fn variables(block: &SourceBlock) -> Variables {
     let members = block.sections.iter().flat_map(|section| &section.members);
     let named = members.flat_map(|member| {
         let of = match member.of.as_ref().map(|of| &of.kind) {
-            Some(TypeKind::Name(name, _)) => key(name),
+            Some(TypeKind::Name { name, .. }) => key(name),
             _ => String::new(),
         };
         member.names.iter().map(move |name| (name.key(), of.clone()))

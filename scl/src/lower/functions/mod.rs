@@ -40,12 +40,12 @@ impl<'a> Given<'a> {
         self.arguments
     }
 
-    /// The argument of that name, or the one at that position if it is unnamed.
-    fn find(&self, name: &str, position: usize) -> Option<ExpressionId> {
+    /// The argument of that name, or the one at that position if it is unnamed; `None` for no position.
+    fn find(&self, name: &str, position: impl Into<Option<usize>>) -> Option<ExpressionId> {
         let is_it = |argument: &Argument| argument.name.as_ref().is_some_and(|given| given.key() == name);
         let by_name = self.arguments.iter().position(is_it);
         let is_free = |position: &usize| self.arguments.get(*position).is_some_and(|argument| argument.name.is_none());
-        let number = by_name.or(Some(position).filter(is_free))?;
+        let number = by_name.or(position.into().filter(is_free))?;
         self.used.set(self.used.get() | 1 << number.min(63));
         Some(self.arguments[number].value)
     }

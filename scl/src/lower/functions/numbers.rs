@@ -270,7 +270,7 @@ impl Lowerer<'_, '_> {
         {
             operands.push(self.operand(id, None));
         }
-        let otherwise = given.find("INELSE", usize::MAX).map(|id| self.operand(id, None));
+        let otherwise = given.find("INELSE", None).map(|id| self.operand(id, None));
         let has_otherwise = otherwise.is_some();
         operands.extend(otherwise);
         if operands.is_empty() {
