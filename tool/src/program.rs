@@ -1,7 +1,6 @@
 //! PLC programs: translated here, run as an FMU of them would, and watched line by line.
 
 mod decided;
-mod drawn;
 mod kept;
 mod project;
 mod roles;
@@ -20,7 +19,7 @@ use parameters::{Problems, Source};
 use program::project::Parts;
 use program::{Loaded, Wrong, survey};
 use run::dialog;
-use scl::watch::{self, Guarding, Watched};
+use scl::watch::{self, CodeBlock};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -100,101 +99,6 @@ pub struct SourceText {
     pub text: String,
 }
 
-/// A block with code.
-#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-pub struct CodeBlock {
-    /// Which of the sources it is in, from 0.
-    pub file: usize,
-    /// Its name.
-    pub name: String,
-    /// Its first line, from 1.
-    pub line: usize,
-    /// What its lines name.
-    pub names: Vec<Named>,
-    /// Its calls of instances.
-    pub calls: Vec<Called>,
-    /// What gives variables their values, in the order of the text.
-    pub writes: Vec<Write>,
-    /// The types of its temporaries by name.
-    pub temps: Vec<(String, String)>,
-    /// The values of its constants by name, as they are written.
-    pub constants: Vec<(String, String)>,
-    /// The lines in which its variables and constants are declared, by name.
-    pub declared: Vec<(String, usize)>,
-    /// Its networks in LAD and FBD.
-    pub networks: Vec<drawn::Network>,
-}
-
-/// A variable that a line names.
-#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-pub struct Named {
-    /// The line, from 1.
-    pub line: usize,
-    /// The variable, as the FMU names it: in an instance, or of all blocks. An index may be the path of another variable.
-    pub path: String,
-    /// Whether it is a variable that all blocks see.
-    pub is_global: bool,
-}
-
-/// A statement that gives a variable its value.
-#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-pub struct Write {
-    /// The variable, as the FMU names it; of a call the instance, whose members it writes.
-    pub path: String,
-    /// Whether it is a variable that all blocks see.
-    pub is_global: bool,
-    /// The line by which it is told whether it has run, from 1.
-    pub line: usize,
-    /// Its text.
-    pub text: String,
-    /// The variables that the value is made of.
-    pub reads: Vec<Named>,
-    /// The conditions under which it runs, the outermost first.
-    pub guards: Vec<Guard>,
-}
-
-/// A condition.
-#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-pub struct Guard {
-    /// What it belongs to: `if`, `case` (the selector), `while`, `until`.
-    #[cfg_attr(test, ts(type = "\"if\" | \"case\" | \"while\" | \"until\""))]
-    pub of: String,
-    /// Its line, from 1.
-    pub line: usize,
-    /// Its text.
-    pub text: String,
-    /// Whether what it guards runs if it is FALSE.
-    pub is_negated: bool,
-    /// The variables that it names.
-    pub reads: Vec<Named>,
-}
-
-/// A call of an instance.
-#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-pub struct Called {
-    /// The instance.
-    pub instance: String,
-    /// What is passed.
-    pub arguments: Vec<Passed>,
-}
-
-/// What is passed for a parameter.
-#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-pub struct Passed {
-    /// The parameter of the instance's block.
-    pub formal: String,
-    /// The variable that is passed; what is calculated has none.
-    pub path: Option<String>,
-    /// The line, from 1.
-    pub line: usize,
-}
-
 /// An instance of a block.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -234,7 +138,7 @@ pub struct Kept {
     loaded: Arc<Loaded>,
     table: Arc<Table>,
     description: Arc<modeldescription::Description>,
-    blocks: Arc<Vec<Watched>>,
+    blocks: Arc<Vec<CodeBlock>>,
 }
 
 /// Translates the sources, and takes the program into the catalogue. What is wrong with them is in the answer.
@@ -253,7 +157,7 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compile
     let mut compiled = Compiled {
         cycle: f64::from(cycle) / 1000.0,
         cycle_from,
-        blocks: blocks.iter().map(as_message).collect(),
+        blocks: blocks.to_vec(),
         declared: watch::declared_for_all(sources),
         sources: sources.iter().map(|of| SourceText { file: of.file.clone(), text: of.text.clone() }).collect(),
         ..Compiled::default()
@@ -351,7 +255,7 @@ fn last_call<H: Home>(home: &Programs<H>, member: &str, looked: Looked) -> Resul
 }
 
 /// The manifest with its sources and its cycle. Organization blocks are called.
-fn completed(manifest: &Manifest, sources: &[Source], blocks: &[Watched], cycle: u32) -> Manifest {
+fn completed(manifest: &Manifest, sources: &[Source], blocks: &[CodeBlock], cycle: u32) -> Manifest {
     let is_organization =
         |name: &String| blocks.iter().any(|block| block.is_organization && block.name.eq_ignore_ascii_case(name));
     let (called, block) = manifest.block.clone().map_or((None, None), |name| match is_organization(&name) {
@@ -412,48 +316,6 @@ fn findings(problems: &[Problems], is_error: bool) -> Vec<Finding> {
         problems.problems.iter().map(finding).collect::<Vec<_>>()
     };
     problems.iter().flat_map(of_file).take(MOST_PROBLEMS).collect()
-}
-
-fn as_message(of: &Watched) -> CodeBlock {
-    let passed = |of: &watch::Passed| Passed { formal: of.formal.clone(), path: of.path.clone(), line: of.line };
-    let called = |of: &watch::Called| Called {
-        instance: of.instance.clone(),
-        arguments: of.arguments.iter().map(passed).collect(),
-    };
-    let named = |of: &watch::Named| Named { line: of.line, path: of.path.clone(), is_global: of.is_global };
-    let guard = |of: &watch::Guard| Guard {
-        of: match of.of {
-            Guarding::If => "if",
-            Guarding::Case => "case",
-            Guarding::While => "while",
-            Guarding::Until => "until",
-        }
-        .into(),
-        line: of.line,
-        text: of.text.clone(),
-        is_negated: of.is_negated,
-        reads: of.reads.iter().map(named).collect(),
-    };
-    let write = |of: &watch::Write| Write {
-        path: of.path.clone(),
-        is_global: of.is_global,
-        line: of.line,
-        text: of.text.clone(),
-        reads: of.reads.iter().map(named).collect(),
-        guards: of.guards.iter().map(guard).collect(),
-    };
-    CodeBlock {
-        file: of.file,
-        name: of.name.clone(),
-        line: of.line,
-        names: of.names.iter().map(named).collect(),
-        calls: of.calls.iter().map(called).collect(),
-        writes: of.writes.iter().map(write).collect(),
-        temps: of.temps.clone(),
-        constants: of.constants.clone(),
-        declared: of.declared.clone(),
-        networks: of.networks.iter().map(drawn::as_message).collect(),
-    }
 }
 
 impl Kept {

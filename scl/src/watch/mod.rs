@@ -27,14 +27,18 @@ const DEEPEST: usize = 20;
 
 /// A block with code.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Watched {
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
+pub struct CodeBlock {
     /// The index of its source.
     pub file: usize,
     /// Its name.
     pub name: String,
     /// Whether it is an organization block.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub is_organization: bool,
     /// The comment in its head.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub comment: String,
     /// Its first line, from 1.
     pub line: usize,
@@ -56,10 +60,12 @@ pub struct Watched {
 
 /// A variable that a line names.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Named {
     /// The line number, from 1.
     pub line: usize,
-    /// The variable.
+    /// The variable, as the FMU names it; an index may be the path of another variable.
     pub path: String,
     /// Whether it is global, as in `"DB".x`. A name without quotation marks and `#` may be either.
     pub is_global: bool,
@@ -67,6 +73,8 @@ pub struct Named {
 
 /// A statement that writes a variable.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Write {
     /// The variable written; for a call, the instance whose members it writes.
     pub path: String,
@@ -79,6 +87,7 @@ pub struct Write {
     /// The variables from which the value is computed.
     pub reads: Vec<Named>,
     /// The formula of the value, if it is a truth value.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub logic: Option<Logic>,
     /// The conditions under which it runs, outermost first.
     pub guards: Vec<Guard>,
@@ -86,8 +95,11 @@ pub struct Write {
 
 /// A condition.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Guard {
     /// The kind of statement it belongs to.
+    #[cfg_attr(feature = "typescript", ts(type = "\"if\" | \"case\" | \"while\" | \"until\""))]
     pub of: Guarding,
     /// Its line number, from 1.
     pub line: usize,
@@ -99,11 +111,14 @@ pub struct Guard {
     pub reads: Vec<Named>,
     /// The formula of the condition; for CASE, whether the arm is selected. For a loop, it refers to the last
     /// iteration.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub logic: Option<Logic>,
 }
 
 /// The kind of statement that has the condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Guarding {
     /// IF and ELSIF.
     If,
@@ -117,6 +132,8 @@ pub enum Guarding {
 
 /// A call of an instance.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Called {
     /// The instance.
     pub instance: String,
@@ -126,12 +143,15 @@ pub struct Called {
 
 /// An argument of a call.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Passed {
     /// The formal parameter.
     pub formal: String,
-    /// The variable passed; `None` for a computed value.
+    /// The variable passed; a computed value has none.
     pub path: Option<String>,
     /// The literal that is passed, as it is written.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub literal: Option<String>,
     /// The line, from 1.
     pub line: usize,
@@ -142,7 +162,7 @@ const CYCLE: u32 = 100;
 
 /// The time between two calls in milliseconds that the sources propose, and why. It is the period of the OB, which sources do
 /// not have, but authors write it down.
-pub fn proposed_cycle(blocks: &[Watched]) -> (u32, String) {
+pub fn proposed_cycle(blocks: &[CodeBlock]) -> (u32, String) {
     let milliseconds = |text: &str| {
         let plain = text.trim_start_matches(['T', 't', 'I', 'i', 'M', 'm', 'E', 'e', '#']);
         let nanoseconds = literal::duration(plain, 1).ok()?;
@@ -190,7 +210,7 @@ pub fn declared_for_all(sources: &[Source]) -> Vec<(String, usize, usize)> {
 }
 
 /// The blocks with code in these sources.
-pub fn watched(sources: &[Source]) -> Vec<Watched> {
+pub fn watched(sources: &[Source]) -> Vec<CodeBlock> {
     let mut found = Vec::new();
     let trees = front::trees(sources, &mut Report::default());
     for ((file, source), tree) in sources.iter().enumerate().zip(&trees) {
@@ -201,7 +221,7 @@ pub fn watched(sources: &[Source]) -> Vec<Watched> {
             }
             let networks = tree.networks.iter().filter(|(of, _)| *of == number);
             let networks = networks.map(|(_, of)| network::drawn(of, &tree.expressions, source));
-            let begun = Watched { networks: networks.collect(), ..start(file, source, block, &tree.expressions) };
+            let begun = CodeBlock { networks: networks.collect(), ..start(file, source, block, &tree.expressions) };
             let mut reader = Reader {
                 source,
                 expressions: &tree.expressions,
@@ -217,7 +237,7 @@ pub fn watched(sources: &[Source]) -> Vec<Watched> {
     found
 }
 
-fn start(file: usize, source: &Source, block: &SourceBlock, expressions: &Expressions) -> Watched {
+fn start(file: usize, source: &Source, block: &SourceBlock, expressions: &Expressions) -> CodeBlock {
     let written = |span: Span| source.text[span.range()].to_string();
     let of_kind = |kind: SectionKind| {
         let sections = block.sections.iter().filter(move |section| section.kind == kind);
@@ -243,7 +263,7 @@ fn start(file: usize, source: &Source, block: &SourceBlock, expressions: &Expres
         _ => None,
     });
     let names = block.sections.iter().flat_map(|section| &section.members).flat_map(|member| &member.names);
-    Watched {
+    CodeBlock {
         file,
         declared: names.map(|name| (name.text.clone(), source.place(name.span.range()).line)).collect(),
         name: block.name.text.clone(),
@@ -252,7 +272,7 @@ fn start(file: usize, source: &Source, block: &SourceBlock, expressions: &Expres
         line: source.place(block.name.span.range()).line,
         temps: temps.flatten().collect(),
         constants: constants.flatten().collect(),
-        ..Watched::default()
+        ..CodeBlock::default()
     }
 }
 
@@ -260,7 +280,7 @@ fn start(file: usize, source: &Source, block: &SourceBlock, expressions: &Expres
 struct Reader<'a> {
     source: &'a Source,
     expressions: &'a Expressions,
-    found: Watched,
+    found: CodeBlock,
     /// The conditions around the current statement.
     guards: Vec<Guard>,
     /// The expressions for which the temporaries of networks stand, by name.

@@ -10,6 +10,8 @@ use std::collections::HashMap;
 
 /// A network.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Network {
     /// Its number within the block, from 1.
     pub number: u32,
@@ -29,6 +31,8 @@ pub struct Network {
 
 /// The shape of an element of LAD; in FBD all are boxes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Shape {
     /// Two bars around a sign, with the operand above.
     Contact,
@@ -44,8 +48,11 @@ pub enum Shape {
 
 /// An element.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Element {
     /// Its shape.
+    #[cfg_attr(feature = "typescript", ts(type = "\"contact\" | \"compare\" | \"coil\" | \"box\" | \"junction\""))]
     pub shape: Shape,
     /// The sign inside it, or the title of its box.
     pub sign: String,
@@ -61,17 +68,23 @@ pub struct Element {
 
 /// A variable, a constant or a label.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Operand {
     /// The text as written.
     pub text: String,
-    /// The path of a variable, and whether it is global.
-    pub path: Option<(String, bool)>,
+    /// The path of a variable.
+    pub path: Option<String>,
+    /// Whether it is a global variable.
+    pub is_global: bool,
     /// The number under which its value is recorded, if it is read as a truth value.
     pub wire: Option<u32>,
 }
 
 /// An input pin.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Input {
     /// Its name in upper case.
     pub pin: String,
@@ -81,19 +94,23 @@ pub struct Input {
     pub sources: Vec<From>,
 }
 
-/// The source of an input pin.
-#[derive(Clone, Debug, PartialEq)]
-pub enum From {
-    /// The power rail.
-    Rail,
-    /// A variable or a constant.
-    Operand(Operand),
-    /// An output pin of another element: the element's index, and the name of the pin.
-    Pin(usize, String),
+/// The source of an input pin: an operand, the output pin of another element, or else the power rail.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
+pub struct From {
+    /// The variable or the constant.
+    pub operand: Option<Operand>,
+    /// The index of the element.
+    pub element: Option<usize>,
+    /// The name of its output pin.
+    pub pin: String,
 }
 
 /// An output pin.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Output {
     /// Its name in upper case.
     pub pin: String,
@@ -101,7 +118,7 @@ pub struct Output {
     pub is_negated: bool,
     /// The variables it writes.
     pub targets: Vec<Operand>,
-    /// The number under which its value is recorded; `None` if it is unconnected or carries the power rail.
+    /// The number under which its value is recorded; none if it is unconnected or carries the power rail.
     pub wire: Option<u32>,
     /// Whether it carries the power rail's value.
     pub is_rail: bool,
@@ -132,9 +149,11 @@ pub(super) fn drawn(of: &ladder::Network, expressions: &Expressions, source: &Te
                         .sources
                         .iter()
                         .map(|from| match from {
-                            Source::Rail => From::Rail,
-                            Source::Operand(id) => From::Operand(operand(*id)),
-                            Source::Pin(number, pin) => From::Pin(*number, pin.to_uppercase()),
+                            Source::Rail => From::default(),
+                            Source::Operand(id) => From { operand: Some(operand(*id)), ..From::default() },
+                            Source::Pin(number, pin) => {
+                                From { element: Some(*number), pin: pin.to_uppercase(), operand: None }
+                            }
                         })
                         .collect(),
                 })
@@ -159,7 +178,9 @@ fn law(element: &ladder::Element) -> Option<Law> {
 }
 
 fn operand(expressions: &Expressions, id: ExpressionId) -> Operand {
-    Operand { text: written(expressions, &HashMap::new(), id), path: path(expressions, id), wire: Some(id.0) }
+    let (path, is_global) = path(expressions, id).unzip();
+    let text = written(expressions, &HashMap::new(), id);
+    Operand { text, path, is_global: is_global.unwrap_or(false), wire: Some(id.0) }
 }
 
 /// Whether the operand of an input pin is drawn above the element.
@@ -173,7 +194,7 @@ fn is_above(element: &ladder::Element, pin: &str) -> bool {
 
 fn above(element: &ladder::Element, expressions: &Expressions) -> Option<Operand> {
     if let Some(label) = &element.label {
-        return Some(Operand { text: label.text.clone(), path: None, wire: None });
+        return Some(Operand { text: label.text.clone(), path: None, is_global: false, wire: None });
     }
     let mut inputs = element.inputs.iter().filter(|input| is_above(element, &input.pin));
     let of_pin = inputs.next().and_then(|input| match input.sources.first() {

@@ -1,7 +1,7 @@
 //! Which operands decided what a program wrote in a call, for the page.
 
 use program::Program;
-use scl::watch::{Influence, Logic, Watched};
+use scl::watch::{CodeBlock, Influence, Logic};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
@@ -31,7 +31,7 @@ pub struct Decision {
 }
 
 /// What decided in a block, in the instance at a path.
-pub fn decisions(program: &Program, blocks: &[Watched], block: &str, path: &str) -> Vec<Decisions> {
+pub fn decisions(program: &Program, blocks: &[CodeBlock], block: &str, path: &str) -> Vec<Decisions> {
     let Some(of) = blocks.iter().find(|of| of.name.eq_ignore_ascii_case(block)) else { return Vec::new() };
     let mut noted: HashMap<u32, Option<bool>> = HashMap::new();
     for (wire, truth) in program.wires(block, path) {

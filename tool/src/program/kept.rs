@@ -13,7 +13,7 @@ use parameters::{BlockType, Loop, Source};
 use program::{Loaded, Program};
 use run::component::{Component, Force, Type};
 use run::fmus::Fmus;
-use scl::watch::Watched;
+use scl::watch::CodeBlock;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -38,7 +38,7 @@ struct Running {
     instance: Instance<Program>,
     texts: &'static [Text],
     warnings: Vec<String>,
-    blocks: Arc<Vec<Watched>>,
+    blocks: Arc<Vec<CodeBlock>>,
 }
 
 /// The same for the loop, which owns its members.
@@ -76,7 +76,7 @@ impl<H: Home> Programs<H> {
     pub(super) fn with_running<T>(
         &self,
         member: &str,
-        look: impl FnOnce(&Program, &[Text], &[String], &[Watched]) -> T,
+        look: impl FnOnce(&Program, &[Text], &[String], &[CodeBlock]) -> T,
     ) -> Result<T> {
         let all = self.running.borrow();
         let running = all.get(member).with_context(|| format!("no program runs as {:?}", shortened(member)))?.borrow();

@@ -6,11 +6,11 @@ use crate::home::Home;
 use blocks::{Kind, Role};
 use modeldescription::{Row, Table};
 use run::dialog::{self, MANUAL_MODE, Roles};
-use scl::watch::{Called, Watched};
+use scl::watch::{Called, CodeBlock};
 use std::fmt::Write;
 
 /// The dialog of a program, as a block's documentation would have it; empty if nothing is known.
-pub fn dialog(home: &dyn Home, table: &Table, blocks: &[Watched], parts: &[Instance]) -> String {
+pub fn dialog(home: &dyn Home, table: &Table, blocks: &[CodeBlock], parts: &[Instance]) -> String {
     let Some(roles) = roles(home, table, blocks, parts) else { return String::new() };
     let is_plain = |row: &&Row| !row.name.contains(',');
     let names = |is_of: fn(Role) -> bool| {
@@ -48,7 +48,7 @@ pub fn dialog(home: &dyn Home, table: &Table, blocks: &[Watched], parts: &[Insta
 }
 
 /// The roles by the first call of a controller in the program's own block that tells any.
-fn roles(home: &dyn Home, table: &Table, blocks: &[Watched], parts: &[Instance]) -> Option<Roles> {
+fn roles(home: &dyn Home, table: &Table, blocks: &[CodeBlock], parts: &[Instance]) -> Option<Roles> {
     let own = parts.first().map(|part| part.block.as_str())?;
     let block = blocks.iter().find(|block| block.name.eq_ignore_ascii_case(own))?;
     block.calls.iter().find_map(|call| {

@@ -37,7 +37,7 @@ others: Array<Values>, };
 export type Called = {
 /** The instance. */
 instance: string,
-/** What is passed. */
+/** The arguments. */
 arguments: Array<Passed>, };
 
 /** What there is to choose from. */
@@ -92,23 +92,23 @@ rounded: Values, };
 
 /** A block with code. */
 export type CodeBlock = {
-/** Which of the sources it is in, from 0. */
+/** The index of its source. */
 file: number,
 /** Its name. */
 name: string,
 /** Its first line, from 1. */
 line: number,
-/** What its lines name. */
+/** The variables named in its lines, in source order. */
 names: Array<Named>,
-/** Its calls of instances. */
+/** The instances it calls. */
 calls: Array<Called>,
-/** What gives variables their values, in the order of the text. */
+/** The writes to variables, in source order. */
 writes: Array<Write>,
-/** The types of its temporaries by name. */
+/** Its temporaries: name, and type as written. */
 temps: Array<[string, string]>,
-/** The values of its constants by name, as they are written. */
+/** Its constants: name, and value as written. */
 constants: Array<[string, string]>,
-/** The lines in which its variables and constants are declared, by name. */
+/** The declarations of its variables and constants: name, and line number, from 1. */
 declared: Array<[string, number]>,
 /** Its networks in LAD and FBD. */
 networks: Array<Network>, };
@@ -244,17 +244,17 @@ groups: Array<Group>, };
 /** Why equal outputs say nothing about a controller's settings. */
 export type Doubt = { "not_recorded": Array<string> } | "manual" | { "manual_in_loop": string };
 
-/** An element of a network. */
+/** An element. */
 export type Element = {
-/** How it looks in LAD: `contact`, `compare`, `coil`, `box`, `junction`. In FBD all are boxes. */
+/** Its shape. */
 shape: "contact" | "compare" | "coil" | "box" | "junction",
-/** The sign in it, or the title of its box. */
+/** The sign inside it, or the title of its box. */
 sign: string,
-/** Its line, from 1. */
+/** Its line number, from 1. */
 line: number,
-/** What stands above it: its operand, its instance, or the label of a jump. */
+/** The text above it: its operand, its instance, or the label of a jump. */
 above: Operand | null,
-/** Its input pins, without what stands above it. */
+/** Its input pins, except the one drawn above it. */
 inputs: Array<Input>,
 /** Its output pins. */
 outputs: Array<Output>, };
@@ -431,13 +431,13 @@ figures: { [key in string]: number },
 /** Whether the run does what was predicted, in a sentence or two. */
 verdict: string, };
 
-/** Where a wire comes from: an operand, the output pin of an element, else the power rail. */
+/** The source of an input pin: an operand, the output pin of another element, or else the power rail. */
 export type From = {
 /** The variable or the constant. */
 operand: Operand | null,
-/** The number of the element in its network. */
+/** The index of the element. */
 element: number | null,
-/** The name of the output pin. */
+/** The name of its output pin. */
 pin: string, };
 
 /** Settings that belong together. */
@@ -449,15 +449,15 @@ fields: Array<Field>, };
 
 /** A condition. */
 export type Guard = {
-/** What it belongs to: `if`, `case` (the selector), `while`, `until`. */
+/** The kind of statement it belongs to. */
 of: "if" | "case" | "while" | "until",
-/** Its line, from 1. */
+/** Its line number, from 1. */
 line: number,
 /** Its text. */
 text: string,
-/** Whether what it guards runs if it is FALSE. */
+/** Whether the guarded statements run if it is FALSE. */
 is_negated: boolean,
-/** The variables that it names. */
+/** The variables it names. */
 reads: Array<Named>, };
 
 /** The event that a window belongs to. */
@@ -506,11 +506,11 @@ is_integrating: boolean, };
 
 /** An input pin. */
 export type Input = {
-/** Its name in capitals. */
+/** Its name in upper case. */
 pin: string,
 /** Whether its value is negated. */
 is_negated: boolean,
-/** What is wired to it: the OR of these. */
+/** Its sources, combined by OR. */
 sources: Array<From>, };
 
 /** An instance of a block. */
@@ -662,28 +662,28 @@ before: Value, };
 
 /** A variable that a line names. */
 export type Named = {
-/** The line, from 1. */
+/** The line number, from 1. */
 line: number,
-/** The variable, as the FMU names it: in an instance, or of all blocks. An index may be the path of another variable. */
+/** The variable, as the FMU names it; an index may be the path of another variable. */
 path: string,
-/** Whether it is a variable that all blocks see. */
+/** Whether it is global, as in `"DB".x`. A name without quotation marks and `#` may be either. */
 is_global: boolean, };
 
-/** A network in LAD or FBD. */
+/** A network. */
 export type Network = {
-/** Its number in the block, from 1. */
+/** Its number within the block, from 1. */
 number: number,
-/** Its title, or nothing. */
+/** Its title, possibly empty. */
 title: string,
-/** Its comment, or nothing. */
+/** Its comment, possibly empty. */
 comment: string,
-/** Its first line, from 1. */
+/** Its first line number, from 1. */
 line: number,
 /** The labels at its beginning. */
 labels: Array<string>,
-/** Whether a power rail feeds it: it is in LAD. */
+/** Whether it has a power rail, as in LAD. */
 has_rail: boolean,
-/** Its elements. */
+/** Its elements, each after those it needs. */
 elements: Array<Element>, };
 
 /** An input that needs a connection, until something goes to it. */
@@ -712,33 +712,33 @@ gain_crossover: number | null, };
 
 /** A variable, a constant or a label. */
 export type Operand = {
-/** As it is written. */
+/** The text as written. */
 text: string,
-/** The path of a variable; anything else has none. */
+/** The path of a variable. */
 path: string | null,
-/** Whether it is a variable that all blocks see. */
+/** Whether it is a global variable. */
 is_global: boolean,
-/** The number of its truth value in what is told of a call. */
+/** The number under which its value is recorded, if it is read as a truth value. */
 wire: number | null, };
 
 /** An output pin. */
 export type Output = {
-/** Its name in capitals. */
+/** Its name in upper case. */
 pin: string,
 /** Whether its value is negated. */
 is_negated: boolean,
-/** The variables that it is written to. */
+/** The variables it writes. */
 targets: Array<Operand>,
-/** The number of its truth value in what is told of a call. */
+/** The number under which its value is recorded; none if it is unconnected or carries the power rail. */
 wire: number | null,
-/** Whether it carries what the power rail does. */
+/** Whether it carries the power rail's value. */
 is_rail: boolean, };
 
-/** What is passed for a parameter. */
+/** An argument of a call. */
 export type Passed = {
-/** The parameter of the instance's block. */
+/** The formal parameter. */
 formal: string,
-/** The variable that is passed; what is calculated has none. */
+/** The variable passed; a computed value has none. */
 path: string | null,
 /** The line, from 1. */
 line: number, };
@@ -1397,19 +1397,19 @@ to: string,
 /** Why it is proposed. */
 reason: string, };
 
-/** A statement that gives a variable its value. */
+/** A statement that writes a variable. */
 export type Write = {
-/** The variable, as the FMU names it; of a call the instance, whose members it writes. */
+/** The variable written; for a call, the instance whose members it writes. */
 path: string,
-/** Whether it is a variable that all blocks see. */
+/** Whether the variable is global. */
 is_global: boolean,
-/** The line by which it is told whether it has run, from 1. */
+/** The line number, from 1, whose execution shows whether the write happened. */
 line: number,
-/** Its text. */
+/** The text of the statement. */
 text: string,
-/** The variables that the value is made of. */
+/** The variables from which the value is computed. */
 reads: Array<Named>,
-/** The conditions under which it runs, the outermost first. */
+/** The conditions under which it runs, outermost first. */
 guards: Array<Guard>, };
 
 /** Each request with its answer. */
