@@ -136,7 +136,16 @@ impl<B: Cyclic> Component<B> {
     ///
     /// # Errors
     /// As [`Instance::do_step`].
+    #[inline(always)]
     pub fn do_step(&mut self, tc: f64, h: f64) -> Result<Reached, Refusal> {
+        match self.instance.make_ordinary_step(tc, h) {
+            Some(reached) => Ok(reached),
+            None => self.do_checked_step(tc, h),
+        }
+    }
+
+    #[inline(never)]
+    fn do_checked_step(&mut self, tc: f64, h: f64) -> Result<Reached, Refusal> {
         let done = self.instance.do_step(tc, h);
         self.take_warnings();
         let reached = done?;

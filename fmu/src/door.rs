@@ -9,6 +9,7 @@ use crate::refusal::{Answer, Refusal};
 use crate::state::Function;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::thread;
 
 /// Whom to tell.
 pub trait Host {
@@ -24,7 +25,7 @@ pub trait Host {
 /// A component with its host.
 #[derive(Debug)]
 pub struct Door<B, H> {
-    pub(crate) component: Component<B>,
+    component: Component<B>,
     host: H,
 }
 
@@ -46,23 +47,19 @@ impl<B: Cyclic, H: Host> Door<B, H> {
     }
 
     /// Every function on a component goes through here.
+    #[inline(always)]
     pub fn enter(
         &mut self,
         function: &'static Function,
         body: impl FnOnce(&mut Component<B>) -> Result<(), Refusal>,
     ) -> Result<(), Answer> {
-        match catch_unwind(AssertUnwindSafe(|| {
+        let done = catch_unwind(AssertUnwindSafe(|| {
             self.component.instance.may(function)?;
             body(&mut self.component)
-        })) {
-            Ok(Ok(())) => {
-                if !self.component.advice.is_empty() {
-                    self.advise(function);
-                }
-                Ok(())
-            }
-            Ok(Err(refusal)) => Err(self.refuse(function, &refusal)),
-            Err(panic) => Err(self.lock(function, panic)),
+        }));
+        match done {
+            Ok(Ok(())) if self.component.advice.is_empty() => Ok(()),
+            done => self.tell(function, done),
         }
     }
 
@@ -72,30 +69,31 @@ impl<B: Cyclic, H: Host> Door<B, H> {
         self.component.into_instances().for_each(discard);
     }
 
-    /// Logs a refusal and gives its answer.
+    /// Logs how a call ended, and gives its answer.
     #[cold]
     #[inline(never)]
+    fn tell(&mut self, function: &Function, done: thread::Result<Result<(), Refusal>>) -> Result<(), Answer> {
+        match done {
+            Ok(Ok(())) => {
+                for advice in std::mem::take(&mut self.component.advice) {
+                    self.host.tell(function, Ok(()), &Category::ADVICE, &advice);
+                }
+                Ok(())
+            }
+            Ok(Err(refusal)) => Err(self.refuse(function, &refusal)),
+            Err(panic) => {
+                self.component.instance.lock();
+                Err(self.refuse(function, &panic_refusal(panic)))
+            }
+        }
+    }
+
+    /// Logs a refusal and gives its answer.
     fn refuse(&self, function: &Function, refusal: &Refusal) -> Answer {
         if self.component.logged.contains(Category::for_answer(refusal.answer())) {
             self.host.log(function, refusal);
         }
         refusal.answer()
-    }
-
-    /// Logs what the user should know of a call that succeeded.
-    #[cold]
-    #[inline(never)]
-    fn advise(&mut self, function: &Function) {
-        for advice in std::mem::take(&mut self.component.advice) {
-            self.host.tell(function, Ok(()), &Category::ADVICE, &advice);
-        }
-    }
-
-    #[cold]
-    #[inline(never)]
-    pub(crate) fn lock(&mut self, function: &Function, panic: Box<dyn Any + Send>) -> Answer {
-        self.component.instance.lock();
-        self.refuse(function, &panic_refusal(panic))
     }
 }
 

@@ -56,6 +56,7 @@ impl<B: Cyclic> Instance<B> {
     ///
     /// # Errors
     /// The state, and the states in which the function may be called.
+    #[inline(always)]
     pub fn may(&self, function: &Function) -> Result<(), Refusal> {
         self.state.may(function)
     }
@@ -179,7 +180,13 @@ impl<B: Cyclic> Instance<B> {
     ///
     /// # Errors
     /// A reference that is unknown or of another type; nothing is written then.
+    #[inline(always)]
     pub fn get<V: Version, T: HostType<V>>(&self, references: &[u32], values: &mut [T]) -> Result<(), Refusal> {
+        if self.get_ordinary(references, values) { Ok(()) } else { self.get_checked(references, values) }
+    }
+
+    #[inline(never)]
+    fn get_checked<V: Version, T: HostType<V>>(&self, references: &[u32], values: &mut [T]) -> Result<(), Refusal> {
         let table = self.session.block.table();
         for reference in references {
             row::<V, T>(table, *reference, "Get")?;
@@ -201,7 +208,13 @@ impl<B: Cyclic> Instance<B> {
     /// # Errors
     /// A reference that is unknown, of another type or not settable now, or a value outside the range of its type;
     /// nothing is written then.
+    #[inline(always)]
     pub fn set<V: Version, T: HostType<V>>(&mut self, references: &[u32], values: &[T]) -> Result<(), Refusal> {
+        if self.set_ordinary(references, values) { Ok(()) } else { self.set_checked(references, values) }
+    }
+
+    #[inline(never)]
+    fn set_checked<V: Version, T: HostType<V>>(&mut self, references: &[u32], values: &[T]) -> Result<(), Refusal> {
         for (reference, value) in references.iter().zip(values) {
             let row = row::<V, T>(self.session.block.table(), *reference, "Set")?;
             if !self.may_set(row.role) {

@@ -1,77 +1,36 @@
 //! The ordinary case of what a host calls in every control cycle, in fewer instructions: it sets inputs or parameters, makes a
 //! step of one CYCLE from where the last one ended, and reads outputs.
 //!
-//! Nothing here decides anything. Each function does what the checked one of the same name does, where nothing that that one
-//! checks can fail, and says whether it did; if not, nothing has happened, and the caller goes on with the checked one. Leave
-//! this file out, and all FMUs do the same, more slowly.
+//! Nothing here decides anything. The checked functions try these first: each does what the checked one does, where nothing that
+//! that one checks can fail, and says whether it did; if not, nothing has happened, and the checked one does its work. Without this
+//! file all FMUs do the same, in three times the time.
 //!
 //! | here | the checked one |
 //! |---|---|
-//! | [`Door::try_ordinary`] | [`Door::enter`] |
 //! | [`Instance::get_ordinary`], [`Instance::set_ordinary`] | [`Instance::get`], [`Instance::set`] |
-//! | [`Instance::make_ordinary_step`], [`Session::make_ordinary_step`] | [`Instance::do_step`], [`Session::step`] |
-//! | [`Instance::make_ordinary_step_to`], [`Session::make_ordinary_step_between_events`] | [`Instance::do_step`], [`Session::step_between_events`] |
+//! | [`Instance::make_ordinary_step`], [`Session::make_ordinary_step`] | [`Component::do_step`](crate::component::Component::do_step), [`Session::step`] |
+//! | [`Session::make_ordinary_step_between_events`] | [`Session::step_between_events`] |
 //! | [`Abreast`](crate::abreast::Abreast), of several instances at once | [`Instance::set`], [`Instance::do_step`], [`Instance::get`] |
 //! | [`Clock::make_ordinary_step`], [`Clock::check_and_make_ordinary_step`], [`Clock::make_step_between_calls`] | [`Clock::advance`] |
 
 use crate::clock::{Clock, MOST_DRIFT, RESOLUTION, ROUNDINGS, SAME};
-use crate::component::Component;
 use crate::cyclic::Cyclic;
-use crate::door::{Door, Host};
 use crate::host_type::{HostType, Version};
 use crate::instance::Instance;
 use crate::mean::Mean;
-use crate::refusal::Answer;
-use crate::session::Session;
-use crate::state::{Function, State};
+use crate::session::{Reached, Session};
+use crate::state::State;
 use blocks::table::number;
 use blocks::{Kind, Real, Role, StaticTable, Value};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// This many steps are known to be ordinary after one look.
 const ORDINARY_STEPS: i64 = 1000;
 
-impl State {
-    /// Whether the function may be called in this state, and does there what it does while the block runs.
-    #[inline(always)]
-    fn allows_ordinary(self, function: &Function) -> bool {
-        function.ordinary & self as u8 != 0
-    }
-}
-
-impl<B: Cyclic, H: Host> Door<B, H> {
-    /// The functions of a control cycle come here first: `ordinary` does the call in the ordinary case and says whether it was
-    /// that. If not, nothing has happened, and the caller goes on with [`Door::enter`].
-    ///
-    /// A panic of the block makes the call fatal, as there.
-    #[inline(always)]
-    pub fn try_ordinary(
-        &mut self,
-        function: &'static Function,
-        ordinary: impl FnOnce(&mut Component<B>) -> bool,
-    ) -> Option<Result<(), Answer>> {
-        if !self.component.instance.state.allows_ordinary(function) {
-            return None;
-        }
-        match catch_unwind(AssertUnwindSafe(|| ordinary(&mut self.component))) {
-            Ok(true) => Some(Ok(())),
-            Ok(false) => None,
-            Err(panic) => Some(Err(self.lock(function, panic))),
-        }
-    }
-}
-
 impl<B: Cyclic> Instance<B> {
-    /// Whether the ordinary case of a function may be tried.
-    #[inline(always)]
-    pub fn allows_ordinary(&self, function: &Function) -> bool {
-        self.state.allows_ordinary(function)
-    }
-
-    /// Reads variables.
+    /// Reads variables. Not in Initialization Mode, where outputs are those of a restarted copy of the block.
     #[inline(always)]
     pub fn get_ordinary<V: Version, T: HostType<V>>(&self, references: &[u32], values: &mut [T]) -> bool {
-        T::get_ordinary(&self.session.block, references, values)
+        self.state != State::InitializationMode && T::get_ordinary(&self.session.block, references, values)
     }
 
     /// Writes variables.
@@ -80,25 +39,15 @@ impl<B: Cyclic> Instance<B> {
         T::set_ordinary(&mut self.session.block, references, values)
     }
 
-    /// Makes a step from a call to the next.
-    #[inline(always)]
-    pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
-        self.session.make_ordinary_step(tc, h)
-    }
-
-    /// Whether steps go from call to call, which the host handles.
-    #[inline(always)]
-    pub fn handles_events(&self) -> bool {
-        self.handled().is_some()
-    }
-
     /// Makes a step from a call to the next, which is an event or not.
     #[inline(always)]
-    pub fn make_ordinary_step_to(&mut self, is_event: bool, tc: f64, h: f64) -> bool {
-        match is_event {
+    pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> Option<Reached> {
+        let is_event = self.handled().is_some();
+        let is_made = match is_event {
             true => self.session.make_ordinary_step_between_events(tc, h),
             false => self.session.make_ordinary_step(tc, h),
-        }
+        };
+        is_made.then_some(Reached { end: tc + h, is_early: false, is_event })
     }
 }
 
@@ -370,7 +319,7 @@ impl<B: Cyclic> Session<B> {
 
     /// Goes from a call that the host has handled to the next one, which is due then, and says whether it does. If not, nothing has
     /// happened, and [`Session::step_between_events`] makes the step.
-    #[inline]
+    #[inline(never)]
     pub fn make_ordinary_step_between_events(&mut self, tc: f64, h: f64) -> bool {
         let is_ordinary = B::IS_SURE && self.extrapolations.is_empty() && self.clock.make_step_between_calls(tc, h);
         if is_ordinary {
@@ -578,13 +527,5 @@ mod tests {
         assert!(get_values::<Fmi2, _, _>(&block, &[FIRST, COUNT], &mut integers) && integers == [0, 7]);
         let mut seconds = [9.0; 2];
         assert!(get_numbers::<Fmi2, _>(&block, &[CYCLE, CYCLE], &mut seconds) && seconds == [0.1; 2]);
-    }
-
-    #[test]
-    fn nothing_is_ordinary_in_initialization_mode() {
-        use State::{InitializationMode, StepComplete};
-        let function = Function::new("get", &[InitializationMode, StepComplete], "");
-        assert!(InitializationMode.may(&function).is_ok() && !InitializationMode.allows_ordinary(&function));
-        assert!(StepComplete.allows_ordinary(&function));
     }
 }

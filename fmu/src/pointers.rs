@@ -13,7 +13,7 @@ use crate::host_type::{HostType, Version};
 use crate::refusal::{Answer, Refusal};
 use crate::state::Function;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
-use std::slice;
+use std::{ptr, slice};
 
 /// The status that a function returns, an enum of C.
 pub type Status = c_int;
@@ -40,6 +40,7 @@ unsafe fn door<'a, L: Library, H: Host>(instance: *mut c_void) -> Option<&'a mut
 }
 
 /// Every function on an instance goes through here.
+#[inline(always)]
 pub(crate) unsafe fn enter<L: Library, H: Host>(
     instance: *mut c_void,
     function: &'static Function,
@@ -49,67 +50,54 @@ pub(crate) unsafe fn enter<L: Library, H: Host>(
     unsafe { door::<L, H>(instance) }.map_or(ERROR, |door| status(door.enter(function, body)))
 }
 
-/// The functions of a control cycle come here first, see [`ordinary`](crate::ordinary).
-#[inline(always)]
-pub(crate) unsafe fn try_ordinary<L: Library, H: Host>(
-    instance: *mut c_void,
-    function: &'static Function,
-    body: impl FnOnce(&mut Component<L::Block>) -> bool,
-) -> Option<Status> {
-    // SAFETY: the host's contract.
-    unsafe { door::<L, H>(instance) }?.try_ordinary(function, body).map(status)
-}
-
 /// The array of `length` elements at `pointer`; NULL is an array of length 0.
+#[inline(always)]
 pub(crate) unsafe fn array<'a, T>(pointer: *const T, length: usize, name: &str) -> Result<&'a [T], Refusal> {
-    if pointer.is_null() && length == 0 {
-        return Ok(&[]);
-    }
-    // SAFETY: as here.
-    unsafe { plain_array(pointer, length) }.ok_or_else(|| no_array(pointer.is_null(), length, name))
-}
-
-/// The same, to write to.
-pub(crate) unsafe fn array_mut<'a, T>(pointer: *mut T, length: usize, name: &str) -> Result<&'a mut [T], Refusal> {
-    if pointer.is_null() && length == 0 {
-        return Ok(&mut []);
-    }
-    // SAFETY: as here.
-    unsafe { plain_array_mut(pointer, length) }.ok_or_else(|| no_array(pointer.is_null(), length, name))
-}
-
-/// The array of `length` elements at `pointer`, if that is not NULL and memory can be so long.
-#[inline(always)]
-pub(crate) unsafe fn plain_array<'a, T>(pointer: *const T, length: usize) -> Option<&'a [T]> {
-    if pointer.is_null() || length > isize::MAX as usize / size_of::<T>() {
-        return None;
-    }
+    let pointer = elements(pointer.cast_mut(), length, name)?;
     // SAFETY: not NULL, no longer than memory can be, and as long as the host says.
-    Some(unsafe { slice::from_raw_parts(pointer, length) })
+    Ok(unsafe { slice::from_raw_parts(pointer, length) })
 }
 
 /// The same, to write to.
 #[inline(always)]
-pub(crate) unsafe fn plain_array_mut<'a, T>(pointer: *mut T, length: usize) -> Option<&'a mut [T]> {
-    if pointer.is_null() || length > isize::MAX as usize / size_of::<T>() {
-        return None;
-    }
-    // SAFETY: as in `plain_array`, and nobody else uses it during the call.
-    Some(unsafe { slice::from_raw_parts_mut(pointer, length) })
+pub(crate) unsafe fn array_mut<'a, T>(pointer: *mut T, length: usize, name: &str) -> Result<&'a mut [T], Refusal> {
+    let pointer = elements(pointer, length, name)?;
+    // SAFETY: as in `array`, and nobody else uses it during the call.
+    Ok(unsafe { slice::from_raw_parts_mut(pointer, length) })
 }
 
-fn no_array(is_null: bool, length: usize, name: &str) -> Refusal {
-    match is_null {
-        true => format!("{name} is NULL, though it should have {length} elements"),
-        false => format!("{name} cannot have {length} elements"),
+#[inline(always)]
+fn elements<T>(pointer: *mut T, length: usize, name: &str) -> Result<*mut T, Refusal> {
+    if pointer.is_null() || length > isize::MAX as usize / size_of::<T>() {
+        no_array(pointer.is_null(), length, name)?;
+        return Ok(ptr::dangling_mut());
     }
-    .into()
+    Ok(pointer)
+}
+
+/// Refuses an array, unless it has no elements.
+#[cold]
+fn no_array(is_null: bool, length: usize, name: &str) -> Result<(), Refusal> {
+    match is_null {
+        true if length == 0 => Ok(()),
+        true => Err(format!("{name} is NULL, though it should have {length} elements").into()),
+        false => Err(format!("{name} cannot have {length} elements").into()),
+    }
 }
 
 /// The host's variable for a result.
+#[inline(always)]
 pub(crate) unsafe fn target<'a, T>(pointer: *mut T, name: &str) -> Result<&'a mut T, Refusal> {
     // SAFETY: if it is not NULL, it points to the host's variable.
-    unsafe { pointer.as_mut() }.ok_or_else(|| format!("{name} is NULL").into())
+    match unsafe { pointer.as_mut() } {
+        Some(target) => Ok(target),
+        None => Err(no_target(name)),
+    }
+}
+
+#[cold]
+fn no_target(name: &str) -> Refusal {
+    format!("{name} is NULL").into()
 }
 
 pub(crate) unsafe fn text<'a>(pointer: *const c_char) -> Option<&'a CStr> {
@@ -154,21 +142,8 @@ pub(crate) unsafe fn set_strings<V: Version, B: Cyclic>(
     component.instance.set_texts::<V>(references, &texts)
 }
 
-/// Reads variables, in the ordinary case and in any.
+/// Reads variables.
 #[inline(always)]
-pub(crate) unsafe fn get_ordinary<V: Version, B: Cyclic, T: HostType<V>>(
-    component: &Component<B>,
-    references: *const u32,
-    count: usize,
-    values: *mut T,
-) -> bool {
-    // SAFETY: the host's contract.
-    match unsafe { (plain_array(references, count), plain_array_mut(values, count)) } {
-        (Some(references), Some(values)) => component.instance.get_ordinary(references, values),
-        _ => false,
-    }
-}
-
 pub(crate) unsafe fn get<V: Version, B: Cyclic, T: HostType<V>>(
     component: &Component<B>,
     references: *const u32,
@@ -179,21 +154,8 @@ pub(crate) unsafe fn get<V: Version, B: Cyclic, T: HostType<V>>(
     unsafe { component.instance.get(array(references, count, "vr")?, array_mut(values, count, "value")?) }
 }
 
-/// Writes variables, in the ordinary case and in any.
+/// Writes variables.
 #[inline(always)]
-pub(crate) unsafe fn set_ordinary<V: Version, B: Cyclic, T: HostType<V>>(
-    component: &mut Component<B>,
-    references: *const u32,
-    count: usize,
-    values: *const T,
-) -> bool {
-    // SAFETY: the host's contract.
-    match unsafe { (plain_array(references, count), plain_array(values, count)) } {
-        (Some(references), Some(values)) => component.instance.set_ordinary(references, values),
-        _ => false,
-    }
-}
-
 pub(crate) unsafe fn set<V: Version, B: Cyclic, T: HostType<V>>(
     component: &mut Component<B>,
     references: *const u32,
@@ -208,13 +170,13 @@ pub(crate) unsafe fn set<V: Version, B: Cyclic, T: HostType<V>>(
 ///
 /// - a [`Function`]: its name and the states in which the standard allows it;
 /// - a Rust function over any [`Library`], which takes a component first and goes through its door to what stands behind `=>`;
-///   or, with `{ }`, does just that; what stands behind `ordinary` it tries before;
+///   or, with `{ }`, does just that;
 /// - a C function of the library of an FMU: `export!` has them all. `$d` is a `$` of that macro.
 macro_rules! functions {
     (($d:tt) $export:ident: $version:ident, in $step:literal, with $($used:ident),*; $(
         $name:ident $([$($state:ident)*])? ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)?
             $({ $($plain:tt)* })?
-            $(, ordinary |$o:ident| $ordinary:expr)? $(=> |$c:ident| $body:expr)?;
+            $(=> |$c:ident| $body:expr)?;
     )*) => {
         impl Function { $(
             #[doc = concat!("`", stringify!($name), "`")]
@@ -225,7 +187,7 @@ macro_rules! functions {
         pub const FUNCTIONS: &[&str] = &[$(stringify!($name)),*];
 
         $( functions! { @function $name ($($argument: $type),*) ($($result)?)
-            $({ $($plain)* })? $(, ordinary |$o| $ordinary)? $(=> |$c| $body)? } )*
+            $({ $($plain)* })? $(=> |$c| $body)? } )*
 
         #[doc = concat!("Gives the library of an FMU the C functions of ", stringify!($version), ".")]
         #[macro_export]
@@ -263,28 +225,11 @@ macro_rules! functions {
             unsafe { enter::<L, Caller>($component, &Function::$name, |$c| $body) }
         }
     };
-    (@function $name:ident ($component:ident: $Pointer:ty $(, $argument:ident: $type:ty)*) ($result:ty),
-        ordinary |$o:ident| $ordinary:expr => |$c:ident| $body:expr) => {
-        #[inline(always)]
-        pub unsafe fn $name<L: Library>($component: $Pointer $(, $argument: $type)*) -> $result {
-            #[inline(never)]
-            unsafe fn any<L: Library>($component: $Pointer $(, $argument: $type)*) -> $result {
-                // SAFETY: the host's contract.
-                unsafe { enter::<L, Caller>($component, &Function::$name, |$c| $body) }
-            }
-            // SAFETY: the host's contract.
-            unsafe {
-                try_ordinary::<L, Caller>($component, &Function::$name, |$o| $ordinary)
-                    .unwrap_or_else(|| any::<L>($component $(, $argument)*))
-            }
-        }
-    };
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::ptr;
 
     #[test]
     fn an_array_is_null_only_with_length_0() {

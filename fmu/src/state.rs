@@ -44,6 +44,7 @@ impl State {
     }
 
     /// Whether the function may be called in this state.
+    #[inline(always)]
     fn allows(self, function: &Function) -> bool {
         function.allowed & self as u8 != 0
     }
@@ -52,10 +53,12 @@ impl State {
     ///
     /// # Errors
     /// The state, and the states in which the function may be called.
+    #[inline(always)]
     pub fn may(self, function: &Function) -> Result<(), Refusal> {
         if self.allows(function) { Ok(()) } else { Err(self.not_now(function)) }
     }
 
+    #[cold]
     fn not_now(self, function: &Function) -> Refusal {
         if self == State::Locked {
             let reason = "the instance is locked after a panic; it can only be freed";
@@ -73,8 +76,6 @@ pub struct Function {
     /// The name, with which a log message begins.
     pub name: &'static str,
     allowed: u8,
-    /// Where it is called while the block runs, and so in a control cycle.
-    pub(crate) ordinary: u8,
     /// What its version calls the state in which steps are made.
     step_name: &'static str,
 }
@@ -88,8 +89,7 @@ impl Function {
             allowed |= states[i] as u8;
             i += 1;
         }
-        // Not in Initialization Mode, where outputs are read from a restarted copy of the block.
-        Function { name, allowed, ordinary: allowed & !(State::InitializationMode as u8), step_name }
+        Function { name, allowed, step_name }
     }
 }
 

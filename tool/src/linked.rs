@@ -78,13 +78,6 @@ impl<B: Cyclic> Instance<B> {
         })
     }
 
-    /// Makes a step, if it is an ordinary one.
-    #[inline]
-    fn make_ordinary_step(&mut self, time: f64, size: f64) -> bool {
-        let instance = &mut self.component.instance;
-        instance.allows_ordinary(&Function::fmi2DoStep) && instance.make_ordinary_step(time, size)
-    }
-
     /// Writes what is forced.
     #[inline]
     fn hold(&mut self) {
@@ -93,23 +86,13 @@ impl<B: Cyclic> Instance<B> {
         }
     }
 
-    /// Reads variables, in the ordinary case and in any.
     #[inline]
     fn get<T: HostType<Fmi2>>(&mut self, function: &Function, references: &[u32], values: &mut [T]) -> Result<()> {
-        let instance = &self.component.instance;
-        if instance.allows_ordinary(function) && instance.get_ordinary(references, values) {
-            return Ok(());
-        }
         self.call(function, |component| component.instance.get(references, values))
     }
 
-    /// Writes variables, in the ordinary case and in any.
     #[inline]
     fn set<T: HostType<Fmi2>>(&mut self, function: &Function, references: &[u32], values: &[T]) -> Result<()> {
-        let instance = &mut self.component.instance;
-        if instance.allows_ordinary(function) && instance.set_ordinary(references, values) {
-            return Ok(());
-        }
         self.call(function, |component| component.instance.set(references, values))
     }
 }
@@ -212,12 +195,9 @@ impl<B: Cyclic> Component for Instance<B> {
 
     fn step(&mut self, time: f64, size: f64) -> Result<()> {
         self.hold();
-        let done = match self.make_ordinary_step(time, size) {
-            true => Ok(()),
-            false => self
-                .call(&Function::fmi2DoStep, |component| component.do_step(time, size).map(drop))
-                .with_context(|| format!("at {time:?} s, step {size:?} s")),
-        };
+        let done = self
+            .call(&Function::fmi2DoStep, |component| component.do_step(time, size).map(drop))
+            .with_context(|| format!("at {time:?} s, step {size:?} s"));
         self.hold();
         done
     }
@@ -244,7 +224,7 @@ impl<B: Cyclic> Component for Instance<B> {
         let others = others.into_iter().map(<dyn Any>::downcast_mut::<Instance<B>>).collect::<Option<Vec<_>>>()?;
         let instances = iter::once(self).chain(others).map(|of| {
             let instance = &mut of.component.instance;
-            instance.allows_ordinary(&Function::fmi2DoStep).then_some(instance)
+            instance.may(&Function::fmi2DoStep).is_ok().then_some(instance)
         });
         let instances = abreast::Abreast::new(instances.collect::<Option<Vec<_>>>()?)?;
         Some(Box::new(Lanes { instances, inputs, outputs }))

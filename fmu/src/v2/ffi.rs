@@ -20,10 +20,7 @@ use crate::host_type::Version as _;
 use crate::interface;
 use crate::log::{self, Category};
 pub use crate::pointers::Status;
-use crate::pointers::{
-    array, array_mut, enter, get, get_ordinary, get_strings, set, set_ordinary, set_strings, status, target, text,
-    try_ordinary,
-};
+use crate::pointers::{array, array_mut, enter, get, get_strings, set, set_strings, status, target, text};
 use crate::preset::{Argument, Identity};
 use crate::refusal::{Answer, Refusal};
 use crate::state::{Function, State};
@@ -102,6 +99,26 @@ fn no_status<T>(kind: c_int) -> Result<T, Refusal> {
     Err(Refusal::new(Answer::Discard, reason))
 }
 
+/// Reads variables of any type as Reals.
+#[inline(never)]
+fn get_any<B: Cyclic>(c: &mut Component<B>, references: &[u32], values: &mut [f64]) -> Result<(), Refusal> {
+    // SAFETY: an `AnyReal` is an `f64`.
+    let values = unsafe { array_mut(values.as_mut_ptr().cast::<AnyReal>(), values.len(), "value") }?;
+    c.instance.get(references, values)?;
+    tell_conversion(c, references);
+    Ok(())
+}
+
+/// Writes variables of any type as Reals.
+#[inline(never)]
+fn set_any<B: Cyclic>(c: &mut Component<B>, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
+    // SAFETY: an `AnyReal` is an `f64`.
+    let values = unsafe { array(values.as_ptr().cast::<AnyReal>(), values.len(), "value") }?;
+    c.instance.set(references, values)?;
+    tell_conversion(c, references);
+    Ok(())
+}
+
 /// Says once that a variable of another type was read or written as a Real.
 fn tell_conversion<B: Cyclic>(c: &mut Component<B>, references: &[u32]) {
     let other = references.iter().filter_map(|reference| c.instance.block().table().rows.get(*reference as usize));
@@ -154,33 +171,31 @@ functions! {
 
     fmi2GetReal[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, value: *mut f64,
-    ) -> Status, ordinary |c| get_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| {
-        get::<Fmi2, _, AnyReal>(c, vr, count, value.cast())?;
-        tell_conversion(c, array(vr, count, "vr")?);
-        Ok(())
+    ) -> Status => |c| {
+        let (vr, reals) = (array(vr, count, "vr")?, array_mut(value, count, "value")?);
+        if c.instance.get_ordinary::<Fmi2, _>(vr, reals) { Ok(()) } else { get_any(c, vr, reals) }
     };
     fmi2GetInteger[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, value: *mut c_int,
-    ) -> Status, ordinary |c| get_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| get::<Fmi2, _, _>(c, vr, count, value);
+    ) -> Status => |c| get::<Fmi2, _, _>(c, vr, count, value);
     fmi2GetBoolean[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, value: *mut Boolean,
-    ) -> Status, ordinary |c| get_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| get::<Fmi2, _, _>(c, vr, count, value);
+    ) -> Status => |c| get::<Fmi2, _, _>(c, vr, count, value);
     fmi2GetString[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, value: *mut *const c_char,
     ) -> Status => |c| get_strings::<Fmi2, _>(c, vr, count, value);
     fmi2SetReal[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, value: *const f64,
-    ) -> Status, ordinary |c| set_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| {
-        set::<Fmi2, _, AnyReal>(c, vr, count, value.cast())?;
-        tell_conversion(c, array(vr, count, "vr")?);
-        Ok(())
+    ) -> Status => |c| {
+        let (vr, reals) = (array(vr, count, "vr")?, array(value, count, "value")?);
+        if c.instance.set_ordinary::<Fmi2, _>(vr, reals) { Ok(()) } else { set_any(c, vr, reals) }
     };
     fmi2SetInteger[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, value: *const c_int,
-    ) -> Status, ordinary |c| set_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| set::<Fmi2, _, _>(c, vr, count, value);
+    ) -> Status => |c| set::<Fmi2, _, _>(c, vr, count, value);
     fmi2SetBoolean[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, value: *const Boolean,
-    ) -> Status, ordinary |c| set_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| set::<Fmi2, _, _>(c, vr, count, value);
+    ) -> Status => |c| set::<Fmi2, _, _>(c, vr, count, value);
     fmi2SetString[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, value: *const *const c_char,
     ) -> Status => |c| set_strings::<Fmi2, _>(c, vr, count, value);
@@ -225,8 +240,8 @@ functions! {
         _ => Err("outputs change in steps and have no derivatives (maxOutputDerivativeOrder = 0)".into()),
     };
 
-    fmi2DoStep[StepComplete](component: Pointer, tc: f64, h: f64, _no_set_fmu_state_prior: c_int) -> Status,
-        ordinary |c| c.instance.make_ordinary_step(tc, h) => |c| c.do_step(tc, h).map(drop);
+    fmi2DoStep[StepComplete](component: Pointer, tc: f64, h: f64, _no_set_fmu_state_prior: c_int) -> Status
+        => |c| c.do_step(tc, h).map(drop);
     fmi2CancelStep[Instantiated InitializationMode StepComplete Terminated](component: Pointer) -> Status
         => |_c| Err("a step is complete when fmi2DoStep returns, so there is never one to cancel".into());
     fmi2GetStatus[StepComplete Terminated](component: Pointer, kind: c_int, value: *mut Status) -> Status

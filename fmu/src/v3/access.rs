@@ -47,11 +47,30 @@ fn elements<'a, V: Choice, B: Cyclic>(
     Ok(all)
 }
 
+/// Whether each of the variables has a value of its own, as far as that can be seen at once.
+#[inline(always)]
+fn has_single_values<B: Cyclic>(component: &Component<B>, references: &[u32], count: usize) -> bool {
+    references.len() == count && component.instance.block().layout().is_none()
+}
+
 /// Reads variables.
 ///
 /// # Errors
 /// A reference that is unknown or of another type; another number of values.
+#[inline(always)]
 pub fn get<V: Choice, B: Cyclic, T: HostType<V>>(
+    component: &Component<B>,
+    references: &[u32],
+    values: &mut [T],
+) -> Result<(), Refusal> {
+    if has_single_values(component, references, values.len()) && component.instance.get_ordinary(references, values) {
+        return Ok(());
+    }
+    get_elements::<V, B, T>(component, references, values)
+}
+
+#[inline(never)]
+fn get_elements<V: Choice, B: Cyclic, T: HostType<V>>(
     component: &Component<B>,
     references: &[u32],
     values: &mut [T],
@@ -66,7 +85,23 @@ pub fn get<V: Choice, B: Cyclic, T: HostType<V>>(
 ///
 /// # Errors
 /// As [`get`].
+#[inline(always)]
 pub fn get_with_time<V: Choice, B: Cyclic>(
+    component: &Component<B>,
+    references: &[u32],
+    values: &mut [f64],
+) -> Result<(), Refusal>
+where
+    f64: HostType<V>,
+{
+    if has_single_values(component, references, values.len()) && component.instance.get_ordinary(references, values) {
+        return Ok(());
+    }
+    get_elements_with_time(component, references, values)
+}
+
+#[inline(never)]
+fn get_elements_with_time<V: Choice, B: Cyclic>(
     component: &Component<B>,
     references: &[u32],
     values: &mut [f64],
@@ -95,7 +130,20 @@ where
 /// # Errors
 /// A reference that is unknown, of another type or not settable now; another number of values; a value outside of the range of
 /// its type. Nothing is written then.
+#[inline(always)]
 pub fn set<V: Choice, B: Cyclic, T: HostType<V>>(
+    component: &mut Component<B>,
+    references: &[u32],
+    values: &[T],
+) -> Result<(), Refusal> {
+    if has_single_values(component, references, values.len()) && component.instance.set_ordinary(references, values) {
+        return Ok(());
+    }
+    set_elements::<V, B, T>(component, references, values)
+}
+
+#[inline(never)]
+fn set_elements<V: Choice, B: Cyclic, T: HostType<V>>(
     component: &mut Component<B>,
     references: &[u32],
     values: &[T],

@@ -20,7 +20,7 @@ use crate::host_type::HostType;
 use crate::instance::Events;
 use crate::log::{self, Category};
 pub use crate::pointers::Status;
-use crate::pointers::{self, array, array_mut, enter, status, target, text, try_ordinary};
+use crate::pointers::{self, array, array_mut, enter, status, target, text};
 use crate::preset::{Argument, Identity};
 use crate::refusal::{Answer, Refusal};
 use crate::state::{Function, State};
@@ -69,42 +69,7 @@ macro_rules! with_types {
     };
 }
 
-/// Whether each of the variables has a value of its own, as far as that can be seen at once.
 #[inline(always)]
-fn has_single_values<B: Cyclic>(component: &Component<B>, count: usize, value_count: usize) -> bool {
-    count == value_count && component.instance.block().layout().is_none()
-}
-
-#[inline(always)]
-unsafe fn get_ordinary<B: Cyclic, T: HostType<Native> + HostType<Wide>>(
-    c: &Component<B>,
-    vr: *const u32,
-    count: usize,
-    values: *mut T,
-    value_count: usize,
-) -> bool {
-    // SAFETY: the host's contract.
-    unsafe {
-        has_single_values(c, count, value_count)
-            && with_types!(c, V => pointers::get_ordinary::<V, _, _>(c, vr, count, values))
-    }
-}
-
-#[inline(always)]
-unsafe fn set_ordinary<B: Cyclic, T: HostType<Native> + HostType<Wide>>(
-    c: &mut Component<B>,
-    vr: *const u32,
-    count: usize,
-    values: *const T,
-    value_count: usize,
-) -> bool {
-    // SAFETY: the host's contract.
-    unsafe {
-        has_single_values(c, count, value_count)
-            && with_types!(c, V => pointers::set_ordinary::<V, _, _>(c, vr, count, values))
-    }
-}
-
 unsafe fn get<B: Cyclic, T: HostType<Native> + HostType<Wide>>(
     c: &Component<B>,
     vr: *const u32,
@@ -117,6 +82,7 @@ unsafe fn get<B: Cyclic, T: HostType<Native> + HostType<Wide>>(
     with_types!(c, V => access::get::<V, _, _>(c, vr, values))
 }
 
+#[inline(always)]
 unsafe fn set<B: Cyclic, T: HostType<Native> + HostType<Wide>>(
     c: &mut Component<B>,
     vr: *const u32,
@@ -215,37 +181,37 @@ functions! {
 
     fmi3GetFloat32[Instantiated InitializationMode EventMode StepComplete Terminated](
         instance: Pointer, vr: *const u32, count: usize, values: *mut f32, value_count: usize,
-    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    ) -> Status => |c| get(c, vr, count, values, value_count);
     fmi3GetFloat64[Instantiated InitializationMode EventMode StepComplete Terminated](
         instance: Pointer, vr: *const u32, count: usize, values: *mut f64, value_count: usize,
-    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get_float64(c, vr, count, values, value_count);
+    ) -> Status => |c| get_float64(c, vr, count, values, value_count);
     fmi3GetInt8[Instantiated InitializationMode EventMode StepComplete Terminated](
         instance: Pointer, vr: *const u32, count: usize, values: *mut i8, value_count: usize,
-    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    ) -> Status => |c| get(c, vr, count, values, value_count);
     fmi3GetUInt8[Instantiated InitializationMode EventMode StepComplete Terminated](
         instance: Pointer, vr: *const u32, count: usize, values: *mut u8, value_count: usize,
-    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    ) -> Status => |c| get(c, vr, count, values, value_count);
     fmi3GetInt16[Instantiated InitializationMode EventMode StepComplete Terminated](
         instance: Pointer, vr: *const u32, count: usize, values: *mut i16, value_count: usize,
-    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    ) -> Status => |c| get(c, vr, count, values, value_count);
     fmi3GetUInt16[Instantiated InitializationMode EventMode StepComplete Terminated](
         instance: Pointer, vr: *const u32, count: usize, values: *mut u16, value_count: usize,
-    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    ) -> Status => |c| get(c, vr, count, values, value_count);
     fmi3GetInt32[Instantiated InitializationMode EventMode StepComplete Terminated](
         instance: Pointer, vr: *const u32, count: usize, values: *mut i32, value_count: usize,
-    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    ) -> Status => |c| get(c, vr, count, values, value_count);
     fmi3GetUInt32[Instantiated InitializationMode EventMode StepComplete Terminated](
         instance: Pointer, vr: *const u32, count: usize, values: *mut u32, value_count: usize,
-    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    ) -> Status => |c| get(c, vr, count, values, value_count);
     fmi3GetInt64[Instantiated InitializationMode EventMode StepComplete Terminated](
         instance: Pointer, vr: *const u32, count: usize, values: *mut i64, value_count: usize,
-    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    ) -> Status => |c| get(c, vr, count, values, value_count);
     fmi3GetUInt64[Instantiated InitializationMode EventMode StepComplete Terminated](
         instance: Pointer, vr: *const u32, count: usize, values: *mut u64, value_count: usize,
-    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    ) -> Status => |c| get(c, vr, count, values, value_count);
     fmi3GetBoolean[Instantiated InitializationMode EventMode StepComplete Terminated](
         instance: Pointer, vr: *const u32, count: usize, values: *mut Boolean, value_count: usize,
-    ) -> Status, ordinary |c| get_ordinary(c, vr, count, values, value_count) => |c| get(c, vr, count, values, value_count);
+    ) -> Status => |c| get(c, vr, count, values, value_count);
     fmi3GetString[Instantiated InitializationMode EventMode StepComplete Terminated](
         instance: Pointer, vr: *const u32, count: usize, values: *mut *const c_char, value_count: usize,
     ) -> Status => |c| {
@@ -259,37 +225,37 @@ functions! {
         => |_c| nothing(count, "Clock");
     fmi3SetFloat32[Instantiated InitializationMode EventMode StepComplete](
         instance: Pointer, vr: *const u32, count: usize, values: *const f32, value_count: usize,
-    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    ) -> Status => |c| set(c, vr, count, values, value_count);
     fmi3SetFloat64[Instantiated InitializationMode EventMode StepComplete](
         instance: Pointer, vr: *const u32, count: usize, values: *const f64, value_count: usize,
-    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    ) -> Status => |c| set(c, vr, count, values, value_count);
     fmi3SetInt8[Instantiated InitializationMode EventMode StepComplete](
         instance: Pointer, vr: *const u32, count: usize, values: *const i8, value_count: usize,
-    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    ) -> Status => |c| set(c, vr, count, values, value_count);
     fmi3SetUInt8[Instantiated InitializationMode EventMode StepComplete](
         instance: Pointer, vr: *const u32, count: usize, values: *const u8, value_count: usize,
-    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    ) -> Status => |c| set(c, vr, count, values, value_count);
     fmi3SetInt16[Instantiated InitializationMode EventMode StepComplete](
         instance: Pointer, vr: *const u32, count: usize, values: *const i16, value_count: usize,
-    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    ) -> Status => |c| set(c, vr, count, values, value_count);
     fmi3SetUInt16[Instantiated InitializationMode EventMode StepComplete](
         instance: Pointer, vr: *const u32, count: usize, values: *const u16, value_count: usize,
-    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    ) -> Status => |c| set(c, vr, count, values, value_count);
     fmi3SetInt32[Instantiated InitializationMode EventMode StepComplete](
         instance: Pointer, vr: *const u32, count: usize, values: *const i32, value_count: usize,
-    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    ) -> Status => |c| set(c, vr, count, values, value_count);
     fmi3SetUInt32[Instantiated InitializationMode EventMode StepComplete](
         instance: Pointer, vr: *const u32, count: usize, values: *const u32, value_count: usize,
-    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    ) -> Status => |c| set(c, vr, count, values, value_count);
     fmi3SetInt64[Instantiated InitializationMode EventMode StepComplete](
         instance: Pointer, vr: *const u32, count: usize, values: *const i64, value_count: usize,
-    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    ) -> Status => |c| set(c, vr, count, values, value_count);
     fmi3SetUInt64[Instantiated InitializationMode EventMode StepComplete](
         instance: Pointer, vr: *const u32, count: usize, values: *const u64, value_count: usize,
-    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    ) -> Status => |c| set(c, vr, count, values, value_count);
     fmi3SetBoolean[Instantiated InitializationMode EventMode StepComplete](
         instance: Pointer, vr: *const u32, count: usize, values: *const Boolean, value_count: usize,
-    ) -> Status, ordinary |c| set_ordinary(c, vr, count, values, value_count) => |c| set(c, vr, count, values, value_count);
+    ) -> Status => |c| set(c, vr, count, values, value_count);
     fmi3SetString[Instantiated InitializationMode EventMode StepComplete](
         instance: Pointer, vr: *const u32, count: usize, values: *const *const c_char, value_count: usize,
     ) -> Status => |c| {
@@ -431,17 +397,7 @@ functions! {
     fmi3DoStep[StepComplete](
         instance: Pointer, tc: f64, h: f64, _no_set_fmu_state_prior: Boolean, event: *mut Boolean, terminate: *mut Boolean,
         early: *mut Boolean, last: *mut f64,
-    ) -> Status, ordinary |c| {
-        let (Some(event), Some(terminate)) = (event.as_mut(), terminate.as_mut()) else { return false };
-        // Read between the pointer checks: the compiler vectorizes four in a row, which is slower.
-        let is_event = c.instance.handles_events();
-        let (Some(early), Some(last)) = (early.as_mut(), last.as_mut()) else { return false };
-        let is_made = c.instance.make_ordinary_step_to(is_event, tc, h);
-        if is_made {
-            (*event, *terminate, *early, *last) = (Boolean(u8::from(is_event)), Boolean(0), Boolean(0), tc + h);
-        }
-        is_made
-    } => |c| {
+    ) -> Status => |c| {
         let (event, terminate) = (target(event, "eventHandlingNeeded")?, target(terminate, "terminateSimulation")?);
         let (early, last) = (target(early, "earlyReturn")?, target(last, "lastSuccessfulTime")?);
         if h == 0.0 {
@@ -462,6 +418,7 @@ fn dependencies_of<B: Cyclic>(c: &Component<B>, reference: u32) -> Result<Vec<u3
     with_types!(c, V => dependencies::<V, _>(c, reference))
 }
 
+#[inline(always)]
 unsafe fn get_float64<B: Cyclic>(
     c: &Component<B>,
     vr: *const u32,
