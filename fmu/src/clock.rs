@@ -27,6 +27,7 @@
 //! - An `h` whose error is below the rounding of `tc` cannot be told from the step of a host that adds up. For a 32-bit `h`
 //!   this begins at |t| / CYCLE = 1e8.
 
+use crate::messages;
 use crate::refusal::Refusal;
 use blocks::{Stored, Time};
 
@@ -156,7 +157,7 @@ impl Clock {
     /// The present time is so far from 0 that calls cannot be told apart.
     pub fn make_due_call(&mut self) -> Result<bool, Refusal> {
         if self.same() > MOST_SAME * self.cycle {
-            return Err(no_resolution("the time", self.end, self.period));
+            return Err(messages::no_resolution("the time", self.end, self.period).into());
         }
         let is_due = self.is_due();
         if is_due {
@@ -183,15 +184,15 @@ impl Clock {
         let cycle = self.cycle;
         // NaN lies in no range.
         if !((0.0..f64::INFINITY).contains(&h) && tc.abs() < f64::INFINITY) {
-            return Err(no_time(tc, h));
+            return Err(messages::no_time(tc, h).into());
         }
         let magnitude = if tc.abs() > self.start.abs() { tc.abs() } else { self.start.abs() };
         let same = SAME * cycle + ROUNDINGS * RESOLUTION * magnitude;
         if same > MOST_SAME * cycle {
-            return Err(no_resolution("currentCommunicationPoint", tc, self.period));
+            return Err(messages::no_resolution("currentCommunicationPoint", tc, self.period).into());
         }
         if (self.end - tc) * 1000.0 > same {
-            return Err(before_end(tc, self.end));
+            return Err(messages::before_end(tc, self.end).into());
         }
 
         let adds_up = tc == self.end || tc == self.start + self.since;
@@ -210,7 +211,7 @@ impl Clock {
             let beyond = present + step - (self.stop - self.start) * 1000.0;
             if beyond > 0.0 {
                 if beyond.min((tc + h - self.stop) * 1000.0) > same {
-                    return Err(after_stop(tc, h, self.stop));
+                    return Err(messages::after_stop(tc, h, self.stop).into());
                 }
                 step -= beyond;
             }
@@ -227,7 +228,7 @@ impl Clock {
         let tolerance = (same + ROUNDINGS * f64::EPSILON * step) * self.per_cycle;
         let cycles = (offset + step) * self.per_cycle;
         if cycles + (tick - first) as f64 > MOST_CALLS {
-            return Err(too_many_calls(tc, h, self.end, self.period));
+            return Err(messages::too_many_calls(tc, h, self.end, self.period).into());
         }
         let passed = floor(cycles + tolerance);
         self.ordinary_below = 0;
@@ -239,52 +240,6 @@ impl Clock {
         self.since = since + h;
         Ok(Calls { count: (self.next - first) as u64, lead: if lead.abs() > same { lead / 1000.0 } else { 0.0 } })
     }
-}
-
-// The messages stand in functions of their own, so that a step that is not refused does not carry their code along.
-
-#[cold]
-fn no_time(tc: f64, h: f64) -> Refusal {
-    format!(
-        "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: the point must be finite, the step finite \
-         and not below 0"
-    )
-    .into()
-}
-
-#[cold]
-fn no_resolution(name: &str, time: f64, cycle: f64) -> Refusal {
-    format!(
-        "{name} = {time:?}: this far from 0, a double no longer distinguishes one CYCLE of {cycle} s from \
-         the next; start nearer to 0"
-    )
-    .into()
-}
-
-#[cold]
-fn before_end(tc: f64, end: f64) -> Refusal {
-    format!(
-        "currentCommunicationPoint = {tc:?} is before {end:?}, where the last step ended; to go back, restore an FMU \
-         state"
-    )
-    .into()
-}
-
-#[cold]
-fn after_stop(tc: f64, h: f64, stop: f64) -> Refusal {
-    format!(
-        "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: the step ends after stopTime = {stop:?}"
-    )
-    .into()
-}
-
-#[cold]
-fn too_many_calls(tc: f64, h: f64, end: f64, cycle: f64) -> Refusal {
-    format!(
-        "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: from {end:?} on, with one call every {cycle} s, \
-         this is more than {MOST_CALLS} calls; make the step shorter"
-    )
-    .into()
 }
 
 /// The floor of a number of cycles, 0 where it is negative by rounding. (`f64::floor` is a library call on processors

@@ -3,6 +3,7 @@
 use crate::cyclic::Cyclic;
 use crate::instance::{Events, Instance};
 use crate::log::{Category, Selection};
+use crate::messages;
 use crate::preset::{Argument, Identity, Preset};
 use crate::refusal::Refusal;
 use crate::session::Reached;
@@ -54,11 +55,7 @@ impl<B: Block> Library for B {
     fn open(identity: Identity, resources: Argument) -> Result<Origin<B>, Refusal> {
         let own = Fingerprint::<B>::HASH;
         if identity.value.is_none() {
-            let (name, own) = (identity.name, identity.text(own));
-            return Err(format!(
-                "{name} = NULL: this library is {own}; take the modelDescription.xml that came with it"
-            )
-            .into());
+            return Err(messages::other_library(identity.name, "NULL", &identity.text(own)).into());
         }
         if let Some((form, hash)) = identity.form(own) {
             return Ok(Origin { hash, form, fresh: Fresh::New(B::default) });
@@ -212,7 +209,7 @@ impl<B: Cyclic> Component<B> {
         let saved = self.saved(state)?;
         let events = self.instance.events();
         if saved.state == State::EventMode && events.is_none() {
-            return Err("the state was saved in Event Mode, without which this instance was made".into());
+            return Err(messages::state_in_event_mode().into());
         }
         self.instance = saved.clone().with(events);
         Ok(())
@@ -246,7 +243,7 @@ impl<B: Cyclic> Component<B> {
     pub fn serialize(&self, state: StateAddress, bytes: &mut [u8]) -> Result<(), Refusal> {
         let serialized = self.saved(state)?.to_bytes(self.origin.hash);
         let (size, length) = (bytes.len(), serialized.len());
-        let room = bytes.get_mut(..length).ok_or_else(|| format!("size = {size}: the state takes {length} bytes"))?;
+        let room = bytes.get_mut(..length).ok_or_else(|| messages::small_buffer(size, length))?;
         room.copy_from_slice(&serialized);
         Ok(())
     }
@@ -277,10 +274,8 @@ impl<B: Cyclic> Component<B> {
 
     /// The place of a state among those that were given.
     fn find(&self, state: StateAddress) -> Result<usize, Refusal> {
-        self.saved.iter().position(|known| ptr::from_ref(&**known).cast() == state.cast_const()).ok_or_else(|| {
-            "FMUstate was not given by this instance, or is freed; to move a state to another instance, serialize it"
-                .into()
-        })
+        let place = self.saved.iter().position(|known| ptr::from_ref(&**known).cast() == state.cast_const());
+        place.ok_or_else(|| messages::unknown_state().into())
     }
 }
 

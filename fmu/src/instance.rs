@@ -4,6 +4,7 @@
 
 use crate::cyclic::Cyclic;
 use crate::host_type::{HostType, Version};
+use crate::messages;
 use crate::refusal::Refusal;
 use crate::session::{Reached, Session};
 use crate::state::{Function, State};
@@ -72,12 +73,12 @@ impl<B: Cyclic> Instance<B> {
     /// A start time that is not finite; a stop time that is NaN or before the start.
     pub fn setup_experiment(&mut self, start: f64, stop: Option<f64>) -> Result<(), Refusal> {
         if !start.is_finite() {
-            return Err(format!("startTime = {start:?}: must be finite").into());
+            return Err(messages::start_time(start).into());
         }
         if let Some(stop) = stop
             && (stop.is_nan() || stop < start)
         {
-            return Err(format!("stopTime = {stop:?}: must not lie before startTime = {start:?}").into());
+            return Err(messages::stop_time(stop, start).into());
         }
         self.experiment = Some((start, stop.unwrap_or(f64::INFINITY)));
         Ok(())
@@ -89,7 +90,7 @@ impl<B: Cyclic> Instance<B> {
     /// There is no start time yet.
     pub fn enter_initialization_mode(&mut self, setup: &Function) -> Result<(), Refusal> {
         if self.experiment.is_none() {
-            return Err(format!("the start time is unknown: call {} first", setup.name).into());
+            return Err(messages::no_start_time(setup.name).into());
         }
         self.state = State::InitializationMode;
         Ok(())
@@ -112,7 +113,7 @@ impl<B: Cyclic> Instance<B> {
     /// The instance was made without it.
     pub fn enter_event_mode(&mut self) -> Result<(), Refusal> {
         if self.events.is_none() {
-            return Err("the instance was made without Event Mode (eventModeUsed = false)".into());
+            return Err(messages::no_event_mode().into());
         }
         self.state = State::EventMode;
         Ok(())
@@ -221,7 +222,7 @@ impl<B: Cyclic> Instance<B> {
                 return Err(read_only(&row.full_name(), row.role, V::PREFIX));
             }
             if let Err(range) = value.to_plc(row.kind) {
-                return Err(format!("{} = {}: {range}", row.full_name(), value.text()).into());
+                return Err(messages::out_of_range(&row.full_name(), &value.text(), range).into());
             }
         }
         for (reference, value) in references.iter().zip(values) {
@@ -325,11 +326,11 @@ impl<B: Cyclic> Instance<B> {
     /// # Errors
     /// The bytes are not a serialized state, belong to another FMU, or are damaged.
     pub fn from_bytes(block: &B, bytes: &[u8], fingerprint: u128) -> Result<Self, Refusal> {
-        let rest = bytes.strip_prefix(MAGIC).ok_or("the bytes are not a serialized state of this format")?;
+        let rest = bytes.strip_prefix(MAGIC).ok_or_else(messages::no_serialized_state)?;
         let rest = rest
             .strip_prefix(&fingerprint.to_be_bytes())
-            .ok_or_else(|| format!("the state belongs to another FMU or version; this is {}", block.table().name))?;
-        let damaged = || Refusal::from("the serialized state is damaged");
+            .ok_or_else(|| messages::state_of_another_fmu(block.table().name))?;
+        let damaged = || Refusal::from(messages::damaged_state());
         let (mut rest, checksum_bytes) = rest.split_last_chunk().ok_or_else(damaged)?;
         if checksum(&bytes[..bytes.len() - checksum_bytes.len()]) != u128::from_le_bytes(*checksum_bytes) {
             return Err(damaged());
@@ -362,32 +363,25 @@ fn row<'a, V: Version, T: HostType<V>>(
 ) -> Result<&'a StaticRow, Refusal> {
     match table.rows.get(reference as usize) {
         Some(row) if T::is_of(row) => Ok(row),
-        _ => Err(no_variable::<V>(table, reference, |kind| format!("{}{access}{kind}", V::PREFIX))),
+        _ => Err(no_variable::<V>(table, reference, access)),
     }
 }
 
-/// The refusal of a reference that is not one of a variable of the right type; `functions` names those for another type.
-pub fn no_variable<V: Version>(table: &StaticTable, reference: u32, functions: impl Fn(&str) -> String) -> Refusal {
+/// The refusal of a reference that is not one of a variable of the right type.
+pub fn no_variable<V: Version>(table: &StaticTable, reference: u32, access: &str) -> Refusal {
     let row = table.rows.get(reference as usize).map(|row| (row.full_name(), V::name_of(row)));
     let text = texts::text(table, reference).map(|(_, text)| (text.name.to_string(), texts::TYPE));
     match row.or(text) {
-        Some((name, kind)) => {
-            format!("value reference {reference} is {name}, of type {kind}: use {}", functions(kind))
-        }
-        None => {
-            let last = table.rows.len() + table.texts.len() - 1;
-            format!("value reference {reference} is unknown: they go from 0 to {last}")
-        }
+        Some((name, kind)) => messages::other_type(reference, &name, kind, V::PREFIX, access),
+        None => messages::unknown_reference(reference, table.rows.len() + table.texts.len() - 1),
     }
     .into()
 }
 
 pub(crate) fn read_only(name: &str, role: Role, prefix: &str) -> Refusal {
     match role {
-        Role::Fixed | Role::Cycle => format!(
-            "{name} is a fixed parameter: set it before {prefix}ExitInitializationMode, or call {prefix}Reset first"
-        ),
-        _ => format!("{name} is computed by the block and can only be read"),
+        Role::Fixed | Role::Cycle => messages::fixed_parameter(name, prefix),
+        _ => messages::computed(name),
     }
     .into()
 }

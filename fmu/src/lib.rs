@@ -61,6 +61,7 @@ pub mod interface;
 pub mod layout;
 pub mod log;
 pub mod mean;
+mod messages;
 pub mod ordinary;
 #[macro_use]
 mod pointers;

@@ -1,5 +1,6 @@
 //! What is logged: categories, their selection, and the text of a message.
 
+use crate::messages;
 use crate::refusal::{Answer, Refusal};
 use crate::state::Function;
 use std::ffi::{CStr, CString};
@@ -87,11 +88,9 @@ impl Selection {
         }
         let mut selection = Selection::NONE;
         for name in names {
-            let name = name.ok_or("a category is NULL")?;
-            let category = Category::ALL.iter().find(|category| category.name == name).ok_or_else(|| {
-                let known: Vec<_> = Category::ALL.iter().map(|category| category.name.to_string_lossy()).collect();
-                format!("category {:?} is unknown: there are {}", name.to_string_lossy(), known.join(", "))
-            })?;
+            let name = name.ok_or_else(messages::no_category)?;
+            let category = Category::ALL.iter().find(|category| category.name == name);
+            let category = category.ok_or_else(|| messages::unknown_category(&name.to_string_lossy()))?;
             selection.0 |= category.bit;
         }
         Ok(selection)

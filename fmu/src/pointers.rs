@@ -10,6 +10,7 @@ use crate::component::{Component, Library};
 use crate::cyclic::Cyclic;
 use crate::door::{Door, Host};
 use crate::host_type::{HostType, Version};
+use crate::messages;
 use crate::refusal::{Answer, Refusal};
 use crate::state::Function;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
@@ -80,8 +81,8 @@ fn elements<T>(pointer: *mut T, length: usize, name: &str) -> Result<*mut T, Ref
 fn no_array(is_null: bool, length: usize, name: &str) -> Result<(), Refusal> {
     match is_null {
         true if length == 0 => Ok(()),
-        true => Err(format!("{name} is NULL, though it should have {length} elements").into()),
-        false => Err(format!("{name} cannot have {length} elements").into()),
+        true => Err(messages::no_elements(name, length).into()),
+        false => Err(messages::too_many_elements(name, length).into()),
     }
 }
 
@@ -91,13 +92,8 @@ pub(crate) unsafe fn target<'a, T>(pointer: *mut T, name: &str) -> Result<&'a mu
     // SAFETY: if it is not NULL, it points to the host's variable.
     match unsafe { pointer.as_mut() } {
         Some(target) => Ok(target),
-        None => Err(no_target(name)),
+        None => Err(messages::no_target(name).into()),
     }
-}
-
-#[cold]
-fn no_target(name: &str) -> Refusal {
-    format!("{name} is NULL").into()
 }
 
 pub(crate) unsafe fn text<'a>(pointer: *const c_char) -> Option<&'a CStr> {
@@ -185,6 +181,9 @@ macro_rules! functions {
 
         /// The names of the functions.
         pub const FUNCTIONS: &[&str] = &[$(stringify!($name)),*];
+
+        /// The functions.
+        pub(crate) static TABLE: &[Function] = &[$(Function::$name),*];
 
         $( functions! { @function $name ($($argument: $type),*) ($($result)?)
             $({ $($plain)* })? $(=> |$c| $body)? } )*

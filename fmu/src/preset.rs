@@ -4,6 +4,7 @@
 //! the GUID that it gets whether it has the values that modelDescription.xml declares; with its own GUID it reads no file. Which
 //! of several forms the FMU has is told by the identifier of the FMU that the preset is made of, which is in the file.
 
+use crate::messages;
 use crate::refusal::Refusal;
 use crate::resources;
 use crate::table::Fingerprint;
@@ -91,11 +92,8 @@ pub type Settings = (usize, u128, Vec<(usize, Value)>);
 pub fn read(identity: Identity, resources: Argument, table: &StaticTable, own: u128) -> Result<Settings, Refusal> {
     let (name, given) = (identity.name, identity.shown());
     let (path, bytes) = resources::read(resources, FILE, LARGEST).map_err(|why| {
-        format!(
-            "{name} = {given}: this library is {}; take the modelDescription.xml that came with it; if the FMU is a \
-             preset, its start values belong into resources/{FILE}, but {why}",
-            identity.text(own)
-        )
+        let other = messages::other_library(name, &given, &identity.text(own));
+        format!("{other}; if the FMU is a preset, its start values belong into resources/{FILE}, but {why}")
     })?;
     let refused = |why: String| format!("{name} = {given}: {path}: {why}; unpack the FMU again");
     let text = std::str::from_utf8(&bytes).map_err(|_| refused("the start values are damaged: not UTF-8".into()))?;

@@ -5,6 +5,7 @@
 use crate::clock::Clock;
 use crate::cyclic::Cyclic;
 use crate::mean::Mean;
+use crate::messages;
 use crate::refusal::Refusal;
 use blocks::table::number::{number, to_value};
 use blocks::{Kind, Role, StaticRow, Stored};
@@ -52,12 +53,8 @@ impl<B: Cyclic> Session<B> {
     fn restart_block(block: &mut B) -> Result<(), Refusal> {
         let cycle = block.cycle().milliseconds();
         if cycle < 1 {
-            return Err(format!(
-                "{} = {:?} s: the time between two calls must be at least 0.001 s",
-                block.table().rows[block.table().cycle].name,
-                f64::from(cycle) / 1000.0
-            )
-            .into());
+            let name = block.table().rows[block.table().cycle].name;
+            return Err(messages::short_cycle(name, f64::from(cycle) / 1000.0).into());
         }
         block.check()?;
         block.restart();
@@ -73,12 +70,7 @@ impl<B: Cyclic> Session<B> {
         let is_odd = 1e-6 < h && h < cycle / 100.0;
         is_odd.then(|| {
             let table = self.block.table();
-            let name = table.rows[table.cycle].name;
-            format!(
-                "communicationStepSize = {h:?}: {name} = {cycle:?} s is {:.0} times as long, and most steps make no \
-                 call; is {name} given in ms instead of s?",
-                cycle / h
-            )
+            messages::short_step(h, table.rows[table.cycle].name, cycle, (cycle / h).round_ties_even())
         })
     }
 
@@ -103,9 +95,7 @@ impl<B: Cyclic> Session<B> {
             let bound =
                 Extrapolation { value: input.value.abs(), derivatives: input.derivatives.map(f64::abs), row: 0 };
             if let Err(range) = to_value(bound.at(last), row.kind) {
-                return Err(
-                    format!("{}, extrapolated over {last:?} s, may leave its range: {range}", row.full_name()).into()
-                );
+                return Err(messages::extrapolated(&row.full_name(), last, range).into());
             }
         }
         self.clock = clock;
@@ -191,13 +181,13 @@ impl<B: Cyclic> Session<B> {
     /// The row is not a REAL or LREAL input, the order is not 1 to 4, the derivative is not finite.
     pub fn check_derivative(row: &StaticRow, order: i32, derivative: f64) -> Result<(), Refusal> {
         if row.role != Role::Input || !matches!(row.kind, Kind::Real | Kind::LReal) {
-            return Err(format!("{} is not a Real input: only Real inputs have derivatives", row.full_name()).into());
+            return Err(messages::no_real_input(&row.full_name()).into());
         }
         if !(1..=ORDERS as i32).contains(&order) {
-            return Err(format!("{}: order {order}: derivatives go from order 1 to {ORDERS}", row.full_name()).into());
+            return Err(messages::wrong_order(&row.full_name(), order).into());
         }
         if !derivative.is_finite() {
-            return Err(format!("{}: derivative {derivative:?}: must be finite", row.full_name()).into());
+            return Err(messages::endless_derivative(&row.full_name(), derivative).into());
         }
         Ok(())
     }

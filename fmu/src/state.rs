@@ -1,5 +1,6 @@
 //! Which function may be called in which state.
 
+use crate::messages;
 use crate::refusal::{Answer, Refusal};
 
 /// The states that an instance can be in. A step is either refused before it begins or runs to its end, so the standard's
@@ -23,7 +24,7 @@ pub enum State {
 
 impl State {
     /// The states that last: an instance can be saved in them.
-    const LASTING: [State; 5] =
+    pub(crate) const LASTING: [State; 5] =
         [State::Instantiated, State::InitializationMode, State::EventMode, State::StepComplete, State::Terminated];
 
     /// The lasting state with this number.
@@ -32,7 +33,7 @@ impl State {
     }
 
     /// Its name in the version of a function.
-    fn name(self, function: &Function) -> &'static str {
+    pub(crate) fn name(self, function: &Function) -> &'static str {
         match self {
             State::Instantiated => "instantiated",
             State::InitializationMode => "Initialization Mode",
@@ -66,7 +67,7 @@ impl State {
         }
         let allowed = State::LASTING.into_iter().filter(|state| function.allowed & *state as u8 != 0);
         let allowed: Vec<_> = allowed.map(|state| state.name(function)).collect();
-        format!("not allowed in state {}, only in {}", self.name(function), allowed.join(", ")).into()
+        messages::not_now(self.name(function), &allowed.join(", ")).into()
     }
 }
 
@@ -75,7 +76,7 @@ impl State {
 pub struct Function {
     /// The name, with which a log message begins.
     pub name: &'static str,
-    allowed: u8,
+    pub(crate) allowed: u8,
     /// What its version calls the state in which steps are made.
     step_name: &'static str,
 }

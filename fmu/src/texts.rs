@@ -3,6 +3,7 @@
 use crate::cyclic::Cyclic;
 use crate::host_type::Version;
 use crate::instance::{Instance, no_variable, read_only};
+use crate::messages;
 use crate::refusal::Refusal;
 use crate::state::State;
 use blocks::{StaticTable, Text};
@@ -49,9 +50,11 @@ impl<B: Cyclic> Instance<B> {
             if !self.may_set(text.role) {
                 return Err(read_only(text.name, text.role, V::PREFIX));
             }
-            let given = value.ok_or_else(|| format!("{} = NULL: a text is needed, which may be empty", text.name))?;
-            let given = given.to_str().map_err(|_| format!("{} = {given:?}: the text is not UTF-8", text.name))?;
-            checked.push((number, text.ty.units(given).map_err(|why| format!("{} = {given:?}: {why}", text.name))?));
+            let given = value.ok_or_else(|| messages::no_text(text.name))?;
+            let given = given.to_str().map_err(|_| messages::not_utf8(text.name, given))?;
+            let units = text.ty.units(given);
+            let refused = |why: String| messages::out_of_range(text.name, &format!("{given:?}"), &why);
+            checked.push((number, units.map_err(refused)?));
         }
         for (number, units) in checked {
             self.session.block.set_text(number, &units);
@@ -61,6 +64,5 @@ impl<B: Cyclic> Instance<B> {
 }
 
 fn found<'a, V: Version>(table: &'a StaticTable, reference: u32, access: &str) -> Result<(usize, &'a Text), Refusal> {
-    text(table, reference)
-        .ok_or_else(|| no_variable::<V>(table, reference, |kind| format!("{}{access}{kind}", V::PREFIX)))
+    text(table, reference).ok_or_else(|| no_variable::<V>(table, reference, access))
 }

@@ -17,17 +17,12 @@ static double plcfmu_next_call(const plcfmu_clock_t *clock) {
     return clock->start + (double)clock->next * clock->cycle / 1000.0;
 }
 
-static plcfmu_status_t plcfmu_check_running(plcfmu_component_t *c) {
-    const char *stopped = c->instance.block.stopped;
-    return stopped[0] == '\0' ? PLCFMU_OK : plcfmu_refuse(&c->text, stopped);
-}
-
 /* Makes the call that is due at the present time, if it was not made yet. */
 static plcfmu_status_t plcfmu_handle_event(plcfmu_component_t *c) {
     plcfmu_clock_t *clock = &c->instance.clock;
     plcfmu_block_t *block = &c->instance.block;
     if (plcfmu_same(clock) > 0.125 * clock->cycle) {
-        return plcfmu_no_resolution(&c->text, "the time = ", clock->end, clock->cycle / 1000.0);
+        return plcfmu_say_no_resolution(&c->text, "the time", clock->end, clock->cycle / 1000.0);
     }
     if (plcfmu_is_due(clock)) {
         clock->next += 1;

@@ -17,6 +17,16 @@ static void plcfmu_fresh(plcfmu_component_t *c) {
     c->ordinary_below = 0;
 }
 
+static plcfmu_status_t plcfmu_reset(plcfmu_component_t *c) {
+    plcfmu_fresh(c);
+    return PLCFMU_OK;
+}
+
+static plcfmu_status_t plcfmu_go(plcfmu_component_t *c, int state) {
+    c->instance.state = state;
+    return PLCFMU_OK;
+}
+
 /* A component without an instance; NULL, with a message, if there is no memory. */
 static plcfmu_component_t *plcfmu_make(const char *name, plcfmu_logger_t logger, void *environment) {
     plcfmu_component_t *c = plcfmu_new_component();
@@ -38,23 +48,19 @@ static plcfmu_component_t *plcfmu_make(const char *name, plcfmu_logger_t logger,
 }
 
 static plcfmu_status_t plcfmu_check_name(plcfmu_component_t *c, const char *name) {
-    if (name == NULL || name[0] == '\0') {
-        return plcfmu_refuse(&c->text, "instanceName is NULL or empty: give the instance a name");
-    }
-    return PLCFMU_OK;
+    return name == NULL || name[0] == '\0' ? plcfmu_say_no_name(&c->text) : PLCFMU_OK;
 }
 
 /* Begins with the start values, unless the identifier, which the standard calls `what`, is that of another FMU. */
 static plcfmu_status_t plcfmu_begin(plcfmu_component_t *c, const char *what, const char *identifier) {
     if (identifier == NULL || strcmp(identifier, PLCFMU_GUID) != 0) {
-        plcfmu_say(&c->text, what);
-        plcfmu_say(&c->text, " = ");
+        plcfmu_text_t given = {0, {0}};
         if (identifier == NULL) {
-            plcfmu_say(&c->text, "NULL");
+            plcfmu_say(&given, "NULL");
         } else {
-            plcfmu_say_quoted(&c->text, identifier);
+            plcfmu_say_quoted(&given, identifier);
         }
-        return plcfmu_refuse(&c->text, ": this library is " PLCFMU_GUID "; take the modelDescription.xml that came with it");
+        return plcfmu_say_other_library(&c->text, what, given.text, PLCFMU_GUID);
     }
     plcfmu_fresh(c);
     if (!plcfmu_is_strict() || !plcfmu_is_exact(c)) {
@@ -93,14 +99,12 @@ static plcfmu_status_t plcfmu_set_debug_logging(plcfmu_component_t *c, int on, s
     }
     for (i = 0; i < count; i += 1) {
         if (names[i] == NULL) {
-            return plcfmu_refuse(&c->text, "a category is NULL");
+            return plcfmu_say_no_category(&c->text);
         }
         for (category = 0; category < 4 && strcmp(names[i], plcfmu_categories[category]) != 0; category += 1) {
         }
         if (category == 4) {
-            plcfmu_say(&c->text, "category ");
-            plcfmu_say_quoted(&c->text, names[i]);
-            return plcfmu_refuse(&c->text, " is unknown: there are logStatusError, logStatusDiscard, logStatusFatal, logAdvice");
+            return plcfmu_say_unknown_category(&c->text, names[i]);
         }
         selected |= 1 << category;
     }
@@ -110,13 +114,10 @@ static plcfmu_status_t plcfmu_set_debug_logging(plcfmu_component_t *c, int on, s
 
 static plcfmu_status_t plcfmu_setup(plcfmu_component_t *c, double start, int has_stop, double stop) {
     if (!(plcfmu_abs_f64(start) <= 1.7976931348623157e308)) {
-        plcfmu_say_named(&c->text, "startTime = ", start, ": must be finite");
-        return PLCFMU_REFUSED;
+        return plcfmu_say_start_time(&c->text, start);
     }
     if (has_stop && !(stop >= start)) {
-        plcfmu_say_named(&c->text, "stopTime = ", stop, ": must not lie before startTime = ");
-        plcfmu_say_number(&c->text, start, 0);
-        return PLCFMU_REFUSED;
+        return plcfmu_say_stop_time(&c->text, stop, start);
     }
     c->instance.has_experiment = 1;
     c->instance.start = start;
@@ -127,9 +128,7 @@ static plcfmu_status_t plcfmu_setup(plcfmu_component_t *c, double start, int has
 static plcfmu_status_t plcfmu_exit_initialization(plcfmu_component_t *c) {
     plcfmu_instance_t *instance = &c->instance;
     if (plcfmu_cycle(&instance->block) < 1) {
-        plcfmu_say_named(&c->text, PLCFMU_CYCLE_NAME " = ", (double)plcfmu_cycle(&instance->block) / 1000.0,
-                         " s: the time between two calls must be at least 0.001 s");
-        return PLCFMU_REFUSED;
+        return plcfmu_say_short_cycle(&c->text, PLCFMU_CYCLE_NAME, (double)plcfmu_cycle(&instance->block) / 1000.0);
     }
     if (plcfmu_check_settings(&instance->block, &c->text) != PLCFMU_OK) {
         return PLCFMU_REFUSED;
@@ -157,7 +156,7 @@ static plcfmu_status_t plcfmu_set_state(plcfmu_component_t *c, void *state) {
         return PLCFMU_REFUSED;
     }
     if (saved->instance.state == PLCFMU_EVENT_MODE && !c->has_events) {
-        return plcfmu_refuse(&c->text, "the state was saved in Event Mode, without which this instance was made");
+        return plcfmu_say_state_in_event_mode(&c->text);
     }
     memcpy(&c->instance, &saved->instance, sizeof c->instance);
     c->ordinary_below = 0;
@@ -200,11 +199,7 @@ static plcfmu_status_t plcfmu_serialize_state(plcfmu_component_t *c, void *state
     }
     length = plcfmu_serialized_size(&saved->instance);
     if (size < length) {
-        plcfmu_say(&c->text, "size = ");
-        plcfmu_say_whole(&c->text, (i64_t)size);
-        plcfmu_say(&c->text, ": the state takes ");
-        plcfmu_say_whole(&c->text, (i64_t)length);
-        return plcfmu_refuse(&c->text, " bytes");
+        return plcfmu_say_small_buffer(&c->text, size, length);
     }
     plcfmu_serialize(&saved->instance, (unsigned char *)bytes, length);
     return PLCFMU_OK;

@@ -23,6 +23,15 @@ static void plcfmu_say_whole(plcfmu_text_t *text, i64_t number) {
     plcfmu_say(text, digits + at);
 }
 
+static void plcfmu_say_size(plcfmu_text_t *text, size_t count) {
+    if ((u64_t)count > (u64_t)I64_MAX) {
+        plcfmu_say_whole(text, (i64_t)(count / 10u));
+        plcfmu_say_whole(text, (i64_t)(count % 10u));
+    } else {
+        plcfmu_say_whole(text, (i64_t)count);
+    }
+}
+
 /* A text of the host, cut if it is long, without line breaks. */
 static void plcfmu_say_quoted(plcfmu_text_t *text, const char *given) {
     static const char hex[] = "0123456789abcdef";
@@ -197,112 +206,8 @@ static void plcfmu_say_number(plcfmu_text_t *text, double number, int plain) {
     plcfmu_say(text, count <= power && !plain ? ".0" : "");
 }
 
-static void plcfmu_say_named(plcfmu_text_t *text, const char *before, double number, const char *behind) {
-    plcfmu_say(text, before);
-    plcfmu_say_number(text, number, 0);
-    plcfmu_say(text, behind);
-}
-
 /* Refuses with a sentence that is finished. */
 static plcfmu_status_t plcfmu_refuse(plcfmu_text_t *text, const char *sentence) {
     plcfmu_say(text, sentence);
     return PLCFMU_REFUSED;
-}
-
-/* Tells the host, if it wants to know: "FUNCTION: message", in which # begins the reference to a variable and is doubled. */
-static void plcfmu_tell(plcfmu_component_t *c, int function, plcfmu_status_t status) {
-    static const int bits[] = {PLCFMU_ADVICE, PLCFMU_ERROR, PLCFMU_DISCARD, PLCFMU_ERROR, PLCFMU_FATAL, PLCFMU_ERROR};
-    char text[2 * PLCFMU_LONGEST + 64];
-    const char *parts[3];
-    size_t length = 0;
-    int category = 0, part;
-    if (c->logged & bits[status]) {
-        while (!(bits[status] >> category & 1)) {
-            category += 1;
-        }
-        parts[0] = plcfmu_functions[function].name;
-        parts[1] = ": ";
-        parts[2] = c->text.text;
-        for (part = 0; part < 3; part += 1) {
-            const char *from = parts[part];
-            for (; *from != '\0'; from += 1) {
-                text[length] = *from;
-                length += 1;
-                if (*from == '#') {
-                    text[length] = '#';
-                    length += 1;
-                }
-            }
-        }
-        text[length] = '\0';
-        plcfmu_log(c->logger, c->environment, c->name, status, plcfmu_categories[category], text);
-    }
-    c->text.length = 0;
-    c->text.text[0] = '\0';
-}
-
-/* Whether a function may be called now. */
-static plcfmu_status_t plcfmu_enter(plcfmu_component_t *c, int function) {
-    const size_t count = sizeof plcfmu_state_names / sizeof plcfmu_state_names[0];
-    const char *comma = "";
-    size_t state;
-    if (c == NULL) {
-        return PLCFMU_REFUSED;
-    }
-    if (plcfmu_functions[function].states & c->instance.state) {
-        return PLCFMU_OK;
-    }
-    plcfmu_say(&c->text, "not allowed in state ");
-    for (state = 0; state < count; state += 1) {
-        plcfmu_say(&c->text, plcfmu_state_names[state].state == c->instance.state ? plcfmu_state_names[state].name : "");
-    }
-    plcfmu_say(&c->text, ", only in ");
-    for (state = 0; state < count; state += 1) {
-        if (plcfmu_functions[function].states & plcfmu_state_names[state].state) {
-            plcfmu_say(&c->text, comma);
-            plcfmu_say(&c->text, plcfmu_state_names[state].name);
-            comma = ", ";
-        }
-    }
-    return PLCFMU_REFUSED;
-}
-
-/* What a function answers; a refusal is logged. */
-static plcfmu_status_t plcfmu_leave(plcfmu_component_t *c, int function, plcfmu_status_t status) {
-    if (c != NULL && (status != PLCFMU_OK || c->text.length > 0)) {
-        plcfmu_tell(c, function, status);
-    }
-    return status;
-}
-
-static void plcfmu_say_size(plcfmu_text_t *text, size_t count) {
-    if ((u64_t)count > (u64_t)I64_MAX) {
-        plcfmu_say_whole(text, (i64_t)(count / 10u));
-        plcfmu_say_whole(text, (i64_t)(count % 10u));
-    } else {
-        plcfmu_say_whole(text, (i64_t)count);
-    }
-}
-
-/* Whether an array of the host can be read. */
-static plcfmu_status_t plcfmu_array(plcfmu_text_t *text, const void *array, size_t count, size_t size, const char *name) {
-    if (array == NULL && count > 0) {
-        plcfmu_say(text, name);
-        plcfmu_say(text, " is NULL, though it should have ");
-    } else if (count > (size_t)-1 / 2 / size) {
-        plcfmu_say(text, name);
-        plcfmu_say(text, " cannot have ");
-    } else {
-        return PLCFMU_OK;
-    }
-    plcfmu_say_size(text, count);
-    return plcfmu_refuse(text, " elements");
-}
-
-static plcfmu_status_t plcfmu_target(plcfmu_text_t *text, const void *target, const char *name) {
-    if (target != NULL) {
-        return PLCFMU_OK;
-    }
-    plcfmu_say(text, name);
-    return plcfmu_refuse(text, " is NULL");
 }

@@ -5,14 +5,19 @@
 
 use crate::cyclic::Cyclic;
 use crate::layout::{Layout, Referent};
+use crate::messages::{self, Message};
+use crate::state::{Function, State};
 use blocks::table::fingerprint::{self, BASIS};
 use blocks::table::number::{number, to_value};
 use blocks::{Class, Kind, Role, StaticRow, Text};
 use std::fmt::Write;
 
-/// The parts of every door, in order, after what a version calls things and which functions it has.
+/// What sentences are made of.
+const PIECES: &str = include_str!("messages.c");
+
+/// The parts of every door, in order, after what a version calls things, which functions it has, and what it says.
 const DOOR: [&str; 5] = [
-    include_str!("messages.c"),
+    include_str!("calls.c"),
     include_str!("values.c"),
     include_str!("steps.c"),
     include_str!("states.c"),
@@ -46,7 +51,9 @@ pub struct Door {
     /// What the version calls what the rest of the file uses.
     pub(crate) names: &'static str,
     /// Its functions with the states in which they are allowed.
-    pub(crate) table: &'static str,
+    pub(crate) table: &'static [Function],
+    /// What it says beside what all say.
+    pub(crate) messages: &'static [Message],
     /// Its functions, after all others.
     pub(crate) functions: [&'static str; 2],
     /// Its types.
@@ -231,12 +238,67 @@ pub fn file(parts: &Parts) -> String {
     text.push_str(&table(parts));
     text.push_str(door.names);
     text.push_str(DATA);
-    text.push_str(door.table);
-    DOOR.iter().for_each(|part| text.push_str(part));
-    text.push_str(TEXTS[usize::from(parts.texts.is_empty())]);
-    text.push_str(INSTANCE);
-    door.functions.iter().for_each(|part| text.push_str(part));
+    functions(&mut text, door.table);
+    text.push_str(PIECES);
+    let texts = TEXTS[usize::from(parts.texts.is_empty())];
+    let rest = [DOOR.concat().as_str(), texts, INSTANCE, &door.functions.concat()].concat();
+    messages(&mut text, door.messages, &rest);
+    text.push_str(&rest);
     text
+}
+
+/// The functions with the states in which they are allowed, from the table of the library.
+fn functions(text: &mut String, functions: &[Function]) {
+    let names: Vec<String> = functions.iter().map(|function| format!("PLCFMU_OF_{}", &function.name[4..])).collect();
+    let states = |function: &Function| {
+        let allowed =
+            State::LASTING.iter().zip("INECT".chars()).filter(|(state, _)| function.allowed & **state as u8 != 0);
+        let all: Vec<String> = allowed.map(|(_, letter)| format!("PLCFMU_{letter}")).collect();
+        if all.is_empty() { "0".to_string() } else { all.join(" | ") }
+    };
+    text.push_str("\n/* The functions and the states in which they are allowed. Two rows are more lenient than the standard because hosts\n   need it: in state instantiated Get works and gives the start values, and inputs may be set. */\n");
+    text.push_str("static const plcfmu_function_t plcfmu_functions[] = {\n");
+    for function in functions {
+        let _ = writeln!(text, "    {{\"{}\", {}}},", function.name, states(function));
+    }
+    let lines: Vec<String> = names.chunks(4).map(|line| line.join(", ")).collect();
+    let _ = writeln!(text, "}};\n\nenum {{\n    {}\n}};", lines.join(",\n    "));
+    text.push_str("\nstatic const plcfmu_state_name_t plcfmu_state_names[] = {\n");
+    for (state, letter) in State::LASTING.iter().zip("INECT".chars()) {
+        let name = functions.first().map_or("", |function| state.name(function));
+        let _ = writeln!(text, "    {{PLCFMU_{letter}, {name:?}}},");
+    }
+    text.push_str("};\n");
+}
+
+/// The sentences of which the rest of the file makes use, each as a function, which answers what a refused call does.
+fn messages(text: &mut String, own: &[Message], rest: &str) {
+    for Message { name, arguments, text: sentence } in messages::ALL.iter().chain(own) {
+        if !rest.contains(&format!("plcfmu_say_{name}(")) {
+            continue;
+        }
+        let c_type = |of: &str| match of {
+            "f64" => "double ",
+            "&str" | "&CStr" => "const char *",
+            "usize" => "size_t ",
+            _ => "i64_t ",
+        };
+        let given: String = arguments.iter().map(|(argument, of)| format!(", {}{argument}", c_type(of))).collect();
+        let _ = writeln!(text, "\nPROGRAM plcfmu_status_t plcfmu_say_{name}(plcfmu_text_t *text{given}) {{");
+        for (place, piece) in sentence.split(['{', '}']).enumerate().filter(|(_, piece)| !piece.is_empty()) {
+            let argument = piece.trim_end_matches(":?");
+            let of = arguments.iter().find(|(known, _)| *known == argument).map_or("", |(_, of)| of);
+            let _ = match of {
+                _ if place % 2 == 0 => writeln!(text, "    plcfmu_say(text, {});", quoted(piece)),
+                "f64" => writeln!(text, "    plcfmu_say_number(text, {argument}, {});", u8::from(argument == piece)),
+                "usize" => writeln!(text, "    plcfmu_say_size(text, {argument});"),
+                "&str" if argument == piece => writeln!(text, "    plcfmu_say(text, {argument});"),
+                "&str" | "&CStr" => writeln!(text, "    plcfmu_say_quoted(text, {argument});"),
+                _ => writeln!(text, "    plcfmu_say_whole(text, {argument});"),
+            };
+        }
+        text.push_str("    return PLCFMU_REFUSED;\n}\n");
+    }
 }
 
 /// The table as C.

@@ -65,8 +65,7 @@ static plcfmu_saved_t *plcfmu_find(plcfmu_component_t *c, void *address, plcfmu_
             return *at;
         }
     }
-    plcfmu_say(&c->text, "FMUstate was not given by this instance, or is freed; to move a state to another instance, serialize "
-                         "it");
+    plcfmu_say_unknown_state(&c->text);
     return NULL;
 }
 
@@ -223,13 +222,13 @@ static plcfmu_status_t plcfmu_deserialize(plcfmu_text_t *text, const unsigned ch
     plcfmu_hash_t hash = plcfmu_hash_basis, expected;
     u64_t length;
     if (size < 8 || memcmp(from, plcfmu_magic, sizeof plcfmu_magic) != 0) {
-        return plcfmu_refuse(text, "the bytes are not a serialized state of this format");
+        return plcfmu_say_no_serialized_state(text);
     }
     if (size < 24 || memcmp(from + 8, plcfmu_fingerprint, sizeof plcfmu_fingerprint) != 0) {
-        return plcfmu_refuse(text, "the state belongs to another FMU or version; this is " PLCFMU_NAME);
+        return plcfmu_say_state_of_another_fmu(text, PLCFMU_NAME);
     }
     if (size < PLCFMU_HEAD + PLCFMU_CHECKSUM) {
-        return plcfmu_refuse(text, "the serialized state is damaged");
+        return plcfmu_say_damaged_state(text);
     }
     memcpy(&length, from + 24, 8);
     memcpy(&expected.low, from + size - PLCFMU_CHECKSUM, 8);
@@ -242,5 +241,5 @@ static plcfmu_status_t plcfmu_deserialize(plcfmu_text_t *text, const unsigned ch
         memset(to, 0, sizeof *to);
         plcfmu_pass_instance(&bytes, to);
     }
-    return bytes.is_damaged || bytes.left > 0 ? plcfmu_refuse(text, "the serialized state is damaged") : PLCFMU_OK;
+    return bytes.is_damaged || bytes.left > 0 ? plcfmu_say_damaged_state(text) : PLCFMU_OK;
 }

@@ -63,17 +63,6 @@ static int plcfmu_stays_ordinary(const plcfmu_clock_t *clock, double tc, double 
            && drift + (steps + 1.0) * rounding < 0.9 * PLCFMU_MOST_DRIFT * clock->cycle;
 }
 
-static void plcfmu_say_step(plcfmu_text_t *text, double tc, double h) {
-    plcfmu_say_named(text, "currentCommunicationPoint = ", tc, ", communicationStepSize = ");
-    plcfmu_say_number(text, h, 0);
-}
-
-static plcfmu_status_t plcfmu_no_resolution(plcfmu_text_t *text, const char *name, double time, double period) {
-    plcfmu_say_named(text, name, time, ": this far from 0, a double no longer distinguishes one CYCLE of ");
-    plcfmu_say_number(text, period, 1);
-    return plcfmu_refuse(text, " s from the next; start nearer to 0");
-}
-
 /* Goes from tc to tc + h and says which calls lie in between. What is refused leaves the clock where it is. */
 static plcfmu_status_t plcfmu_advance(plcfmu_clock_t *clock, double tc, double h, plcfmu_calls_t *calls, plcfmu_text_t *text) {
     double cycle = clock->cycle, per_cycle = 1.0 / cycle, period = cycle / 1000.0;
@@ -91,18 +80,15 @@ static plcfmu_status_t plcfmu_advance(plcfmu_clock_t *clock, double tc, double h
         return PLCFMU_OK;
     }
     if (!(h >= 0.0 && h <= most && plcfmu_abs_f64(tc) <= most)) {
-        plcfmu_say_step(text, tc, h);
-        return plcfmu_refuse(text, ": the point must be finite, the step finite and not below 0");
+        return plcfmu_say_no_time(text, tc, h);
     }
     magnitude = plcfmu_largest(plcfmu_abs_f64(tc), plcfmu_abs_f64(clock->start));
     same = PLCFMU_SAME * cycle + PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION * magnitude;
     if (same > 0.125 * cycle) {
-        return plcfmu_no_resolution(text, "currentCommunicationPoint = ", tc, period);
+        return plcfmu_say_no_resolution(text, "currentCommunicationPoint", tc, period);
     }
     if ((clock->end - tc) * 1000.0 > same) {
-        plcfmu_say_named(text, "currentCommunicationPoint = ", tc, " is before ");
-        plcfmu_say_named(text, "", clock->end, ", where the last step ended; to go back, restore an FMU state");
-        return PLCFMU_REFUSED;
+        return plcfmu_say_before_end(text, tc, clock->end);
     }
     rounding = tc == clock->end || tc == clock->start + clock->since ? PLCFMU_MOST_DRIFT * cycle
                                                                      : PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION * magnitude;
@@ -119,9 +105,7 @@ static plcfmu_status_t plcfmu_advance(plcfmu_clock_t *clock, double tc, double h
         if (beyond > 0.0) {
             double behind = (tc + h - clock->stop) * 1000.0;
             if ((beyond < behind ? beyond : behind) > same) {
-                plcfmu_say_step(text, tc, h);
-                plcfmu_say_named(text, ": the step ends after stopTime = ", clock->stop, "");
-                return PLCFMU_REFUSED;
+                return plcfmu_say_after_stop(text, tc, h, clock->stop);
             }
             step -= beyond;
         }
@@ -135,10 +119,7 @@ static plcfmu_status_t plcfmu_advance(plcfmu_clock_t *clock, double tc, double h
     tolerance = (same + PLCFMU_ROUNDINGS * PLCFMU_EPSILON * step) * per_cycle;
     cycles = (offset + step) * per_cycle;
     if (cycles + (double)(tick - first) > PLCFMU_MOST_CALLS) {
-        plcfmu_say_step(text, tc, h);
-        plcfmu_say_named(text, ": from ", clock->end, " on, with one call every ");
-        plcfmu_say_number(text, period, 1);
-        return plcfmu_refuse(text, " s, this is more than 4294967296 calls; make the step shorter");
+        return plcfmu_say_too_many_calls(text, tc, h, clock->end, period);
     }
     passed = (i64_t)(cycles + tolerance);
     next = (i64_t)(cycles - tolerance);
@@ -189,6 +170,11 @@ static int plcfmu_is_ordinary_step(plcfmu_component_t *c, double tc, double h) {
     return 1;
 }
 
+static plcfmu_status_t plcfmu_check_running(plcfmu_component_t *c) {
+    const char *stopped = c->instance.block.stopped;
+    return stopped[0] == '\0' ? PLCFMU_OK : plcfmu_refuse(&c->text, stopped);
+}
+
 /* Makes every call from tc on before tc + h. */
 static plcfmu_status_t plcfmu_step(plcfmu_component_t *c, double tc, double h) {
     plcfmu_instance_t *instance = &c->instance;
@@ -215,9 +201,7 @@ static plcfmu_status_t plcfmu_step(plcfmu_component_t *c, double tc, double h) {
         /* The largest magnitude that the value can reach within the step; if that fits, every value does. */
         range = plcfmu_bits_of(plcfmu_at(plcfmu_abs_f64(input->value), input->derivatives, last, 1), row->kind, &bits);
         if (range != NULL) {
-            plcfmu_say(&c->text, row->name);
-            plcfmu_say_named(&c->text, ", extrapolated over ", last, " s, may leave its range: ");
-            return plcfmu_refuse(&c->text, range);
+            return plcfmu_say_extrapolated(&c->text, row->name, last, range);
         }
     }
     instance->clock = clock;
@@ -234,7 +218,7 @@ static plcfmu_status_t plcfmu_step(plcfmu_component_t *c, double tc, double h) {
         plcfmu_put_number(&instance->block, instance->extrapolations[i].row, instance->extrapolations[i].value);
     }
     plcfmu_show_mean(&instance->block, pulses, calls.count);
-    return instance->block.stopped[0] == '\0' ? PLCFMU_OK : plcfmu_refuse(&c->text, instance->block.stopped);
+    return plcfmu_check_running(c);
 }
 
 /* Says once if a step is so short that CYCLE may be given in the wrong unit. */
@@ -242,12 +226,7 @@ static void plcfmu_advise(plcfmu_component_t *c, double h) {
     double cycle = c->instance.clock.cycle / 1000.0;
     /* Steps below a microsecond are what rounding leaves of a host's time. */
     if (!c->is_step_advised && (c->logged & PLCFMU_ADVICE) && 1e-6 < h && h < cycle / 100.0) {
-        plcfmu_say_named(&c->text, "communicationStepSize = ", h, ": " PLCFMU_CYCLE_NAME " = ");
-        plcfmu_say_number(&c->text, cycle, 0);
-        plcfmu_say(&c->text, " s is ");
-        plcfmu_say_number(&c->text, plcfmu_round_f64(cycle / h), 1);
-        plcfmu_say(&c->text, " times as long, and most steps make no call; is " PLCFMU_CYCLE_NAME
-                             " given in ms instead of s?");
+        plcfmu_say_short_step(&c->text, h, PLCFMU_CYCLE_NAME, cycle, plcfmu_round_f64(cycle / h));
         c->is_step_advised = 1;
     }
 }

@@ -107,12 +107,12 @@ static plcfmu_status_t plcfmu_check_text(plcfmu_component_t *c, const plcfmu_tex
     u32_t units = 0, code = 0;
     const char *at, *outside = NULL;
     size_t size = 1;
-    plcfmu_say(&c->text, row->name);
+    plcfmu_text_t value = {0, {0}}, why = {0, {0}};
     if (!plcfmu_is_given(row)) {
-        return plcfmu_refuse(&c->text, " is computed by the block and can only be read");
+        return plcfmu_say_computed(&c->text, row->name);
     }
     if (given == NULL) {
-        return plcfmu_refuse(&c->text, " = NULL: a text is needed, which may be empty");
+        return plcfmu_say_no_text(&c->text, row->name);
     }
     for (at = given; *at != '\0' && size != 0; at += size) {
         size = plcfmu_decode(at, &code);
@@ -120,31 +120,26 @@ static plcfmu_status_t plcfmu_check_text(plcfmu_component_t *c, const plcfmu_tex
         outside = outside == NULL && code > 0xFF && !row->is_wide ? at : outside;
     }
     if (size != 0 && units <= row->most && outside == NULL) {
-        c->text.length = 0;
-        c->text.text[0] = '\0';
         return PLCFMU_OK;
     }
-    plcfmu_say(&c->text, " = ");
-    plcfmu_say_quoted(&c->text, given);
     if (size == 0) {
-        return plcfmu_refuse(&c->text, ": the text is not UTF-8");
+        return plcfmu_say_not_utf8(&c->text, row->name, given);
     }
+    plcfmu_say_quoted(&value, given);
     if (units > row->most) {
-        plcfmu_say(&c->text, ": ");
-        plcfmu_say(&c->text, row->type);
-        plcfmu_say(&c->text, " takes ");
-        plcfmu_say_whole(&c->text, row->most);
-        plcfmu_say(&c->text, " characters, not ");
-        plcfmu_say_whole(&c->text, units);
-        return PLCFMU_REFUSED;
-    }
-    {
+        plcfmu_say(&why, row->type);
+        plcfmu_say(&why, " takes ");
+        plcfmu_say_whole(&why, row->most);
+        plcfmu_say(&why, " characters, not ");
+        plcfmu_say_whole(&why, units);
+    } else {
         char character[5] = {0, 0, 0, 0, 0};
         memcpy(character, outside, plcfmu_decode(outside, &code));
-        plcfmu_say(&c->text, ": a STRING has the characters of ISO 8859-1, and '");
-        plcfmu_say(&c->text, character);
-        return plcfmu_refuse(&c->text, "' is not one of them");
+        plcfmu_say(&why, "a STRING has the characters of ISO 8859-1, and '");
+        plcfmu_say(&why, character);
+        plcfmu_say(&why, "' is not one of them");
     }
+    return plcfmu_say_out_of_range(&c->text, row->name, value.text, why.text);
 }
 
 static void plcfmu_put_text(const plcfmu_text_row_t *row, memory_t *memory, const char *given) {

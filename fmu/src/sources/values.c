@@ -179,7 +179,9 @@ static void plcfmu_say_stop(const plcfmu_block_t *block, const call_t *call, plc
     }
     plcfmu_say(text, " (call ");
     plcfmu_say_whole(text, block->calls);
-    plcfmu_say_named(text, ", ", (double)call->now / 1e9, " s after the start)");
+    plcfmu_say(text, ", ");
+    plcfmu_say_number(text, (double)call->now / 1e9, 0);
+    plcfmu_say(text, " s after the start)");
 }
 
 /* Calls a function at a time in nanoseconds. If it stops, the memory is as before, of which `before` takes a copy. */

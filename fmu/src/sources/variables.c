@@ -44,30 +44,17 @@ static int plcfmu_next_value(plcfmu_walk_t *walk, u32_t *row) {
 
 /* Refuses a reference that is not one of a variable of the type that `access` reads or writes. */
 static plcfmu_status_t plcfmu_no_variable(plcfmu_text_t *text, u32_t reference, const char *access) {
-    plcfmu_say(text, "value reference ");
-    plcfmu_say_whole(text, reference);
     if (reference < PLCFMU_ROWS) {
-        const char *own = plcfmu_types[plcfmu_rows[reference].type];
-        plcfmu_say(text, " is ");
-        plcfmu_say(text, plcfmu_rows[reference].name);
-        plcfmu_say(text, ", of type ");
-        plcfmu_say(text, own);
-        plcfmu_say(text, ": use " PLCFMU_PREFIX);
-        plcfmu_say(text, access);
-        plcfmu_say(text, own);
-#ifdef PLCFMU_TEXTS
-    } else if (reference - PLCFMU_ROWS < PLCFMU_TEXTS) {
-        plcfmu_say(text, " is ");
-        plcfmu_say(text, plcfmu_text_rows[reference - PLCFMU_ROWS].name);
-        plcfmu_say(text, ", of type String: use " PLCFMU_PREFIX);
-        plcfmu_say(text, access);
-        plcfmu_say(text, "String");
-#endif
-    } else {
-        plcfmu_say(text, " is unknown: they go from 0 to ");
-        plcfmu_say_whole(text, PLCFMU_ROWS + PLCFMU_TEXT_COUNT - 1);
+        const plcfmu_row_t *row = &plcfmu_rows[reference];
+        return plcfmu_say_other_type(text, reference, row->name, plcfmu_types[row->type], PLCFMU_PREFIX, access);
     }
-    return PLCFMU_REFUSED;
+#ifdef PLCFMU_TEXTS
+    if (reference - PLCFMU_ROWS < PLCFMU_TEXTS) {
+        const char *name = plcfmu_text_rows[reference - PLCFMU_ROWS].name;
+        return plcfmu_say_other_type(text, reference, name, "String", PLCFMU_PREFIX, access);
+    }
+#endif
+    return plcfmu_say_unknown_reference(text, reference, PLCFMU_ROWS + PLCFMU_TEXT_COUNT - 1);
 }
 
 static plcfmu_status_t plcfmu_check(plcfmu_text_t *text, u32_t row, int of, const char *access) {
@@ -116,8 +103,5 @@ static plcfmu_status_t plcfmu_may_set(plcfmu_component_t *c, u32_t reference) {
             && c->instance.state != PLCFMU_EVENT_MODE)) {
         return PLCFMU_OK;
     }
-    plcfmu_say(&c->text, row->name);
-    return plcfmu_refuse(&c->text, is_fixed ? " is a fixed parameter: set it before " PLCFMU_PREFIX "ExitInitializationMode, or "
-                                              "call " PLCFMU_PREFIX "Reset first"
-                                            : " is computed by the block and can only be read");
+    return is_fixed ? plcfmu_say_fixed_parameter(&c->text, row->name, PLCFMU_PREFIX) : plcfmu_say_computed(&c->text, row->name);
 }

@@ -10,6 +10,7 @@
 #![allow(clippy::missing_safety_doc, clippy::too_many_arguments)]
 
 use super::Fmi2;
+use super::messages;
 use super::value::AnyReal;
 pub use super::value::Boolean;
 pub use crate::component::StateAddress;
@@ -95,8 +96,7 @@ unsafe fn answer<T>(pointer: *mut T, value: Result<T, Refusal>) -> Result<(), Re
 
 /// fmi2DoStepStatus, fmi2PendingStatus and the rest are only asked while a step is pending.
 fn no_status<T>(kind: c_int) -> Result<T, Refusal> {
-    let reason = format!("status kind {kind} has no answer here: no step is ever pending");
-    Err(Refusal::new(Answer::Discard, reason))
+    Err(Refusal::new(Answer::Discard, messages::no_status(kind)))
 }
 
 /// Reads variables of any type as Reals.
@@ -124,7 +124,7 @@ fn tell_conversion<B: Cyclic>(c: &mut Component<B>, references: &[u32]) {
     let other = references.iter().filter_map(|reference| c.instance.block().table().rows.get(*reference as usize));
     let Some(row) = other.into_iter().find(|row| row.kind.class() != Class::Real) else { return };
     let (name, kind) = (row.full_name(), Fmi2::name_of(row));
-    c.advise_on_conversion(|| format!("{name} is {kind}, and counts as a Real here (TRUE is 1)"));
+    c.advise_on_conversion(|| messages::counts_as_real(&name, kind));
 }
 
 // FMI 2.0, section 4.2.4, in its order. Two rows are more lenient because real hosts need it: in state instantiated, Get
@@ -225,7 +225,7 @@ functions! {
     fmi2GetDirectionalDerivative[InitializationMode StepComplete](
         component: Pointer, _unknowns: *const u32, _unknown_count: usize, _knowns: *const u32, _known_count: usize,
         _known_changes: *const f64, _unknown_changes: *mut f64,
-    ) -> Status => |_c| Err("not provided (providesDirectionalDerivative = false)".into());
+    ) -> Status => |_c| Err(messages::not_provided("providesDirectionalDerivative").into());
     fmi2SetRealInputDerivatives[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, order: *const c_int, value: *const f64,
     ) -> Status => |c| c.instance.set_input_derivatives::<Fmi2>(
@@ -237,13 +237,13 @@ functions! {
         component: Pointer, _vr: *const u32, count: usize, _order: *const c_int, _value: *mut f64,
     ) -> Status => |_c| match count {
         0 => Ok(()),
-        _ => Err("outputs change in steps and have no derivatives (maxOutputDerivativeOrder = 0)".into()),
+        _ => Err(messages::no_output_derivatives().into()),
     };
 
     fmi2DoStep[StepComplete](component: Pointer, tc: f64, h: f64, _no_set_fmu_state_prior: c_int) -> Status
         => |c| c.do_step(tc, h).map(drop);
     fmi2CancelStep[Instantiated InitializationMode StepComplete Terminated](component: Pointer) -> Status
-        => |_c| Err("a step is complete when fmi2DoStep returns, so there is never one to cancel".into());
+        => |_c| Err(messages::nothing_to_cancel().into());
     fmi2GetStatus[StepComplete Terminated](component: Pointer, kind: c_int, value: *mut Status) -> Status
         => |_c| answer(value, no_status(kind));
     fmi2GetRealStatus[StepComplete Terminated](component: Pointer, kind: c_int, value: *mut f64) -> Status
@@ -278,10 +278,10 @@ unsafe fn instantiate<L: Library>(
     let host = Caller { logger, environment, instance_name: name.unwrap_or(c"").to_owned() };
     let door = Door::new(host, &Function::fmi2Instantiate, || {
         if name.is_none_or(CStr::is_empty) {
-            return Err("instanceName is NULL or empty: give the instance a name".into());
+            return Err(messages::no_name().into());
         }
         if fmu_type != CO_SIMULATION {
-            return Err(format!("fmuType = {fmu_type}: this FMU is for co-simulation (1) only").into());
+            return Err(messages::no_simulation_of_this_type(fmu_type).into());
         }
         let identity = Identity { name: "fmuGUID", value: guid, forms: Identity::GUID };
         let origin = L::open(identity, Argument { name: "fmuResourceLocation", value: resources })?;

@@ -4,6 +4,7 @@
 
 #[allow(missing_docs)] // the standard documents its functions
 pub mod ffi;
+mod messages;
 pub mod sources;
 pub mod value;
 

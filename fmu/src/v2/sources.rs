@@ -1,5 +1,6 @@
 //! FMI 2.0 in C.
 
+use super::{ffi, messages};
 use crate::sources::{Door, Variable};
 use blocks::Class;
 
@@ -10,7 +11,8 @@ pub static DOOR: Door = Door {
     header: include_str!("c/fmi2Functions.h"),
     prefix: "FMI2_FUNCTION_PREFIX",
     names: include_str!("c/types.c"),
-    table: include_str!("c/table.c"),
+    table: ffi::TABLE,
+    messages: messages::ALL,
     functions: ["", include_str!("c/functions.c")],
     types: &["Real", "Integer", "Boolean"],
     type_of,

@@ -1,7 +1,7 @@
 //! Variables of FMI 3.0 by value reference: an array is one variable, whose values are those of its elements one after the other,
 //! and the time is one, too.
 
-use super::Choice;
+use super::{Choice, messages};
 use crate::component::Component;
 use crate::cyclic::Cyclic;
 use crate::host_type::HostType;
@@ -31,10 +31,7 @@ fn elements<'a, V: Choice, B: Cyclic>(
                     Referent::Single => all.push(*reference),
                     Referent::Array(elements) => all.extend(elements),
                     Referent::Inside(first) => {
-                        let reason = format!(
-                            "value reference {reference} is unknown: it is inside the array with value reference {first}"
-                        );
-                        return Err(reason.into());
+                        return Err(messages::inside_array(*reference, *first).into());
                     }
                 }
             }
@@ -42,7 +39,7 @@ fn elements<'a, V: Choice, B: Cyclic>(
         }
     };
     if all.len() != count {
-        return Err(format!("nValues = {count}: the variables have {} values", all.len()).into());
+        return Err(messages::wrong_count(count, all.len()).into());
     }
     Ok(all)
 }
@@ -171,8 +168,8 @@ pub fn texts<'a, V: Choice, B: Cyclic>(
 fn refuse_time<B: Cyclic>(block: &B, references: &[u32], access: &str) -> Result<(), Refusal> {
     let time = time_reference(block.table());
     if references.contains(&time) {
-        let what = if access == "Get" { "use fmi3GetFloat64" } else { "it can only be read" };
-        return Err(format!("value reference {time} is the time, of type Float64: {what}").into());
+        let is_read = access == "Get";
+        return Err(if is_read { messages::time_is_float64(time) } else { messages::time_is_read(time) }.into());
     }
     Ok(())
 }
@@ -193,10 +190,7 @@ pub fn dependencies<V: Choice, B: Cyclic>(component: &Component<B>, reference: u
     let layout = block.layout().filter(|_| V::TYPES.has_arrays());
     let part = layout.map_or(&Referent::Single, |layout| layout.part(reference));
     if !is_output || matches!(part, Referent::Inside(_)) {
-        return Err(format!(
-            "value reference {reference} is not that of an output: no other variable has dependencies"
-        )
-        .into());
+        return Err(messages::no_dependencies(reference).into());
     }
     // What the last call left depends on nothing; what a restart leaves, on settings.
     if !component.instance.is_before_start() {

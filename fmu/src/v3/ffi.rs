@@ -10,6 +10,7 @@
 #![allow(clippy::missing_safety_doc, clippy::too_many_arguments)]
 
 use super::access::{self, dependencies};
+use super::messages;
 pub use super::value::Boolean;
 use super::{FORMS, Native, Wide};
 pub use crate::component::StateAddress;
@@ -115,12 +116,12 @@ const VALUES: &str = "values";
 fn nothing(count: usize, what: &str) -> Result<(), Refusal> {
     match count {
         0 => Ok(()),
-        _ => Err(format!("the FMU has no {what}").into()),
+        _ => Err(messages::none_of_this_type(what).into()),
     }
 }
 
 fn only_co_simulation(kind: &str) -> Result<(), Refusal> {
-    Err(format!("it belongs to {kind}: this FMU is for co-simulation only").into())
+    Err(messages::function_of_another_kind(kind).into())
 }
 
 const EXCHANGE: &str = "Model Exchange";
@@ -281,7 +282,7 @@ functions! {
     ) -> Status => |c| {
         let all = dependencies_of(c, dependent)?;
         if all.len() != count {
-            return Err(format!("nDependencies = {count}: the variable has {}", all.len()).into());
+            return Err(messages::wrong_dependency_count(count, all.len()).into());
         }
         let dependent_elements = array_mut(dependent_elements, count, "elementIndicesOfDependent")?;
         let independents = array_mut(independents, count, "independents")?;
@@ -312,16 +313,16 @@ functions! {
     fmi3GetDirectionalDerivative[InitializationMode EventMode StepComplete Terminated](
         instance: Pointer, _unknowns: *const u32, _unknown_count: usize, _knowns: *const u32, _known_count: usize,
         _seed: *const f64, _seed_count: usize, _sensitivity: *mut f64, _sensitivity_count: usize,
-    ) -> Status => |_c| Err("not provided (providesDirectionalDerivatives = false)".into());
+    ) -> Status => |_c| Err(messages::not_provided("providesDirectionalDerivatives").into());
     fmi3GetAdjointDerivative[InitializationMode EventMode StepComplete Terminated](
         instance: Pointer, _unknowns: *const u32, _unknown_count: usize, _knowns: *const u32, _known_count: usize,
         _seed: *const f64, _seed_count: usize, _sensitivity: *mut f64, _sensitivity_count: usize,
-    ) -> Status => |_c| Err("not provided (providesAdjointDerivatives = false)".into());
+    ) -> Status => |_c| Err(messages::not_provided("providesAdjointDerivatives").into());
 
     fmi3EnterConfigurationMode[Instantiated EventMode StepComplete](instance: Pointer) -> Status
-        => |_c| Err("the FMU has no structural parameters".into());
+        => |_c| Err(messages::no_structural_parameters().into());
     fmi3ExitConfigurationMode[Instantiated InitializationMode EventMode StepComplete Terminated](instance: Pointer) -> Status
-        => |_c| Err("the FMU has no structural parameters and no Configuration Mode".into());
+        => |_c| Err(messages::no_configuration_mode().into());
     fmi3GetIntervalDecimal[Instantiated InitializationMode EventMode StepComplete Terminated](
         instance: Pointer, _vr: *const u32, count: usize, _intervals: *mut f64, _qualifiers: *mut c_int,
     ) -> Status => |_c| nothing(count, "Clock");
@@ -344,7 +345,7 @@ functions! {
         instance: Pointer, _vr: *const u32, count: usize, _counters: *const u64, _resolutions: *const u64,
     ) -> Status => |_c| nothing(count, "Clock");
     fmi3EvaluateDiscreteStates[InitializationMode EventMode](instance: Pointer) -> Status
-        => |_c| Err("not provided (providesEvaluateDiscreteStates = false)".into());
+        => |_c| Err(messages::not_provided("providesEvaluateDiscreteStates").into());
     fmi3UpdateDiscreteStates[EventMode](
         instance: Pointer, needs_update: *mut Boolean, terminate: *mut Boolean, nominals_changed: *mut Boolean,
         states_changed: *mut Boolean, is_next_defined: *mut Boolean, next: *mut f64,
@@ -392,7 +393,7 @@ functions! {
         instance: Pointer, _vr: *const u32, count: usize, _orders: *const c_int, _values: *mut f64, _value_count: usize,
     ) -> Status => |_c| match count {
         0 => Ok(()),
-        _ => Err("outputs change in steps and have no derivatives (maxOutputDerivativeOrder = 0)".into()),
+        _ => Err(messages::no_output_derivatives().into()),
     };
     fmi3DoStep[StepComplete](
         instance: Pointer, tc: f64, h: f64, _no_set_fmu_state_prior: Boolean, event: *mut Boolean, terminate: *mut Boolean,
@@ -401,7 +402,7 @@ functions! {
         let (event, terminate) = (target(event, "eventHandlingNeeded")?, target(terminate, "terminateSimulation")?);
         let (early, last) = (target(early, "earlyReturn")?, target(last, "lastSuccessfulTime")?);
         if h == 0.0 {
-            return Err("communicationStepSize = 0.0: must be above 0".into());
+            return Err(messages::step_of_zero().into());
         }
         let reached = c.do_step(tc, h)?;
         *event = Boolean(u8::from(reached.is_event));
@@ -433,7 +434,7 @@ unsafe fn get_float64<B: Cyclic>(
 
 /// There are no instances of another kind of simulation: says so, and gives NULL.
 fn refuse<L: Library>(function: &'static Function, environment: *mut c_void, logger: Logger) -> Pointer {
-    let reason = "this FMU is for co-simulation only: call fmi3InstantiateCoSimulation";
+    let reason = messages::no_simulation_of_this_kind();
     Door::<L::Block, Caller>::new(Caller { logger, environment }, function, || Err(reason.into()));
     ptr::null_mut()
 }
@@ -451,7 +452,7 @@ unsafe fn instantiate<L: Library>(
     let (name, token, resources) = unsafe { (text(instance_name), text(token), text(resources)) };
     let door = Door::new(Caller { logger, environment }, &Function::fmi3InstantiateCoSimulation, || {
         if name.is_none_or(CStr::is_empty) {
-            return Err("instanceName is NULL or empty: give the instance a name".into());
+            return Err(messages::no_name().into());
         }
         let identity = Identity { name: "instantiationToken", value: token, forms: FORMS };
         let origin = L::open(identity, Argument { name: "resourcePath", value: resources })?;

@@ -7,6 +7,7 @@
 pub mod access;
 #[allow(missing_docs)] // the standard documents its functions
 pub mod ffi;
+mod messages;
 pub mod sources;
 pub mod value;
 

@@ -1,5 +1,6 @@
 //! FMI 3.0 in C, with each choice of types.
 
+use super::{ffi, messages};
 use crate::sources::{Door, EVENTS};
 use blocks::Types;
 
@@ -24,7 +25,8 @@ const DOOR: Door = Door {
     header: include_str!("c/fmi3Functions.h"),
     prefix: "FMI3_FUNCTION_PREFIX",
     names: include_str!("c/types.c"),
-    table: include_str!("c/table.c"),
+    table: ffi::TABLE,
+    messages: messages::ALL,
     functions: [EVENTS, include_str!("c/functions.c")],
     types: TYPES,
     type_of: |variable| Types::Wide.host_type(variable.kind, variable.is_analog),

@@ -5,11 +5,8 @@ const char *fmi2GetTypesPlatform(void) { return "default"; }
 
 const char *fmi2GetVersion(void) { return "2.0"; }
 
-fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t count, const fmi2String names[]) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_SET_DEBUG_LOGGING);
-    status = status == fmi2OK ? plcfmu_set_debug_logging(c, on, count, names) : status;
-    return plcfmu_leave(c, PLCFMU_SET_DEBUG_LOGGING, status);
+fmi2Status fmi2SetDebugLogging(fmi2Component instance, fmi2Boolean on, size_t count, const fmi2String names[]) {
+    PLCFMU_ANSWER(SetDebugLogging, plcfmu_set_debug_logging(c, on, count, names));
 }
 
 /* Why there is no instance. */
@@ -18,9 +15,7 @@ static fmi2Status plcfmu_check_arguments(plcfmu_component_t *c, fmi2String name,
         return fmi2Error;
     }
     if (type != fmi2CoSimulation) {
-        plcfmu_say(&c->text, "fmuType = ");
-        plcfmu_say_whole(&c->text, (i64_t)(int)type);
-        return plcfmu_refuse(&c->text, ": this FMU is for co-simulation (1) only");
+        return plcfmu_say_no_simulation_of_this_type(&c->text, (int)type);
     }
     return plcfmu_begin(c, "fmuGUID", guid);
 }
@@ -37,52 +32,36 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     return c == NULL ? NULL : plcfmu_made(c, plcfmu_check_arguments(c, name, type, guid), logging_on);
 }
 
-void fmi2FreeInstance(fmi2Component component) { plcfmu_free((plcfmu_component_t *)component); }
+void fmi2FreeInstance(fmi2Component instance) { plcfmu_free((plcfmu_component_t *)instance); }
 
-fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
+fmi2Status fmi2SetupExperiment(fmi2Component instance, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
                                fmi2Boolean has_stop, fmi2Real stop) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_SETUP_EXPERIMENT);
     (void)has_tolerance;
     (void)tolerance;
-    status = status == fmi2OK ? plcfmu_setup(c, start, has_stop, stop) : status;
-    return plcfmu_leave(c, PLCFMU_SETUP_EXPERIMENT, status);
-}
-
-fmi2Status fmi2EnterInitializationMode(fmi2Component component) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_ENTER_INITIALIZATION);
-    if (status == fmi2OK && !c->instance.has_experiment) {
-        status = plcfmu_refuse(&c->text, "the start time is unknown: call fmi2SetupExperiment first");
-    } else if (status == fmi2OK) {
-        c->instance.state = PLCFMU_INITIALIZATION;
+    {
+        PLCFMU_ANSWER(SetupExperiment, plcfmu_setup(c, start, has_stop, stop));
     }
-    return plcfmu_leave(c, PLCFMU_ENTER_INITIALIZATION, status);
 }
 
-fmi2Status fmi2ExitInitializationMode(fmi2Component component) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_EXIT_INITIALIZATION);
-    status = status == fmi2OK ? plcfmu_exit_initialization(c) : status;
-    return plcfmu_leave(c, PLCFMU_EXIT_INITIALIZATION, status);
+static fmi2Status plcfmu_enter_initialization(plcfmu_component_t *c) {
+    return c->instance.has_experiment ? plcfmu_go(c, PLCFMU_INITIALIZATION)
+                                      : plcfmu_say_no_start_time(&c->text, "fmi2SetupExperiment");
 }
 
-fmi2Status fmi2Terminate(fmi2Component component) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_TERMINATE);
-    if (status == fmi2OK) {
-        c->instance.state = PLCFMU_TERMINATED;
-    }
-    return plcfmu_leave(c, PLCFMU_TERMINATE, status);
+fmi2Status fmi2EnterInitializationMode(fmi2Component instance) {
+    PLCFMU_ANSWER(EnterInitializationMode, plcfmu_enter_initialization(c));
 }
 
-fmi2Status fmi2Reset(fmi2Component component) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_RESET);
-    if (status == fmi2OK) {
-        plcfmu_fresh(c);
-    }
-    return plcfmu_leave(c, PLCFMU_RESET, status);
+fmi2Status fmi2ExitInitializationMode(fmi2Component instance) {
+    PLCFMU_ANSWER(ExitInitializationMode, plcfmu_exit_initialization(c));
+}
+
+fmi2Status fmi2Terminate(fmi2Component instance) {
+    PLCFMU_ANSWER(Terminate, plcfmu_go(c, PLCFMU_TERMINATED));
+}
+
+fmi2Status fmi2Reset(fmi2Component instance) {
+    PLCFMU_ANSWER(Reset, plcfmu_reset(c));
 }
 
 /* --- Reading and writing variables: of type 0 Real, 1 Integer, 2 Boolean. As Reals, there are all of them: TRUE is 1 */
@@ -96,10 +75,7 @@ static fmi2Status plcfmu_tell_conversion(plcfmu_component_t *c, const fmi2ValueR
     size_t i;
     for (i = 0; of == 0 && i < count && !c->is_conversion_advised && (c->logged & PLCFMU_ADVICE); i += 1) {
         if (plcfmu_rows[vr[i]].type != 0) {
-            plcfmu_say(&c->text, plcfmu_rows[vr[i]].name);
-            plcfmu_say(&c->text, " is ");
-            plcfmu_say(&c->text, plcfmu_types[plcfmu_rows[vr[i]].type]);
-            plcfmu_say(&c->text, ", and counts as a Real here (TRUE is 1)");
+            plcfmu_say_counts_as_real(&c->text, plcfmu_rows[vr[i]].name, plcfmu_types[plcfmu_rows[vr[i]].type]);
             c->is_conversion_advised = 1;
         }
     }
@@ -154,11 +130,9 @@ static fmi2Status plcfmu_set(plcfmu_component_t *c, const fmi2ValueReference vr[
         }
         range = plcfmu_bits_of(plcfmu_given(values, i, of), plcfmu_rows[vr[i]].kind, &bits);
         if (range != NULL) {
-            plcfmu_say(&c->text, plcfmu_rows[vr[i]].name);
-            plcfmu_say(&c->text, " = ");
-            plcfmu_say_number(&c->text, plcfmu_given(values, i, of), of != 0);
-            plcfmu_say(&c->text, ": ");
-            return plcfmu_refuse(&c->text, range);
+            plcfmu_text_t value = {0, {0}};
+            plcfmu_say_number(&value, plcfmu_given(values, i, of), of != 0);
+            return plcfmu_say_out_of_range(&c->text, plcfmu_rows[vr[i]].name, value.text, range);
         }
     }
     for (i = 0; i < count; i += 1) {
@@ -182,15 +156,13 @@ static char *plcfmu_real(plcfmu_component_t *c, const fmi2ValueReference vr[], s
     return (char *)&c->instance.block.memory + row->offset;
 }
 
-PLCFMU_APART static fmi2Status plcfmu_get_reals(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count,
+PLCFMU_APART static fmi2Status plcfmu_get_reals(fmi2Component instance, const fmi2ValueReference vr[], size_t count,
                                                 fmi2Real value[]) {
-    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_REAL);
-    status = status == fmi2OK ? plcfmu_get(c, vr, count, 0, value) : status;
-    return plcfmu_leave(c, PLCFMU_GET_REAL, status);
+    PLCFMU_ANSWER(GetReal, plcfmu_get(c, vr, count, 0, value));
 }
 
-fmi2Status fmi2GetReal(fmi2Component component, const fmi2ValueReference vr[], size_t count, fmi2Real value[]) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
+fmi2Status fmi2GetReal(fmi2Component instance, const fmi2ValueReference vr[], size_t count, fmi2Real value[]) {
+    plcfmu_component_t *c = (plcfmu_component_t *)instance;
     const char *real = plcfmu_real(c, vr, count, value, 0);
     if (real != NULL) {
         float number;
@@ -198,119 +170,80 @@ fmi2Status fmi2GetReal(fmi2Component component, const fmi2ValueReference vr[], s
         value[0] = (double)number;
         return fmi2OK;
     }
-    return plcfmu_get_reals(c, vr, count, value);
+    return plcfmu_get_reals(instance, vr, count, value);
 }
 
-fmi2Status fmi2GetInteger(fmi2Component component, const fmi2ValueReference vr[], size_t count, fmi2Integer value[]) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_INTEGER);
-    status = status == fmi2OK ? plcfmu_get(c, vr, count, 1, value) : status;
-    return plcfmu_leave(c, PLCFMU_GET_INTEGER, status);
+fmi2Status fmi2GetInteger(fmi2Component instance, const fmi2ValueReference vr[], size_t count, fmi2Integer value[]) {
+    PLCFMU_ANSWER(GetInteger, plcfmu_get(c, vr, count, 1, value));
 }
 
-fmi2Status fmi2GetBoolean(fmi2Component component, const fmi2ValueReference vr[], size_t count, fmi2Boolean value[]) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_BOOLEAN);
-    status = status == fmi2OK ? plcfmu_get(c, vr, count, 2, value) : status;
-    return plcfmu_leave(c, PLCFMU_GET_BOOLEAN, status);
+fmi2Status fmi2GetBoolean(fmi2Component instance, const fmi2ValueReference vr[], size_t count, fmi2Boolean value[]) {
+    PLCFMU_ANSWER(GetBoolean, plcfmu_get(c, vr, count, 2, value));
 }
 
-fmi2Status fmi2GetString(fmi2Component component, const fmi2ValueReference vr[], size_t count, fmi2String value[]) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_STRING);
-    status = status == fmi2OK ? plcfmu_get_strings(c, vr, count, value) : status;
-    return plcfmu_leave(c, PLCFMU_GET_STRING, status);
+fmi2Status fmi2GetString(fmi2Component instance, const fmi2ValueReference vr[], size_t count, fmi2String value[]) {
+    PLCFMU_ANSWER(GetString, plcfmu_get_strings(c, vr, count, value));
 }
 
-PLCFMU_APART static fmi2Status plcfmu_set_reals(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count,
+PLCFMU_APART static fmi2Status plcfmu_set_reals(fmi2Component instance, const fmi2ValueReference vr[], size_t count,
                                                 const fmi2Real value[]) {
-    fmi2Status status = plcfmu_enter(c, PLCFMU_SET_REAL);
-    status = status == fmi2OK ? plcfmu_set(c, vr, count, 0, value) : status;
-    return plcfmu_leave(c, PLCFMU_SET_REAL, status);
+    PLCFMU_ANSWER(SetReal, plcfmu_set(c, vr, count, 0, value));
 }
 
-fmi2Status fmi2SetReal(fmi2Component component, const fmi2ValueReference vr[], size_t count, const fmi2Real value[]) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
+fmi2Status fmi2SetReal(fmi2Component instance, const fmi2ValueReference vr[], size_t count, const fmi2Real value[]) {
+    plcfmu_component_t *c = (plcfmu_component_t *)instance;
     char *real = plcfmu_real(c, vr, count, value, 1);
     if (real != NULL && plcfmu_abs_f64(value[0]) < PLCFMU_REAL_END) {
         float number = (float)value[0];
         memcpy(real, &number, sizeof number);
         return fmi2OK;
     }
-    return plcfmu_set_reals(c, vr, count, value);
+    return plcfmu_set_reals(instance, vr, count, value);
 }
 
-fmi2Status fmi2SetInteger(fmi2Component component, const fmi2ValueReference vr[], size_t count, const fmi2Integer value[]) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_SET_INTEGER);
-    status = status == fmi2OK ? plcfmu_set(c, vr, count, 1, value) : status;
-    return plcfmu_leave(c, PLCFMU_SET_INTEGER, status);
+fmi2Status fmi2SetInteger(fmi2Component instance, const fmi2ValueReference vr[], size_t count, const fmi2Integer value[]) {
+    PLCFMU_ANSWER(SetInteger, plcfmu_set(c, vr, count, 1, value));
 }
 
-fmi2Status fmi2SetBoolean(fmi2Component component, const fmi2ValueReference vr[], size_t count, const fmi2Boolean value[]) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_SET_BOOLEAN);
-    status = status == fmi2OK ? plcfmu_set(c, vr, count, 2, value) : status;
-    return plcfmu_leave(c, PLCFMU_SET_BOOLEAN, status);
+fmi2Status fmi2SetBoolean(fmi2Component instance, const fmi2ValueReference vr[], size_t count, const fmi2Boolean value[]) {
+    PLCFMU_ANSWER(SetBoolean, plcfmu_set(c, vr, count, 2, value));
 }
 
-fmi2Status fmi2SetString(fmi2Component component, const fmi2ValueReference vr[], size_t count, const fmi2String value[]) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_SET_STRING);
-    status = status == fmi2OK ? plcfmu_set_strings(c, vr, count, value) : status;
-    return plcfmu_leave(c, PLCFMU_SET_STRING, status);
+fmi2Status fmi2SetString(fmi2Component instance, const fmi2ValueReference vr[], size_t count, const fmi2String value[]) {
+    PLCFMU_ANSWER(SetString, plcfmu_set_strings(c, vr, count, value));
 }
 
-fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_STATE);
-    status = status == fmi2OK ? plcfmu_get_state(c, state) : status;
-    return plcfmu_leave(c, PLCFMU_GET_STATE, status);
+fmi2Status fmi2GetFMUstate(fmi2Component instance, fmi2FMUstate *state) {
+    PLCFMU_ANSWER(GetFMUstate, plcfmu_get_state(c, state));
 }
 
-fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_SET_STATE);
-    status = status == fmi2OK ? plcfmu_set_state(c, state) : status;
-    return plcfmu_leave(c, PLCFMU_SET_STATE, status);
+fmi2Status fmi2SetFMUstate(fmi2Component instance, fmi2FMUstate state) {
+    PLCFMU_ANSWER(SetFMUstate, plcfmu_set_state(c, state));
 }
 
-fmi2Status fmi2FreeFMUstate(fmi2Component component, fmi2FMUstate *state) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_FREE_STATE);
-    status = status == fmi2OK ? plcfmu_drop_state(c, state) : status;
-    return plcfmu_leave(c, PLCFMU_FREE_STATE, status);
+fmi2Status fmi2FreeFMUstate(fmi2Component instance, fmi2FMUstate *state) {
+    PLCFMU_ANSWER(FreeFMUstate, plcfmu_drop_state(c, state));
 }
 
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate state, size_t *size) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_SERIALIZED_SIZE);
-    status = status == fmi2OK ? plcfmu_size_of_state(c, state, size) : status;
-    return plcfmu_leave(c, PLCFMU_SERIALIZED_SIZE, status);
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component instance, fmi2FMUstate state, size_t *size) {
+    PLCFMU_ANSWER(SerializedFMUstateSize, plcfmu_size_of_state(c, state, size));
 }
 
-fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_SERIALIZE);
-    status = status == fmi2OK ? plcfmu_serialize_state(c, state, bytes, size) : status;
-    return plcfmu_leave(c, PLCFMU_SERIALIZE, status);
+fmi2Status fmi2SerializeFMUstate(fmi2Component instance, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
+    PLCFMU_ANSWER(SerializeFMUstate, plcfmu_serialize_state(c, state, bytes, size));
 }
 
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_DESERIALIZE);
-    status = status == fmi2OK ? plcfmu_deserialize_state(c, bytes, size, state) : status;
-    return plcfmu_leave(c, PLCFMU_DESERIALIZE, status);
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component instance, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
+    PLCFMU_ANSWER(DeSerializeFMUstate, plcfmu_deserialize_state(c, bytes, size, state));
 }
 
-fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2ValueReference unknowns[], size_t unknown_count,
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance, const fmi2ValueReference unknowns[], size_t unknown_count,
                                         const fmi2ValueReference knowns[], size_t known_count, const fmi2Real known_changes[],
                                         fmi2Real unknown_changes[]) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_DIRECTIONAL_DERIVATIVE);
     (void)unknowns, (void)unknown_count, (void)knowns, (void)known_count, (void)known_changes, (void)unknown_changes;
-    status = status == fmi2OK ? plcfmu_refuse(&c->text, "not provided (providesDirectionalDerivative = false)") : status;
-    return plcfmu_leave(c, PLCFMU_GET_DIRECTIONAL_DERIVATIVE, status);
+    {
+        PLCFMU_ANSWER(GetDirectionalDerivative, plcfmu_say_not_provided(&c->text, "providesDirectionalDerivative"));
+    }
 }
 
 /* The place of an input among those that are extrapolated. */
@@ -352,19 +285,13 @@ static fmi2Status plcfmu_set_derivatives(plcfmu_component_t *c, const fmi2ValueR
         }
         row = &plcfmu_rows[vr[i]];
         if (row->role != PLCFMU_INPUT || (row->kind != PLCFMU_REAL && row->kind != PLCFMU_LREAL)) {
-            plcfmu_say(&c->text, row->name);
-            return plcfmu_refuse(&c->text, " is not a Real input: only Real inputs have derivatives");
+            return plcfmu_say_no_real_input(&c->text, row->name);
         }
         if (order[i] < 1 || order[i] > PLCFMU_ORDERS) {
-            plcfmu_say(&c->text, row->name);
-            plcfmu_say(&c->text, ": order ");
-            plcfmu_say_whole(&c->text, order[i]);
-            return plcfmu_refuse(&c->text, ": derivatives go from order 1 to 4");
+            return plcfmu_say_wrong_order(&c->text, row->name, order[i]);
         }
         if (!(plcfmu_abs_f64(value[i]) <= 1.7976931348623157e308)) {
-            plcfmu_say(&c->text, row->name);
-            plcfmu_say_named(&c->text, ": derivative ", value[i], ": must be finite");
-            return fmi2Error;
+            return plcfmu_say_endless_derivative(&c->text, row->name, value[i]);
         }
     }
     for (i = 0; i < count; i += 1) {
@@ -380,55 +307,36 @@ static fmi2Status plcfmu_set_derivatives(plcfmu_component_t *c, const fmi2ValueR
     return fmi2OK;
 }
 
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component component, const fmi2ValueReference vr[], size_t count,
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component instance, const fmi2ValueReference vr[], size_t count,
                                        const fmi2Integer order[], const fmi2Real value[]) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_SET_INPUT_DERIVATIVES);
-    status = status == fmi2OK ? plcfmu_set_derivatives(c, vr, count, order, value) : status;
-    return plcfmu_leave(c, PLCFMU_SET_INPUT_DERIVATIVES, status);
+    PLCFMU_ANSWER(SetRealInputDerivatives, plcfmu_set_derivatives(c, vr, count, order, value));
 }
 
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, const fmi2ValueReference vr[], size_t count,
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component instance, const fmi2ValueReference vr[], size_t count,
                                         const fmi2Integer order[], fmi2Real value[]) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_OUTPUT_DERIVATIVES);
     (void)vr, (void)order, (void)value;
-    if (status == fmi2OK && count > 0) {
-        status = plcfmu_refuse(&c->text, "outputs change in steps and have no derivatives (maxOutputDerivativeOrder = 0)");
+    {
+        PLCFMU_ANSWER(GetRealOutputDerivatives, count == 0 ? fmi2OK : plcfmu_say_no_output_derivatives(&c->text));
     }
-    return plcfmu_leave(c, PLCFMU_GET_OUTPUT_DERIVATIVES, status);
 }
 
 PLCFMU_APART static fmi2Status plcfmu_do_step(plcfmu_component_t *c, double tc, double h) {
-    fmi2Status status = plcfmu_enter(c, PLCFMU_DO_STEP);
+    fmi2Status status = plcfmu_step(c, tc, h);
     if (status == fmi2OK) {
-        status = plcfmu_step(c, tc, h);
-        if (status == fmi2OK) {
-            plcfmu_advise(c, h);
-        }
+        plcfmu_advise(c, h);
     }
-    return plcfmu_leave(c, PLCFMU_DO_STEP, status);
+    return status;
 }
 
-fmi2Status fmi2DoStep(fmi2Component component, fmi2Real tc, fmi2Real h, fmi2Boolean no_set_state_prior) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
+fmi2Status fmi2DoStep(fmi2Component instance, fmi2Real tc, fmi2Real h, fmi2Boolean no_set_state_prior) {
     (void)no_set_state_prior;
-    if (c != NULL && c->instance.state == PLCFMU_STEP_COMPLETE && plcfmu_is_ordinary_step(c, tc, h)) {
-        if (!PLCFMU_MAY_STOP || c->instance.block.stopped[0] == '\0') {
-            return fmi2OK;
-        }
-        return plcfmu_leave(c, PLCFMU_DO_STEP, plcfmu_refuse(&c->text, c->instance.block.stopped));
+    {
+        PLCFMU_ANSWER(DoStep, plcfmu_is_ordinary_step(c, tc, h) ? plcfmu_check_running(c) : plcfmu_do_step(c, tc, h));
     }
-    return plcfmu_do_step(c, tc, h);
 }
 
-fmi2Status fmi2CancelStep(fmi2Component component) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_CANCEL_STEP);
-    status = status == fmi2OK
-                 ? plcfmu_refuse(&c->text, "a step is complete when fmi2DoStep returns, so there is never one to cancel")
-                 : status;
-    return plcfmu_leave(c, PLCFMU_CANCEL_STEP, status);
+fmi2Status fmi2CancelStep(fmi2Component instance) {
+    PLCFMU_ANSWER(CancelStep, plcfmu_say_nothing_to_cancel(&c->text));
 }
 
 /* fmi2DoStepStatus, fmi2PendingStatus and the rest are only asked while a step is pending. */
@@ -436,52 +344,43 @@ static fmi2Status plcfmu_no_status(plcfmu_component_t *c, int kind, const void *
     if (plcfmu_target(&c->text, value, "value") != fmi2OK) {
         return fmi2Error;
     }
-    plcfmu_say(&c->text, "status kind ");
-    plcfmu_say_whole(&c->text, kind);
-    plcfmu_say(&c->text, " has no answer here: no step is ever pending");
+    plcfmu_say_no_status(&c->text, kind);
     return fmi2Discard;
 }
 
-fmi2Status fmi2GetStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Status *value) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_STATUS);
-    status = status == fmi2OK ? plcfmu_no_status(c, (int)kind, value) : status;
-    return plcfmu_leave(c, PLCFMU_GET_STATUS, status);
+fmi2Status fmi2GetStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Status *value) {
+    PLCFMU_ANSWER(GetStatus, plcfmu_no_status(c, (int)kind, value));
 }
 
-fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Real *value) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_REAL_STATUS);
-    if (status == fmi2OK && kind == fmi2LastSuccessfulTime && value != NULL) {
-        *value = c->instance.clock.end;
-    } else if (status == fmi2OK) {
-        status = plcfmu_no_status(c, (int)kind, value);
+static fmi2Status plcfmu_get_real_status(plcfmu_component_t *c, int kind, fmi2Real *value) {
+    if (kind != fmi2LastSuccessfulTime || value == NULL) {
+        return plcfmu_no_status(c, kind, value);
     }
-    return plcfmu_leave(c, PLCFMU_GET_REAL_STATUS, status);
+    *value = c->instance.clock.end;
+    return fmi2OK;
 }
 
-fmi2Status fmi2GetIntegerStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Integer *value) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_INTEGER_STATUS);
-    status = status == fmi2OK ? plcfmu_no_status(c, (int)kind, value) : status;
-    return plcfmu_leave(c, PLCFMU_GET_INTEGER_STATUS, status);
+fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Real *value) {
+    PLCFMU_ANSWER(GetRealStatus, plcfmu_get_real_status(c, (int)kind, value));
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Integer *value) {
+    PLCFMU_ANSWER(GetIntegerStatus, plcfmu_no_status(c, (int)kind, value));
 }
 
 /* A program never ends the simulation. */
-fmi2Status fmi2GetBooleanStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Boolean *value) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_BOOLEAN_STATUS);
-    if (status == fmi2OK && kind == fmi2Terminated && value != NULL) {
-        *value = 0;
-    } else if (status == fmi2OK) {
-        status = plcfmu_no_status(c, (int)kind, value);
+static fmi2Status plcfmu_get_boolean_status(plcfmu_component_t *c, int kind, fmi2Boolean *value) {
+    if (kind != fmi2Terminated || value == NULL) {
+        return plcfmu_no_status(c, kind, value);
     }
-    return plcfmu_leave(c, PLCFMU_GET_BOOLEAN_STATUS, status);
+    *value = 0;
+    return fmi2OK;
 }
 
-fmi2Status fmi2GetStringStatus(fmi2Component component, const fmi2StatusKind kind, fmi2String *value) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_STRING_STATUS);
-    status = status == fmi2OK ? plcfmu_no_status(c, (int)kind, value) : status;
-    return plcfmu_leave(c, PLCFMU_GET_STRING_STATUS, status);
+fmi2Status fmi2GetBooleanStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Boolean *value) {
+    PLCFMU_ANSWER(GetBooleanStatus, plcfmu_get_boolean_status(c, (int)kind, value));
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2String *value) {
+    PLCFMU_ANSWER(GetStringStatus, plcfmu_no_status(c, (int)kind, value));
 }

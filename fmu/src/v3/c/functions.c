@@ -25,11 +25,7 @@ static fmi3Status plcfmu_open(plcfmu_component_t *c, const fmi3ValueReference vr
     for (i = 0; i < count; i += 1) {
 #if PLCFMU_HAS_ARRAYS
         if (vr[i] < PLCFMU_REFERENCES && plcfmu_parts[vr[i]].count == 0) {
-            plcfmu_say(&c->text, "value reference ");
-            plcfmu_say_whole(&c->text, vr[i]);
-            plcfmu_say(&c->text, " is unknown: it is inside the array with value reference ");
-            plcfmu_say_whole(&c->text, plcfmu_parts[vr[i]].first);
-            return fmi3Error;
+            return plcfmu_say_inside_array(&c->text, vr[i], plcfmu_parts[vr[i]].first);
         }
 #endif
         has_time |= vr[i] == PLCFMU_TIME_REFERENCE;
@@ -38,17 +34,11 @@ static fmi3Status plcfmu_open(plcfmu_component_t *c, const fmi3ValueReference vr
         found += 1;
     }
     if (found != value_count) {
-        plcfmu_say(&c->text, "nValues = ");
-        plcfmu_say_size(&c->text, value_count);
-        plcfmu_say(&c->text, ": the variables have ");
-        plcfmu_say_size(&c->text, found);
-        return plcfmu_refuse(&c->text, " values");
+        return plcfmu_say_wrong_count(&c->text, value_count, found);
     }
     if (has_time && !with_time) {
-        plcfmu_say(&c->text, "value reference ");
-        plcfmu_say_whole(&c->text, PLCFMU_TIME_REFERENCE);
-        plcfmu_say(&c->text, " is the time, of type Float64: ");
-        return plcfmu_refuse(&c->text, access[0] == 'G' ? "use fmi3GetFloat64" : "it can only be read");
+        return access[0] == 'G' ? plcfmu_say_time_is_float64(&c->text, PLCFMU_TIME_REFERENCE)
+                                : plcfmu_say_time_is_read(&c->text, PLCFMU_TIME_REFERENCE);
     }
     return fmi3OK;
 }
@@ -164,11 +154,9 @@ static fmi3Status plcfmu_set(plcfmu_component_t *c, const fmi3ValueReference vr[
         }
         range = plcfmu_given(from, type, plcfmu_rows[row].kind, &bits);
         if (range != NULL) {
-            plcfmu_say(&c->text, plcfmu_rows[row].name);
-            plcfmu_say(&c->text, " = ");
-            plcfmu_say_given(&c->text, from, type);
-            plcfmu_say(&c->text, ": ");
-            return plcfmu_refuse(&c->text, range);
+            plcfmu_text_t value = {0, {0}};
+            plcfmu_say_given(&value, from, type);
+            return plcfmu_say_out_of_range(&c->text, plcfmu_rows[row].name, value.text, range);
         }
     }
     walk = plcfmu_walk(vr, count);
@@ -198,23 +186,12 @@ static fmi3Status plcfmu_set_texts(plcfmu_component_t *c, const fmi3ValueReferen
 
 /* --- The 75 functions of FMI 3.0 ------------------------------------------------------------------------------------------- */
 
-/* What a function does: what it answers where it is allowed. */
-#define PLCFMU_ANSWER(name, answer)                                       \
-    plcfmu_component_t *c = (plcfmu_component_t *)instance;               \
-    fmi3Status status = plcfmu_enter(c, PLCFMU_OF_##name);                \
-    status = status == fmi3OK ? (answer) : status;                        \
-    return plcfmu_leave(c, PLCFMU_OF_##name, status)
-
 /* What functions answer for which the FMU has nothing. */
 static fmi3Status plcfmu_nothing(plcfmu_component_t *c, size_t count, const char *what) {
-    if (count == 0) {
-        return fmi3OK;
-    }
-    plcfmu_say(&c->text, "the FMU has no ");
-    return plcfmu_refuse(&c->text, what);
+    return count == 0 ? fmi3OK : plcfmu_say_none_of_this_type(&c->text, what);
 }
 
-#define PLCFMU_EXCHANGE plcfmu_refuse(&c->text, "it belongs to Model Exchange: this FMU is for co-simulation only")
+#define PLCFMU_EXCHANGE plcfmu_say_function_of_another_kind(&c->text, "Model Exchange")
 
 const char *fmi3GetVersion(void) { return "3.0"; }
 
@@ -223,8 +200,12 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean on, size_t cou
 }
 
 /* There are no instances of another kind of simulation. */
-static fmi3Instance plcfmu_refuse_kind(const char *message, fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger) {
-    plcfmu_log(logger, environment, "", fmi3Error, "logStatusError", message);
+static fmi3Instance plcfmu_refuse_kind(int function, fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger) {
+    plcfmu_text_t text = {0, {0}};
+    plcfmu_say(&text, plcfmu_functions[function].name);
+    plcfmu_say(&text, ": ");
+    plcfmu_say_no_simulation_of_this_kind(&text);
+    plcfmu_log(logger, environment, "", fmi3Error, "logStatusError", text.text);
     return NULL;
 }
 
@@ -232,8 +213,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
                                           fmi3Boolean logging_on, fmi3InstanceEnvironment environment,
                                           fmi3LogMessageCallback logger) {
     (void)name, (void)token, (void)resources, (void)visible, (void)logging_on;
-    return plcfmu_refuse_kind("fmi3InstantiateModelExchange: this FMU is for co-simulation only: call "
-                              "fmi3InstantiateCoSimulation", environment, logger);
+    return plcfmu_refuse_kind(PLCFMU_OF_InstantiateModelExchange, environment, logger);
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
@@ -241,8 +221,7 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token
                                                fmi3LogMessageCallback logger, fmi3ClockUpdateCallback update,
                                                fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock) {
     (void)name, (void)token, (void)resources, (void)visible, (void)logging_on, (void)update, (void)lock, (void)unlock;
-    return plcfmu_refuse_kind("fmi3InstantiateScheduledExecution: this FMU is for co-simulation only: call "
-                              "fmi3InstantiateCoSimulation", environment, logger);
+    return plcfmu_refuse_kind(PLCFMU_OF_InstantiateScheduledExecution, environment, logger);
 }
 
 static fmi3Status plcfmu_check_arguments(plcfmu_component_t *c, fmi3String name, fmi3String token) {
@@ -267,11 +246,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
 void fmi3FreeInstance(fmi3Instance instance) { plcfmu_free((plcfmu_component_t *)instance); }
 
 static fmi3Status plcfmu_enter_initialization(plcfmu_component_t *c, double start, int has_stop, double stop) {
-    if (plcfmu_setup(c, start, has_stop, stop) != fmi3OK) {
-        return fmi3Error;
-    }
-    c->instance.state = PLCFMU_INITIALIZATION;
-    return fmi3OK;
+    return plcfmu_setup(c, start, has_stop, stop) == fmi3OK ? plcfmu_go(c, PLCFMU_INITIALIZATION) : fmi3Error;
 }
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean has_tolerance, fmi3Float64 tolerance, fmi3Float64 start,
@@ -287,29 +262,15 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance instance) {
 }
 
 static fmi3Status plcfmu_enter_events(plcfmu_component_t *c) {
-    if (!c->has_events) {
-        return plcfmu_refuse(&c->text, "the instance was made without Event Mode (eventModeUsed = false)");
-    }
-    c->instance.state = PLCFMU_EVENT_MODE;
-    return fmi3OK;
+    return c->has_events ? plcfmu_go(c, PLCFMU_EVENT_MODE) : plcfmu_say_no_event_mode(&c->text);
 }
 
 fmi3Status fmi3EnterEventMode(fmi3Instance instance) {
     PLCFMU_ANSWER(EnterEventMode, plcfmu_enter_events(c));
 }
 
-static fmi3Status plcfmu_go(plcfmu_component_t *c, int state) {
-    c->instance.state = state;
-    return fmi3OK;
-}
-
 fmi3Status fmi3Terminate(fmi3Instance instance) {
     PLCFMU_ANSWER(Terminate, plcfmu_go(c, PLCFMU_TERMINATED));
-}
-
-static fmi3Status plcfmu_reset(plcfmu_component_t *c) {
-    plcfmu_fresh(c);
-    return fmi3OK;
 }
 
 fmi3Status fmi3Reset(fmi3Instance instance) {
@@ -384,9 +345,7 @@ static const plcfmu_part_t *plcfmu_dependencies(plcfmu_component_t *c, u32_t ref
     static const plcfmu_part_t none = {0, 0};
     int is_before = c->instance.state == PLCFMU_INSTANTIATED || c->instance.state == PLCFMU_INITIALIZATION;
     if (reference >= PLCFMU_REFERENCES || !plcfmu_is_output[reference]) {
-        plcfmu_say(&c->text, "value reference ");
-        plcfmu_say_whole(&c->text, reference);
-        plcfmu_say(&c->text, " is not that of an output: no other variable has dependencies");
+        plcfmu_say_no_dependencies(&c->text, reference);
         return NULL;
     }
     return is_before ? &plcfmu_depends[reference] : &none;
@@ -414,11 +373,7 @@ static fmi3Status plcfmu_get_dependencies(plcfmu_component_t *c, u32_t reference
         return fmi3Error;
     }
     if (depends->count != count) {
-        plcfmu_say(&c->text, "nDependencies = ");
-        plcfmu_say_size(&c->text, count);
-        plcfmu_say(&c->text, ": the variable has ");
-        plcfmu_say_size(&c->text, depends->count);
-        return fmi3Error;
+        return plcfmu_say_wrong_dependency_count(&c->text, count, depends->count);
     }
     if (plcfmu_array(&c->text, of_dependent, count, sizeof *of_dependent, "elementIndicesOfDependent") != fmi3OK
         || plcfmu_array(&c->text, independents, count, sizeof *independents, "independents") != fmi3OK
@@ -471,7 +426,7 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueRe
                                         size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count) {
     (void)unknowns, (void)unknown_count, (void)knowns, (void)known_count, (void)seed, (void)seed_count, (void)sensitivity, (void)sensitivity_count;
     {
-        PLCFMU_ANSWER(GetDirectionalDerivative, plcfmu_refuse(&c->text, "not provided (providesDirectionalDerivatives = false)"));
+        PLCFMU_ANSWER(GetDirectionalDerivative, plcfmu_say_not_provided(&c->text, "providesDirectionalDerivatives"));
     }
 }
 
@@ -480,16 +435,16 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueRefere
                                     size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count) {
     (void)unknowns, (void)unknown_count, (void)knowns, (void)known_count, (void)seed, (void)seed_count, (void)sensitivity, (void)sensitivity_count;
     {
-        PLCFMU_ANSWER(GetAdjointDerivative, plcfmu_refuse(&c->text, "not provided (providesAdjointDerivatives = false)"));
+        PLCFMU_ANSWER(GetAdjointDerivative, plcfmu_say_not_provided(&c->text, "providesAdjointDerivatives"));
     }
 }
 
 fmi3Status fmi3EnterConfigurationMode(fmi3Instance instance) {
-    PLCFMU_ANSWER(EnterConfigurationMode, plcfmu_refuse(&c->text, "the FMU has no structural parameters"));
+    PLCFMU_ANSWER(EnterConfigurationMode, plcfmu_say_no_structural_parameters(&c->text));
 }
 
 fmi3Status fmi3ExitConfigurationMode(fmi3Instance instance) {
-    PLCFMU_ANSWER(ExitConfigurationMode, plcfmu_refuse(&c->text, "the FMU has no structural parameters and no Configuration Mode"));
+    PLCFMU_ANSWER(ExitConfigurationMode, plcfmu_say_no_configuration_mode(&c->text));
 }
 
 fmi3Status fmi3GetIntervalDecimal(fmi3Instance instance, const fmi3ValueReference vr[], size_t count, fmi3Float64 intervals[],
@@ -556,7 +511,7 @@ fmi3Status fmi3SetShiftFraction(fmi3Instance instance, const fmi3ValueReference 
 }
 
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance) {
-    PLCFMU_ANSWER(EvaluateDiscreteStates, plcfmu_refuse(&c->text, "not provided (providesEvaluateDiscreteStates = false)"));
+    PLCFMU_ANSWER(EvaluateDiscreteStates, plcfmu_say_not_provided(&c->text, "providesEvaluateDiscreteStates"));
 }
 
 static fmi3Status plcfmu_update(plcfmu_component_t *c, fmi3Boolean *needs_update, fmi3Boolean *terminate, fmi3Boolean *nominals,
@@ -656,16 +611,11 @@ fmi3Status fmi3EnterStepMode(fmi3Instance instance) {
     PLCFMU_ANSWER(EnterStepMode, plcfmu_go(c, PLCFMU_STEP_COMPLETE));
 }
 
-static fmi3Status plcfmu_no_derivatives(plcfmu_component_t *c, size_t count) {
-    return count == 0 ? fmi3OK
-                      : plcfmu_refuse(&c->text, "outputs change in steps and have no derivatives (maxOutputDerivativeOrder = 0)");
-}
-
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueReference vr[], size_t count,
                                     const fmi3Int32 orders[], fmi3Float64 values[], size_t value_count) {
     (void)vr, (void)orders, (void)values, (void)value_count;
     {
-        PLCFMU_ANSWER(GetOutputDerivatives, plcfmu_no_derivatives(c, count));
+        PLCFMU_ANSWER(GetOutputDerivatives, count == 0 ? fmi3OK : plcfmu_say_no_output_derivatives(&c->text));
     }
 }
 
@@ -680,9 +630,11 @@ PLCFMU_APART static fmi3Status plcfmu_do_step(plcfmu_component_t *c, double tc, 
         return fmi3Error;
     }
     if (h == 0.0) {
-        return plcfmu_refuse(&c->text, "communicationStepSize = 0.0: must be above 0");
+        return plcfmu_say_step_of_zero(&c->text);
     }
-    if ((c->has_events ? plcfmu_step_between_events(c, tc, h, &end, &is_early) : plcfmu_step(c, tc, h)) != fmi3OK) {
+    if ((c->has_events ? plcfmu_step_between_events(c, tc, h, &end, &is_early)
+         : plcfmu_is_ordinary_step(c, tc, h) ? plcfmu_check_running(c)
+                                             : plcfmu_step(c, tc, h)) != fmi3OK) {
         return fmi3Error;
     }
     plcfmu_advise(c, h);
@@ -695,17 +647,7 @@ PLCFMU_APART static fmi3Status plcfmu_do_step(plcfmu_component_t *c, double tc, 
 
 fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 tc, fmi3Float64 h, fmi3Boolean no_set_prior, fmi3Boolean *event,
                       fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *last) {
-    plcfmu_component_t *of = (plcfmu_component_t *)instance;
     (void)no_set_prior;
-    if (of != NULL && of->instance.state == PLCFMU_STEP_COMPLETE && !of->has_events && event != NULL && terminate != NULL
-        && early != NULL && last != NULL && plcfmu_is_ordinary_step(of, tc, h)) {
-        if (!PLCFMU_MAY_STOP || of->instance.block.stopped[0] == '\0') {
-            *event = *terminate = *early = 0;
-            *last = tc + h;
-            return fmi3OK;
-        }
-        return plcfmu_leave(of, PLCFMU_OF_DoStep, plcfmu_refuse(&of->text, of->instance.block.stopped));
-    }
     {
         PLCFMU_ANSWER(DoStep, plcfmu_do_step(c, tc, h, event, terminate, early, last));
     }
@@ -714,6 +656,6 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 tc, fmi3Float64 h, fmi3
 fmi3Status fmi3ActivateModelPartition(fmi3Instance instance, fmi3ValueReference clock, fmi3Float64 time) {
     (void)clock, (void)time;
     {
-        PLCFMU_ANSWER(ActivateModelPartition, plcfmu_refuse(&c->text, "it belongs to Scheduled Execution: this FMU is for co-simulation only"));
+        PLCFMU_ANSWER(ActivateModelPartition, plcfmu_say_function_of_another_kind(&c->text, "Scheduled Execution"));
     }
 }

@@ -7,6 +7,7 @@ typedef fmi3LogMessageCallback plcfmu_logger_t;
 #define PLCFMU_PREFIX "fmi3"
 #define PLCFMU_REFERENCES_NAME "valueReferences"
 #define PLCFMU_VALUES_NAME "values"
+#define PLCFMU_INSTANTIATE PLCFMU_OF_InstantiateCoSimulation
 #define PLCFMU_INSTANTIATE_NAME "fmi3InstantiateCoSimulation"
 
 static void plcfmu_log(plcfmu_logger_t logger, void *environment, const char *name, plcfmu_status_t status, const char *category,

@@ -1,0 +1,102 @@
+//! What both doors say, the library in Rust and the C of an FMU, each sentence once: a Rust function is made of it here, and a C
+//! function while an FMU is packed.
+
+use std::ffi::CStr;
+
+/// A sentence.
+#[derive(Debug)]
+pub(crate) struct Message {
+    /// The name of its function.
+    pub(crate) name: &'static str,
+    /// What it names, each with its type.
+    pub(crate) arguments: &'static [(&'static str, &'static str)],
+    /// Its text, in which an argument stands in braces.
+    pub(crate) text: &'static str,
+}
+
+macro_rules! messages {
+    ($($name:ident($($argument:ident: $type:ty),*): $text:literal;)*) => {
+        $(
+            #[cold]
+            pub(crate) fn $name($($argument: $type),*) -> String {
+                format!($text)
+            }
+        )*
+
+        /// All of them.
+        pub(crate) const ALL: &[$crate::messages::Message] = &[$($crate::messages::Message {
+            name: stringify!($name),
+            arguments: &[$((stringify!($argument), stringify!($type))),*],
+            text: $text,
+        }),*];
+    };
+}
+pub(crate) use messages;
+
+messages! {
+    // Calls and their arguments
+    not_now(state: &str, allowed: &str): "not allowed in state {state}, only in {allowed}";
+    no_elements(name: &str, count: usize): "{name} is NULL, though it should have {count} elements";
+    too_many_elements(name: &str, count: usize): "{name} cannot have {count} elements";
+    no_target(name: &str): "{name} is NULL";
+    no_name(): "instanceName is NULL or empty: give the instance a name";
+    other_library(name: &str, given: &str, own: &str):
+        "{name} = {given}: this library is {own}; take the modelDescription.xml that came with it";
+    no_category(): "a category is NULL";
+    unknown_category(name: &str):
+        "category {name:?} is unknown: there are logStatusError, logStatusDiscard, logStatusFatal, logAdvice";
+    not_provided(capability: &str): "not provided ({capability} = false)";
+    no_output_derivatives(): "outputs change in steps and have no derivatives (maxOutputDerivativeOrder = 0)";
+    no_event_mode(): "the instance was made without Event Mode (eventModeUsed = false)";
+
+    // Variables
+    other_type(reference: u32, name: &str, kind: &str, prefix: &str, access: &str):
+        "value reference {reference} is {name}, of type {kind}: use {prefix}{access}{kind}";
+    unknown_reference(reference: u32, last: usize): "value reference {reference} is unknown: they go from 0 to {last}";
+    fixed_parameter(name: &str, prefix: &str):
+        "{name} is a fixed parameter: set it before {prefix}ExitInitializationMode, or call {prefix}Reset \
+         first";
+    computed(name: &str): "{name} is computed by the block and can only be read";
+    out_of_range(name: &str, value: &str, range: &str): "{name} = {value}: {range}";
+    no_text(name: &str): "{name} = NULL: a text is needed, which may be empty";
+    not_utf8(name: &str, given: &CStr): "{name} = {given:?}: the text is not UTF-8";
+    no_real_input(name: &str): "{name} is not a Real input: only Real inputs have derivatives";
+    wrong_order(name: &str, order: i32): "{name}: order {order}: derivatives go from order 1 to 4";
+    endless_derivative(name: &str, derivative: f64): "{name}: derivative {derivative:?}: must be finite";
+    extrapolated(name: &str, seconds: f64, range: &str):
+        "{name}, extrapolated over {seconds:?} s, may leave its range: {range}";
+
+    // Times
+    start_time(start: f64): "startTime = {start:?}: must be finite";
+    stop_time(stop: f64, start: f64): "stopTime = {stop:?}: must not lie before startTime = {start:?}";
+    no_start_time(setup: &str): "the start time is unknown: call {setup} first";
+    short_cycle(name: &str, cycle: f64): "{name} = {cycle:?} s: the time between two calls must be at least 0.001 s";
+    no_time(tc: f64, h: f64):
+        "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: the point must be finite, the \
+         step finite and not below 0";
+    no_resolution(name: &str, time: f64, cycle: f64):
+        "{name} = {time:?}: this far from 0, a double no longer distinguishes one CYCLE of {cycle} s from \
+         the next; start nearer to 0";
+    before_end(tc: f64, end: f64):
+        "currentCommunicationPoint = {tc:?} is before {end:?}, where the last step ended; to go back, \
+         restore an FMU state";
+    after_stop(tc: f64, h: f64, stop: f64):
+        "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: the step ends after stopTime = \
+         {stop:?}";
+    too_many_calls(tc: f64, h: f64, end: f64, cycle: f64):
+        "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: from {end:?} on, with one call \
+         every {cycle} s, this is more than 4294967296 calls; make the step shorter";
+    short_step(h: f64, name: &str, cycle: f64, times: f64):
+        "communicationStepSize = {h:?}: {name} = {cycle:?} s is {times} times as long, and most steps make \
+         no call; is {name} given in ms instead of s?";
+
+    // States
+    unknown_state():
+        "FMUstate was not given by this instance, or is freed; to move a state to another instance, \
+         serialize it";
+    state_in_event_mode(): "the state was saved in Event Mode, without which this instance was made";
+    small_buffer(size: usize, length: usize): "size = {size}: the state takes {length} bytes";
+    no_serialized_state(): "the bytes are not a serialized state of this format";
+    state_of_another_fmu(name: &str): "the state belongs to another FMU or version; this is {name}";
+    damaged_state(): "the serialized state is damaged";
+}

@@ -1,0 +1,20 @@
+//! What the doors of FMI 3.0 say beside what all say.
+
+pub(crate) use crate::messages::*;
+
+messages! {
+    no_simulation_of_this_kind(): "this FMU is for co-simulation only: call fmi3InstantiateCoSimulation";
+    function_of_another_kind(kind: &str): "it belongs to {kind}: this FMU is for co-simulation only";
+    no_structural_parameters(): "the FMU has no structural parameters";
+    no_configuration_mode(): "the FMU has no structural parameters and no Configuration Mode";
+    none_of_this_type(kind: &str): "the FMU has no {kind}";
+    inside_array(reference: u32, array: u32):
+        "value reference {reference} is unknown: it is inside the array with value reference {array}";
+    wrong_count(count: usize, found: usize): "nValues = {count}: the variables have {found} values";
+    time_is_float64(reference: u32): "value reference {reference} is the time, of type Float64: use fmi3GetFloat64";
+    time_is_read(reference: u32): "value reference {reference} is the time, of type Float64: it can only be read";
+    no_dependencies(reference: u32):
+        "value reference {reference} is not that of an output: no other variable has dependencies";
+    wrong_dependency_count(count: usize, found: usize): "nDependencies = {count}: the variable has {found}";
+    step_of_zero(): "communicationStepSize = 0.0: must be above 0";
+}
