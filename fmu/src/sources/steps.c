@@ -71,14 +71,6 @@ static plcfmu_status_t plcfmu_advance(plcfmu_clock_t *clock, double tc, double h
     i64_t tick = clock->tick, first = clock->next, passed, next;
     calls->count = 0;
     calls->lead = 0.0;
-    if (plcfmu_is_ordinary(clock, tc, h)) {
-        clock->tick += 1;
-        clock->next = clock->tick;
-        clock->end = tc + h;
-        clock->since += h;
-        calls->count = 1;
-        return PLCFMU_OK;
-    }
     if (!(h >= 0.0 && h <= most && plcfmu_abs_f64(tc) <= most)) {
         return plcfmu_say_no_time(text, tc, h);
     }
