@@ -1,6 +1,7 @@
 //! Values as a host passes them: what a version of the standard has to say of each of its types.
 
 use crate::cyclic::Cyclic;
+use crate::ordinary;
 use blocks::{Kind, StaticRow, Value};
 
 /// The words of a version of the standard.
@@ -43,8 +44,14 @@ pub trait HostType<V: Version>: Copy {
 
     /// Writes variables in the ordinary cases, see [`ordinary`](crate::ordinary). False, and nothing is changed, in every other
     /// case.
-    fn set_ordinary<B: Cyclic>(block: &mut B, references: &[u32], values: &[Self]) -> bool;
+    #[inline(always)]
+    fn set_ordinary<B: Cyclic>(block: &mut B, references: &[u32], values: &[Self]) -> bool {
+        ordinary::set_values(block, references, values)
+    }
 
     /// Reads variables in the ordinary case. False, and nothing is written, in every other case.
-    fn get_ordinary<B: Cyclic>(block: &B, references: &[u32], values: &mut [Self]) -> bool;
+    #[inline(always)]
+    fn get_ordinary<B: Cyclic>(block: &B, references: &[u32], values: &mut [Self]) -> bool {
+        ordinary::get_values(block, references, values)
+    }
 }

@@ -176,6 +176,29 @@ impl<B: Cyclic> Instance<B> {
         self.session.end()
     }
 
+    /// Reads variables in the ordinary case, see [`ordinary`](crate::ordinary). Not in Initialization Mode, where outputs are those of a restarted copy of the block.
+    #[inline(always)]
+    pub fn get_ordinary<V: Version, T: HostType<V>>(&self, references: &[u32], values: &mut [T]) -> bool {
+        self.state != State::InitializationMode && T::get_ordinary(&self.session.block, references, values)
+    }
+
+    /// Writes variables in the ordinary case.
+    #[inline(always)]
+    pub fn set_ordinary<V: Version, T: HostType<V>>(&mut self, references: &[u32], values: &[T]) -> bool {
+        T::set_ordinary(&mut self.session.block, references, values)
+    }
+
+    /// Makes a step in the ordinary case: from a call to the next, which is an event or not.
+    #[inline(always)]
+    pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> Option<Reached> {
+        let is_event = self.handled().is_some();
+        let is_made = match is_event {
+            true => self.session.make_ordinary_step_between_events(tc, h),
+            false => self.session.make_ordinary_step(tc, h),
+        };
+        is_made.then_some(Reached { end: tc + h, is_early: false, is_event })
+    }
+
     /// Reads variables into `values`, which is as long as `references`. In Initialization Mode, what the block computes has
     /// the values that the restart would give with what is set so far; 0 if the restart would be refused.
     ///

@@ -7,49 +7,22 @@
 //!
 //! | here | the checked one |
 //! |---|---|
-//! | [`Instance::get_ordinary`], [`Instance::set_ordinary`] | [`Instance::get`], [`Instance::set`] |
-//! | [`Instance::make_ordinary_step`], [`Session::make_ordinary_step`] | [`Component::do_step`](crate::component::Component::do_step), [`Session::step`] |
+//! | [`HostType::get_ordinary`], [`HostType::set_ordinary`] | [`Instance::get`](crate::instance::Instance::get), [`Instance::set`](crate::instance::Instance::set) |
+//! | [`Session::make_ordinary_step`] | [`Session::step`] |
 //! | [`Session::make_ordinary_step_between_events`] | [`Session::step_between_events`] |
-//! | [`Abreast`](crate::abreast::Abreast), of several instances at once | [`Instance::set`], [`Instance::do_step`], [`Instance::get`] |
+//! | [`Abreast`](crate::abreast::Abreast), of several instances at once | all of these |
 //! | [`Clock::make_ordinary_step`], [`Clock::check_and_make_ordinary_step`], [`Clock::make_step_between_calls`] | [`Clock::advance`] |
 
 use crate::clock::{Clock, MOST_DRIFT, RESOLUTION, ROUNDINGS, SAME};
 use crate::cyclic::Cyclic;
 use crate::host_type::{HostType, Version};
-use crate::instance::Instance;
 use crate::mean::Mean;
-use crate::session::{Reached, Session};
-use crate::state::State;
+use crate::session::Session;
 use blocks::table::number;
 use blocks::{Kind, Real, Role, StaticTable, Value};
 
 /// This many steps are known to be ordinary after one look.
 const ORDINARY_STEPS: i64 = 1000;
-
-impl<B: Cyclic> Instance<B> {
-    /// Reads variables. Not in Initialization Mode, where outputs are those of a restarted copy of the block.
-    #[inline(always)]
-    pub fn get_ordinary<V: Version, T: HostType<V>>(&self, references: &[u32], values: &mut [T]) -> bool {
-        self.state != State::InitializationMode && T::get_ordinary(&self.session.block, references, values)
-    }
-
-    /// Writes variables.
-    #[inline(always)]
-    pub fn set_ordinary<V: Version, T: HostType<V>>(&mut self, references: &[u32], values: &[T]) -> bool {
-        T::set_ordinary(&mut self.session.block, references, values)
-    }
-
-    /// Makes a step from a call to the next, which is an event or not.
-    #[inline(always)]
-    pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> Option<Reached> {
-        let is_event = self.handled().is_some();
-        let is_made = match is_event {
-            true => self.session.make_ordinary_step_between_events(tc, h),
-            false => self.session.make_ordinary_step(tc, h),
-        };
-        is_made.then_some(Reached { end: tc + h, is_early: false, is_event })
-    }
-}
 
 /// A number as a host gives it to a REAL.
 pub trait Number: Copy {

@@ -57,16 +57,6 @@ impl HostType<Fmi2> for c_int {
         }
     }
 
-    #[inline(always)]
-    fn set_ordinary<B: Cyclic>(block: &mut B, references: &[u32], values: &[Self]) -> bool {
-        ordinary::set_values::<Fmi2, B, Self>(block, references, values)
-    }
-
-    #[inline(always)]
-    fn get_ordinary<B: Cyclic>(block: &B, references: &[u32], values: &mut [Self]) -> bool {
-        ordinary::get_values::<Fmi2, B, Self>(block, references, values)
-    }
-
     #[inline]
     fn from_plc(value: Value) -> Option<c_int> {
         match value {
@@ -97,14 +87,6 @@ impl HostType<Fmi2> for AnyReal {
         number::to_value(self.0, kind)
     }
 
-    fn set_ordinary<B: Cyclic>(_block: &mut B, _references: &[u32], _values: &[Self]) -> bool {
-        false
-    }
-
-    fn get_ordinary<B: Cyclic>(_block: &B, _references: &[u32], _values: &mut [Self]) -> bool {
-        false
-    }
-
     fn from_plc(value: Value) -> Option<AnyReal> {
         // An integer is the number that it is as an Integer.
         let integer = <c_int as HostType<Fmi2>>::from_plc(value).map(f64::from);
@@ -129,16 +111,6 @@ impl HostType<Fmi2> for Boolean {
     #[inline]
     fn to_plc(self, _kind: Kind) -> Result<Value, &'static str> {
         Ok(Value::Bool(self.0 != 0))
-    }
-
-    #[inline(always)]
-    fn set_ordinary<B: Cyclic>(block: &mut B, references: &[u32], values: &[Self]) -> bool {
-        ordinary::set_values::<Fmi2, B, Self>(block, references, values)
-    }
-
-    #[inline(always)]
-    fn get_ordinary<B: Cyclic>(block: &B, references: &[u32], values: &mut [Self]) -> bool {
-        ordinary::get_values::<Fmi2, B, Self>(block, references, values)
     }
 
     #[inline]

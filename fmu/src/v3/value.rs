@@ -12,21 +12,6 @@ use blocks::{Kind, StaticRow, Time, Value};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Boolean(pub u8);
 
-/// Numbers and truth values in the ordinary case: as any.
-macro_rules! as_any {
-    ($Version:ident) => {
-        #[inline(always)]
-        fn set_ordinary<B: Cyclic>(block: &mut B, references: &[u32], values: &[Self]) -> bool {
-            ordinary::set_values::<$Version, B, Self>(block, references, values)
-        }
-
-        #[inline(always)]
-        fn get_ordinary<B: Cyclic>(block: &B, references: &[u32], values: &mut [Self]) -> bool {
-            ordinary::get_values::<$Version, B, Self>(block, references, values)
-        }
-    };
-}
-
 /// Integers: those kinds of PLC values that a type holds in one of the versions.
 macro_rules! integers {
     ($($Integer:ident in $Version:ident: $($kind:ident)*;)*) => { $(
@@ -62,8 +47,6 @@ macro_rules! integers {
             fn text(self) -> String {
                 self.to_string()
             }
-
-            as_any!($Version);
         }
     )* };
 }
@@ -100,14 +83,6 @@ macro_rules! unused {
 
             fn text(self) -> String {
                 self.to_string()
-            }
-
-            fn set_ordinary<B: Cyclic>(_block: &mut B, _references: &[u32], _values: &[Self]) -> bool {
-                false
-            }
-
-            fn get_ordinary<B: Cyclic>(_block: &B, _references: &[u32], _values: &mut [Self]) -> bool {
-                false
             }
         }
     )* };
@@ -171,8 +146,6 @@ impl HostType<Native> for f64 {
     fn text(self) -> String {
         format!("{self:?}")
     }
-
-    as_any!(Native);
 }
 
 impl HostType<Wide> for f64 {
@@ -236,8 +209,6 @@ macro_rules! booleans {
             fn text(self) -> String {
                 self.0.to_string()
             }
-
-            as_any!($Version);
         }
     )* };
 }
