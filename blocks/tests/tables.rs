@@ -1,7 +1,7 @@
 //! What holds for the table of every block. Those of the manuals are compared in `tests/rust/parameters.rs`.
 
 use blocks::table::number::number;
-use blocks::{Block, Characteristic, EachBlock, Kind, Role, StaticRow, StaticTable, Value, for_each_block};
+use blocks::{Block, Characteristic, EachBlock, Kind, Role, StaticTable, Value, for_each_block};
 
 /// The tables of all blocks.
 fn tables() -> Vec<&'static StaticTable> {
@@ -20,7 +20,7 @@ fn tables() -> Vec<&'static StaticTable> {
 #[test]
 fn names_are_those_of_a_plc_and_occur_once() {
     for table in tables() {
-        let mut names: Vec<_> = table.rows.iter().map(StaticRow::full_name).collect();
+        let mut names: Vec<_> = table.rows.iter().map(|row| row.name).collect();
         for name in &names {
             let allowed = |c: char| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_' || c == '.';
             assert!(name.chars().all(allowed), "{} in {}", name, table.name);
@@ -36,7 +36,7 @@ fn every_variable_has_a_description_of_one_line_without_a_full_stop() {
     for table in tables() {
         for row in table.rows {
             let text = row.description;
-            assert!(!text.is_empty() && !text.contains('\n') && !text.ends_with('.'), "{}: {text}", row.full_name());
+            assert!(!text.is_empty() && !text.contains('\n') && !text.ends_with('.'), "{}: {text}", row.name);
         }
     }
 }
@@ -47,7 +47,7 @@ fn every_variable_has_help_that_says_more_than_its_description() {
     let mut findings = Vec::new();
     for table in tables() {
         for row in table.rows {
-            let (name, help) = (row.full_name(), row.help);
+            let (name, help) = (row.name, row.help);
             if help.chars().count() < 60 {
                 findings.push(format!("{} of {}: the help has less than 60 characters: {help:?}", name, table.name));
             } else if words(help).starts_with(&words(row.description)) {
@@ -69,8 +69,8 @@ fn start_values_lie_within_their_range() {
     for table in tables() {
         for row in table.rows {
             let start = number(row.start);
-            assert!(row.min.is_none_or(|min| number(min) <= start), "{} of {}", row.full_name(), table.name);
-            assert!(row.max.is_none_or(|max| start <= number(max)), "{} of {}", row.full_name(), table.name);
+            assert!(row.min.is_none_or(|min| number(min) <= start), "{} of {}", row.name, table.name);
+            assert!(row.max.is_none_or(|max| start <= number(max)), "{} of {}", row.name, table.name);
         }
     }
 }
@@ -79,9 +79,9 @@ fn start_values_lie_within_their_range() {
 fn outputs_and_locals_have_no_start_of_their_own_unless_they_are_wired() {
     for table in tables() {
         for row in table.rows {
-            let is_own = !row.full_name().contains('.');
+            let is_own = !row.is_inner();
             if row.role == Role::Output || (is_own && row.role == Role::Local) {
-                assert_eq!(row.start, Value::zero(row.kind), "{} of {}", row.full_name(), table.name);
+                assert_eq!(row.start, Value::zero(row.kind), "{} of {}", row.name, table.name);
             }
         }
     }

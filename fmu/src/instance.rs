@@ -242,10 +242,10 @@ impl<B: Cyclic> Instance<B> {
         for (reference, value) in references.iter().zip(values) {
             let row = row::<V, T>(self.session.block.table(), *reference, "Set")?;
             if !self.may_set(row.role) {
-                return Err(read_only(&row.full_name(), row.role, V::PREFIX));
+                return Err(read_only(row.name, row.role, V::PREFIX));
             }
             if let Err(range) = value.to_plc(row.kind) {
-                return Err(messages::out_of_range(&row.full_name(), &value.text(), range).into());
+                return Err(messages::out_of_range(row.name, &value.text(), range).into());
             }
         }
         for (reference, value) in references.iter().zip(values) {
@@ -392,10 +392,10 @@ fn row<'a, V: Version, T: HostType<V>>(
 
 /// The refusal of a reference that is not one of a variable of the right type.
 pub fn no_variable<V: Version>(table: &StaticTable, reference: u32, access: &str) -> Refusal {
-    let row = table.rows.get(reference as usize).map(|row| (row.full_name(), V::name_of(row)));
-    let text = texts::text(table, reference).map(|(_, text)| (text.name.to_string(), texts::TYPE));
+    let row = table.rows.get(reference as usize).map(|row| (row.name, V::name_of(row)));
+    let text = texts::text(table, reference).map(|(_, text)| (text.name, texts::TYPE));
     match row.or(text) {
-        Some((name, kind)) => messages::other_type(reference, &name, kind, V::PREFIX, access),
+        Some((name, kind)) => messages::other_type(reference, name, kind, V::PREFIX, access),
         None => messages::unknown_reference(reference, table.rows.len() + table.texts.len() - 1),
     }
     .into()

@@ -23,9 +23,7 @@ pub enum Referent {
 impl Layout {
     /// The arrays of a table; `None` if it has none.
     pub fn new(table: &StaticTable) -> Option<Layout> {
-        let names: Vec<String> = table.rows.iter().map(blocks::StaticRow::full_name).collect();
-        let rows =
-            grouped(names.iter().map(String::as_str).zip(table.rows.iter().map(|row| (row.kind, row.role))), true);
+        let rows = grouped(table.rows.iter().map(|row| (row.name, (row.kind, row.role))), true);
         let texts = grouped(table.texts.iter().map(|text| (text.name, (text.ty.name(), text.role))), true);
         let mut parts = vec![Referent::Single; table.rows.len() + table.texts.len()];
         let mut has_arrays = false;

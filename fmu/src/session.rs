@@ -95,7 +95,7 @@ impl<B: Cyclic> Session<B> {
             let bound =
                 Extrapolation { value: input.value.abs(), derivatives: input.derivatives.map(f64::abs), row: 0 };
             if let Err(range) = to_value(bound.at(last), row.kind) {
-                return Err(messages::extrapolated(&row.full_name(), last, range).into());
+                return Err(messages::extrapolated(row.name, last, range).into());
             }
         }
         self.clock = clock;
@@ -181,13 +181,13 @@ impl<B: Cyclic> Session<B> {
     /// The row is not a REAL or LREAL input, the order is not 1 to 4, the derivative is not finite.
     pub fn check_derivative(row: &StaticRow, order: i32, derivative: f64) -> Result<(), Refusal> {
         if row.role != Role::Input || !matches!(row.kind, Kind::Real | Kind::LReal) {
-            return Err(messages::no_real_input(&row.full_name()).into());
+            return Err(messages::no_real_input(row.name).into());
         }
         if !(1..=ORDERS as i32).contains(&order) {
-            return Err(messages::wrong_order(&row.full_name(), order).into());
+            return Err(messages::wrong_order(row.name, order).into());
         }
         if !derivative.is_finite() {
-            return Err(messages::endless_derivative(&row.full_name(), derivative).into());
+            return Err(messages::endless_derivative(row.name, derivative).into());
         }
         Ok(())
     }

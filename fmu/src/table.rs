@@ -74,20 +74,38 @@ const fn value_hash(state: u128, value: Option<Value>) -> u128 {
     }
 }
 
-const fn row_hash(mut state: u128, row: &StaticRow) -> u128 {
+/// The names of the three outer instances, which may be empty, then the rest.
+const fn name_hash(mut state: u128, name: &str) -> u128 {
+    let mut bytes = name.as_bytes();
+    let mut instances = 0;
     let mut i = 0;
-    while i < row.path.len() {
-        state = text_hash(state, row.path[i]);
-        i += 1;
+    while i < bytes.len() {
+        if bytes[i] == b'.' {
+            let (instance, rest) = bytes.split_at(i);
+            state = hash(hash(state, instance), &[0]);
+            bytes = rest.split_at(1).1;
+            instances += 1;
+            i = 0;
+        } else {
+            i += 1;
+        }
     }
-    state = text_hash(state, row.name);
+    while instances < 3 {
+        state = hash(state, &[0]);
+        instances += 1;
+    }
+    hash(hash(state, bytes), &[0])
+}
+
+const fn row_hash(mut state: u128, row: &StaticRow) -> u128 {
+    state = name_hash(state, row.name);
     state = hash(state, &[row.kind as u8, row.role as u8]);
     state = value_hash(state, Some(row.start));
     state = value_hash(state, row.min);
     state = value_hash(state, row.max);
     state = text_hash(state, if let Some(unit) = row.unit { unit } else { "" });
     state = hash(state, &[row.from.len() as u8]);
-    i = 0;
+    let mut i = 0;
     while i < row.from.len() {
         state = hash(state, &(row.from[i] as u32).to_le_bytes());
         i += 1;
@@ -130,12 +148,12 @@ pub fn json(table: &StaticTable) -> String {
         optional(table.mean.map(|mean| mean.to_string()))
     );
     for (i, row) in table.rows.iter().enumerate() {
-        let from: Vec<String> = row.from.iter().map(|setting| quoted(&table.rows[*setting].full_name())).collect();
+        let from: Vec<String> = row.from.iter().map(|setting| quoted(table.rows[*setting].name)).collect();
         let _ = write!(
             json,
             r#"{}{{"name":{},"description":{}{},"kind":"{}"{},"role":"{}","start":{:?}{},"min":{},"max":{},"unit":{}{}}}"#,
             if i == 0 { "" } else { "," },
-            quoted(&row.full_name()),
+            quoted(row.name),
             quoted(row.description),
             if row.help.is_empty() { String::new() } else { format!(r#","help":{}"#, quoted(row.help)) },
             row.kind.name(),
@@ -221,7 +239,7 @@ mod tests {
         let of = |row: StaticRow| row_hash(BASIS, &row);
         let same = of(row);
         assert_ne!(of(StaticRow { name: "OTHER", ..row }), same, "name");
-        assert_ne!(of(StaticRow { path: ["A", "", ""], ..row }), same, "path");
+        assert_ne!(of(StaticRow { name: "A.U", ..row }), same, "instance");
         assert_ne!(of(StaticRow { role: blocks::Role::Parameter, ..row }), same, "role");
         assert_ne!(of(StaticRow { kind: blocks::Kind::Int, ..row }), same, "type");
         assert_ne!(of(StaticRow { start: Value::Bool(true), ..row }), same, "start");

@@ -91,7 +91,7 @@ fn stored_block(program: &Program, ty: &Type, bytes: &mut &[u8], into: &mut Vec<
 
 /// Returns the type and offset of a table row.
 fn place(law: &Law, row: &StaticRow) -> (Scalar, usize) {
-    let path = format!("{}.{}", law.name, row.full_name());
+    let path = format!("{}.{}", law.name, row.name);
     match law.program.find(&path) {
         Some((offset, Type::Scalar(ty))) => (ty, offset),
         other => panic!("{path}: {other:?}"),
@@ -131,7 +131,7 @@ fn compare<B: Block>(law: &Law, calls: usize) {
                 let index = rows.iter().position(|it| std::ptr::eq(it, row)).unwrap();
                 // Restarts are rare.
                 let value = match row.kind {
-                    Kind::Bool if row.name == "COM_RST" => Value::Bool(random.below(20) == 0),
+                    Kind::Bool if row.name.ends_with("COM_RST") => Value::Bool(random.below(20) == 0),
                     _ => value(&mut random, row, odd),
                 };
                 block.set(index, value);
@@ -155,7 +155,7 @@ fn compare<B: Block>(law: &Law, calls: usize) {
                 let (law, rust) = (machine.get(*ty, *offset), block.get(index).unwrap());
                 let rust = scl::ir::Value::of_plc(rust);
                 let both_nan = law.number().is_nan() && rust.number().is_nan();
-                (law != rust && !both_nan).then(|| format!("{} is {law}, in Rust {rust}", row.full_name()))
+                (law != rust && !both_nan).then(|| format!("{} is {law}, in Rust {rust}", row.name))
             };
             let differ: Vec<String> = rows.iter().zip(&places).filter_map(differ).collect();
             panic!("{} differs in call {call}: {differ:?}\n{found:?}\n{expected:?}", law.name);
@@ -199,7 +199,7 @@ fn compare_scl<B: Block>(dialect: Dialect, calls: usize) {
     let compiled = scl::compile(&[parameters::Source::new("law.scl", text.clone().into_bytes())], &options)
         .unwrap_or_else(|errors| panic!("{}\n{text}", errors[0]));
     let root = compiled.root.unwrap();
-    let path = |row: &StaticRow| format!("{}.{}", root.instance, row.full_name());
+    let path = |row: &StaticRow| format!("{}.{}", root.instance, row.name);
     let places: Vec<(Scalar, usize)> = rows
         .iter()
         .map(|(_, row)| match compiled.program.find(&path(row)) {
@@ -212,7 +212,7 @@ fn compare_scl<B: Block>(dialect: Dialect, calls: usize) {
     let mut block = B::default();
     for ((index, row), (ty, offset)) in rows.iter().zip(&places) {
         let start = scl::ir::Value::of_plc(block.get(*index).unwrap());
-        assert_eq!(machine.get(*ty, *offset), start, "start of {} in SCL", row.full_name());
+        assert_eq!(machine.get(*ty, *offset), start, "start of {} in SCL", row.name);
     }
     for call in 0..calls {
         if call % 1000 == 0 {
@@ -223,7 +223,7 @@ fn compare_scl<B: Block>(dialect: Dialect, calls: usize) {
         for ((index, row), (ty, offset)) in rows.iter().zip(&places) {
             if row.role.is_settable() && (call % 1000 == 0 || random.below(12) == 0) {
                 let value = match row.kind {
-                    Kind::Bool if row.name == "COM_RST" => Value::Bool(random.below(20) == 0),
+                    Kind::Bool if row.name.ends_with("COM_RST") => Value::Bool(random.below(20) == 0),
                     _ => value(&mut random, row, odd),
                 };
                 block.set(*index, value);
@@ -238,7 +238,7 @@ fn compare_scl<B: Block>(dialect: Dialect, calls: usize) {
             assert!(
                 found == expected || both_nan,
                 "{} in call {call} is {found} in {dialect:?} SCL, {expected} in Rust\n{text}",
-                row.full_name()
+                row.name
             );
         }
     }

@@ -217,7 +217,7 @@ fn differs(law: &Law, program: &Program, tape: &Tape) -> Option<usize> {
         .inputs
         .iter()
         .chain(&tape.outputs)
-        .map(|row| match law.program.find(&format!("{}.{}", law.name, tape.table.rows[*row].full_name())) {
+        .map(|row| match law.program.find(&format!("{}.{}", law.name, tape.table.rows[*row].name)) {
             Some((offset, Type::Scalar(ty))) => (ty, offset),
             other => panic!("{other:?}"),
         })

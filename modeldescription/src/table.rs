@@ -139,7 +139,7 @@ impl From<&blocks::StaticTable> for Table {
     fn from(of: &blocks::StaticTable) -> Table {
         let texts = |texts: &[&str]| texts.iter().map(ToString::to_string).collect();
         let row = |row: &blocks::StaticRow| Row {
-            name: row.full_name(),
+            name: row.name.into(),
             description: row.description.into(),
             help: row.help.into(),
             kind: row.kind,
@@ -150,7 +150,7 @@ impl From<&blocks::StaticTable> for Table {
             min: row.least(),
             max: row.greatest(),
             unit: row.unit.map(str::to_string),
-            from: row.from.iter().map(|setting| of.rows[*setting].full_name()).collect(),
+            from: row.from.iter().map(|setting| of.rows[*setting].name.into()).collect(),
         };
         let text = |of: &blocks::Text| Text {
             name: of.name.into(),

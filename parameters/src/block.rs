@@ -81,7 +81,7 @@ impl BlockType {
     pub fn for_block<B: blocks::Block>() -> BlockType {
         let table = B::TABLE;
         let member = |(index, row): (usize, &StaticRow)| Member {
-            name: row.full_name(),
+            name: row.name.to_string(),
             description: row.description.to_string(),
             kind: row.kind,
             role: row.role,
@@ -91,8 +91,8 @@ impl BlockType {
             unit: row.unit.map(str::to_string),
             part: match () {
                 () if table.mean == Some(index) => VariableOwner::FmuOnly,
-                () if row.path[0].is_empty() => VariableOwner::Own,
-                () => VariableOwner::Inner,
+                () if row.is_inner() => VariableOwner::Inner,
+                () => VariableOwner::Own,
             },
         };
         BlockType {

@@ -61,7 +61,7 @@ impl EachBlock for Compared {
 impl Compared {
     fn compare<B: Block>(&mut self, count: usize) {
         let random = &mut self.random;
-        let is_own = |row: &StaticRow| row.path[0].is_empty() && matches!(row.role, Role::Input | Role::Parameter);
+        let is_own = |row: &StaticRow| !row.is_inner() && matches!(row.role, Role::Input | Role::Parameter);
         let own: Vec<usize> =
             (0..B::TABLE.rows.len()).filter(|row| is_own(&B::TABLE.rows[*row]) && B::writer(*row).is_some()).collect();
         let mut alone: Vec<B> = (0..count).map(|_| B::default()).collect();

@@ -33,7 +33,7 @@ struct Search<'a> {
 
 impl EachBlock for Search<'_> {
     fn block<B: Block>(&mut self) {
-        if self.found.is_some() || !B::TABLE.rows.iter().any(|row| row.full_name() == self.name) {
+        if self.found.is_some() || B::TABLE.find(self.name).is_none() {
             return;
         }
         let table = Table::from(B::TABLE);

@@ -30,7 +30,7 @@ fn tables() -> Vec<&'static StaticTable> {
 /// make of it, its role. The block's own memory and the instances inside lie behind `size`.
 fn as_manual(table: &StaticTable) -> Vec<String> {
     let (addresses, size) = addresses(&block(table.name));
-    let own = table.rows.iter().enumerate().filter(|(row, of)| of.path[0].is_empty() && table.mean != Some(*row));
+    let own = table.rows.iter().enumerate().filter(|(row, of)| !of.is_inner() && table.mean != Some(*row));
     let line = |(row, of): (usize, &StaticRow)| {
         let address = addresses[row].map_or(String::new(), |address| address.to_string());
         let value = |value: Value| match value {

@@ -21,7 +21,7 @@ fn start_text() -> String {
         preset: "TIC101".into(),
         block: ContC::TABLE.name.into(),
         library: Guid::<ContC>::TEXT.into(),
-        values: rows.map(|row| (row.full_name(), value(row.name, row.start))).collect(),
+        values: rows.map(|row| (row.name.to_string(), value(row.name, row.start))).collect(),
     }
     .to_string()
 }

@@ -127,7 +127,6 @@ macro_rules! block {
             use $crate::table::{Block, Kind, Law, Reader, Role, StaticRow, StaticTable, Value, Writer, number};
 
             const OWN: &[StaticRow] = &[ $($( StaticRow {
-                path: [""; $crate::table::DEPTH],
                 name: $crate::block!(@upper $name),
                 description: $crate::table::short_text(concat!($($doc, "\n"),*)),
                 help: $crate::table::help(concat!($($doc, "\n"),*)),
@@ -160,14 +159,20 @@ macro_rules! block {
                 let mut rows = [StaticRow::EMPTY; COUNT];
                 let mut next = $crate::table::copy(OWN, &mut rows, 0);
                 $($(
-                    next = $crate::table::nest(
-                        $crate::block!(@upper $instance),
-                        <$Instance as Block>::TABLE,
-                        &[$( stringify!($wired) ),*],
-                        &[$($( (stringify!($started), Value::$started_kind($started_value)) ),+)?],
-                        &mut rows,
-                        next,
-                    );
+                    next = {
+                        const INNER: &StaticTable = <$Instance as Block>::TABLE;
+                        const NAMES: [u8; $crate::table::length(stringify!($instance), INNER)] =
+                            $crate::table::inner_names($crate::block!(@upper $instance), INNER);
+                        $crate::table::nest(
+                            $crate::block!(@upper $instance),
+                            $crate::table::text(&NAMES),
+                            INNER,
+                            &[$( stringify!($wired) ),*],
+                            &[$($( (stringify!($started), Value::$started_kind($started_value)) ),+)?],
+                            &mut rows,
+                            next,
+                        )
+                    };
                 )*)?
                 $crate::table::copy(MEAN, &mut rows, next);
                 $crate::table::check_restart_values(&rows);

@@ -85,7 +85,10 @@ pub use abreast::Abreast;
 pub use host::Types;
 pub use kind::{Class, Form, Kind};
 #[doc(hidden)]
-pub use parts::{check_restart_values, copy, cycle_row, help, inner_rows, nest, short_text, text, tunable, upper};
+pub use parts::{
+    check_restart_values, copy, cycle_row, help, inner_names, inner_rows, length, nest, short_text, text, tunable,
+    upper,
+};
 pub use stored::Stored;
 pub use types::{Bool, Int, LReal, Real, Time, Word, low_word, rnd};
 
@@ -229,9 +232,9 @@ pub struct StaticTable {
 }
 
 impl StaticTable {
-    /// Returns the index of the row with this full name, such as `GAIN` or `DI_CONT_C.GAIN`.
-    pub fn find(&self, full_name: &str) -> Option<usize> {
-        self.rows.iter().position(|row| row.full_name() == full_name)
+    /// Returns the index of the row with this name, such as `GAIN` or `DI_CONT_C.GAIN`.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.rows.iter().position(|row| row.name == name)
     }
 }
 
@@ -281,15 +284,10 @@ impl TextType {
     }
 }
 
-/// The maximum nesting depth of blocks.
-pub const DEPTH: usize = 3;
-
 /// A variable.
 #[derive(Clone, Copy, Debug)]
 pub struct StaticRow {
-    /// The path of instances, outermost first; unused elements are empty.
-    pub path: [&'static str; DEPTH],
-    /// The name in upper case.
+    /// The name in upper case, with those of the instances that lead to it: `GAIN`, `DI_CONT_C.GAIN`.
     pub name: &'static str,
     /// A one-line description.
     pub description: &'static str,
@@ -318,7 +316,6 @@ impl StaticRow {
     /// An unfilled element of a table.
     #[doc(hidden)]
     pub const EMPTY: StaticRow = StaticRow {
-        path: [""; DEPTH],
         name: "",
         description: "",
         help: "",
@@ -343,12 +340,9 @@ impl StaticRow {
         self.max.map(|max| number::number(max).max(number::decimal(max)))
     }
 
-    /// Returns the name with the path of instances: `GAIN`, `DI_CONT_C.GAIN`.
-    pub fn full_name(&self) -> String {
-        let mut name: String =
-            self.path.iter().filter(|instance| !instance.is_empty()).flat_map(|i| [*i, "."]).collect();
-        name.push_str(self.name);
-        name
+    /// Whether the variable is one of a block inside.
+    pub fn is_inner(&self) -> bool {
+        self.name.contains('.')
     }
 }
 

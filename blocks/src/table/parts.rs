@@ -1,6 +1,6 @@
 //! The parts of [`block!`](crate::block!) that are plain functions, evaluated at compile time.
 
-use crate::table::{DEPTH, Kind, Role, StaticRow, StaticTable, Value};
+use crate::table::{Kind, Role, StaticRow, StaticTable, Value};
 
 impl StaticTable {
     /// Returns the number of rows of an inner block: all except the mean, which belongs to a communication step.
@@ -91,10 +91,41 @@ pub const fn tunable<const N: usize>(rows: &[StaticRow; N], kind: Kind) -> [bool
     tunable
 }
 
-/// Copies the rows of an inner block, with their path, role and start value in the outer one.
+/// Returns the length of the names of an inner block's rows in the outer one.
+#[doc(hidden)]
+pub const fn length(instance: &str, table: &StaticTable) -> usize {
+    let mut length = 0;
+    let mut i = 0;
+    while i < table.inner() {
+        length += instance.len() + 1 + table.rows[i].name.len();
+        i += 1;
+    }
+    length
+}
+
+/// Returns these names without a separator: each is that of the instance, a dot and the name in the inner block.
+#[doc(hidden)]
+pub const fn inner_names<const N: usize>(instance: &str, table: &StaticTable) -> [u8; N] {
+    let mut names = [b'.'; N];
+    let mut rest: &mut [u8] = &mut names;
+    let mut i = 0;
+    while i < table.inner() {
+        let name = table.rows[i].name;
+        let (to, next) = rest.split_at_mut(instance.len() + 1 + name.len());
+        let (first, last) = to.split_at_mut(instance.len() + 1);
+        first.split_at_mut(instance.len()).0.copy_from_slice(instance.as_bytes());
+        last.copy_from_slice(name.as_bytes());
+        rest = next;
+        i += 1;
+    }
+    names
+}
+
+/// Copies the rows of an inner block, with their name (see [`inner_names`]), role and start value in the outer one.
 #[doc(hidden)]
 pub const fn nest(
-    instance: &'static str,
+    instance: &str,
+    mut names: &'static str,
     table: &StaticTable,
     wired: &[&str],
     starts: &[(&str, Value)],
@@ -105,14 +136,6 @@ pub const fn nest(
     let mut i = 0;
     while i < table.inner() {
         let mut row = table.rows[i];
-        let is_own = row.path[0].is_empty();
-        assert!(row.path[DEPTH - 1].is_empty(), "blocks are nested too deep");
-        let mut depth = DEPTH - 1;
-        while depth > 0 {
-            row.path[depth] = row.path[depth - 1];
-            depth -= 1;
-        }
-        row.path[0] = instance;
         // In the outer block its outputs become locals, and the row numbers of its settings differ.
         row.from = &[];
         row.role = match row.role {
@@ -122,7 +145,7 @@ pub const fn nest(
             other => other,
         };
         let mut w = 0;
-        while is_own && w < wired.len() {
+        while w < wired.len() {
             if row.name.eq_ignore_ascii_case(wired[w]) {
                 row.role = Role::Local;
                 found += 1;
@@ -130,13 +153,14 @@ pub const fn nest(
             w += 1;
         }
         let mut s = 0;
-        while is_own && s < starts.len() {
+        while s < starts.len() {
             if row.name.eq_ignore_ascii_case(starts[s].0) {
                 row.start = starts[s].1;
                 found += 1;
             }
             s += 1;
         }
+        (row.name, names) = names.split_at(instance.len() + 1 + row.name.len());
         to[next] = row;
         next += 1;
         i += 1;

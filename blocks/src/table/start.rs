@@ -13,7 +13,7 @@
 //! distinguish it from the neighbouring 64-bit numbers, a TIME in seconds. A hash of the text reveals changes.
 
 use super::number::{number, to_value};
-use super::{Kind, StaticRow, StaticTable, Value, fingerprint};
+use super::{Kind, StaticTable, Value, fingerprint};
 use std::fmt;
 
 /// The name of the file that contains the text.
@@ -71,10 +71,9 @@ impl Start {
     /// A setting is unknown, missing or duplicate; a value has another type, is out of range, or is not in the form
     /// that [`text`] produces; the time between two calls is below 1 ms.
     pub fn settings(&self, table: &StaticTable) -> Result<Vec<(usize, Value)>, String> {
-        let names: Vec<String> = table.rows.iter().map(StaticRow::full_name).collect();
         let mut settings: Vec<(usize, Value)> = Vec::with_capacity(self.values.len());
         for (name, text) in &self.values {
-            let row = names.iter().position(|own| own == name).filter(|row| table.rows[*row].role.is_settable());
+            let row = table.find(name).filter(|row| table.rows[*row].role.is_settable());
             let row = row.ok_or_else(|| format!("{} has no setting {:?}", table.name, shown(name)))?;
             if settings.iter().any(|(known, _)| *known == row) {
                 return Err(format!("{name} occurs twice"));
@@ -87,7 +86,7 @@ impl Start {
         }
         let is_missing = |row: usize| !settings.iter().any(|(known, _)| *known == row);
         match (0..table.rows.len()).find(|row| table.rows[*row].role.is_settable() && is_missing(*row)) {
-            Some(missing) => Err(format!("{} is missing", names[missing])),
+            Some(missing) => Err(format!("{} is missing", table.rows[missing].name)),
             None => Ok(settings),
         }
     }

@@ -173,7 +173,7 @@ fn a_setting_has_no_restart_value() {
 
 #[test]
 fn rows_stand_in_the_order_of_the_table_then_the_instances_then_the_mean() {
-    let names: Vec<_> = Outer::TABLE.rows.iter().map(StaticRow::full_name).collect();
+    let names: Vec<_> = Outer::TABLE.rows.iter().map(|row| row.name).collect();
     let own = ["GAIN", "CYCLE", "STATE", "Q", "BETWEEN"];
     let inner = ["FIRST", "SECOND", "CYCLE", "ORDER", "SUM"];
     let mut expected: Vec<_> = own.map(String::from).to_vec();
@@ -236,7 +236,6 @@ fn instances_inside_instances_keep_their_path_role_and_values() {
     let find = |name| Outermost::TABLE.find(name).unwrap_or_else(|| panic!("no row {name}"));
     let role = |name| Outermost::TABLE.rows[find(name)].role;
     assert_eq!(Outermost::TABLE.rows.len(), 1 + 5 + 2 * 5);
-    assert_eq!(Outermost::TABLE.rows[find("DI_OUTER.DI_B.SECOND")].path, ["DI_OUTER", "DI_B", ""]);
     // `wired` means the terminal of the block itself, not one of the same name further in.
     assert_eq!((role("DI_OUTER.CYCLE"), role("DI_OUTER.DI_B.CYCLE")), (Role::Local, Role::Fixed));
     assert_eq!((role("DI_OUTER.DI_A.SECOND"), role("DI_OUTER.DI_A.FIRST")), (Role::Parameter, Role::Local));
@@ -253,7 +252,7 @@ fn instances_inside_instances_keep_their_path_role_and_values() {
 fn a_new_block_holds_the_start_values_of_its_table() {
     let block = Outer::default();
     for (index, row) in Outer::TABLE.rows.iter().enumerate() {
-        assert_eq!(block.get(index), Some(row.start), "{}", row.full_name());
+        assert_eq!(block.get(index), Some(row.start), "{}", row.name);
     }
 }
 
@@ -273,7 +272,7 @@ fn every_row_can_be_written_and_read_back_and_changes_no_other() {
         assert!(block.set(index, other(row.kind)));
         for (read, row) in Outer::TABLE.rows.iter().enumerate() {
             let expected = if read == index { other(row.kind) } else { row.start };
-            assert_eq!(block.get(read), Some(expected), "{} after setting row {index}", row.full_name());
+            assert_eq!(block.get(read), Some(expected), "{} after setting row {index}", row.name);
         }
     }
 }
@@ -285,7 +284,7 @@ fn a_value_of_another_type_or_a_row_that_is_none_is_refused_and_changes_nothing(
     let rows = Outer::TABLE.rows.len();
     for (index, row) in Outer::TABLE.rows.iter().enumerate() {
         let wrong = if row.kind == Kind::Bool { Value::Int(1) } else { Value::Bool(true) };
-        assert!(!block.set(index, wrong), "{}", row.full_name());
+        assert!(!block.set(index, wrong), "{}", row.name);
     }
     assert!(!block.set(rows, Value::LReal(1.0)));
     assert!(!block.set(usize::MAX, Value::LReal(1.0)));
@@ -299,9 +298,9 @@ fn a_real_is_read_and_written_as_any_value_and_no_other_row_is_one() {
         let mut block = Outer::default();
         let before = block.get(index);
         let is_real = row.kind == Kind::Real;
-        assert_eq!(block.real(index).map(Value::Real), before.filter(|_| is_real), "{}", row.full_name());
+        assert_eq!(block.real(index).map(Value::Real), before.filter(|_| is_real), "{}", row.name);
         block.real_mut(index).into_iter().for_each(|real| *real = -2.5);
-        assert_eq!(block.get(index), if is_real { Some(Value::Real(-2.5)) } else { before }, "{}", row.full_name());
+        assert_eq!(block.get(index), if is_real { Some(Value::Real(-2.5)) } else { before }, "{}", row.name);
     }
     let mut block = Outermost::default();
     let gain = Outermost::TABLE.find("DI_OUTER.GAIN").unwrap();
@@ -317,9 +316,9 @@ fn an_lreal_is_read_and_written_as_any_value_and_no_other_row_is_one() {
         let mut block = Outer::default();
         let before = block.get(index);
         let is_lreal = row.kind == Kind::LReal;
-        assert_eq!(block.lreal(index).map(Value::LReal), before.filter(|_| is_lreal), "{}", row.full_name());
+        assert_eq!(block.lreal(index).map(Value::LReal), before.filter(|_| is_lreal), "{}", row.name);
         block.lreal_mut(index).into_iter().for_each(|lreal| *lreal = -2.5);
-        assert_eq!(block.get(index), if is_lreal { Some(Value::LReal(-2.5)) } else { before }, "{}", row.full_name());
+        assert_eq!(block.get(index), if is_lreal { Some(Value::LReal(-2.5)) } else { before }, "{}", row.name);
     }
     let rows = Outermost::TABLE.rows.len();
     assert_eq!((Outermost::default().lreal(rows), Outermost::default().lreal_mut(rows)), (None, None));
@@ -332,19 +331,19 @@ fn a_reader_and_a_writer_do_what_a_host_does_with_numbers() {
         let mut other = Outer::default();
         let mut blocks = <Outer as Block>::Abreast::from_blocks(vec![Outer::default(); 2]);
         let (reader, writer) = (Outer::reader(index), Outer::writer(index));
-        let is_own = row.path[0].is_empty();
-        assert_eq!(reader.is_some(), is_own, "{}", row.full_name());
+        let is_own = !row.is_inner();
+        assert_eq!(reader.is_some(), is_own, "{}", row.name);
         let (Some(read), Some(write)) = (reader, writer) else { continue };
         for number in [1.0, 0.0, -7.0, 0.25, 40_000.0, 1e39, f64::NAN, f64::INFINITY] {
             let value = number::to_value(number, row.kind);
-            assert_eq!(write(&mut blocks, &[0.0, number]), value.is_ok(), "{} = {number}", row.full_name());
+            assert_eq!(write(&mut blocks, &[0.0, number]), value.is_ok(), "{} = {number}", row.name);
             value.into_iter().for_each(|value| assert!(other.set(index, value)));
             let mut numbers = [f64::NAN; 2];
             read(&blocks, &mut numbers);
             let now = other.get(index).map(number::number).unwrap();
-            assert_eq!(numbers, [0.0, now], "{} = {number}", row.full_name());
+            assert_eq!(numbers, [0.0, now], "{} = {number}", row.name);
         }
-        assert_eq!(format!("{:?}", blocks.into_blocks()[1]), format!("{other:?}"), "{}", row.full_name());
+        assert_eq!(format!("{:?}", blocks.into_blocks()[1]), format!("{other:?}"), "{}", row.name);
         count += 1;
     }
     assert_eq!(count, 5);
@@ -353,9 +352,9 @@ fn a_reader_and_a_writer_do_what_a_host_does_with_numbers() {
 
 #[test]
 fn reals_that_are_inputs_or_parameters_may_be_set_at_any_time() {
-    let names = |table: &StaticTable| -> Vec<String> {
+    let names = |table: &StaticTable| -> Vec<&str> {
         let rows = table.rows.iter().zip(table.tunable_reals);
-        rows.filter(|(_, is_tunable)| **is_tunable).map(|(row, _)| row.full_name()).collect()
+        rows.filter(|(_, is_tunable)| **is_tunable).map(|(row, _)| row.name).collect()
     };
     assert_eq!(names(Outer::TABLE), ["GAIN"]);
     assert_eq!(names(Outermost::TABLE), ["DI_OUTER.GAIN"]);

@@ -1,6 +1,5 @@
 //! The table of a program: what a host sees of its variables.
 
-use blocks::table::DEPTH;
 use blocks::table::number::{number, to_value};
 use blocks::{Class, Kind, Response, Role, StaticRow, StaticTable, Text, TextType, Time, Value};
 use manifest::Manifest;
@@ -319,7 +318,6 @@ fn row(name: &str, variable: &Variable, kind: Kind, role: Role, start: Value, is
         (min, max) = (None, None);
     }
     StaticRow {
-        path: [""; DEPTH],
         name: leaked(name),
         description: leaked(&description),
         help: "",

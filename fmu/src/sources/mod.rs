@@ -106,7 +106,7 @@ impl From<&StaticRow> for Variable {
     fn from(row: &StaticRow) -> Variable {
         let range = (row.least(), row.greatest());
         Variable {
-            name: row.full_name(),
+            name: row.name.to_string(),
             kind: row.kind,
             role: row.role,
             range,

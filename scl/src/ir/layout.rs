@@ -62,7 +62,7 @@ impl Program {
                     };
                     let (zero, ones) = (with(Value::zero(row.kind)), with(ones(row.kind)));
                     let offset = zero.iter().zip(&ones).take_while(|(zero, one)| zero == one).count();
-                    Member { name: row.full_name(), ty: Type::Scalar(scalar(row.kind)), offset }
+                    Member { name: row.name.to_string(), ty: Type::Scalar(scalar(row.kind)), offset }
                 });
                 let members = members.collect();
                 self.1 = Some(Record { name: B::TABLE.name.to_string(), members, start, align: 1 });

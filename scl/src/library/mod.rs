@@ -249,8 +249,8 @@ impl Compiler<'_> {
             body: Body::Native(table.name),
         });
         let members = table.rows.iter().enumerate().map(|(number, row)| Parameter {
-            name: row.full_name(),
-            key: row.full_name(),
+            name: row.name.to_string(),
+            key: row.name.to_string(),
             section: match row.role {
                 Role::Input | Role::Parameter | Role::Fixed | Role::Cycle => SectionKind::Input,
                 Role::Output => SectionKind::Output,

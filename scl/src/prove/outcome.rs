@@ -140,7 +140,7 @@ impl Outcome {
             State::Differs { output, expected, found } => {
                 let row = tape.and_then(|tape| tape.outputs.get(output).map(|row| &tape.table.rows[*row]));
                 let (name, kind) =
-                    row.map_or((format!("output {}", output + 1), None), |row| (row.full_name(), Some(row.kind)));
+                    row.map_or((format!("output {}", output + 1), None), |row| (row.name.to_string(), Some(row.kind)));
                 format!(
                     "{block}call {} of {calls} differs: {name} is {}, expected {}",
                     grouped(self.done),

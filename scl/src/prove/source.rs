@@ -175,11 +175,6 @@ impl Source<'_> {
         self.line("END_DATA_BLOCK");
     }
 
-    /// Whether a row belongs to the block itself; rows of inner blocks are written in place.
-    fn is_own(row: &StaticRow) -> bool {
-        row.path[0].is_empty()
-    }
-
     fn block(&mut self) {
         let tape = self.tape;
         let rows = tape.table.rows;
@@ -199,7 +194,7 @@ impl Source<'_> {
         };
         self.line(&format!("    tested{attribute} : {block};  // the PLC's own block"));
         self.line("    given : STRUCT  // its inputs");
-        for row in tape.inputs.iter().map(|row| &rows[*row]).filter(|row| Self::is_own(row)) {
+        for row in tape.inputs.iter().map(|row| &rows[*row]).filter(|row| !row.is_inner()) {
             let start = crate::ir::Value::of_plc(row.start);
             let of = crate::check::types::Elementary::named(row.kind.name());
             let of = of.unwrap_or(crate::check::types::Elementary::DWord);
@@ -252,11 +247,8 @@ impl Source<'_> {
         self.line(&format!("        CASE {what} OF"));
         for (number, row) in tape.inputs.iter().enumerate() {
             let row = &rows[*row];
-            let to = if Self::is_own(row) {
-                format!("{given}.{}", row.name)
-            } else {
-                format!("{tested}.{}", row.full_name())
-            };
+            // Rows of inner blocks are written in place.
+            let to = format!("{}.{}", if row.is_inner() { &tested } else { &given }, row.name);
             self.line(&format!(
                 "            {}:\n                {to} := {};",
                 number + 1,
@@ -269,7 +261,7 @@ impl Source<'_> {
         self.line("        END_CASE;");
         self.line(&format!("    UNTIL {is_last}\n    END_REPEAT;"));
         self.line("    // The PLC's own block, once, and the bits of its outputs.");
-        let own: Vec<&StaticRow> = tape.inputs.iter().map(|row| &rows[*row]).filter(|row| Self::is_own(row)).collect();
+        let own: Vec<&StaticRow> = tape.inputs.iter().map(|row| &rows[*row]).filter(|row| !row.is_inner()).collect();
         for (number, row) in own.iter().enumerate() {
             let before = if number == 0 { format!("    {tested}(") } else { "        ".to_string() };
             let behind = if number + 1 == own.len() { ");" } else { "," };
@@ -277,7 +269,7 @@ impl Source<'_> {
         }
         for (number, row) in tape.outputs.iter().enumerate() {
             let row = &rows[*row];
-            let text = to_bits(row.kind, &format!("{tested}.{}", row.full_name()));
+            let text = to_bits(row.kind, &format!("{tested}.{}", row.name));
             self.line(&format!("    {found}[{}] := {text};", number + 1));
         }
         self.line(&format!("    {result}.done := {result}.done + 1;"));

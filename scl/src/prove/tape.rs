@@ -264,7 +264,7 @@ impl Tape {
             made += usize::from(entry.is_last);
         }
         let rows = self.inputs.iter().map(|row| &self.table.rows[*row]);
-        rows.zip(values).map(|(row, bits)| (row.full_name(), super::outcome::value_text(row.kind, bits))).collect()
+        rows.zip(values).map(|(row, bits)| (row.name.to_string(), super::outcome::value_text(row.kind, bits))).collect()
     }
 
     /// A number that is unlikely to be shared by two different tapes.
@@ -363,7 +363,7 @@ impl Maker {
                     self.change(stretch, row_number, old, begins)
                 };
                 // The defaults of inner blocks depend on the PLC project, so the tape sets all of them.
-                let is_inner = !row.path[0].is_empty();
+                let is_inner = row.is_inner();
                 if let Some(value) = value.filter(|value| is_first && is_inner || old != Some(*value)) {
                     next.set(row_number, value);
                     changes.push((number, value));

@@ -60,7 +60,7 @@ fn clause_10_with_three_steps_the_mean_counts_the_negative_pulse_negative() {
     let mut block = restarted(Pulsegen { inv: 30.0, ..ten_calls() });
     block.call();
     assert_eq!(block.pulse(), 1);
-    let mean = Pulsegen::TABLE.mean.map(|row| Pulsegen::TABLE.rows[row].full_name());
+    let mean = Pulsegen::TABLE.mean.map(|row| Pulsegen::TABLE.rows[row].name);
     assert_eq!(mean.as_deref(), Some("Q_MEAN"));
 }
 
