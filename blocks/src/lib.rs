@@ -34,7 +34,7 @@ pub mod table;
 
 pub use table::{
     Block, Bool, Characteristic, Class, Form, Int, Kind, LReal, Law, Real, Response, Role, StaticRow, StaticTable,
-    Stored, Text, TextType, Time, Types, Value, Word, low_word, rnd,
+    Stored, TableText, Text, TextType, Time, Types, Value, Word, low_word, rnd,
 };
 
 /// A hash of the sources of this crate; `None` in a copy without the build script.

@@ -2,7 +2,7 @@
 
 use crate::layout::Layout;
 use blocks::table::Abreast;
-use blocks::{Block, LReal, Real, StaticTable, Stored, Time, Value};
+use blocks::{Block, LReal, Real, StaticTable, Stored, TableText, Time, Value};
 
 /// As [`blocks::table::Reader`].
 pub type Reader<B> = fn(&<B as Cyclic>::Abreast, &mut [f64]);
@@ -30,8 +30,11 @@ macro_rules! cyclic {
             /// As [`Block::Abreast`].
             type Abreast: Abreast<Self>;
 
+            /// The text of its table, which is compiled in or made at run time.
+            type Text: TableText;
+
             /// The table.
-            fn table(&self) -> &StaticTable;
+            fn table(&self) -> &StaticTable<Self::Text>;
             /// The arrays among the rows and texts; `None` if there are none. A block has none.
             fn layout(&self) -> Option<&Layout> {
                 None
@@ -71,6 +74,8 @@ macro_rules! cyclic {
             const HOLDS_INPUTS: bool = <B as blocks::Law>::HOLDS_INPUTS;
 
             type Abreast = B::Abreast;
+
+            type Text = &'static str;
 
             #[inline(always)]
             fn table(&self) -> &StaticTable {

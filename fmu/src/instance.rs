@@ -10,7 +10,7 @@ use crate::session::{Reached, Session};
 use crate::state::{Function, State};
 use crate::texts;
 use blocks::table::fingerprint::checksum;
-use blocks::{Role, StaticRow, StaticTable, Stored, Value};
+use blocks::{Role, StaticRow, StaticTable, Stored, TableText, Value};
 
 /// One instance. A clone is a saved state.
 #[derive(Clone, Debug)]
@@ -213,7 +213,7 @@ impl<B: Cyclic> Instance<B> {
     fn get_checked<V: Version, T: HostType<V>>(&self, references: &[u32], values: &mut [T]) -> Result<(), Refusal> {
         let table = self.session.block.table();
         for reference in references {
-            row::<V, T>(table, *reference, "Get")?;
+            row::<V, T, _>(table, *reference, "Get")?;
         }
         let is_computed = |reference: &u32| !table.rows[*reference as usize].role.is_settable();
         let is_restart_read = self.state == State::InitializationMode && references.iter().any(is_computed);
@@ -240,12 +240,12 @@ impl<B: Cyclic> Instance<B> {
     #[inline(never)]
     fn set_checked<V: Version, T: HostType<V>>(&mut self, references: &[u32], values: &[T]) -> Result<(), Refusal> {
         for (reference, value) in references.iter().zip(values) {
-            let row = row::<V, T>(self.session.block.table(), *reference, "Set")?;
+            let row = row::<V, T, _>(self.session.block.table(), *reference, "Set")?;
             if !self.may_set(row.role) {
-                return Err(read_only(row.name, row.role, V::PREFIX));
+                return Err(read_only(&row.name, row.role, V::PREFIX));
             }
             if let Err(range) = value.to_plc(row.kind) {
-                return Err(messages::out_of_range(row.name, &value.text(), range).into());
+                return Err(messages::out_of_range(&row.name, &value.text(), range).into());
             }
         }
         for (reference, value) in references.iter().zip(values) {
@@ -287,7 +287,7 @@ impl<B: Cyclic> Instance<B> {
     {
         let given = || references.iter().zip(orders).zip(derivatives).map(|((row, order), by)| (*row, *order, *by));
         for (reference, order, derivative) in given() {
-            let row = row::<V, f64>(self.session.block.table(), reference, "Set")?;
+            let row = row::<V, f64, _>(self.session.block.table(), reference, "Set")?;
             Session::<B>::check_derivative(row, order, derivative)?;
         }
         self.session.set_derivatives(given());
@@ -379,21 +379,21 @@ impl<B: Cyclic> Instance<B> {
 const MAGIC: &[u8] = b"plcfmu\0\x01";
 
 /// The row of the variable with a value reference, which must be of the type `T`. `access` is Get or Set, for the message.
-fn row<'a, V: Version, T: HostType<V>>(
-    table: &'a StaticTable,
+fn row<'a, V: Version, T: HostType<V>, S: TableText>(
+    table: &'a StaticTable<S>,
     reference: u32,
     access: &str,
-) -> Result<&'a StaticRow, Refusal> {
+) -> Result<&'a StaticRow<S>, Refusal> {
     match table.rows.get(reference as usize) {
         Some(row) if T::is_of(row) => Ok(row),
-        _ => Err(no_variable::<V>(table, reference, access)),
+        _ => Err(no_variable::<V, _>(table, reference, access)),
     }
 }
 
 /// The refusal of a reference that is not one of a variable of the right type.
-pub fn no_variable<V: Version>(table: &StaticTable, reference: u32, access: &str) -> Refusal {
-    let row = table.rows.get(reference as usize).map(|row| (row.name, V::name_of(row)));
-    let text = texts::text(table, reference).map(|(_, text)| (text.name, texts::TYPE));
+pub fn no_variable<V: Version, S: TableText>(table: &StaticTable<S>, reference: u32, access: &str) -> Refusal {
+    let row = table.rows.get(reference as usize).map(|row| (&*row.name, V::name_of(row)));
+    let text = texts::text(table, reference).map(|(_, text)| (&*text.name, texts::TYPE));
     match row.or(text) {
         Some((name, kind)) => messages::other_type(reference, name, kind, V::PREFIX, access),
         None => messages::unknown_reference(reference, table.rows.len() + table.texts.len() - 1),

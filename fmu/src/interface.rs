@@ -3,16 +3,16 @@
 use crate::host_type::Version;
 use crate::log::Category;
 use crate::table::{self, Guid, quoted};
-use blocks::{Block, StaticTable};
+use blocks::{Block, StaticTable, TableText};
 
 /// The description of the library as a JSON object: the block's table (see [`table::json`]) and the interface, which is
 /// the version, the GUID, the capabilities and the log categories.
 pub fn json<V: Version, B: Block>() -> String {
-    json_of::<V>(B::TABLE, Guid::<B>::TEXT)
+    json_of::<V, _>(B::TABLE, Guid::<B>::TEXT)
 }
 
 /// The same of a table and a GUID that are known at run time only.
-pub fn json_of<V: Version>(table: &StaticTable, guid: &str) -> String {
+pub fn json_of<V: Version, S: TableText>(table: &StaticTable<S>, guid: &str) -> String {
     let capabilities: Vec<String> =
         V::CAPABILITIES.iter().map(|(name, value)| format!("{}:{value}", quoted(name))).collect();
     let categories: Vec<String> = Category::ALL

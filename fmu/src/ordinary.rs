@@ -145,7 +145,7 @@ pub fn set_values<V: Version, B: Cyclic, T: HostType<V>>(block: &mut B, referenc
     fn put<B: Cyclic>(block: &mut B, row: usize, value: Value) {
         block.set(row, value);
     }
-    let value_of = |table: &StaticTable, reference: &u32, value: &T| {
+    let value_of = |table: &StaticTable<B::Text>, reference: &u32, value: &T| {
         let row = table.rows.get(*reference as usize)?;
         let is_tunable = matches!(row.role, Role::Input | Role::Parameter) && T::is_of(row);
         value.to_plc(row.kind).ok().filter(|_| is_tunable)
@@ -213,7 +213,7 @@ pub fn get_reals<B: Cyclic>(block: &B, references: &[u32], values: &mut [f32]) -
     if get_few_reals(block, references, values) {
         return true;
     }
-    let rows = block.table().rows;
+    let rows = &block.table().rows;
     if !references.iter().all(|reference| rows.get(*reference as usize).is_some_and(|row| row.kind == Kind::Real)) {
         return false;
     }
@@ -229,7 +229,7 @@ fn get_many<V: Version, B: Cyclic>(block: &B, references: &[u32], values: &mut [
 where
     f64: HostType<V>,
 {
-    let rows = block.table().rows;
+    let rows = &block.table().rows;
     let is_number =
         |reference: &u32| rows.get(*reference as usize).is_some_and(|row| matches!(row.kind, Kind::Real | Kind::LReal));
     if !references.iter().all(is_number) {
@@ -264,7 +264,7 @@ pub fn get_values<V: Version, B: Cyclic, T: HostType<V>>(block: &B, references: 
         got.into_iter().for_each(|got| *value = got);
         return got.is_some();
     }
-    let rows = block.table().rows;
+    let rows = &block.table().rows;
     if !references.iter().all(|reference| rows.get(*reference as usize).is_some_and(|row| T::is_of(row))) {
         return false;
     }

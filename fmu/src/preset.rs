@@ -10,7 +10,7 @@ use crate::resources;
 use crate::table::Fingerprint;
 use blocks::table::fingerprint;
 use blocks::table::start::{self, FILE, LARGEST, Start};
-use blocks::{Block, StaticTable, Value};
+use blocks::{Block, StaticTable, TableText, Value};
 use std::ffi::CStr;
 
 /// A text that a host passes, by the name that the standard gives it; `None` stands for NULL.
@@ -89,7 +89,12 @@ pub type Settings = (usize, u128, Vec<(usize, Value)>);
 ///
 /// # Errors
 /// There are no start values, or they are damaged, or those of another preset or library.
-pub fn read(identity: Identity, resources: Argument, table: &StaticTable, own: u128) -> Result<Settings, Refusal> {
+pub fn read<S: TableText>(
+    identity: Identity,
+    resources: Argument,
+    table: &StaticTable<S>,
+    own: u128,
+) -> Result<Settings, Refusal> {
     let (name, given) = (identity.name, identity.shown());
     let (path, bytes) = resources::read(resources, FILE, LARGEST).map_err(|why| {
         let other = messages::other_library(name, &given, &identity.text(own));
@@ -102,7 +107,7 @@ pub fn read(identity: Identity, resources: Argument, table: &StaticTable, own: u
     let Start { preset, block, library, .. } = &start;
     let form = identity.forms.iter().position(|form| fingerprint::text(form(own)) == library.as_bytes());
     let Some(form) = form else {
-        let (own_block, own) = (table.name, identity.text(own));
+        let (own_block, own) = (&table.name, identity.text(own));
         return Err(refused(format!(
             "the start values are for {block} {library}, but this library is {own_block} {own}"
         ))

@@ -8,7 +8,7 @@ use crate::mean::Mean;
 use crate::messages;
 use crate::refusal::Refusal;
 use blocks::table::number::{number, to_value};
-use blocks::{Kind, Role, StaticRow, Stored};
+use blocks::{Kind, Role, StaticRow, Stored, TableText};
 use std::mem::ManuallyDrop;
 
 /// How many time derivatives of an input can be given.
@@ -70,7 +70,7 @@ impl<B: Cyclic> Session<B> {
         let is_odd = 1e-6 < h && h < cycle / 100.0;
         is_odd.then(|| {
             let table = self.block.table();
-            messages::short_step(h, table.rows[table.cycle].name, cycle, (cycle / h).round_ties_even())
+            messages::short_step(h, &table.rows[table.cycle].name, cycle, (cycle / h).round_ties_even())
         })
     }
 
@@ -95,7 +95,7 @@ impl<B: Cyclic> Session<B> {
             let bound =
                 Extrapolation { value: input.value.abs(), derivatives: input.derivatives.map(f64::abs), row: 0 };
             if let Err(range) = to_value(bound.at(last), row.kind) {
-                return Err(messages::extrapolated(row.name, last, range).into());
+                return Err(messages::extrapolated(&row.name, last, range).into());
             }
         }
         self.clock = clock;
@@ -179,15 +179,15 @@ impl<B: Cyclic> Session<B> {
     ///
     /// # Errors
     /// The row is not a REAL or LREAL input, the order is not 1 to 4, the derivative is not finite.
-    pub fn check_derivative(row: &StaticRow, order: i32, derivative: f64) -> Result<(), Refusal> {
+    pub fn check_derivative<S: TableText>(row: &StaticRow<S>, order: i32, derivative: f64) -> Result<(), Refusal> {
         if row.role != Role::Input || !matches!(row.kind, Kind::Real | Kind::LReal) {
-            return Err(messages::no_real_input(row.name).into());
+            return Err(messages::no_real_input(&row.name).into());
         }
         if !(1..=ORDERS as i32).contains(&order) {
-            return Err(messages::wrong_order(row.name, order).into());
+            return Err(messages::wrong_order(&row.name, order).into());
         }
         if !derivative.is_finite() {
-            return Err(messages::endless_derivative(row.name, derivative).into());
+            return Err(messages::endless_derivative(&row.name, derivative).into());
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use blocks::table::fingerprint::{self, BASIS, hash};
 use blocks::table::number::{beyond_number, number};
-use blocks::{Block, StaticRow, StaticTable, Types, Value};
+use blocks::{Block, StaticRow, StaticTable, TableText, Types, Value};
 use std::fmt::Write;
 use std::marker::PhantomData;
 
@@ -136,26 +136,26 @@ const fn table_hash(mut state: u128, table: &StaticTable) -> u128 {
 /// The table as a JSON object: name, documentation, the row numbers of the cycle and the mean, the variables in the order
 /// of the rows, and the response. Numbers are plain: a TIME in seconds, TRUE as 1. A variable whose restart value depends on
 /// settings names them as `from`.
-pub fn json(table: &StaticTable) -> String {
+pub fn json<S: TableText>(table: &StaticTable<S>) -> String {
     let mut json = String::new();
     let _ = write!(
         json,
         r#"{{"name":{},"aliases":[{}],"docs":{},"cycle":{},"mean":{},"variables":["#,
-        quoted(table.name),
-        list(table.aliases, |alias| quoted(alias)),
-        quoted(table.docs),
+        quoted(&table.name),
+        list(&table.aliases, |alias| quoted(alias)),
+        quoted(&table.docs),
         table.cycle,
         optional(table.mean.map(|mean| mean.to_string()))
     );
     for (i, row) in table.rows.iter().enumerate() {
-        let from: Vec<String> = row.from.iter().map(|setting| quoted(table.rows[*setting].name)).collect();
+        let from: Vec<String> = row.from.iter().map(|setting| quoted(&table.rows[*setting].name)).collect();
         let _ = write!(
             json,
             r#"{}{{"name":{},"description":{}{},"kind":"{}"{},"role":"{}","start":{:?}{},"min":{},"max":{},"unit":{}{}}}"#,
             if i == 0 { "" } else { "," },
-            quoted(row.name),
-            quoted(row.description),
-            if row.help.is_empty() { String::new() } else { format!(r#","help":{}"#, quoted(row.help)) },
+            quoted(&row.name),
+            quoted(&row.description),
+            if row.help.is_empty() { String::new() } else { format!(r#","help":{}"#, quoted(&row.help)) },
             row.kind.name(),
             if row.is_analog { r#","analog":true"# } else { "" },
             row.role.name(),
@@ -163,43 +163,44 @@ pub fn json(table: &StaticTable) -> String {
             beyond_number(row.start).map_or_else(String::new, |exact| format!(r#","exact":{exact}"#)),
             optional(row.least().map(|min| format!("{min:?}"))),
             optional(row.greatest().map(|max| format!("{max:?}"))),
-            optional(row.unit.map(quoted)),
+            optional(row.unit.as_deref().map(quoted)),
             if from.is_empty() { String::new() } else { format!(r#","from":[{}]"#, from.join(",")) },
         );
     }
-    let texts = list(table.texts, |text| {
+    let texts = list(&table.texts, |text| {
         format!(
             r#"{{"name":{},"description":{},"type":{},"role":"{}","start":{}}}"#,
-            quoted(text.name),
-            quoted(text.description),
+            quoted(&text.name),
+            quoted(&text.description),
             quoted(&text.ty.name()),
             text.role.name(),
-            quoted(text.start),
+            quoted(&text.start),
         )
     });
     let texts = if texts.is_empty() { String::new() } else { format!(r#","texts":[{texts}]"#) };
-    let responses = list(table.responses, |response| {
+    let responses = list(&table.responses, |response| {
         format!(
             r#"{{"title":{},"calls":{},"set":[{}],"show":[{}]}}"#,
-            quoted(response.title),
+            quoted(&response.title),
             response.calls,
-            list(response.set, |(call, name, value)| format!("[{call},{},{value:?}]", quoted(name))),
-            list(response.show, |name| quoted(name)),
+            list(&response.set, |(call, name, value)| format!("[{call},{},{value:?}]", quoted(name))),
+            list(&response.show, |name| quoted(name)),
         )
     });
-    let characteristics = list(table.characteristics, |characteristic| {
+    let characteristics = list(&table.characteristics, |characteristic| {
         let (from, to) = characteristic.range;
         format!(
             r#"{{"title":{},"variable":{},"range":[{from:?},{to:?}],"points":{},"calls":{},"set":[{}],"show":[{}]}}"#,
-            quoted(characteristic.title),
-            quoted(characteristic.variable),
+            quoted(&characteristic.title),
+            quoted(&characteristic.variable),
             characteristic.points,
             characteristic.calls,
-            list(characteristic.set, |(name, value)| format!("[{},{value:?}]", quoted(name))),
-            list(characteristic.show, |name| quoted(name)),
+            list(&characteristic.set, |(name, value)| format!("[{},{value:?}]", quoted(name))),
+            list(&characteristic.show, |name| quoted(name)),
         )
     });
-    let drawn_unit = table.drawn_unit.map_or_else(String::new, |unit| format!(r#","drawn_unit":{}"#, quoted(unit)));
+    let drawn_unit =
+        table.drawn_unit.as_ref().map_or_else(String::new, |unit| format!(r#","drawn_unit":{}"#, quoted(unit)));
     let _ = write!(json, r#"]{texts},"responses":[{responses}],"characteristics":[{characteristics}]{drawn_unit}}}"#);
     json
 }

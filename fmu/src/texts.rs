@@ -6,14 +6,14 @@ use crate::instance::{Instance, no_variable, read_only};
 use crate::messages;
 use crate::refusal::Refusal;
 use crate::state::State;
-use blocks::{StaticTable, Text};
+use blocks::{StaticTable, TableText, Text};
 use std::ffi::CStr;
 
 /// The standard's name of the type.
 pub const TYPE: &str = "String";
 
 /// The text with a value reference, and its number in the table.
-pub fn text(table: &StaticTable, reference: u32) -> Option<(usize, &Text)> {
+pub fn text<S: TableText>(table: &StaticTable<S>, reference: u32) -> Option<(usize, &Text<S>)> {
     let number = (reference as usize).checked_sub(table.rows.len())?;
     Some((number, table.texts.get(number)?))
 }
@@ -25,13 +25,13 @@ impl<B: Cyclic> Instance<B> {
     /// A reference that is unknown or no text.
     pub fn get_texts<V: Version>(&self, references: &[u32]) -> Result<Vec<String>, Refusal> {
         let table = self.session.block.table();
-        let numbers: Vec<(usize, &Text)> =
-            references.iter().map(|reference| found::<V>(table, *reference, "Get")).collect::<Result<_, _>>()?;
-        let is_computed = |text: &Text| !text.role.is_settable();
+        let numbers: Vec<(usize, &Text<B::Text>)> =
+            references.iter().map(|reference| found::<V, _>(table, *reference, "Get")).collect::<Result<_, _>>()?;
+        let is_computed = |text: &Text<B::Text>| !text.role.is_settable();
         let is_restart_read =
             self.state == State::InitializationMode && numbers.iter().any(|(_, text)| is_computed(text));
         let restarted = if is_restart_read { self.session.restarted() } else { None };
-        let read = |(number, text): &(usize, &Text)| {
+        let read = |(number, text): &(usize, &Text<B::Text>)| {
             let block = restarted.as_ref().filter(|_| is_computed(text)).unwrap_or(&self.session.block);
             block.text(*number).unwrap_or_default()
         };
@@ -46,9 +46,9 @@ impl<B: Cyclic> Instance<B> {
     pub fn set_texts<V: Version>(&mut self, references: &[u32], values: &[Option<&CStr>]) -> Result<(), Refusal> {
         let mut checked = Vec::with_capacity(references.len());
         for (reference, value) in references.iter().zip(values) {
-            let (number, text) = found::<V>(self.session.block.table(), *reference, "Set")?;
+            let (number, text) = found::<V, _>(self.session.block.table(), *reference, "Set")?;
             if !self.may_set(text.role) {
-                return Err(read_only(text.name, text.role, V::PREFIX));
+                return Err(read_only(&text.name, text.role, V::PREFIX));
             }
             let given = value.ok_or_else(|| messages::no_text(text.name))?;
             let given = given.to_str().map_err(|_| messages::not_utf8(text.name, given))?;
@@ -63,6 +63,10 @@ impl<B: Cyclic> Instance<B> {
     }
 }
 
-fn found<'a, V: Version>(table: &'a StaticTable, reference: u32, access: &str) -> Result<(usize, &'a Text), Refusal> {
-    text(table, reference).ok_or_else(|| no_variable::<V>(table, reference, access))
+fn found<'a, V: Version, S: TableText>(
+    table: &'a StaticTable<S>,
+    reference: u32,
+    access: &str,
+) -> Result<(usize, &'a Text<S>), Refusal> {
+    text(table, reference).ok_or_else(|| no_variable::<V, _>(table, reference, access))
 }

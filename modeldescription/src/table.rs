@@ -2,7 +2,7 @@
 
 use crate::error::{Error, shortened};
 use blocks::table::number::{beyond_number, number};
-use blocks::{Kind, Role};
+use blocks::{Kind, Role, StaticRow, StaticTable, TableText};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer};
 
@@ -134,14 +134,14 @@ pub struct Characteristic {
     pub show: Vec<String>,
 }
 
-impl From<&blocks::StaticTable> for Table {
+impl<S: TableText> From<&StaticTable<S>> for Table {
     /// Converts the table of a linked block.
-    fn from(of: &blocks::StaticTable) -> Table {
-        let texts = |texts: &[&str]| texts.iter().map(ToString::to_string).collect();
-        let row = |row: &blocks::StaticRow| Row {
-            name: row.name.into(),
-            description: row.description.into(),
-            help: row.help.into(),
+    fn from(of: &StaticTable<S>) -> Table {
+        let texts = |texts: &[S]| texts.iter().map(ToString::to_string).collect();
+        let row = |row: &StaticRow<S>| Row {
+            name: row.name.to_string(),
+            description: row.description.to_string(),
+            help: row.help.to_string(),
             kind: row.kind,
             analog: row.is_analog,
             role: row.role,
@@ -149,42 +149,42 @@ impl From<&blocks::StaticTable> for Table {
             exact: beyond_number(row.start),
             min: row.least(),
             max: row.greatest(),
-            unit: row.unit.map(str::to_string),
-            from: row.from.iter().map(|setting| of.rows[*setting].name.into()).collect(),
+            unit: row.unit.as_ref().map(S::to_string),
+            from: row.from.iter().map(|setting| of.rows[*setting].name.to_string()).collect(),
         };
-        let text = |of: &blocks::Text| Text {
-            name: of.name.into(),
-            description: of.description.into(),
+        let text = |of: &blocks::Text<S>| Text {
+            name: of.name.to_string(),
+            description: of.description.to_string(),
             type_name: of.ty.name(),
             role: of.role,
-            start: of.start.into(),
+            start: of.start.to_string(),
         };
-        let response = |of: &blocks::Response| Response {
-            title: of.title.into(),
+        let response = |of: &blocks::Response<S>| Response {
+            title: of.title.to_string(),
             calls: of.calls,
             set: of.set.iter().map(|(call, name, value)| (*call, name.to_string(), *value)).collect(),
-            show: texts(of.show),
+            show: texts(&of.show),
         };
-        let characteristic = |of: &blocks::Characteristic| Characteristic {
-            title: of.title.into(),
-            variable: of.variable.into(),
+        let characteristic = |of: &blocks::Characteristic<S>| Characteristic {
+            title: of.title.to_string(),
+            variable: of.variable.to_string(),
             range: of.range,
             points: of.points,
             calls: of.calls,
             set: of.set.iter().map(|(name, value)| (name.to_string(), *value)).collect(),
-            show: texts(of.show),
+            show: texts(&of.show),
         };
         Table {
-            name: of.name.into(),
-            aliases: texts(of.aliases),
-            docs: of.docs.into(),
+            name: of.name.to_string(),
+            aliases: texts(&of.aliases),
+            docs: of.docs.to_string(),
             cycle: of.cycle,
             mean: of.mean,
             variables: of.rows.iter().map(row).collect(),
             texts: of.texts.iter().map(text).collect(),
             responses: of.responses.iter().map(response).collect(),
             characteristics: of.characteristics.iter().map(characteristic).collect(),
-            drawn_unit: of.drawn_unit.map(str::to_string),
+            drawn_unit: of.drawn_unit.as_ref().map(S::to_string),
         }
     }
 }

@@ -202,7 +202,7 @@ fn unpack(file: &str, text: &str, folder: &Path) -> std::io::Result<String> {
     std::fs::create_dir_all(folder)?;
     std::fs::write(folder.join(FILE), manifest.to_string())?;
     std::fs::write(folder.join(file), text)?;
-    Ok(fmu::describe(loaded.table, &loaded.guid()))
+    Ok(fmu::describe(&loaded.table, &loaded.guid()))
 }
 
 #[cfg(test)]

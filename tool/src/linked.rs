@@ -211,7 +211,7 @@ impl<B: Cyclic> Component for Instance<B> {
         if cfg!(target_family = "wasm") || others.len() + 1 < FEWEST {
             return None;
         }
-        let rows = self.block().table().rows;
+        let rows = &self.block().table().rows;
         let writer = |(reference, source): (&u32, &usize)| {
             let row = rows.get(*reference as usize)?;
             let is_tunable = matches!(row.role, Role::Input | Role::Parameter);

@@ -184,12 +184,12 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compile
         .collect();
     let name = home.admit(loaded, |loaded, name| {
         // A changed program has another name than the earlier one, and so in all that is asked for by its block.
-        let mut table = Table { name: name.clone(), ..Table::from(loaded.table) };
+        let mut table = Table { name: name.clone(), ..Table::from(&loaded.table) };
         table.docs += &roles::dialog(home, &table, &blocks, &compiled.parts);
         let guid = loaded.guid();
         // A dialog that does not fit the table would be a program without one, no error of its author.
         if dialog::read(&table).is_err() {
-            table.docs = loaded.table.docs.into();
+            table.docs = loaded.table.docs.clone();
         }
         let interface = Interface::linked(table, &guid)?;
         let description = Arc::new(ModelDescription::from_interface(&interface)?.description());
@@ -230,13 +230,15 @@ pub fn monitor<H: Home>(
 }
 
 fn last_call<H: Home>(home: &Programs<H>, member: &str, looked: Looked) -> Result<Monitored> {
-    home.with_running(member, |program, texts, warnings, blocks| Monitored {
+    home.with_running(member, |program, warnings, blocks| Monitored {
         wires: looked.networks.map(|(block, path)| program.wires(block, path)).unwrap_or_default(),
         decided: looked.why.iter().map(|(block, path)| decided::decisions(program, blocks, block, path)).collect(),
-        texts: texts
+        texts: program
+            .table()
+            .texts
             .iter()
             .enumerate()
-            .filter_map(|(number, text)| Some((text.name.to_string(), program.text(number)?)))
+            .filter_map(|(number, text)| Some((text.name.clone(), program.text(number)?)))
             .collect(),
         temps: program
             .temps()

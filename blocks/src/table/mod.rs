@@ -65,6 +65,9 @@ macro_rules! named {
         }
     };
 }
+use std::fmt::{Debug, Display};
+use std::ops::Deref;
+
 pub mod abreast;
 pub mod arrays;
 mod block;
@@ -197,64 +200,87 @@ pub trait Block: Law + Stored + Clone + Default + Send + 'static {
     fn set_mean(&mut self, percent: LReal);
 }
 
-/// A block's table as data.
-#[derive(Debug)]
-pub struct StaticTable {
+/// The text of a table: `&'static str` in one that is compiled in, `String` in one that is made at run time. Its lists
+/// are slices or vectors accordingly.
+pub trait TableText:
+    Deref<Target = str> + From<&'static str> + Clone + Debug + Display + PartialEq + Send + Sync + 'static
+{
+    /// A list.
+    type List<T: Clone + Debug + PartialEq + Send + Sync + 'static>: Deref<Target = [T]>
+        + Clone
+        + Debug
+        + Default
+        + PartialEq
+        + Send
+        + Sync;
+}
+
+impl TableText for &'static str {
+    type List<T: Clone + Debug + PartialEq + Send + Sync + 'static> = &'static [T];
+}
+
+impl TableText for String {
+    type List<T: Clone + Debug + PartialEq + Send + Sync + 'static> = Vec<T>;
+}
+
+/// A table as data.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StaticTable<S: TableText = &'static str> {
     /// The block's name, such as `CONT_C`.
-    pub name: &'static str,
+    pub name: S,
     /// Other names for the block in a PLC project, such as `FB 41`.
-    pub aliases: &'static [&'static str],
+    pub aliases: S::List<S>,
     /// The block's documentation (Markdown); its first paragraph summarizes the block.
-    pub docs: &'static str,
+    pub docs: S,
     /// All variables: the block's own, then those of its inner blocks, then the mean.
-    pub rows: &'static [StaticRow],
+    pub rows: S::List<StaticRow<S>>,
     /// The texts of a program; empty for a block. Their value references follow those of the rows.
-    pub texts: &'static [Text],
+    pub texts: S::List<Text<S>>,
     /// For each row, whether it is a REAL that may be set at any time: the most frequent check by a host. One byte per
     /// row.
-    pub tunable_reals: &'static [bool],
+    pub tunable_reals: S::List<bool>,
     /// For each row, whether it is an LREAL that may be set at any time.
-    pub tunable_lreals: &'static [bool],
+    pub tunable_lreals: S::List<bool>,
     /// The index of the row with the time between two calls.
     pub cycle: usize,
     /// The index of the row with the mean of the pulse, if there is one.
     pub mean: Option<usize>,
     /// The name and Rust type of each variable in the block's memory, in storage order.
-    pub memory: &'static [(&'static str, &'static str)],
+    pub memory: S::List<(S, S)>,
     /// The tables of the inner blocks.
     pub instances: &'static [&'static StaticTable],
     /// The runs shown in the documentation, at least one.
-    pub responses: &'static [Response],
+    pub responses: S::List<Response<S>>,
     /// The characteristics shown in the documentation.
-    pub characteristics: &'static [Characteristic],
+    pub characteristics: S::List<Characteristic<S>>,
     /// The default unit of signals in these drawings.
-    pub drawn_unit: Option<&'static str>,
+    pub drawn_unit: Option<S>,
 }
 
-impl StaticTable {
+impl<S: TableText> StaticTable<S> {
     /// Returns the index of the row with this name, such as `GAIN` or `DI_CONT_C.GAIN`.
     pub fn find(&self, name: &str) -> Option<usize> {
-        self.rows.iter().position(|row| row.name == name)
+        self.rows.iter().position(|row| &*row.name == name)
     }
 }
 
 /// A text visible to a host: a STRING or WSTRING of a program.
-#[derive(Clone, Copy, Debug)]
-pub struct Text {
+#[derive(Clone, Debug, PartialEq)]
+pub struct Text<S: TableText = &'static str> {
     /// The full name, with the instances that lead to it.
-    pub name: &'static str,
+    pub name: S,
     /// A one-line description.
-    pub description: &'static str,
+    pub description: S,
     /// The role: who sets it, and when.
     pub role: Role,
     /// The value in a new program.
-    pub start: &'static str,
+    pub start: S,
     /// Its type.
     pub ty: TextType,
 }
 
 /// The type of a text.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextType {
     /// The maximum number of characters.
     pub most: u16,
@@ -285,15 +311,15 @@ impl TextType {
 }
 
 /// A variable.
-#[derive(Clone, Copy, Debug)]
-pub struct StaticRow {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StaticRow<S: TableText = &'static str> {
     /// The name in upper case, with those of the instances that lead to it: `GAIN`, `DI_CONT_C.GAIN`.
-    pub name: &'static str,
+    pub name: S,
     /// A one-line description.
-    pub description: &'static str,
+    pub description: S,
     /// The help for users (Markdown): what the variable acts on, what happens at the edges, how to choose it. May be
     /// empty.
-    pub help: &'static str,
+    pub help: S,
     /// Its PLC type.
     pub kind: Kind,
     /// Whether a WORD is an analog value, a signed number, as in a block; in a program it is a bit string.
@@ -307,9 +333,9 @@ pub struct StaticRow {
     /// The highest sensible value, which is not enforced either.
     pub max: Option<Value>,
     /// The unit, such as `%` or `degC`; `None` for a TIME, which is in seconds.
-    pub unit: Option<&'static str>,
+    pub unit: Option<S>,
     /// For an output, the indices of the settings on which its value after a restart depends.
-    pub from: &'static [usize],
+    pub from: S::List<usize>,
 }
 
 impl StaticRow {
@@ -328,6 +354,25 @@ impl StaticRow {
         unit: None,
         from: &[],
     };
+}
+
+impl<S: TableText> StaticRow<S> {
+    /// A variable without description, range and unit, of the type of its start value.
+    pub fn new(name: impl Into<S>, role: Role, start: Value) -> StaticRow<S> {
+        StaticRow {
+            name: name.into(),
+            description: "".into(),
+            help: "".into(),
+            kind: start.kind(),
+            is_analog: false,
+            role,
+            start,
+            min: None,
+            max: None,
+            unit: None,
+            from: Default::default(),
+        }
+    }
 
     /// Returns the lowest sensible value as a number. It exceeds neither the REAL nor its decimal form, so that neither
     /// a host that computes in doubles nor the REAL itself falls below it.
@@ -420,17 +465,17 @@ impl Value {
 }
 
 /// A short run that demonstrates a block: signals are set before given calls, and some are drawn.
-#[derive(Clone, Copy, Debug)]
-pub struct Response {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Response<S: TableText = &'static str> {
     /// The title: one sentence about what the run shows.
-    pub title: &'static str,
+    pub title: S,
     /// The number of calls.
     pub calls: u32,
     /// The settings during the run: the number of the call before which a variable is set (0 is before the restart),
     /// the variable, and its value (a TIME in seconds, a BOOL as 0 or 1).
-    pub set: &'static [(u32, &'static str, f64)],
+    pub set: S::List<(u32, S, f64)>,
     /// The variables that are drawn and recorded.
-    pub show: &'static [&'static str],
+    pub show: S::List<S>,
 }
 
 impl Response {
@@ -440,12 +485,12 @@ impl Response {
 
 /// A characteristic of a block over a variable: for each of `points` evenly spaced values, a new block makes `calls`
 /// calls, and the mean of each shown variable over these calls is drawn.
-#[derive(Clone, Copy, Debug)]
-pub struct Characteristic {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Characteristic<S: TableText = &'static str> {
     /// The title: one sentence about what the characteristic shows.
-    pub title: &'static str,
+    pub title: S,
     /// The variable on the horizontal axis, a number.
-    pub variable: &'static str,
+    pub variable: S,
     /// The lowest and highest value of the variable.
     pub range: (f64, f64),
     /// The number of values, including both ends.
@@ -453,7 +498,7 @@ pub struct Characteristic {
     /// The number of calls for each value.
     pub calls: u32,
     /// The settings before the restart, as in a [`Response`].
-    pub set: &'static [(&'static str, f64)],
+    pub set: S::List<(S, f64)>,
     /// The variables drawn; a BOOL is drawn as the fraction of the calls in which it was TRUE, 0 ... 1.
-    pub show: &'static [&'static str],
+    pub show: S::List<S>,
 }

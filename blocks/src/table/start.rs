@@ -13,7 +13,7 @@
 //! distinguish it from the neighbouring 64-bit numbers, a TIME in seconds. A hash of the text reveals changes.
 
 use super::number::{number, to_value};
-use super::{Kind, StaticTable, Value, fingerprint};
+use super::{Kind, StaticTable, TableText, Value, fingerprint};
 use std::fmt;
 
 /// The name of the file that contains the text.
@@ -70,7 +70,7 @@ impl Start {
     /// # Errors
     /// A setting is unknown, missing or duplicate; a value has another type, is out of range, or is not in the form
     /// that [`text`] produces; the time between two calls is below 1 ms.
-    pub fn settings(&self, table: &StaticTable) -> Result<Vec<(usize, Value)>, String> {
+    pub fn settings<S: TableText>(&self, table: &StaticTable<S>) -> Result<Vec<(usize, Value)>, String> {
         let mut settings: Vec<(usize, Value)> = Vec::with_capacity(self.values.len());
         for (name, text) in &self.values {
             let row = table.find(name).filter(|row| table.rows[*row].role.is_settable());

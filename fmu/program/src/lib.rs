@@ -42,7 +42,7 @@ pub const LARGEST: u64 = 16 << 20;
 /// A program that is translated, with its table.
 pub struct Loaded {
     /// What the host sees of it.
-    pub table: &'static StaticTable,
+    pub table: StaticTable<String>,
     /// What the GUID is made of.
     pub hash: u128,
     /// What the author should know, with file and line.
@@ -107,8 +107,8 @@ impl Loaded {
             bytes.extend(source.text.as_bytes());
         }
         Ok(Loaded {
+            layout: Layout::new(&table),
             table,
-            layout: Layout::new(table),
             hash: fingerprint::checksum(&bytes),
             warnings: compiled.warnings,
             notes: compiled.notes,
@@ -186,8 +186,10 @@ impl Cyclic for Program {
 
     type Abreast = Apart<Program>;
 
-    fn table(&self) -> &StaticTable {
-        self.loaded.table
+    type Text = String;
+
+    fn table(&self) -> &StaticTable<String> {
+        &self.loaded.table
     }
 
     fn layout(&self) -> Option<&Layout> {
@@ -251,7 +253,7 @@ impl Cyclic for Program {
 
     /// A warm restart: all start values but those of what a host sets.
     fn restart(&mut self) {
-        let rows = self.loaded.table.rows;
+        let rows = &self.loaded.table.rows;
         let is_kept = |row: &usize| *row != self.loaded.table.cycle && rows[*row].role.is_settable();
         let kept: Vec<_> = (0..rows.len()).filter(is_kept).filter_map(|row| Some((row, self.get(row)?))).collect();
         let is_given = |text: &usize| self.loaded.table.texts[*text].role.is_settable();
@@ -405,7 +407,7 @@ impl Library for Program {
             )
             .into());
         }
-        let (form, hash, settings) = preset::read(identity, location, loaded.table, loaded.hash)?;
+        let (form, hash, settings) = preset::read(identity, location, &loaded.table, loaded.hash)?;
         for (row, value) in settings {
             program.set(row, value);
         }
@@ -455,7 +457,7 @@ mod tests {
         let manifest = Manifest { cycle: Some(100), sources: vec!["pump.scl".into()], ..Manifest::default() };
         let loaded = Loaded::new(&manifest, &[Source::new("pump.scl", source.into())], |_| true);
         let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
-        let names: Vec<_> = loaded.table.rows.iter().map(|row| row.name).collect();
+        let names: Vec<_> = loaded.table.rows.iter().map(|row| row.name.as_str()).collect();
         assert_eq!(names, ["flow", "tank.level", "PLC.tank.level", "PLC.tank.level_start", "CYCLE"]);
     }
 

@@ -26,16 +26,20 @@ impl Loaded {
         };
         let places: Vec<(usize, TakesEffect)> =
             self.places.iter().map(|place| (place.offset, given(place.held))).collect();
-        let table = self.table;
-        let texts: Vec<(blocks::Text, usize, usize)> =
-            table.texts.iter().zip(&self.texts).map(|(text, place)| (*text, place.offset, place.size())).collect();
+        let table = &self.table;
+        let texts: Vec<(blocks::Text<String>, usize, usize)> = table
+            .texts
+            .iter()
+            .zip(&self.texts)
+            .map(|(text, place)| (text.clone(), place.offset, place.size()))
+            .collect();
         let variables: Vec<Variable> = table.rows.iter().map(Variable::from).collect();
         let mut program = Program::new(self.clone());
         program.restart();
         let Ok(tape) = sources::tape(&variables, &mut program);
         Ok(sources::file(&Parts {
             door,
-            name: table.name,
+            name: &table.name,
             variables: &variables,
             cycle: (table.cycle, (number(table.rows[table.cycle].start) * 1000.0).round()),
             hash: self.hash,

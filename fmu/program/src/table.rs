@@ -64,8 +64,7 @@ impl TextPlace {
 
 /// What a host sees, and where the memory has it.
 pub struct Shown {
-    /// A table lives as long as the process: a library is asked for few programs.
-    pub table: &'static StaticTable,
+    pub table: StaticTable<String>,
     /// The place of each row but that of the cycle.
     pub places: Vec<RowMemory>,
     /// The place of each text.
@@ -104,9 +103,9 @@ pub fn build(
     root: &Root,
     is_unit: fn(&str) -> bool,
 ) -> Result<Shown, String> {
-    let mut rows: Vec<StaticRow> = Vec::new();
+    let mut rows: Vec<StaticRow<String>> = Vec::new();
     let mut places: Vec<RowMemory> = Vec::new();
-    let mut texts: Vec<(Text, TextPlace)> = Vec::new();
+    let mut texts: Vec<(Text<String>, TextPlace)> = Vec::new();
     let mut own_cycle = None;
     let variables: Vec<&Variable> = root.variables.iter().chain(&compiled.globals).collect();
     let chosen = chosen(manifest, root, &variables)?;
@@ -143,7 +142,7 @@ pub fn build(
         let is_written = matches!(variable.role, interface::Role::InOut | interface::Role::Local);
         let held = if is_written && role == Role::Input { Held::InOut } else { Held::Memory };
         let mut add = |name: &str, role, held| {
-            rows.push(row(name, variable, kind, role, value, is_unit));
+            rows.push(row(name, variable, role, value, is_unit));
             places.push(RowMemory { ty, offset, held });
         };
         add(&name, role, held);
@@ -156,46 +155,40 @@ pub fn build(
     }
     let cycle = rows.len();
     rows.push(StaticRow {
-        name: CYCLE,
-        description: "Time between two calls",
-        kind: Kind::Time,
-        role: Role::Cycle,
-        start: Value::Time(Time::ms(milliseconds as i32)),
+        description: "Time between two calls".into(),
         min: Some(Value::Time(Time::ms(1))),
-        ..StaticRow::EMPTY
+        ..StaticRow::new(CYCLE, Role::Cycle, Value::Time(Time::ms(milliseconds as i32)))
     });
-    let (texts, text_places): (Vec<Text>, Vec<TextPlace>) = texts.into_iter().unzip();
-    let no: &'static [bool] = vec![false; rows.len()].leak();
-    let responses: &'static [Response] = vec![response(&rows)].leak();
+    let (texts, text_places) = texts.into_iter().unzip();
     let table = StaticTable {
-        name: leaked(&manifest.name.clone().unwrap_or_else(|| identifier(&root.block))),
-        aliases: &[],
-        docs: leaked(&documentation(manifest, milliseconds, root)),
-        rows: rows.leak(),
-        texts: texts.leak(),
-        tunable_reals: no,
-        tunable_lreals: no,
+        name: manifest.name.clone().unwrap_or_else(|| identifier(&root.block)),
+        aliases: Vec::new(),
+        docs: documentation(manifest, milliseconds, root),
+        responses: vec![response(&rows)],
+        rows,
+        texts,
+        tunable_reals: Vec::new(),
+        tunable_lreals: Vec::new(),
         cycle,
         mean: None,
-        memory: &[],
+        memory: Vec::new(),
         instances: &[],
-        responses,
-        characteristics: &[],
+        characteristics: Vec::new(),
         drawn_unit: None,
     };
-    Ok(Shown { table: Box::leak(Box::new(table)), places, texts: text_places, own_cycle })
+    Ok(Shown { table, places, texts: text_places, own_cycle })
 }
 
 /// The recorded run: of all inputs and outputs, or of the first of each where a picture of all would show nothing.
-fn response(rows: &[StaticRow]) -> Response {
-    let of = |role: Role| rows.iter().filter(move |row| row.role == role).map(|row| row.name);
+fn response(rows: &[StaticRow<String>]) -> Response<String> {
+    let Response { title, calls, .. } = Response::AT_REST;
+    let of = |role: Role| rows.iter().filter(move |row| row.role == role).map(|row| row.name.clone());
     if of(Role::Input).count().max(of(Role::Output).count()) <= MOST_DRAWN {
-        return Response::AT_REST;
+        return Response { title: title.into(), calls, set: Vec::new(), show: Vec::new() };
     }
-    let names: Vec<&'static str> =
-        [Role::Input, Role::Output].into_iter().flat_map(|role| of(role).take(MOST_DRAWN)).collect();
-    let title = leaked(&format!("{}: the first {MOST_DRAWN} inputs and outputs", Response::AT_REST.title));
-    Response { title, show: names.leak(), ..Response::AT_REST }
+    let title = format!("{title}: the first {MOST_DRAWN} inputs and outputs");
+    let show = [Role::Input, Role::Output].into_iter().flat_map(|role| of(role).take(MOST_DRAWN)).collect();
+    Response { title, calls, set: Vec::new(), show }
 }
 
 /// The names that are taken.
@@ -212,7 +205,7 @@ impl Names {
 }
 
 /// A text as a host sees it. An in-out text is a local: the host's value would not be the program's.
-fn text(name: &str, of: &Variable, role: Role, place: TextPlace, start: &str) -> Result<Text, String> {
+fn text(name: &str, of: &Variable, role: Role, place: TextPlace, start: &str) -> Result<Text<String>, String> {
     let is_written = matches!(of.role, interface::Role::InOut | interface::Role::Local);
     let role = match role {
         Role::Input if of.role == interface::Role::Local => {
@@ -226,7 +219,7 @@ fn text(name: &str, of: &Variable, role: Role, place: TextPlace, start: &str) ->
         role if role.is_settable() && start.chars().any(char::is_control) => Role::Local,
         role => role,
     };
-    Ok(Text { name: leaked(name), description: leaked(&of.comment.text), role, start: leaked(start), ty: place.ty })
+    Ok(Text { name: name.into(), description: of.comment.text.clone(), role, start: start.into(), ty: place.ty })
 }
 
 /// A name as an option may have it: capitals and small letters alike, with quotes, apostrophes or without.
@@ -286,8 +279,8 @@ fn role(of: interface::Role) -> Role {
     }
 }
 
-fn row(name: &str, variable: &Variable, kind: Kind, role: Role, start: Value, is_unit: fn(&str) -> bool) -> StaticRow {
-    let comment = &variable.comment;
+fn row(name: &str, variable: &Variable, role: Role, start: Value, is_unit: fn(&str) -> bool) -> StaticRow<String> {
+    let (comment, kind) = (&variable.comment, start.kind());
     let is_real = kind.class() == Class::Real;
     let is_time = matches!(kind, Kind::Time | Kind::LTime);
     let unit = comment.unit.as_deref();
@@ -317,19 +310,8 @@ fn row(name: &str, variable: &Variable, kind: Kind, role: Role, start: Value, is
         add(format!("range {} to {}, without the start value", shown(min), shown(max)));
         (min, max) = (None, None);
     }
-    StaticRow {
-        name: leaked(name),
-        description: leaked(&description),
-        help: "",
-        kind,
-        is_analog: false,
-        role,
-        start,
-        min,
-        max,
-        unit: shown.map(leaked),
-        from: &[],
-    }
+    let unit = shown.map(str::to_string);
+    StaticRow { description, min, max, unit, ..StaticRow::new(name.to_string(), role, start) }
 }
 
 fn documentation(manifest: &Manifest, milliseconds: u32, root: &Root) -> String {
@@ -356,8 +338,4 @@ pub fn identifier(name: &str) -> String {
         identifier.insert(0, '_');
     }
     identifier
-}
-
-fn leaked(text: &str) -> &'static str {
-    text.to_string().leak()
 }

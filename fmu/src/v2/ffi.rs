@@ -123,8 +123,8 @@ fn set_any<B: Cyclic>(c: &mut Component<B>, references: &[u32], values: &[f64]) 
 fn tell_conversion<B: Cyclic>(c: &mut Component<B>, references: &[u32]) {
     let other = references.iter().filter_map(|reference| c.instance.block().table().rows.get(*reference as usize));
     let Some(row) = other.into_iter().find(|row| row.kind.class() != Class::Real) else { return };
-    let (name, kind) = (row.name, Fmi2::name_of(row));
-    c.advise_on_conversion(|| messages::counts_as_real(name, kind));
+    let (name, kind) = (row.name.clone(), Fmi2::name_of(row));
+    c.advise_on_conversion(|| messages::counts_as_real(&name, kind));
 }
 
 // FMI 2.0, section 4.2.4, in its order. Two rows are more lenient because real hosts need it: in state instantiated, Get

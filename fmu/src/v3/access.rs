@@ -7,11 +7,11 @@ use crate::cyclic::Cyclic;
 use crate::host_type::HostType;
 use crate::layout::Referent;
 use crate::refusal::Refusal;
-use blocks::{Role, StaticTable};
+use blocks::{Role, StaticTable, TableText};
 use std::borrow::Cow;
 
 /// The value reference of the time, behind those of all variables.
-pub fn time_reference(table: &StaticTable) -> u32 {
+pub fn time_reference<S: TableText>(table: &StaticTable<S>) -> u32 {
     (table.rows.len() + table.texts.len()) as u32
 }
 
@@ -201,7 +201,8 @@ pub fn dependencies<V: Choice, B: Cyclic>(component: &Component<B>, reference: u
         Referent::Array(elements) => elements.as_slice(),
         _ => &one,
     };
-    let settings = elements.iter().filter_map(|element| table.rows.get(*element as usize)).flat_map(|row| row.from);
+    let settings =
+        elements.iter().filter_map(|element| table.rows.get(*element as usize)).flat_map(|row| row.from.iter());
     let first = |setting: &usize| match layout.map(|layout| layout.part(*setting as u32)) {
         Some(Referent::Inside(first)) => *first,
         _ => *setting as u32,

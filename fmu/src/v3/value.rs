@@ -5,7 +5,7 @@ use crate::cyclic::Cyclic;
 use crate::host_type::HostType;
 use crate::ordinary;
 use blocks::table::number::{exact, number, of_exact, to_value};
-use blocks::{Kind, StaticRow, Time, Value};
+use blocks::{Kind, StaticRow, TableText, Time, Value};
 
 /// A Boolean: a byte, not 0 is true.
 #[repr(transparent)]
@@ -22,7 +22,7 @@ macro_rules! integers {
             }
 
             #[inline]
-            fn is_of(row: &StaticRow) -> bool {
+            fn is_of<S: TableText>(row: &StaticRow<S>) -> bool {
                 // Of 16 bits there are two types: analog values have a sign.
                 let is_narrow = $Integer::BITS == 16;
                 let is_other = row.kind == Kind::Word && is_narrow && row.is_analog != ($Integer::MIN != 0);

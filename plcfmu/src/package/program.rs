@@ -228,7 +228,7 @@ pub fn examine(manifest: &Manifest) -> Result<Examined, Refused> {
         Wrong::Other(what) => Refused::Other(anyhow!(what)),
     })?;
     let loaded = Arc::new(loaded);
-    let interface = Interface::parse(&fmu::describe(loaded.table, &loaded.guid())).map_err(Error::from)?;
+    let interface = Interface::parse(&fmu::describe(&loaded.table, &loaded.guid())).map_err(Error::from)?;
     let description = ModelDescription::from_interface(&interface).map_err(Error::from)?;
     let mut program = program::Program::new(loaded.clone());
     program.restart();
@@ -287,7 +287,7 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
         Ok(text) => {
             let file = format!("{name}.c");
             if native {
-                let told = fmu::describe(loaded.table, &loaded.guid());
+                let told = fmu::describe(&loaded.table, &loaded.guid());
                 libraries.insert(host, compile_natively(compiled.path(), &file, &text, version.door(), &told)?);
                 if version.fmi == Fmi::Three {
                     let text =
@@ -365,7 +365,7 @@ pub fn interface_of<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<I
         sources.push(Source::new(file, bytes));
     }
     let loaded = Loaded::new(&manifest, &sources, is_unit).map_err(Error::msg)?;
-    Ok(Some(Interface::parse(&fmu::describe(loaded.table, &loaded.guid()))?))
+    Ok(Some(Interface::parse(&fmu::describe(&loaded.table, &loaded.guid()))?))
 }
 
 /// A program as it lies in an FMU.

@@ -4,8 +4,7 @@ use super::Kept;
 use crate::home::Home;
 use crate::linked::Instance;
 use crate::message::{Entry, KnownLoop};
-use anyhow::{Context, Result, ensure};
-use blocks::Text;
+use anyhow::{Context, Result};
 use fmu::component::{Fresh, Origin};
 use manifest::Manifest;
 use modeldescription::{Description, Table, shortened};
@@ -18,9 +17,6 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
-
-/// At most this many programs are kept: each has a table that lives as long as the process.
-const MOST: usize = 500;
 
 /// At most this many warnings of a run are kept.
 const MOST_WARNINGS: usize = 200;
@@ -36,7 +32,6 @@ pub struct Programs<H> {
 /// A program that runs in a loop.
 struct Running {
     instance: Instance<Program>,
-    texts: &'static [Text],
     warnings: Vec<String>,
     blocks: Arc<Vec<CodeBlock>>,
 }
@@ -61,26 +56,29 @@ impl<H: Home> Programs<H> {
         if let Some(kept) = self.kept.borrow().iter().find(same) {
             return Ok(kept.name.clone());
         }
-        ensure!(self.kept.borrow().len() < MOST, "{MOST} programs have been opened: reload the page to begin anew");
-        let own = loaded.table.name;
-        let is_free = |name: &String| !self.entries().iter().any(|entry| entry.name == *name);
-        let numbered = (2..=MOST + 2).map(|number| format!("{own}_{number}"));
-        let name = std::iter::once(own.to_string()).chain(numbered).find(is_free);
-        let kept = make(Arc::new(loaded), name.context("there is no free name")?)?;
+        let own = loaded.table.name.clone();
+        let taken = self.entries();
+        let mut name = own.clone();
+        let mut number = 1;
+        while taken.iter().any(|entry| entry.name == name) {
+            number += 1;
+            name = format!("{own}_{number}");
+        }
+        let kept = make(Arc::new(loaded), name)?;
         let name = kept.name.clone();
         self.kept.borrow_mut().push(Arc::new(kept));
         Ok(name)
     }
 
-    /// Looks at a program that runs, at the names of its texts, at what it has warned of, and at its blocks.
+    /// Looks at a program that runs, at what it has warned of, and at its blocks.
     pub(super) fn with_running<T>(
         &self,
         member: &str,
-        look: impl FnOnce(&Program, &[Text], &[String], &[CodeBlock]) -> T,
+        look: impl FnOnce(&Program, &[String], &[CodeBlock]) -> T,
     ) -> Result<T> {
         let all = self.running.borrow();
         let running = all.get(member).with_context(|| format!("no program runs as {:?}", shortened(member)))?.borrow();
-        Ok(look(running.instance.block(), running.texts, &running.warnings, &running.blocks))
+        Ok(look(running.instance.block(), &running.warnings, &running.blocks))
     }
 
     /// Runs something beside the present run, whose programs are those that are watched afterwards.
@@ -110,8 +108,8 @@ impl<H: Home> Fmus for Programs<H> {
         let program = Program::new(kept.loaded.clone()).watched();
         let origin = Origin { hash: kept.loaded.hash, form: 0, fresh: Fresh::Copy(Box::new(program)) };
         let instance = Instance::from_origin(name, origin)?;
-        let (texts, blocks) = (kept.loaded.table.texts, kept.blocks.clone());
-        let running = Rc::new(RefCell::new(Running { instance, texts, warnings: Vec::new(), blocks }));
+        let running = Running { instance, warnings: Vec::new(), blocks: kept.blocks.clone() };
+        let running = Rc::new(RefCell::new(running));
         self.running.borrow_mut().insert(name.to_string(), running.clone());
         Ok(Box::new(Shared(running)))
     }
