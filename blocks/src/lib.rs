@@ -33,8 +33,8 @@ mod siemens;
 pub mod table;
 
 pub use table::{
-    Block, Bool, Characteristic, Class, Form, Int, Kind, LReal, Law, Real, Response, Role, StaticRow, StaticTable,
-    Stored, TableText, Text, TextType, Time, Types, Value, Word, low_word, rnd,
+    Block, Bool, Characteristic, Class, Form, Int, Kind, LReal, Law, Real, Response, Role, Row, StaticRow, StaticTable,
+    Stored, Table, TableText, Text, TextType, Time, Types, Value, Word, low_word, rnd,
 };
 
 /// A hash of the sources of this crate; `None` in a copy without the build script.

@@ -1,8 +1,8 @@
 //! The characteristic of a pulse former: the mean of its pulses over its input, with the present settings.
 
 use anyhow::{Context, Result, bail};
-use blocks::Kind;
-use modeldescription::{Characteristic, Table};
+use blocks::{Characteristic, Kind};
+use modeldescription::Table;
 use run::dialog;
 use run::fmus::Fmus;
 use run::fmus::Member;
@@ -60,7 +60,7 @@ pub fn characteristics(home: &dyn Fmus, member: &Member) -> Result<Characteristi
     let table = home.table(&member.fmu)?;
     let table =
         table.with_context(|| format!("{} is a foreign FMU, whose characteristics are not known", member.fmu))?;
-    let mut distinct: Vec<&Characteristic> = Vec::new();
+    let mut distinct: Vec<&Characteristic<String>> = Vec::new();
     for of in &table.characteristics {
         if !distinct.iter().any(|known| known.variable == of.variable && known.show == of.show) {
             distinct.push(of);
@@ -72,12 +72,12 @@ pub fn characteristics(home: &dyn Fmus, member: &Member) -> Result<Characteristi
 
 /// Returns the member's value of a setting, with TRUE as 1.
 fn value(member: &Member, table: &Table, row: usize, description: &modeldescription::Description) -> f64 {
-    let row = &table.variables[row];
-    let start = || description.start(&row.name).unwrap_or(row.start);
+    let row = &table.rows[row];
+    let start = || description.start(&row.name).unwrap_or(row.start());
     member.values.get(&row.name).map_or_else(start, |value| number_of(*value))
 }
 
-fn sweep(home: &dyn Fmus, member: &Member, table: &Table, of: &Characteristic) -> Result<Sweep> {
+fn sweep(home: &dyn Fmus, member: &Member, table: &Table, of: &Characteristic<String>) -> Result<Sweep> {
     let description = home.description(&member.fmu)?;
     let step = value(member, table, table.cycle, &description);
     let (roles, _) = dialog::read(table)?;
@@ -85,7 +85,7 @@ fn sweep(home: &dyn Fmus, member: &Member, table: &Table, of: &Characteristic) -
     let period = period.map(|row| {
         let given = value(member, table, row, &description);
         // The period is a time or a number of calls.
-        if table.variables[row].kind == Kind::Time { given / step.max(0.001) } else { given }
+        if table.rows[row].kind == Kind::Time { given / step.max(0.001) } else { given }
     });
     // The mean is taken over whole periods.
     let period = period.filter(|period| period.is_finite()).map_or(1, |period| period.round().max(1.0) as usize);
@@ -124,7 +124,7 @@ fn sweep(home: &dyn Fmus, member: &Member, table: &Table, of: &Characteristic) -
         }
         outputs.iter_mut().zip(sums).for_each(|((_, means), sum)| means.push(sum / calls as f64));
     }
-    let swept = table.find(&of.variable).map(|row| &table.variables[row]);
+    let swept = table.find(&of.variable).map(|row| &table.rows[row]);
     Ok(Sweep {
         // The table's own title names the table's settings, not the member's.
         title: format!("{} over {}", of.show.join(", "), of.variable),

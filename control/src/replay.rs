@@ -480,8 +480,7 @@ fn beginning(block: &Block, recording: &Recording, variant: &Variant) -> Option<
 
 /// That the actuator's stops are not recorded, which a step controller takes into account.
 fn unknown_stops(block: &Block, recording: &Recording) -> Option<String> {
-    let is_recorded =
-        |name: &&String| recording.inputs.iter().any(|input| block.table.variables[input.row].name == **name);
+    let is_recorded = |name: &&String| recording.inputs.iter().any(|input| block.table.rows[input.row].name == **name);
     let unknown: Vec<&str> = block.roles.stops().filter(|name| !is_recorded(name)).map(String::as_str).collect();
     let (are, them) = if unknown.len() == 1 { ("is", "it") } else { ("are", "them") };
     (!unknown.is_empty()).then(|| {
@@ -555,7 +554,7 @@ fn doubt(block: &Block, recording: &Recording) -> Option<Doubt> {
     let switch = block.row(roles.manual_switch()).filter(|_| block.is_always_manual(recording))?;
     Some(match recording.inputs.iter().any(|input| input.row == switch) {
         true => Doubt::Manual,
-        false => Doubt::ManualInLoop(block.table.variables[switch].name.clone()),
+        false => Doubt::ManualInLoop(block.table.rows[switch].name.clone()),
     })
 }
 

@@ -247,18 +247,18 @@ impl Controller {
 
     /// Returns the value of a variable as set, otherwise its start value; TRUE is 1.
     pub fn value(&self, name: &str) -> f64 {
-        let start = || self.table.find(name).map_or(0.0, |row| self.table.variables[row].start);
+        let start = || self.table.find(name).map_or(0.0, |row| self.table.rows[row].start());
         self.member.values.get(name).map_or_else(start, |value| number_of(*value))
     }
 
     /// Returns the PLC type of a variable.
     pub fn kind(&self, name: &str) -> Option<Kind> {
-        self.table.find(name).map(|row| self.table.variables[row].kind)
+        self.table.find(name).map(|row| self.table.rows[row].kind)
     }
 
     /// Returns the role of a variable: who sets it, and when.
     pub fn role(&self, name: &str) -> Option<Role> {
-        self.table.find(name).map(|row| self.table.variables[row].role)
+        self.table.find(name).map(|row| self.table.rows[row].role)
     }
 
     /// Returns the time between two calls in seconds.
@@ -268,7 +268,7 @@ impl Controller {
 
     /// Returns the name of the setting for the time between two calls.
     pub fn cycle_setting(&self) -> &str {
-        &self.table.variables[self.table.cycle].name
+        &self.table.rows[self.table.cycle].name
     }
 
     /// Whether it drives an actuator by pulses up and down, without position feedback.

@@ -1,8 +1,8 @@
 //! Charts of a block's responses and characteristics.
 
 use crate::plot::{COLOR_COUNT, Chart, Curve, Panel, axis_label};
-use blocks::{Class, Kind, Role};
-use modeldescription::{Characteristic, Row, Table};
+use blocks::{Characteristic, Class, Kind, Role};
+use modeldescription::{Row, Table};
 
 /// A response, as recorded from a library.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,16 +49,16 @@ impl Colors {
     /// different colours, except that a Boolean and a number may share one.
     pub fn new(table: &Table, roles: [Option<&str>; 3], known: impl Fn(&str) -> Option<usize>) -> Colors {
         let inner = |row: &Row| row.name.rsplit_once('.').and_then(|(_, name)| known(name));
-        let mut colors: Vec<Option<usize>> = table.variables.iter().map(inner).collect();
+        let mut colors: Vec<Option<usize>> = table.rows.iter().map(inner).collect();
         for (name, color) in roles.into_iter().zip(Self::OF_ROLES) {
             if let Some(row) = name.and_then(|name| table.find(name)) {
                 colors[row] = Some(color);
             }
         }
         let responses = table.responses.iter().map(|response| table.shown(response));
-        let sweeps = table.characteristics.iter().map(|one| table.rows(&one.show));
+        let sweeps = table.characteristics.iter().map(|one| table.find_all(&one.show));
         let charts: Vec<Vec<usize>> = responses.chain(sweeps).collect();
-        let is_boolean = |row: usize| table.variables[row].kind == Kind::Bool;
+        let is_boolean = |row: usize| table.rows[row].kind == Kind::Bool;
         for row in charts.iter().flatten().copied() {
             if colors[row].is_none() {
                 let beside = charts.iter().filter(|chart| chart.contains(&row)).flatten();
@@ -89,7 +89,7 @@ pub fn of_recording(table: &Table, recording: &Recording, colors: &Colors) -> Ch
     let mut panels = Vec::new();
     let mut lanes = Vec::new();
     for (column, number) in recording.shown.iter().enumerate() {
-        let row = &table.variables[*number];
+        let row = &table.rows[*number];
         // The value of the last call is held for a cycle, like the others.
         let values = recording.calls.iter().chain(recording.calls.last()).map(|values| values[column]).collect();
         let is_input = row.role == Role::Input;
@@ -109,16 +109,16 @@ pub fn of_recording(table: &Table, recording: &Recording, colors: &Colors) -> Ch
 
 /// Draws a block's characteristic, as recorded from a library. A BOOL is drawn as the share of calls in which it was
 /// TRUE.
-pub fn of_sweep(table: &Table, characteristic: &Characteristic, sweep: &Sweep, colors: &Colors) -> Chart {
+pub fn of_sweep(table: &Table, characteristic: &Characteristic<String>, sweep: &Sweep, colors: &Colors) -> Chart {
     let mut panels = Vec::new();
     for (number, means) in &sweep.means {
-        let row = &table.variables[*number];
+        let row = &table.rows[*number];
         let is_boolean = row.kind == Kind::Bool;
         let values = means.iter().map(|mean| if is_boolean { 100.0 * mean } else { *mean }).collect();
         let curve = Curve { name: row.name.clone(), values, is_input: false, color: colors.of_row(*number) };
         add(&mut panels, if is_boolean { Axis::Share } else { Axis::new(row, table) }, curve);
     }
-    let row = table.find(&characteristic.variable).map(|row| &table.variables[row]);
+    let row = table.find(&characteristic.variable).map(|row| &table.rows[row]);
     let over = match row.and_then(|row| drawn_unit(row, table)) {
         Some(unit) => format!("{} in {unit}", characteristic.variable),
         None => characteristic.variable.clone(),
@@ -193,7 +193,7 @@ mod tests {
             )
         };
         let rows = [row("SPEED", "LREAL", "\"1/min\""), row("FLOW", "LREAL", "\"l/min\""), row("ON", "BOOL", "null")];
-        let table: Table = serde_json::from_str(&format!(
+        let table: Table = modeldescription::read_table(&format!(
             r#"{{"name":"PUMP","docs":"","cycle":0,"mean":null,"responses":[],"variables":[{}],"characteristics":[
             {{"title":"Flow","variable":"SPEED","range":[0.0,9.0],"points":3,"calls":1,"set":[],"show":["FLOW","ON"]}}]}}"#,
             rows.join(",")
@@ -235,7 +235,7 @@ mod tests {
             r#"{{"name":"X","docs":"","cycle":0,"mean":null,"responses":[{charts}],"variables":[{}]}}"#,
             rows.join(",")
         );
-        let table: Table = serde_json::from_str(&json).unwrap();
+        let table: Table = modeldescription::read_table(&json).unwrap();
         let known = |name: &str| (name == "MV").then_some(1);
         let colors = Colors::new(&table, [Some("SP"), Some("PV"), None], known).0;
         // I comes first, then P and D beside it; the Booleans have lanes of their own. MV has the colour of its own block's charts.
@@ -258,7 +258,7 @@ mod tests {
             row("AMBIENT_TEMPERATURE_OF_IT", "output", "\"degC\""),
         ];
         let json = r#"{"name":"X","docs":"","cycle":0,"mean":null,"responses":[],"variables":["#;
-        let table: Table = serde_json::from_str(&format!("{json}{}]}}", rows.join(","))).unwrap();
+        let table: Table = modeldescription::read_table(&format!("{json}{}]}}", rows.join(","))).unwrap();
         let labels = |shown: &[usize]| -> Vec<String> {
             let calls = vec![vec![0.0; shown.len()]; 2];
             let recording = Recording { cycle: 100, shown: shown.to_vec(), restart: calls[0].clone(), calls };

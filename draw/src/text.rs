@@ -15,7 +15,7 @@ pub fn value(row: &Row, value: f64) -> String {
 /// The plausible range: `0 ... 100`, `≥ 0.001`, `≤ 5`; empty if there are no limits.
 pub fn range(row: &Row) -> String {
     let number = |value| number(row.kind, value);
-    match (row.min, row.max) {
+    match (row.least(), row.greatest()) {
         (Some(min), Some(max)) => format!("{} ... {}", number(min), number(max)),
         (Some(min), None) => format!("\u{2265} {}", number(min)),
         (None, Some(max)) => format!("\u{2264} {}", number(max)),
@@ -26,7 +26,7 @@ pub fn range(row: &Row) -> String {
 /// A range that depends on other variables and cannot be given as numbers: the texts before and after `; range: ` in
 /// the description. `None` if the variable has both `min` and `max`.
 pub fn range_in_words(row: &Row) -> Option<(&str, &str)> {
-    match (row.min, row.max) {
+    match (row.least(), row.greatest()) {
         (Some(_), Some(_)) => None,
         _ => row.description.split_once("; range: "),
     }
@@ -35,23 +35,10 @@ pub fn range_in_words(row: &Row) -> Option<(&str, &str)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use blocks::{Kind, Role};
+    use blocks::{Kind, Role, Time, Value};
 
     fn row(kind: Kind, unit: Option<&str>) -> Row {
-        Row {
-            name: "X".into(),
-            help: String::new(),
-            description: "".into(),
-            kind,
-            analog: false,
-            role: Role::Input,
-            start: 0.0,
-            exact: None,
-            min: None,
-            max: None,
-            unit: unit.map(str::to_string),
-            from: Vec::new(),
-        }
+        Row { unit: unit.map(str::to_string), ..Row::new("X", Role::Input, Value::zero(kind)) }
     }
 
     #[test]
@@ -71,9 +58,9 @@ mod tests {
     fn a_range_may_have_one_end() {
         let mut row = row(Kind::Time, None);
         assert_eq!(range(&row), "");
-        row.min = Some(0.001);
+        row.min = Some(Value::Time(Time::ms(1)));
         assert_eq!(range(&row), "\u{2265} 0.001");
-        row.max = Some(2.0);
+        row.max = Some(Value::Time(Time::ms(2000)));
         assert_eq!(range(&row), "0.001 ... 2");
         row.min = None;
         assert_eq!(range(&row), "\u{2264} 2");
@@ -85,9 +72,9 @@ mod tests {
         assert_eq!(range_in_words(&row), None);
         row.description = "Reset time; range: TI >= CYCLE".into();
         assert_eq!(range_in_words(&row), Some(("Reset time", "TI >= CYCLE")));
-        row.min = Some(0.001);
+        row.min = Some(Value::Time(Time::ms(1)));
         assert_eq!(range_in_words(&row), Some(("Reset time", "TI >= CYCLE")));
-        row.max = Some(9.0);
+        row.max = Some(Value::Time(Time::ms(9000)));
         assert_eq!(range_in_words(&row), None);
     }
 }

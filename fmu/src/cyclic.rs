@@ -2,7 +2,7 @@
 
 use crate::layout::Layout;
 use blocks::table::Abreast;
-use blocks::{Block, LReal, Real, StaticTable, Stored, TableText, Time, Value};
+use blocks::{Block, LReal, Real, StaticTable, Stored, Table, TableText, Time, Value};
 
 /// As [`blocks::table::Reader`].
 pub type Reader<B> = fn(&<B as Cyclic>::Abreast, &mut [f64]);
@@ -34,7 +34,7 @@ macro_rules! cyclic {
             type Text: TableText;
 
             /// The table.
-            fn table(&self) -> &StaticTable<Self::Text>;
+            fn table(&self) -> &Table<Self::Text>;
             /// The arrays among the rows and texts; `None` if there are none. A block has none.
             fn layout(&self) -> Option<&Layout> {
                 None

@@ -2,7 +2,7 @@
 
 use crate::cyclic::Cyclic;
 use crate::ordinary;
-use blocks::{Kind, StaticRow, TableText, Value};
+use blocks::{Kind, Row, TableText, Value};
 
 /// The words of a version of the standard.
 pub trait Version {
@@ -16,7 +16,7 @@ pub trait Version {
     const CAPABILITIES: &'static [(&'static str, &'static str)];
 
     /// Its name of the type that holds the values of a row, as in the name of the function that sets it.
-    fn name_of<S: TableText>(row: &StaticRow<S>) -> &'static str;
+    fn name_of<S: TableText>(row: &Row<S>) -> &'static str;
 }
 
 /// A type of values, as C passes it in a version of the standard.
@@ -26,7 +26,7 @@ pub trait HostType<V: Version>: Copy {
 
     /// Whether the values of a row are values of this type.
     #[inline(always)]
-    fn is_of<S: TableText>(row: &StaticRow<S>) -> bool {
+    fn is_of<S: TableText>(row: &Row<S>) -> bool {
         Self::holds(row.kind)
     }
 

@@ -10,7 +10,7 @@ use crate::session::{Reached, Session};
 use crate::state::{Function, State};
 use crate::texts;
 use blocks::table::fingerprint::checksum;
-use blocks::{Role, StaticRow, StaticTable, Stored, TableText, Value};
+use blocks::{Role, Row, Stored, Table, TableText, Value};
 
 /// One instance. A clone is a saved state.
 #[derive(Clone, Debug)]
@@ -380,10 +380,10 @@ const MAGIC: &[u8] = b"plcfmu\0\x01";
 
 /// The row of the variable with a value reference, which must be of the type `T`. `access` is Get or Set, for the message.
 fn row<'a, V: Version, T: HostType<V>, S: TableText>(
-    table: &'a StaticTable<S>,
+    table: &'a Table<S>,
     reference: u32,
     access: &str,
-) -> Result<&'a StaticRow<S>, Refusal> {
+) -> Result<&'a Row<S>, Refusal> {
     match table.rows.get(reference as usize) {
         Some(row) if T::is_of(row) => Ok(row),
         _ => Err(no_variable::<V, _>(table, reference, access)),
@@ -391,7 +391,7 @@ fn row<'a, V: Version, T: HostType<V>, S: TableText>(
 }
 
 /// The refusal of a reference that is not one of a variable of the right type.
-pub fn no_variable<V: Version, S: TableText>(table: &StaticTable<S>, reference: u32, access: &str) -> Refusal {
+pub fn no_variable<V: Version, S: TableText>(table: &Table<S>, reference: u32, access: &str) -> Refusal {
     let row = table.rows.get(reference as usize).map(|row| (&*row.name, V::name_of(row)));
     let text = texts::text(table, reference).map(|(_, text)| (&*text.name, texts::TYPE));
     match row.or(text) {

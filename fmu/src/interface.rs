@@ -3,7 +3,7 @@
 use crate::host_type::Version;
 use crate::log::Category;
 use crate::table::{self, Guid, quoted};
-use blocks::{Block, StaticTable, TableText};
+use blocks::{Block, Table, TableText};
 
 /// The description of the library as a JSON object: the block's table (see [`table::json`]) and the interface, which is
 /// the version, the GUID, the capabilities and the log categories.
@@ -12,7 +12,7 @@ pub fn json<V: Version, B: Block>() -> String {
 }
 
 /// The same of a table and a GUID that are known at run time only.
-pub fn json_of<V: Version, S: TableText>(table: &StaticTable<S>, guid: &str) -> String {
+pub fn json_of<V: Version, S: TableText>(table: &Table<S>, guid: &str) -> String {
     let capabilities: Vec<String> =
         V::CAPABILITIES.iter().map(|(name, value)| format!("{}:{value}", quoted(name))).collect();
     let categories: Vec<String> = Category::ALL

@@ -1,7 +1,7 @@
 //! Arrays as one variable each, where a version of the standard has them: which rows and texts a value reference stands for.
 
 use blocks::table::arrays::{Group, grouped};
-use blocks::{StaticTable, TableText};
+use blocks::{Table, TableText};
 
 /// What each value reference stands for, of the rows and, behind them, the texts.
 #[derive(Debug)]
@@ -22,7 +22,7 @@ pub enum Referent {
 
 impl Layout {
     /// The arrays of a table; `None` if it has none.
-    pub fn new<S: TableText>(table: &StaticTable<S>) -> Option<Layout> {
+    pub fn new<S: TableText>(table: &Table<S>) -> Option<Layout> {
         let rows = grouped(table.rows.iter().map(|row| (&*row.name, (row.kind, row.role))), true);
         let texts = grouped(table.texts.iter().map(|text| (&*text.name, (text.ty.name(), text.role))), true);
         let mut parts = vec![Referent::Single; table.rows.len() + table.texts.len()];

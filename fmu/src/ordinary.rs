@@ -19,7 +19,7 @@ use crate::host_type::{HostType, Version};
 use crate::mean::Mean;
 use crate::session::Session;
 use blocks::table::number;
-use blocks::{Kind, Real, Role, StaticTable, Value};
+use blocks::{Kind, Real, Role, Table, Value};
 
 /// This many steps are known to be ordinary after one look.
 const ORDINARY_STEPS: i64 = 1000;
@@ -145,7 +145,7 @@ pub fn set_values<V: Version, B: Cyclic, T: HostType<V>>(block: &mut B, referenc
     fn put<B: Cyclic>(block: &mut B, row: usize, value: Value) {
         block.set(row, value);
     }
-    let value_of = |table: &StaticTable<B::Text>, reference: &u32, value: &T| {
+    let value_of = |table: &Table<B::Text>, reference: &u32, value: &T| {
         let row = table.rows.get(*reference as usize)?;
         let is_tunable = matches!(row.role, Role::Input | Role::Parameter) && T::is_of(row);
         value.to_plc(row.kind).ok().filter(|_| is_tunable)

@@ -10,7 +10,7 @@ use crate::resources;
 use crate::table::Fingerprint;
 use blocks::table::fingerprint;
 use blocks::table::start::{self, FILE, LARGEST, Start};
-use blocks::{Block, StaticTable, TableText, Value};
+use blocks::{Block, Table, TableText, Value};
 use std::ffi::CStr;
 
 /// A text that a host passes, by the name that the standard gives it; `None` stands for NULL.
@@ -92,7 +92,7 @@ pub type Settings = (usize, u128, Vec<(usize, Value)>);
 pub fn read<S: TableText>(
     identity: Identity,
     resources: Argument,
-    table: &StaticTable<S>,
+    table: &Table<S>,
     own: u128,
 ) -> Result<Settings, Refusal> {
     let (name, given) = (identity.name, identity.shown());

@@ -8,7 +8,7 @@ use crate::mean::Mean;
 use crate::messages;
 use crate::refusal::Refusal;
 use blocks::table::number::{number, to_value};
-use blocks::{Kind, Role, StaticRow, Stored, TableText};
+use blocks::{Kind, Role, Row, Stored, TableText};
 use std::mem::ManuallyDrop;
 
 /// How many time derivatives of an input can be given.
@@ -179,7 +179,7 @@ impl<B: Cyclic> Session<B> {
     ///
     /// # Errors
     /// The row is not a REAL or LREAL input, the order is not 1 to 4, the derivative is not finite.
-    pub fn check_derivative<S: TableText>(row: &StaticRow<S>, order: i32, derivative: f64) -> Result<(), Refusal> {
+    pub fn check_derivative<S: TableText>(row: &Row<S>, order: i32, derivative: f64) -> Result<(), Refusal> {
         if row.role != Role::Input || !matches!(row.kind, Kind::Real | Kind::LReal) {
             return Err(messages::no_real_input(&row.name).into());
         }

@@ -2,7 +2,7 @@
 
 use blocks::table::fingerprint::{self, BASIS, hash};
 use blocks::table::number::{beyond_number, number};
-use blocks::{Block, StaticRow, StaticTable, TableText, Types, Value};
+use blocks::{Block, StaticRow, StaticTable, Table, TableText, Types, Value};
 use std::fmt::Write;
 use std::marker::PhantomData;
 
@@ -136,7 +136,7 @@ const fn table_hash(mut state: u128, table: &StaticTable) -> u128 {
 /// The table as a JSON object: name, documentation, the row numbers of the cycle and the mean, the variables in the order
 /// of the rows, and the response. Numbers are plain: a TIME in seconds, TRUE as 1. A variable whose restart value depends on
 /// settings names them as `from`.
-pub fn json<S: TableText>(table: &StaticTable<S>) -> String {
+pub fn json<S: TableText>(table: &Table<S>) -> String {
     let mut json = String::new();
     let _ = write!(
         json,

@@ -6,14 +6,14 @@ use crate::instance::{Instance, no_variable, read_only};
 use crate::messages;
 use crate::refusal::Refusal;
 use crate::state::State;
-use blocks::{StaticTable, TableText, Text};
+use blocks::{Table, TableText, Text};
 use std::ffi::CStr;
 
 /// The standard's name of the type.
 pub const TYPE: &str = "String";
 
 /// The text with a value reference, and its number in the table.
-pub fn text<S: TableText>(table: &StaticTable<S>, reference: u32) -> Option<(usize, &Text<S>)> {
+pub fn text<S: TableText>(table: &Table<S>, reference: u32) -> Option<(usize, &Text<S>)> {
     let number = (reference as usize).checked_sub(table.rows.len())?;
     Some((number, table.texts.get(number)?))
 }
@@ -64,7 +64,7 @@ impl<B: Cyclic> Instance<B> {
 }
 
 fn found<'a, V: Version, S: TableText>(
-    table: &'a StaticTable<S>,
+    table: &'a Table<S>,
     reference: u32,
     access: &str,
 ) -> Result<(usize, &'a Text<S>), Refusal> {

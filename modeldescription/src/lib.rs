@@ -53,6 +53,7 @@ pub mod v3;
 mod xml;
 
 pub use arrays::Array;
+pub use blocks::{Row, Table};
 pub use description::{
     BaseUnit, Capabilities, Causality, DefaultExperiment, Description, DisplayUnit, GENERATION_TOOL, Initial,
     LogCategory, Support, Type, Unit, Variability, Variable,
@@ -61,4 +62,4 @@ pub use error::{Error, shortened};
 pub use interface::Interface;
 pub use model_description::{Findings, MOST_FINDINGS, ModelDescription, Preset, VERSIONS};
 pub use names::Names;
-pub use table::{Characteristic, Response, Row, Table, Text};
+pub use table::read_table;

@@ -2,13 +2,12 @@
 
 use crate::description::{BaseUnit, Causality, DefaultExperiment, DisplayUnit, Initial, Unit, Variability};
 use crate::error::Error;
-use crate::table::{Row, Table, Text};
 use crate::units;
-use blocks::Role;
+use blocks::{Role, Row, Table, Text};
 
 /// The default experiment: from 0 to the end of the first documented response, with one call per step.
 pub(crate) fn default_experiment(table: &Table) -> DefaultExperiment {
-    let cycle = table.variables.get(table.cycle).map_or(0.0, |row| row.start);
+    let cycle = table.rows.get(table.cycle).map_or(0.0, Row::start);
     // Computed in whole milliseconds to avoid rounding errors in the stop time: 0.3, not 0.30000000000000004.
     let milliseconds =
         f64::from(table.responses.first().map_or(1, |response| response.calls.max(1))) * (cycle * 1000.0).round();
@@ -23,9 +22,9 @@ pub(crate) fn default_experiment(table: &Table) -> DefaultExperiment {
 /// The definitions of all units in use, in the order of the dictionary; `unit` returns the unit of a variable.
 pub(crate) fn used_units(table: &Table, unit: impl Fn(&Row) -> Option<&str>) -> Result<Vec<Unit>, Error> {
     let known: Vec<&str> = units::names().collect();
-    let used = |name: &str| table.variables.iter().any(|row| unit(row) == Some(name));
+    let used = |name: &str| table.rows.iter().any(|row| unit(row) == Some(name));
     if let Some((row, unknown)) =
-        table.variables.iter().filter_map(|row| Some((row, unit(row)?))).find(|(_, unit)| !known.contains(unit))
+        table.rows.iter().filter_map(|row| Some((row, unit(row)?))).find(|(_, unit)| !known.contains(unit))
     {
         return Err(Error::new(format!(
             "{}: variable {}: unit {unknown:?} is unknown: use one of {}",
@@ -61,6 +60,6 @@ pub(crate) fn causality(role: Role) -> (Causality, Variability, Option<Initial>)
 
 /// The description of a text, which includes its length because FMI has no attribute for it.
 pub(crate) fn text_description(text: &Text) -> String {
-    let of = &text.type_name;
-    if text.description.is_empty() { of.clone() } else { format!("{}; {of}", text.description) }
+    let of = text.ty.name();
+    if text.description.is_empty() { of } else { format!("{}; {of}", text.description) }
 }

@@ -3,7 +3,7 @@
 //! A dump contains the exact values, but does not name its block. A remark points out anything that does not look like
 //! an instance of the block named by the user.
 
-use crate::block::{BlockType, VariableOwner};
+use crate::block::BlockType;
 use crate::layout::{self, Address};
 use crate::loops::{Loop, Origin};
 use crate::report::{Report, list};
@@ -89,7 +89,7 @@ pub fn write(loops: &[Loop]) -> Result<Vec<u8>, String> {
 
 /// The addresses of a block that is completely described by its table, that is, one without inner blocks.
 fn whole(block: &BlockType) -> Result<(Vec<Option<Address>>, usize), String> {
-    if let Some(inner) = block.members.iter().find(|member| member.part == VariableOwner::Inner) {
+    if let Some(inner) = block.members.iter().find(|member| member.is_inner()) {
         return Err(format!(
             "{} contains other blocks ({}), and where a data block holds these is not known: use another format than a dump",
             block.name, inner.name

@@ -3,7 +3,7 @@
 //! BOOLs fill a byte from its lowest bit up. Wider types, and the first BOOL after them, start at an even byte. Numbers
 //! are big-endian.
 
-use crate::block::{BlockType, VariableOwner};
+use crate::block::BlockType;
 use blocks::Kind;
 use std::fmt;
 
@@ -32,8 +32,8 @@ pub fn addresses(block: &BlockType) -> (Vec<Option<Address>>, usize) {
     let mut next = Address { byte: 0, bit: 0, is_bit: true };
     let mut addresses = Vec::new();
     let mut previous = None;
-    for member in &block.members {
-        if member.part != VariableOwner::Own {
+    for (index, member) in block.members.iter().enumerate() {
+        if !block.is_own(index) {
             addresses.push(None);
             continue;
         }

@@ -31,7 +31,7 @@ pub mod tags;
 
 pub mod xml;
 
-pub use block::{BlockType, Member, VariableOwner};
+pub use block::BlockType;
 pub use format::{Format, read, write};
 pub use loops::{Loop, MemberValue, Origin};
 pub use problem::{Problem, Problems, Remedy, TextPosition};

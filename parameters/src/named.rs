@@ -1,11 +1,11 @@
 //! Loops given as names and numbers, as in JSON and SSV: a TIME is in seconds, as in the FMU.
 
-use crate::block::{BlockType, Member};
+use crate::block::BlockType;
 use crate::loops::Loop;
 use crate::problem::{Remedy, quoted, with_article};
 use crate::report::{Report, list};
 use crate::value::plc_value;
-use blocks::{Form, Kind, Value};
+use blocks::{Form, Kind, Row, Value};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -155,7 +155,7 @@ pub(crate) fn is_settable(block: &BlockType, name: &str) -> bool {
 
 /// Converts a value to the member's type. A value outside the plausible range is not an error: the block computes with
 /// it.
-fn value(member: &Member, given: Given) -> Result<Value, String> {
+fn value(member: &Row, given: Given) -> Result<Value, String> {
     let expected = match member.kind.form() {
         Form::Switch => "true or false",
         Form::Duration => "a number of seconds",

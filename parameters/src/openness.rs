@@ -13,7 +13,7 @@
 //! A member without a start value has that of the block. The version in the namespace is ignored. Files written by this
 //! module have never been imported into TIA Portal.
 
-use crate::block::{BlockType, Member, VariableOwner};
+use crate::block::BlockType;
 use crate::literal;
 use crate::loops::Loop;
 use crate::named;
@@ -21,7 +21,7 @@ use crate::problem::quoted;
 use crate::report::{MOST_LOOPS, Report, elements, list};
 use crate::xml::{self, Element, Xml};
 use crate::{Options, Problems, Reading, Source};
-use blocks::Kind;
+use blocks::{Kind, Row};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -166,12 +166,9 @@ impl Types<'_> {
             })
             .collect();
         let fits = |block: &&Arc<BlockType>| {
-            let settable: Vec<&Member> = block
-                .members
-                .iter()
-                .filter(|member| member.role.is_settable() && member.part == VariableOwner::Own)
-                .collect();
-            let has = |member: &&Member| {
+            let settable: Vec<&Row> =
+                block.members.iter().filter(|member| member.role.is_settable() && !member.is_inner()).collect();
+            let has = |member: &&Row| {
                 inputs
                     .iter()
                     .any(|(name, datatype)| member.name.eq_ignore_ascii_case(name) && is_kind(datatype, member.kind))
@@ -283,7 +280,7 @@ pub fn write(loops: &[Loop], origin: &str) -> Result<String, String> {
     named::check_names(loops)?;
     for one in loops {
         xml::check(&one.name)?;
-        if let Some(inner) = one.block.members.iter().find(|member| member.part == VariableOwner::Inner) {
+        if let Some(inner) = one.block.members.iter().find(|member| member.is_inner()) {
             return Err(format!(
                 "{} contains other blocks ({}), which is not written as Openness XML: use JSON or SSV",
                 one.block.name, inner.name
@@ -316,9 +313,8 @@ fn attributes(xml: &mut Xml, one: &Loop) {
                 }
             });
             xml.element("Section", &[("Name", "Output")], |xml| {
-                let outputs =
-                    one.block.members.iter().filter(|m| m.part == VariableOwner::Own && !m.role.is_settable());
-                for member in outputs {
+                let all = one.block.members.iter().enumerate();
+                for (_, member) in all.filter(|(index, of)| one.block.is_own(*index) && !of.role.is_settable()) {
                     xml.empty("Member", &[("Name", &member.name), ("Datatype", member.kind.tia_name())]);
                 }
             });

@@ -4,17 +4,17 @@
 //!
 //!     PLCFMU_HOSTILE_MEGABYTES=100 cargo test --release --package parameters --test hostile -- --nocapture
 
-use blocks::{Kind, Role, Time, Value};
-use parameters::{BlockType, Format, Member, Options, Source, problem, read};
+use blocks::{Kind, Role, Row, Time, Value};
+use parameters::{BlockType, Format, Options, Source, problem, read};
 use std::fs;
 use std::sync::Arc;
 use std::time::Instant;
 
 fn pump() -> Arc<BlockType> {
     let members = vec![
-        Member::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
-        Member::new("GAIN", Role::Parameter, Value::zero(Kind::Real)),
-        Member::new("LMN", Role::Output, Value::zero(Kind::Real)),
+        Row::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
+        Row::new("GAIN", Role::Parameter, Value::zero(Kind::Real)),
+        Row::new("LMN", Role::Output, Value::zero(Kind::Real)),
     ];
     Arc::new(BlockType::new("PUMP".into(), vec!["FB 41".into()], members))
 }

@@ -61,7 +61,7 @@ mod tests {
             fn block<B: Block>(&mut self) {
                 let table = Table::from(B::TABLE);
                 let colors = assign(&table).unwrap();
-                let rows = table.variables.iter().enumerate().filter(|(_, row)| row.name.contains('.'));
+                let rows = table.rows.iter().enumerate().filter(|(_, row)| row.name.contains('.'));
                 self.0.extend(rows.map(|(at, row)| (row.name.clone(), colors.of_row(at))));
             }
         }

@@ -6,11 +6,10 @@ use crate::package::apart;
 use crate::{plc, progress::Progress};
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use blocks::Value;
-use blocks::table::number::to_value;
 use host::child::Starter;
 use host::package::Package;
-use modeldescription::{Description, Row, Table};
-use parameters::{BlockType, Format, Loop, Member, Options, Origin, Problems, Reading, Source, VariableOwner};
+use modeldescription::Description;
+use parameters::{BlockType, Format, Loop, Options, Origin, Problems, Reading, Source};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -153,34 +152,7 @@ pub fn block_of_library(path: &Path) -> Result<BlockType> {
         Some(interface) => interface,
         None => apart::interface(&Starter { limit: LOADING, ..Starter::new()? }, path)?,
     };
-    block(&interface.table)
-}
-
-/// The block that a library's table describes.
-pub(crate) fn block(table: &Table) -> Result<BlockType> {
-    let member = |(index, row): (usize, &Row)| {
-        let value = |number: f64| {
-            to_value(number, row.kind)
-                .map_err(|range| anyhow!("the library's table: {} is {number}: {range}", row.name))
-        };
-        Ok(Member {
-            name: row.name.clone(),
-            description: row.description.clone(),
-            kind: row.kind,
-            role: row.role,
-            start: value(row.start)?,
-            min: row.min.map(value).transpose()?,
-            max: row.max.map(value).transpose()?,
-            unit: row.unit.clone(),
-            part: match () {
-                () if table.mean == Some(index) => VariableOwner::FmuOnly,
-                () if row.name.contains('.') => VariableOwner::Inner,
-                () => VariableOwner::Own,
-            },
-        })
-    };
-    let members: Result<Vec<Member>> = table.variables.iter().enumerate().map(member).collect();
-    Ok(BlockType::new(table.name.clone(), table.aliases.clone(), members?))
+    Ok(BlockType::from(&interface.table))
 }
 
 /// Refuses to write to a PLC.

@@ -149,7 +149,7 @@ fn default_groups(table: &Table) -> Vec<Group> {
     let group = |title: &str, is_of: fn(Role) -> bool| Group {
         title: title.into(),
         fields: table
-            .variables
+            .rows
             .iter()
             .filter(|row| is_of(row.role))
             .map(|row| Field { name: row.name.clone(), used_if: Vec::new() })
@@ -169,7 +169,7 @@ fn known(table: &Table, name: &str) -> Result<String> {
     if table.find(name).is_some() {
         return Ok(name.into());
     }
-    let hint = near(name, table.variables.iter().map(|row| row.name.as_str()))
+    let hint = near(name, table.rows.iter().map(|row| row.name.as_str()))
         .map_or_else(String::new, |near| format!("; did you mean {near}?"));
     bail!("there is no variable {name:?}{hint}")
 }
@@ -180,7 +180,7 @@ fn fields(table: &Table, line: &str) -> Result<Vec<Field>> {
         Some((listed, condition)) => (listed, self::condition(table, condition)?),
         None => (line, Vec::new()),
     };
-    let field = |name: String| match table.find(&name).map(|row| table.variables[row].role) {
+    let field = |name: String| match table.find(&name).map(|row| table.rows[row].role) {
         Some(role) if !role.is_settable() => {
             bail!("{name} is {}: only inputs and parameters are in groups", role.name())
         }
@@ -198,7 +198,7 @@ fn condition(table: &Table, text: &str) -> Result<Vec<Vec<(String, bool)>>> {
             _ => bail!("{:?}: write NAME or not NAME, joined by and and or", words.join(" ")),
         };
         let name = known(table, name)?;
-        if table.find(&name).is_some_and(|row| !table.variables[row].role.is_settable()) {
+        if table.find(&name).is_some_and(|row| !table.rows[row].role.is_settable()) {
             bail!("{name} is neither an input nor a parameter: a condition names settings");
         }
         Ok((name, wanted))
@@ -210,7 +210,7 @@ fn condition(table: &Table, text: &str) -> Result<Vec<Vec<(String, bool)>>> {
 /// Checks that each setting is in exactly one group.
 fn check(table: &Table, groups: &[Group]) -> Result<()> {
     let all: Vec<&str> = groups.iter().flat_map(|group| &group.fields).map(|field| field.name.as_str()).collect();
-    for row in table.variables.iter().filter(|row| row.role.is_settable()) {
+    for row in table.rows.iter().filter(|row| row.role.is_settable()) {
         match all.iter().filter(|name| **name == row.name).count() {
             1 => {}
             0 => bail!("{}: {} is in no group of its dialog: add it to one", table.name, row.name),
@@ -335,7 +335,7 @@ impl Roles {
     pub fn part(&self, table: &Table) -> LoopRole {
         let is = |name: &Option<String>, role: Role| {
             let row = name.as_ref().and_then(|name| table.find(name));
-            row.is_some_and(|row| table.variables[row].role == role)
+            row.is_some_and(|row| table.rows[row].role == role)
         };
         let has_pulses = |role: Role| is(&self.pulses.first().cloned(), role);
         if self.setpoint.is_some() || is(&self.manipulated_value, Role::Output) || has_pulses(Role::Output) {

@@ -33,7 +33,7 @@ fn names<'a>(drawing: &'a str, kind: &str) -> BTreeSet<&'a str> {
 fn a_diagram_shows_every_terminal_of_its_block_and_nothing_else() {
     for table in tables() {
         let drawing = diagram::svg(&table).unwrap_or_else(|error| panic!("{error:#}"));
-        let own = table.variables.iter().filter(|row| row.role != Role::Local && !row.name.contains('.'));
+        let own = table.rows.iter().filter(|row| row.role != Role::Local && !row.name.contains('.'));
         let own: BTreeSet<&str> = own.map(|row| row.name.as_str()).collect();
         assert_eq!(names(&drawing, "terminal-"), own, "{}", table.name);
     }
@@ -44,7 +44,7 @@ fn every_output_has_a_wire_in_which_a_program_can_show_its_value() {
     for table in tables() {
         let drawing = diagram::svg(&table).unwrap();
         let wires = names(&drawing, "wire-");
-        for row in table.variables.iter().filter(|row| row.role == Role::Output) {
+        for row in table.rows.iter().filter(|row| row.role == Role::Output) {
             assert!(wires.contains(row.name.as_str()), "{} of {}: {wires:?}", row.name, table.name);
             assert!(drawing.contains(&format!(r#"id="value-{}""#, row.name)), "{} of {}", row.name, table.name);
         }

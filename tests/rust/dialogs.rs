@@ -20,7 +20,7 @@ fn every_block_has_a_dialog_with_each_setting_in_one_group() {
             let mut settings: Vec<&str> =
                 groups.iter().flat_map(|group| &group.fields).map(|field| field.name.as_str()).collect();
             settings.sort_unstable();
-            let settable = table.variables.iter().filter(|row| row.role.is_settable());
+            let settable = table.rows.iter().filter(|row| row.role.is_settable());
             let mut expected: Vec<&str> = settable.map(|row| row.name.as_str()).collect();
             expected.sort_unstable();
             assert_eq!(settings, expected, "{}", table.name);

@@ -1,9 +1,10 @@
 //! The FMU libraries that the tests call: built or handed in, loaded, and their tables read. That of programs
 //! stands for several: one for each program of the tests.
 
+use blocks::{Row, Text};
 use host::library::Library;
 use manifest::{FILE, Manifest};
-use modeldescription::{Interface, Row, Text};
+use modeldescription::Interface;
 use parameters::Source;
 use plcfmu::build::compile::{Linkage, compile};
 use plcfmu::build::platform::Platform;
@@ -190,7 +191,7 @@ fn open(package: &str, path: &Path) -> Fmu {
         guid: CString::new(interface.guid).unwrap_or_else(|error| panic!("{package}: {error:#}")),
         resources,
         cycle: interface.table.cycle as u32,
-        variables: interface.table.variables,
+        variables: interface.table.rows,
         texts: interface.table.texts,
     }
 }

@@ -60,8 +60,8 @@ pub fn describe(home: &dyn Home, fmu: &str) -> Result<Description> {
         summary: table.summary(),
         aliases: if table.aliases.is_empty() { aliases(&table.name) } else { table.aliases.clone() },
         part: entry.map_or_else(|| roles.part(&table), |entry| entry.part),
-        cycle: table.variables.get(table.cycle).map(|row| row.name.clone()),
-        variables: table.variables.iter().map(|row| variable(row, &description, &roles)).collect(),
+        cycle: table.rows.get(table.cycle).map(|row| row.name.clone()),
+        variables: table.rows.iter().map(|row| variable(row, &description, &roles)).collect(),
         roles,
         groups,
     })
@@ -84,9 +84,9 @@ fn variable(row: &Row, description: &modeldescription::Description, roles: &Role
         is_tunable: matches!(row.role, Role::Input | Role::Parameter),
         is_stimulus: row.role.is_settable() && roles.is_stimulus(&row.name, row.role == Role::Input),
         // A preset has other start values than its block.
-        start: shown(row.kind, description.start(&row.name).unwrap_or(row.start)),
-        min: row.min,
-        max: row.max,
+        start: shown(row.kind, description.start(&row.name).unwrap_or(row.start())),
+        min: row.least(),
+        max: row.greatest(),
         unit: row.shown_unit().map(str::to_string),
     }
 }
@@ -270,7 +270,7 @@ pub fn check(home: &dyn Home, fmu: &str, values: &Values) -> Result<Checked> {
     let mut good: BTreeMap<&str, f64> = BTreeMap::new();
     for (name, value) in values {
         let variable = description.variables.iter().find(|of| of.name == *name);
-        let row = table.as_deref().and_then(|table| table.find(name).map(|row| &table.variables[row]));
+        let row = table.as_deref().and_then(|table| table.find(name).map(|row| &table.rows[row]));
         match (variable, examine(name, variable, row, *value)) {
             (_, Err(text)) => {
                 checked.remarks.push(Remark { variables: vec![name.clone()], text, is_error: true });

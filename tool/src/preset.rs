@@ -11,10 +11,10 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use blocks::table::fingerprint;
 use blocks::table::number::{beyond_number, number, to_value};
 use blocks::table::start::{self, Start};
-use blocks::{Types, Value};
+use blocks::{Row, Types, Value};
 use modeldescription::v3::token;
 use modeldescription::{self, Causality, Description, ModelDescription, Variable, shortened};
-use parameters::{BlockType, Member};
+use parameters::BlockType;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -118,7 +118,7 @@ impl Original<'_> {
         ensure!(count == block.members.len(), "{other}: it has {count} variables");
         let rows = block.members.iter().map(|member| (member.name.as_str(), (member.kind, member.role)));
         let places = self.description.places(rows).into_iter().zip(&block.members);
-        let place = |(place, member): (Option<usize>, &Member)| {
+        let place = |(place, member): (Option<usize>, &Row)| {
             let (name, kind) = (&member.name, member.kind.name());
             let place = place.with_context(|| format!("{other}: the block has {name} ({kind})"))?;
             let variable = &variables[place];

@@ -184,7 +184,7 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compile
         .collect();
     let name = home.admit(loaded, |loaded, name| {
         // A changed program has another name than the earlier one, and so in all that is asked for by its block.
-        let mut table = Table { name: name.clone(), ..Table::from(&loaded.table) };
+        let mut table = Table { name: name.clone(), ..loaded.table.clone() };
         table.docs += &roles::dialog(home, &table, &blocks, &compiled.parts);
         let guid = loaded.guid();
         // A dialog that does not fit the table would be a program without one, no error of its author.

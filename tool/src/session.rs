@@ -821,7 +821,7 @@ fn fitting(table: Option<&Table>, reference: &Reference, name: &str, value: Valu
     if !value.is_finite() {
         bail!("{name} cannot be set: {value:?} is not a finite number");
     }
-    let row = table.and_then(|table| table.variables.iter().find(|row| row.name == reference.variable.name));
+    let row = table.and_then(|table| table.rows.iter().find(|row| row.name == reference.variable.name));
     if let Some(row) = row {
         to_value(value, row.kind).map_err(|range| anyhow::anyhow!("{name} cannot be set to {value:?}: {range}"))?;
     }
@@ -838,10 +838,10 @@ fn shown(kind: Type, value: f64) -> Value {
 
 /// The time between two calls of a block; a foreign FMU has none.
 fn cycle(member: &message::Member, description: &Description, table: Option<&Table>) -> Option<f64> {
-    let row = table?.variables.get(table?.cycle)?;
+    let row = table?.rows.get(table?.cycle)?;
     match member.values.get(&row.name) {
         Some(Value::Number(cycle)) => Some(*cycle),
-        _ => description.start(&row.name).or(Some(row.start)),
+        _ => description.start(&row.name).or(Some(row.start())),
     }
 }
 

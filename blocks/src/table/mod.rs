@@ -77,6 +77,7 @@ pub mod fingerprint;
 mod host;
 mod kind;
 pub mod number;
+mod owned;
 mod parts;
 pub mod start;
 mod stored;
@@ -223,9 +224,15 @@ impl TableText for String {
     type List<T: Clone + Debug + PartialEq + Send + Sync + 'static> = Vec<T>;
 }
 
-/// A table as data.
+/// The table of a compiled block.
+pub type StaticTable = Table<&'static str>;
+
+/// A row of a [`StaticTable`].
+pub type StaticRow = Row<&'static str>;
+
+/// A block's table as data.
 #[derive(Clone, Debug, PartialEq)]
-pub struct StaticTable<S: TableText = &'static str> {
+pub struct Table<S: TableText = String> {
     /// The block's name, such as `CONT_C`.
     pub name: S,
     /// Other names for the block in a PLC project, such as `FB 41`.
@@ -233,7 +240,7 @@ pub struct StaticTable<S: TableText = &'static str> {
     /// The block's documentation (Markdown); its first paragraph summarizes the block.
     pub docs: S,
     /// All variables: the block's own, then those of its inner blocks, then the mean.
-    pub rows: S::List<StaticRow<S>>,
+    pub rows: S::List<Row<S>>,
     /// The texts of a program; empty for a block. Their value references follow those of the rows.
     pub texts: S::List<Text<S>>,
     /// For each row, whether it is a REAL that may be set at any time: the most frequent check by a host. One byte per
@@ -257,16 +264,36 @@ pub struct StaticTable<S: TableText = &'static str> {
     pub drawn_unit: Option<S>,
 }
 
-impl<S: TableText> StaticTable<S> {
+impl<S: TableText> Table<S> {
     /// Returns the index of the row with this name, such as `GAIN` or `DI_CONT_C.GAIN`.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.rows.iter().position(|row| &*row.name == name)
+    }
+
+    /// Returns the indices of the rows with these names.
+    pub fn find_all(&self, names: &[S]) -> Vec<usize> {
+        names.iter().filter_map(|name| self.find(name)).collect()
+    }
+
+    /// Returns the indices of the rows that a response draws: if it names none, all inputs and outputs.
+    pub fn shown(&self, response: &Response<S>) -> Vec<usize> {
+        let is_terminal = |row: &usize| matches!(self.rows[*row].role, Role::Input | Role::Output);
+        match &*response.show {
+            [] => (0..self.rows.len()).filter(is_terminal).collect(),
+            names => self.find_all(names),
+        }
+    }
+
+    /// Returns a summary in one sentence: the first paragraph of the documentation, on one line.
+    pub fn summary(&self) -> String {
+        let lines = self.docs.lines().map(str::trim).skip_while(|line| line.is_empty());
+        lines.take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
     }
 }
 
 /// A text visible to a host: a STRING or WSTRING of a program.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Text<S: TableText = &'static str> {
+pub struct Text<S: TableText = String> {
     /// The full name, with the instances that lead to it.
     pub name: S,
     /// A one-line description.
@@ -294,6 +321,13 @@ impl TextType {
         format!("{}[{}]", if self.is_wide { "WSTRING" } else { "STRING" }, self.most)
     }
 
+    /// Returns the type with this name.
+    pub fn named(name: &str) -> Option<TextType> {
+        let (name, most) = name.strip_suffix(']')?.split_once('[')?;
+        let is_wide = name == "WSTRING";
+        (is_wide || name == "STRING").then_some(TextType { most: most.parse().ok()?, is_wide })
+    }
+
     /// Encodes a text as in the PLC.
     ///
     /// # Errors
@@ -312,7 +346,7 @@ impl TextType {
 
 /// A variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StaticRow<S: TableText = &'static str> {
+pub struct Row<S: TableText = String> {
     /// The name in upper case, with those of the instances that lead to it: `GAIN`, `DI_CONT_C.GAIN`.
     pub name: S,
     /// A one-line description.
@@ -356,10 +390,10 @@ impl StaticRow {
     };
 }
 
-impl<S: TableText> StaticRow<S> {
+impl<S: TableText> Row<S> {
     /// A variable without description, range and unit, of the type of its start value.
-    pub fn new(name: impl Into<S>, role: Role, start: Value) -> StaticRow<S> {
-        StaticRow {
+    pub fn new(name: impl Into<S>, role: Role, start: Value) -> Row<S> {
+        Row {
             name: name.into(),
             description: "".into(),
             help: "".into(),
@@ -372,6 +406,16 @@ impl<S: TableText> StaticRow<S> {
             unit: None,
             from: Default::default(),
         }
+    }
+
+    /// Returns the start value as a number: a TIME in seconds, TRUE as 1.
+    pub fn start(&self) -> f64 {
+        number::number(self.start)
+    }
+
+    /// Returns the unit in which people and hosts read its values: seconds for a duration, otherwise its own.
+    pub fn shown_unit(&self) -> Option<&str> {
+        self.kind.shown_unit(self.unit.as_deref())
     }
 
     /// Returns the lowest sensible value as a number. It exceeds neither the REAL nor its decimal form, so that neither

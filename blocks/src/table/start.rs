@@ -13,7 +13,7 @@
 //! distinguish it from the neighbouring 64-bit numbers, a TIME in seconds. A hash of the text reveals changes.
 
 use super::number::{number, to_value};
-use super::{Kind, StaticTable, TableText, Value, fingerprint};
+use super::{Kind, Table, TableText, Value, fingerprint};
 use std::fmt;
 
 /// The name of the file that contains the text.
@@ -70,7 +70,7 @@ impl Start {
     /// # Errors
     /// A setting is unknown, missing or duplicate; a value has another type, is out of range, or is not in the form
     /// that [`text`] produces; the time between two calls is below 1 ms.
-    pub fn settings<S: TableText>(&self, table: &StaticTable<S>) -> Result<Vec<(usize, Value)>, String> {
+    pub fn settings<S: TableText>(&self, table: &Table<S>) -> Result<Vec<(usize, Value)>, String> {
         let mut settings: Vec<(usize, Value)> = Vec::with_capacity(self.values.len());
         for (name, text) in &self.values {
             let row = table.find(name).filter(|row| table.rows[*row].role.is_settable());
@@ -177,7 +177,7 @@ mod tests {
         fn call(&mut self) {}
     }
 
-    const TABLE: &StaticTable = <Pump as crate::Block>::TABLE;
+    const TABLE: &crate::StaticTable = <Pump as crate::Block>::TABLE;
     const TEXT: &str = "preset = P1\nblock = PUMP\nlibrary = {1}\nFLOW = 0.10000000149011612\nLEVEL = -1\nON = false\n\
                         GAIN = 0.1\nSTAGES = -7\nCYCLE = 20.001\n";
 

@@ -132,7 +132,7 @@ impl Recording {
         let chosen = wanted.iter().filter(|(_, variable)| variable != "time");
         let mut pairs: Vec<(usize, usize)> = Vec::new();
         for (column, variable) in chosen {
-            let names = || block.table.variables.iter().map(|row| row.name.as_str());
+            let names = || block.table.rows.iter().map(|row| row.name.as_str());
             let row = block.table.find(variable).with_context(|| {
                 let hint = near(variable, names()).map_or_else(String::new, |near| format!("; did you mean {near}?"));
                 format!("{} has no variable {variable}{hint}", block.table.name)
@@ -294,7 +294,7 @@ impl Recording {
         time_scale: f64,
         remarks: &mut Vec<String>,
     ) -> Result<()> {
-        let (of, variable) = (&csv.columns[column], &block.table.variables[row]);
+        let (of, variable) = (&csv.columns[column], &block.table.rows[row]);
         let of_unit = of.unit.as_deref().and_then(crate::csv::seconds_of_unit);
         let scale = if variable.kind == Kind::Time { of_unit.unwrap_or(time_scale) } else { 1.0 };
         let scaled = |value: &f64| if scale < 1.0 { value / (1.0 / scale).round() } else { value * scale };
@@ -362,7 +362,7 @@ impl Recording {
             scale,
             rounding,
             is_output_column: is_input
-                && variable_of(block, &of.name).is_some_and(|row| !block.table.variables[row].role.is_settable()),
+                && variable_of(block, &of.name).is_some_and(|row| !block.table.rows[row].role.is_settable()),
         };
         self.matched.push((of.header.clone(), name.clone()));
         if is_input {
@@ -377,7 +377,7 @@ impl Recording {
     fn check(&self, block: &Block, csv: &Csv) -> Result<()> {
         let columns: Vec<_> = csv.columns.iter().take(12).map(|column| column.name.as_str()).collect();
         let names = |is_wanted: fn(Role) -> bool| {
-            let rows = block.table.variables.iter().filter(|row| is_wanted(row.role));
+            let rows = block.table.rows.iter().filter(|row| is_wanted(row.role));
             rows.take(6).map(|row| row.name.as_str()).collect::<Vec<_>>().join(", ")
         };
         let (columns, name) = (columns.join(", "), &block.table.name);
@@ -415,7 +415,7 @@ impl Recording {
         {
             remarks.push(format!(
                 "{} is TRUE, and the recording has the process value at {}: it is replayed with FALSE.",
-                block.table.variables[switch].name, block.table.variables[terminal].name
+                block.table.rows[switch].name, block.table.rows[terminal].name
             ));
             self.inputs.push(self.constant(block, switch, 0.0));
         }
@@ -425,7 +425,7 @@ impl Recording {
             && self.inputs.iter().any(|input| input.row == switch && input.values.contains(&1.0))
             && let Some(output) = block.manipulated(self)
         {
-            let (name, from) = (&block.table.variables[manual].name, &self.outputs[output].name);
+            let (name, from) = (&block.table.rows[manual].name, &self.outputs[output].name);
             remarks.push(format!("The recording has no {name}: in manual it is the recorded {from}."));
             let mut signal = self.constant(block, manual, 0.0);
             let mut before = block.settings[manual];
@@ -444,14 +444,14 @@ impl Recording {
         for row in [block.row(block.roles.setpoint.as_ref()), terminal].into_iter().flatten() {
             let is_other_way = Some(row) == terminal && block.peripheral().is_some_and(|(word, _)| has(self, word));
             if !has(self, row) && !is_other_way {
-                let name = &block.table.variables[row].name;
+                let name = &block.table.rows[row].name;
                 remarks.push(format!("The recording has no {name}: it is {} all the time.", block.settings[row]));
             }
         }
     }
 
     fn constant(&self, block: &Block, row: usize, value: f64) -> Signal {
-        let variable = &block.table.variables[row];
+        let variable = &block.table.rows[row];
         Signal {
             row,
             name: variable.name.clone(),
@@ -554,10 +554,8 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
         let is_of_loop = !has_names || is_own(&of.name) || ends(&of.name).count() == 1;
         match variable_of(block, &of.name).filter(|_| is_of_loop) {
             Some(row) if pairs.iter().any(|(_, other)| *other == row) => {
-                remarks.push(format!(
-                    "{} occurs twice; the column {} is not used.",
-                    block.table.variables[row].name, of.name
-                ));
+                remarks
+                    .push(format!("{} occurs twice; the column {} is not used.", block.table.rows[row].name, of.name));
             }
             Some(row) => pairs.push((column, row)),
             None => left.push(column),
@@ -605,7 +603,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
 
 /// The variable that a column names.
 fn variable_of(block: &Block, column: &str) -> Option<usize> {
-    let rows = &block.table.variables;
+    let rows = &block.table.rows;
     let of = |name: &str| rows.iter().position(|row| row.name.eq_ignore_ascii_case(name));
     let plain = |name: &str| {
         let lower = name.to_lowercase();
@@ -629,7 +627,7 @@ fn time_scale(block: &Block, csv: &Csv, pairs: &[(usize, usize)]) -> f64 {
     for (column, row) in pairs {
         let (of, own) = (&csv.columns[*column], block.settings[*row]);
         let value = of.values.iter().copied().find(|value| *value > 0.0);
-        if block.table.variables[*row].kind == Kind::Time
+        if block.table.rows[*row].kind == Kind::Time
             && of.unit.is_none()
             && own > 0.0
             && let Some(value) = value

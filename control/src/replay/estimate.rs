@@ -125,7 +125,7 @@ impl<'a> Search<'a> {
 
     /// The variant with another value of a setting, as its type holds it; `None` if it does not, or if a running block does not take it.
     fn with(&self, variant: &Variant, row: usize, value: f64) -> Option<Variant> {
-        let of = &self.comparison.block.table.variables[row];
+        let of = &self.comparison.block.table.rows[row];
         let value = held(of.kind, value).filter(|value| is_sensible(of, *value))?;
         let mut variant = variant.clone();
         if variant.later.is_some() && !is_tunable(of.role) {
@@ -147,7 +147,7 @@ impl<'a> Search<'a> {
         let fields = || block.groups.iter().flat_map(|group| &group.fields);
         let is_used = |name: &str| fields().find(|field| field.name == name).is_none_or(|field| field.is_used(is_on));
         let is_candidate = |row: &usize| {
-            let of = &block.table.variables[*row];
+            let of = &block.table.rows[*row];
             let is_setting = matches!(of.role, Role::Parameter | Role::Fixed | Role::Input)
                 // What changes while it runs may be any input: a disturbance that was not recorded acts as LMN_OFF does.
                 && (base.variant.later.is_some() || !block.roles.is_stimulus(&of.name, of.role == Role::Input));
@@ -158,7 +158,7 @@ impl<'a> Search<'a> {
         let changes = |row: &usize| {
             let own = self.value(&base.variant, *row);
             let mut others = if own == 0.0 { vec![self.span() * 0.1, 1.0] } else { vec![own * 1.3, own * 0.7] };
-            if block.table.variables[*row].kind == Kind::Time {
+            if block.table.rows[*row].kind == Kind::Time {
                 // The block counts a short time in calls.
                 others.extend([1.0, 10.0].map(|calls| own + calls * block.settings[block.table.cycle]));
             }
@@ -166,7 +166,7 @@ impl<'a> Search<'a> {
             let mut others = others.into_iter().filter_map(|value| self.with(&base.variant, *row, value));
             others.any(|variant| (self.error(&variant) - base.error).abs() > INSENSITIVE * base.error)
         };
-        (0..block.table.variables.len()).filter(is_candidate).filter(changes).collect()
+        (0..block.table.rows.len()).filter(is_candidate).filter(changes).collect()
     }
 
     /// The lowest and the highest manipulated value from a change on, of a limit of it: there it acts from then on.
@@ -217,7 +217,7 @@ impl<'a> Search<'a> {
 
     fn grid(&self, variant: &Variant, row: usize) -> Vec<f64> {
         let block = self.comparison.block;
-        let kind = block.table.variables[row].kind;
+        let kind = block.table.rows[row].kind;
         let own = self.value(variant, row);
         let mut grid: Vec<f64> = FACTORS.iter().flat_map(|factor| [own * factor, own / factor]).collect();
         match kind {
@@ -353,7 +353,7 @@ impl<'a> Search<'a> {
     /// How the residuals change with a setting: by how much it was changed, and what that did.
     fn slope(&self, from: &Found, row: usize, here: &[f64]) -> Option<(f64, Vec<f64>)> {
         let own = self.value(&from.variant, row);
-        let kind = self.comparison.block.table.variables[row].kind;
+        let kind = self.comparison.block.table.rows[row].kind;
         let least = match kind {
             Kind::Time | Kind::LTime => 0.001,
             Kind::Real | Kind::LReal => 1e-4 * self.span(),
@@ -430,7 +430,7 @@ fn square(all: &[f64]) -> f64 {
 
 /// Whether a value is one that the table calls sensible.
 fn is_sensible(of: &Row, value: f64) -> bool {
-    of.min.is_none_or(|min| value >= min) && of.max.is_none_or(|max| value <= max)
+    of.least().is_none_or(|min| value >= min) && of.greatest().is_none_or(|max| value <= max)
 }
 
 /// The value as the type holds it; a TIME is a millisecond at least.

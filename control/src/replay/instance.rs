@@ -91,23 +91,23 @@ impl<'a> Block<'a> {
     ) -> Result<Block<'a>> {
         let table = home.table(&of.fmu)?.with_context(|| format!("{} has no table", of.fmu))?;
         let description = home.description(&of.fmu)?;
-        let mut variables = Vec::with_capacity(table.variables.len());
-        let mut settings = Vec::with_capacity(table.variables.len());
-        for row in &table.variables {
+        let mut variables = Vec::with_capacity(table.rows.len());
+        let mut settings = Vec::with_capacity(table.rows.len());
+        for row in &table.rows {
             let missing = || format!("{} does not describe its variable {}", of.fmu, row.name);
             let variable = description.variable(&row.name).with_context(missing)?;
             variables.push((variable.kind.with_context(missing)?, variable.value_reference));
-            settings.push(description.start(&row.name).unwrap_or(row.start));
+            settings.push(description.start(&row.name).unwrap_or(row.start()));
         }
         let mut given = Vec::new();
         for (name, value) in &of.values {
-            let Some(row) = table.find(name).filter(|row| table.variables[*row].role.is_settable()) else {
-                let names = table.variables.iter().filter(|row| row.role.is_settable()).map(|row| row.name.as_str());
+            let Some(row) = table.find(name).filter(|row| table.rows[*row].role.is_settable()) else {
+                let names = table.rows.iter().filter(|row| row.role.is_settable()).map(|row| row.name.as_str());
                 let hint = near(name, names).map_or_else(String::new, |near| format!("; did you mean {near}?"));
                 bail!("{}: {} has no setting {name}{hint}", of.name, of.fmu);
             };
             settings[row] = number_of(*value);
-            to_value(settings[row], table.variables[row].kind)
+            to_value(settings[row], table.rows[row].kind)
                 .map_err(|range| anyhow::anyhow!("{}: {name} = {:?}: {range}", of.name, settings[row]))?;
             given.push(row);
         }
@@ -166,7 +166,7 @@ impl<'a> Block<'a> {
     }
 
     fn is_input(&self, row: usize) -> bool {
-        self.table.variables[row].role == Role::Input
+        self.table.rows[row].role == Role::Input
     }
 
     /// Makes the calls of the first rows and gives what each output computes. `jitter` moves the measured and the cut values by what
@@ -297,7 +297,7 @@ impl Calls<'_, '_> {
             return Ok(());
         }
         let (kind, reference) = self.block.variables[row];
-        let of = &self.block.table.variables[row];
+        let of = &self.block.table.rows[row];
         self.component.write(kind, &[reference], &[value]).with_context(|| format!("{} = {value:?}", of.name))?;
         self.last[row] = value;
         Ok(())
@@ -386,7 +386,7 @@ pub(super) fn typed(kind: Kind, value: f64) -> Value {
 
 /// Another value of a setting than `before`, or than that of the loop.
 pub(super) fn change(block: &Block, row: usize, value: f64, before: Option<&f64>) -> Change {
-    let of = &block.table.variables[row];
+    let of = &block.table.rows[row];
     let own = before.copied().unwrap_or(block.settings[row]);
     Change::Setting { name: of.name.clone(), value: typed(of.kind, value), before: typed(of.kind, own), why: None }
 }

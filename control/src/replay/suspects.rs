@@ -233,7 +233,7 @@ impl Diagnosis<'_> {
             return Ok((tried, sure));
         }
         let mut two = self.two_discrete(&tried);
-        let is_of_controller = |row: &usize| block.roles.controller.contains(&block.table.variables[*row].name);
+        let is_of_controller = |row: &usize| block.roles.controller.contains(&block.table.rows[*row].name);
         let (usual, others): (Vec<usize>, Vec<usize>) = found.iter().map(|(row, _)| *row).partition(is_of_controller);
         let pair = |base: &Found, a: usize, b: usize| {
             let best = self.pair(base, &found, [a, b])?;
@@ -357,7 +357,7 @@ impl Diagnosis<'_> {
     /// would do.
     fn is_told(&self, tried: &mut [Tried], candidates: &[usize]) -> bool {
         let (search, block) = (&self.search, self.comparison.block);
-        let name = |row: &usize| block.table.variables[*row].name.clone();
+        let name = |row: &usize| block.table.rows[*row].name.clone();
         let mut is_told = true;
         for of in tried.iter_mut().filter(|of| of.outcome.different() == 0 && !of.rows.is_empty()) {
             let numbers: Vec<usize> = of.rows.iter().copied().filter(|row| candidates.contains(row)).collect();
@@ -389,7 +389,7 @@ impl Diagnosis<'_> {
         let (search, block) = (&self.search, self.comparison.block);
         let Some((high, low)) = block.roles.limits.as_ref() else { return };
         for of in tried.iter_mut().filter(|of| of.outcome.different() == 0) {
-            let way_of = |row: &usize| match &block.table.variables[*row].name {
+            let way_of = |row: &usize| match &block.table.rows[*row].name {
                 name if name == high => Some(1.0),
                 name if name == low => Some(-1.0),
                 _ => None,
@@ -401,12 +401,14 @@ impl Diagnosis<'_> {
                 continue;
             }
             let (least, most) = search.range(&found, row);
-            let start = block.table.variables[row].start;
+            let start = block.table.rows[row].start();
             if way * start >= way * search.value(&found.variant, row)
                 && let Some(variant) = search.doing_as_well(&found, row, start)
             {
                 of.outcome.variant = variant;
-                of.changes.retain(|change| !matches!(change, Change::Setting { name, .. } if *name == block.table.variables[row].name));
+                of.changes.retain(
+                    |change| !matches!(change, Change::Setting { name, .. } if *name == block.table.rows[row].name),
+                );
                 of.changes.push(change(block, row, start, None));
             }
             of.range = Some(if way > 0.0 { (least, OPEN) } else { (-OPEN, most) });
@@ -416,7 +418,7 @@ impl Diagnosis<'_> {
     /// Values of the table's rows by their names.
     pub(super) fn named<'v>(&self, values: impl Iterator<Item = (&'v usize, &'v f64)>) -> Values {
         let named = |(row, value): (&usize, &f64)| {
-            let of = &self.comparison.block.table.variables[*row];
+            let of = &self.comparison.block.table.rows[*row];
             (of.name.clone(), typed(of.kind, *value))
         };
         values.map(named).collect()
@@ -659,7 +661,7 @@ impl Tries<'_> {
         let mut changes = Vec::new();
         for (row, value) in values {
             let Some((row, own)) = self.own(*row) else { return };
-            let of = &self.comparison.block.table.variables[row];
+            let of = &self.comparison.block.table.rows[row];
             let Some(value) = held(of.kind, *value).filter(|value| *value != own) else { return };
             changes.push(because(change(self.comparison.block, row, value, None), why));
             variant.values.insert(row, value);
@@ -722,7 +724,7 @@ fn exceeded(comparison: &Comparison) -> Option<Try> {
         let row = block.table.find(name)?;
         if way * (extreme - block.settings[row]) > of.tolerance(extreme) {
             let stays = stays(&of.values, extreme);
-            let start = block.table.variables[row].start;
+            let start = block.table.rows[row].start();
             wrong.push((Some(row), if stays || way * start < way * extreme { extreme } else { start }));
             all_stay &= stays;
         }
@@ -753,7 +755,7 @@ fn switches(tries: &mut Tries) {
     let pulses = roles.manual_pulses.iter().flat_map(|(_, pulses)| pulses);
     let others: BTreeSet<&String> =
         roles.manual_switch().into_iter().chain(pulses).chain(&roles.restart).chain(roles.stops()).collect();
-    for (row, of) in block.table.variables.iter().enumerate() {
+    for (row, of) in block.table.rows.iter().enumerate() {
         if of.kind == Kind::Bool && of.role.is_settable() && !others.contains(&of.name) {
             tries.switch(Some(row));
         }

@@ -162,13 +162,13 @@ impl<'a> Checked<'a> {
 }
 
 fn row<'a>(table: &'a Table, name: &str) -> Option<&'a Row> {
-    table.find(name).map(|row| &table.variables[row])
+    table.find(name).map(|row| &table.rows[row])
 }
 
 /// The start value shown for a variable: that of a setting; empty for a signal.
 pub fn start(table: &Table, name: &str) -> String {
     match row(table, name) {
-        Some(row) if matches!(row.role, Role::Parameter | Role::Fixed | Role::Cycle) => text::value(row, row.start),
+        Some(row) if matches!(row.role, Role::Parameter | Role::Fixed | Role::Cycle) => text::value(row, row.start()),
         _ => String::new(),
     }
 }

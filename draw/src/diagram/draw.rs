@@ -404,7 +404,7 @@ fn switch<'a>(checked: &'a Checked, element: &'a Element) -> Switch<'a> {
     let Point { x, y } = element.at;
     let variable = element.variable().unwrap_or_default();
     let Shape::Switch { constant, control, true_is_upper, .. } = &element.shape else { unreachable!("it is a switch") };
-    let is_on = checked.row(variable).is_some_and(|row| row.start != 0.0);
+    let is_on = checked.row(variable).is_some_and(|row| row.start() != 0.0);
     let (left, right) = (x - CONTACT.0 + 3.0, x + CONTACT.0 - 3.0);
     let contact = |is_true: bool| element.contact(is_true).unwrap_or(y);
     let blade =

@@ -138,6 +138,6 @@ fn text(docs: &str) -> Option<String> {
 
 /// The block's own variables with these roles.
 pub fn terminals_of<'a>(table: &'a Table, roles: &[Role]) -> Vec<&'a Row> {
-    let rows = table.variables.iter();
+    let rows = table.rows.iter();
     rows.filter(|row| roles.contains(&row.role) && !row.name.contains('.')).collect()
 }

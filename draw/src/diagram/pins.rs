@@ -165,5 +165,5 @@ fn label(row: &Row) -> String {
 
 /// The start value of a setting.
 fn start(row: &Row) -> String {
-    text::value(row, row.start)
+    text::value(row, row.start())
 }

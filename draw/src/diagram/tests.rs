@@ -49,7 +49,7 @@ fn table(docs: &str) -> Table {
         "responses":[{{"title":"It runs.","calls":2,"set":[],"show":[]}}]}}"#,
         rows.join(",")
     );
-    serde_json::from_str(&json).unwrap()
+    modeldescription::read_table(&json).unwrap()
 }
 
 fn documented(diagram: &str) -> Table {
@@ -101,7 +101,7 @@ fn settings_show_their_start_value_and_signals_leave_room_for_theirs() {
     };
     assert_eq!([value("GAIN"), value("CYCLE"), value("SP"), value("LMN")], ["2.5", "0.1 s", "", ""]);
     let mut table = documented(PUMP);
-    table.variables[0].role = Role::Parameter;
+    table.rows[0].role = Role::Parameter;
     assert!(svg(&table).unwrap().contains(r##"fill="#0b5394">0</text>"##));
 }
 
@@ -116,7 +116,7 @@ fn a_switch_stands_as_its_variable_starts() {
     };
     assert_eq!(shown(&drawing()), (true, false));
     let mut table = documented(PUMP);
-    table.variables[2].start = 0.0;
+    table.rows[2].start = blocks::Value::Bool(false);
     assert_eq!(shown(&svg(&table).unwrap()), (false, true));
 }
 
@@ -278,7 +278,7 @@ fn in_a_linked_drawing_each_variable_leads_to_the_anchor_of_its_name() {
     assert!(!plain.contains("<a ") && plain.contains("role=\"img\""));
     let shown = linked.matches("id=\"terminal-").count();
     assert!(shown > 3 && linked.matches("<a href=\"#").count() >= shown && !linked.contains("role=\"img\""));
-    for row in table.variables.iter().filter(|row| linked.contains(&format!("terminal-{}\"", row.name))) {
+    for row in table.rows.iter().filter(|row| linked.contains(&format!("terminal-{}\"", row.name))) {
         assert!(linked.contains(&format!("<a href=\"#{0}\"><g id=\"terminal-{0}\"", row.name)), "{}", row.name);
     }
 }

@@ -21,7 +21,7 @@ pub use wrong::Wrong;
 
 use blocks::table::abreast::Apart;
 use blocks::table::{fingerprint, start};
-use blocks::{LReal, Real, StaticTable, Time, Value};
+use blocks::{LReal, Real, Table, Time, Value};
 use fmu::component::{Fresh, Library, Origin};
 use fmu::cyclic::Cyclic;
 use fmu::layout::Layout;
@@ -42,7 +42,7 @@ pub const LARGEST: u64 = 16 << 20;
 /// A program that is translated, with its table.
 pub struct Loaded {
     /// What the host sees of it.
-    pub table: StaticTable<String>,
+    pub table: Table,
     /// What the GUID is made of.
     pub hash: u128,
     /// What the author should know, with file and line.
@@ -188,7 +188,7 @@ impl Cyclic for Program {
 
     type Text = String;
 
-    fn table(&self) -> &StaticTable<String> {
+    fn table(&self) -> &Table {
         &self.loaded.table
     }
 

@@ -27,7 +27,7 @@ impl Loaded {
         let places: Vec<(usize, TakesEffect)> =
             self.places.iter().map(|place| (place.offset, given(place.held))).collect();
         let table = &self.table;
-        let texts: Vec<(blocks::Text<String>, usize, usize)> = table
+        let texts: Vec<(blocks::Text, usize, usize)> = table
             .texts
             .iter()
             .zip(&self.texts)

@@ -1,7 +1,7 @@
 //! The table of a program: what a host sees of its variables.
 
 use blocks::table::number::{number, to_value};
-use blocks::{Class, Kind, Response, Role, StaticRow, StaticTable, Text, TextType, Time, Value};
+use blocks::{Class, Kind, Response, Role, Row, Table, Text, TextType, Time, Value};
 use manifest::Manifest;
 use scl::interface::{self, Variable};
 use scl::ir::{Scalar, Type};
@@ -64,7 +64,7 @@ impl TextPlace {
 
 /// What a host sees, and where the memory has it.
 pub struct Shown {
-    pub table: StaticTable<String>,
+    pub table: Table,
     /// The place of each row but that of the cycle.
     pub places: Vec<RowMemory>,
     /// The place of each text.
@@ -103,9 +103,9 @@ pub fn build(
     root: &Root,
     is_unit: fn(&str) -> bool,
 ) -> Result<Shown, String> {
-    let mut rows: Vec<StaticRow<String>> = Vec::new();
+    let mut rows: Vec<Row> = Vec::new();
     let mut places: Vec<RowMemory> = Vec::new();
-    let mut texts: Vec<(Text<String>, TextPlace)> = Vec::new();
+    let mut texts: Vec<(Text, TextPlace)> = Vec::new();
     let mut own_cycle = None;
     let variables: Vec<&Variable> = root.variables.iter().chain(&compiled.globals).collect();
     let chosen = chosen(manifest, root, &variables)?;
@@ -154,13 +154,13 @@ pub fn build(
         }
     }
     let cycle = rows.len();
-    rows.push(StaticRow {
+    rows.push(Row {
         description: "Time between two calls".into(),
         min: Some(Value::Time(Time::ms(1))),
-        ..StaticRow::new(CYCLE, Role::Cycle, Value::Time(Time::ms(milliseconds as i32)))
+        ..Row::new(CYCLE, Role::Cycle, Value::Time(Time::ms(milliseconds as i32)))
     });
     let (texts, text_places) = texts.into_iter().unzip();
-    let table = StaticTable {
+    let table = Table {
         name: manifest.name.clone().unwrap_or_else(|| identifier(&root.block)),
         aliases: Vec::new(),
         docs: documentation(manifest, milliseconds, root),
@@ -180,15 +180,15 @@ pub fn build(
 }
 
 /// The recorded run: of all inputs and outputs, or of the first of each where a picture of all would show nothing.
-fn response(rows: &[StaticRow<String>]) -> Response<String> {
-    let Response { title, calls, .. } = Response::AT_REST;
+fn response(rows: &[Row]) -> Response<String> {
+    let at_rest = Response::from(&Response::AT_REST);
     let of = |role: Role| rows.iter().filter(move |row| row.role == role).map(|row| row.name.clone());
     if of(Role::Input).count().max(of(Role::Output).count()) <= MOST_DRAWN {
-        return Response { title: title.into(), calls, set: Vec::new(), show: Vec::new() };
+        return at_rest;
     }
-    let title = format!("{title}: the first {MOST_DRAWN} inputs and outputs");
+    let title = format!("{}: the first {MOST_DRAWN} inputs and outputs", at_rest.title);
     let show = [Role::Input, Role::Output].into_iter().flat_map(|role| of(role).take(MOST_DRAWN)).collect();
-    Response { title, calls, set: Vec::new(), show }
+    Response { title, show, ..at_rest }
 }
 
 /// The names that are taken.
@@ -205,7 +205,7 @@ impl Names {
 }
 
 /// A text as a host sees it. An in-out text is a local: the host's value would not be the program's.
-fn text(name: &str, of: &Variable, role: Role, place: TextPlace, start: &str) -> Result<Text<String>, String> {
+fn text(name: &str, of: &Variable, role: Role, place: TextPlace, start: &str) -> Result<Text, String> {
     let is_written = matches!(of.role, interface::Role::InOut | interface::Role::Local);
     let role = match role {
         Role::Input if of.role == interface::Role::Local => {
@@ -279,7 +279,7 @@ fn role(of: interface::Role) -> Role {
     }
 }
 
-fn row(name: &str, variable: &Variable, role: Role, start: Value, is_unit: fn(&str) -> bool) -> StaticRow<String> {
+fn row(name: &str, variable: &Variable, role: Role, start: Value, is_unit: fn(&str) -> bool) -> Row {
     let (comment, kind) = (&variable.comment, start.kind());
     let is_real = kind.class() == Class::Real;
     let is_time = matches!(kind, Kind::Time | Kind::LTime);
@@ -311,7 +311,7 @@ fn row(name: &str, variable: &Variable, role: Role, start: Value, is_unit: fn(&s
         (min, max) = (None, None);
     }
     let unit = shown.map(str::to_string);
-    StaticRow { description, min, max, unit, ..StaticRow::new(name.to_string(), role, start) }
+    Row { description, min, max, unit, ..Row::new(name.to_string(), role, start) }
 }
 
 fn documentation(manifest: &Manifest, milliseconds: u32, root: &Root) -> String {

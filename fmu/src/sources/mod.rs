@@ -9,7 +9,7 @@ use crate::messages::{self, Message};
 use crate::state::{Function, State};
 use blocks::table::fingerprint::{self, BASIS};
 use blocks::table::number::{number, to_value};
-use blocks::{Class, Kind, Role, StaticRow, TableText, Text};
+use blocks::{Class, Kind, Role, Row, TableText, Text};
 use std::fmt::Write;
 
 /// What sentences are made of.
@@ -102,8 +102,8 @@ pub struct Variable {
     pub from: Vec<usize>,
 }
 
-impl<S: TableText> From<&StaticRow<S>> for Variable {
-    fn from(row: &StaticRow<S>) -> Variable {
+impl<S: TableText> From<&Row<S>> for Variable {
+    fn from(row: &Row<S>) -> Variable {
         let range = (row.least(), row.greatest());
         Variable {
             name: row.name.to_string(),
@@ -140,7 +140,7 @@ pub struct Parts<'a> {
     /// Which of its variables and texts are the elements of arrays.
     pub layout: Option<&'a Layout>,
     /// Its texts, where each lies in the memory, and how many bytes it takes there.
-    pub texts: &'a [(Text<String>, usize, usize)],
+    pub texts: &'a [(Text, usize, usize)],
     /// The size of the memory in bytes.
     pub memory: usize,
     /// How many calls the self-test makes, and the hash of what they give: see [`tape`].
@@ -577,7 +577,7 @@ fn lists(
 }
 
 /// The texts.
-fn texts(text: &mut String, texts: &[(Text<String>, usize, usize)]) {
+fn texts(text: &mut String, texts: &[(Text, usize, usize)]) {
     let _ = writeln!(text, "\n#define PLCFMU_TEXT_COUNT {}u", texts.len());
     if texts.is_empty() {
         return;

@@ -10,10 +10,10 @@ pub mod value;
 
 use crate::host_type::Version;
 use crate::refusal::Answer;
-use blocks::{Class, StaticRow, StaticTable, TableText};
+use blocks::{Class, Row, Table, TableText};
 
 /// What the library of a program says of itself, see [`interface::json_of`](crate::interface::json_of).
-pub fn describe<S: TableText>(table: &StaticTable<S>, guid: &str) -> String {
+pub fn describe<S: TableText>(table: &Table<S>, guid: &str) -> String {
     crate::interface::json_of::<Fmi2, _>(table, guid)
 }
 
@@ -40,7 +40,7 @@ impl Version for Fmi2 {
         ("canNotUseMemoryManagementFunctions", "true"),
     ];
 
-    fn name_of<S: TableText>(row: &StaticRow<S>) -> &'static str {
+    fn name_of<S: TableText>(row: &Row<S>) -> &'static str {
         match row.kind.class() {
             Class::Real => "Real",
             Class::Integer => "Integer",

@@ -7,11 +7,11 @@ use crate::cyclic::Cyclic;
 use crate::host_type::HostType;
 use crate::layout::Referent;
 use crate::refusal::Refusal;
-use blocks::{Role, StaticTable, TableText};
+use blocks::{Role, Table, TableText};
 use std::borrow::Cow;
 
 /// The value reference of the time, behind those of all variables.
-pub fn time_reference<S: TableText>(table: &StaticTable<S>) -> u32 {
+pub fn time_reference<S: TableText>(table: &Table<S>) -> u32 {
     (table.rows.len() + table.texts.len()) as u32
 }
 

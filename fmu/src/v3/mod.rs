@@ -12,7 +12,7 @@ pub mod sources;
 pub mod value;
 
 use crate::host_type::Version;
-use blocks::{StaticRow, TableText, Types};
+use blocks::{Row, TableText, Types};
 
 /// FMI 3.0 with the types of the PLC.
 #[derive(Clone, Copy, Debug)]
@@ -36,7 +36,7 @@ macro_rules! versions {
             // modelDescription.xml has them of what the library says of FMI 2.0, which asks for nothing else.
             const CAPABILITIES: &'static [(&'static str, &'static str)] = &[];
 
-            fn name_of<S: TableText>(row: &StaticRow<S>) -> &'static str {
+            fn name_of<S: TableText>(row: &Row<S>) -> &'static str {
                 Types::$Version.host_type(row.kind, row.is_analog)
             }
         }

@@ -5,7 +5,7 @@ use crate::cyclic::Cyclic;
 use crate::host_type::HostType;
 use crate::ordinary;
 use blocks::table::number::{exact, number, of_exact, to_value};
-use blocks::{Kind, StaticRow, TableText, Time, Value};
+use blocks::{Kind, Row, TableText, Time, Value};
 
 /// A Boolean: a byte, not 0 is true.
 #[repr(transparent)]
@@ -22,7 +22,7 @@ macro_rules! integers {
             }
 
             #[inline]
-            fn is_of<S: TableText>(row: &StaticRow<S>) -> bool {
+            fn is_of<S: TableText>(row: &Row<S>) -> bool {
                 // Of 16 bits there are two types: analog values have a sign.
                 let is_narrow = $Integer::BITS == 16;
                 let is_other = row.kind == Kind::Word && is_narrow && row.is_analog != ($Integer::MIN != 0);
@@ -219,8 +219,8 @@ booleans!(Native, Wide);
 mod tests {
     use super::*;
     use crate::host_type::Version;
-    use blocks::Word;
     use blocks::table::number::is_real;
+    use blocks::{StaticRow, Word};
 
     /// The names of the types of which a row's values are.
     fn holders<V: Version>(row: &StaticRow) -> Vec<&'static str>

@@ -12,9 +12,8 @@ use crate::findings::is_structured_name;
 use crate::interface::Interface;
 use crate::mapping::{causality, default_experiment, text_description, used_units};
 use crate::names::Names;
-use crate::table::{Row, Table, Text};
-use blocks::{Class, Kind, Role};
-use std::collections::HashMap;
+use blocks::table::number::{exact, number};
+use blocks::{Class, Kind, Role, Row, Table, Text, Value};
 
 impl ModelDescription {
     /// Creates the model description of the FMU with this library.
@@ -29,7 +28,7 @@ impl ModelDescription {
     /// duplicate name.
     pub fn from_interface(interface: &Interface) -> Result<ModelDescription, Error> {
         let (table, names) = (&interface.table, interface.names);
-        let all = table.variables.iter().map(|row| &row.name).chain(table.texts.iter().map(|text| &text.name));
+        let all = table.rows.iter().map(|row| &row.name).chain(table.texts.iter().map(|text| &text.name));
         names.check(all.map(String::as_str)).map_err(|reason| Error::new(format!("{}: {reason}", table.name)))?;
         let mut description = ModelDescription {
             model_name: table.name.clone(),
@@ -46,12 +45,12 @@ impl ModelDescription {
             default_experiment: Some(default_experiment(table)),
             ..ModelDescription::default()
         };
-        for (value_reference, row) in (0..).zip(&table.variables) {
+        for (value_reference, row) in (0..).zip(&table.rows) {
             let variable = variable(row, value_reference, names)
                 .map_err(|reason| Error::new(format!("{}: variable {}: {reason}", table.name, row.name)))?;
             description.model_variables.push(variable);
         }
-        for (value_reference, text) in (table.variables.len() as u32..).zip(&table.texts) {
+        for (value_reference, text) in (table.rows.len() as u32..).zip(&table.texts) {
             description.model_variables.push(text_variable(text, value_reference, names));
         }
         // The structured convention requires ASCII names and non-negative indices.
@@ -109,25 +108,24 @@ fn typed(row: &Row) -> Result<Typed, String> {
             attributes: RealAttributes {
                 unit: row.shown_unit().map(str::to_owned),
                 display_unit: (row.kind == Kind::Time).then(|| "ms".into()),
-                min: row.min,
-                max: row.max,
+                min: row.least(),
+                max: row.greatest(),
                 ..RealAttributes::default()
             },
-            start,
+            start: start.map(number),
             ..Real::default()
         })),
         kind if kind.class() == Class::Integer => {
             if let Some(unit) = &row.unit {
                 return Err(format!("unit {unit:?}: an FMI Integer has no unit; put it into the description"));
             }
-            let integer = |number: f64| integer(number, row.kind);
             Ok(Typed::Integer(Integer {
                 attributes: IntegerAttributes {
                     quantity: None,
-                    min: row.min.map(integer).transpose()?,
-                    max: row.max.map(integer).transpose()?,
+                    min: row.min.and_then(integer),
+                    max: row.max.and_then(integer),
                 },
-                start: start.map(integer).transpose()?,
+                start: start.and_then(integer),
                 ..Integer::default()
             }))
         }
@@ -135,41 +133,28 @@ fn typed(row: &Row) -> Result<Typed, String> {
             if row.unit.is_some() || row.min.is_some() || row.max.is_some() {
                 return Err("a BOOL has neither unit nor range; remove them".into());
             }
-            let start = start.map(boolean).transpose()?;
+            let start = start.map(|start| start == Value::Bool(true));
             Ok(Typed::Boolean(Boolean { start, ..Boolean::default() }))
         }
     }
 }
 
-fn integer(number: f64, kind: Kind) -> Result<i32, String> {
-    // A DWORD is the integer with the same bits.
-    let (low, high) = if kind == Kind::DWord { (0, u32::MAX.into()) } else { kind.whole().unwrap_or((-32768, 32767)) };
-    if number.fract() == 0.0 && (low as f64..=high as f64).contains(&number) {
-        return Ok(number as i64 as i32);
-    }
-    Err(format!("{number:?} is not of type {}: expected an integer from {low} to {high}", kind.name()))
-}
-
-fn boolean(number: f64) -> Result<bool, String> {
-    match number {
-        0.0 => Ok(false),
-        1.0 => Ok(true),
-        _ => Err(format!("{number:?} is not of type BOOL: expected 0 or 1")),
-    }
+/// A DWORD is the integer with the same bits.
+fn integer(value: Value) -> Option<i32> {
+    exact(value).map(|integer| integer as i32)
 }
 
 /// All outputs, in index order. They depend on nothing of the same instant, because they change only in `fmi2DoStep`.
 /// Before that they have their values after a restart, which depend on the settings listed in the table.
 fn structure(table: &Table) -> ModelStructure {
     let unknown = |index, dependencies| Unknown { index, dependencies: Some(dependencies), dependencies_kind: None };
-    let outputs = (1..).zip(&table.variables).filter(|(_, row)| row.role == Role::Output);
-    let indices: HashMap<&str, u32> = table.variables.iter().map(|row| row.name.as_str()).zip(1..).collect();
+    let outputs = (1..).zip(&table.rows).filter(|(_, row)| row.role == Role::Output);
     let settings = |row: &Row| {
-        let mut named: Vec<u32> = row.from.iter().filter_map(|name| indices.get(name.as_str()).copied()).collect();
+        let mut named: Vec<u32> = row.from.iter().map(|setting| *setting as u32 + 1).collect();
         named.sort_unstable();
         named
     };
-    let texts = (table.variables.len() as u32 + 1..).zip(&table.texts);
+    let texts = (table.rows.len() as u32 + 1..).zip(&table.texts);
     let texts: Vec<u32> = texts.filter(|(_, text)| text.role == Role::Output).map(|(index, _)| index).collect();
     let all = |numbers: Vec<Unknown>| {
         numbers.into_iter().chain(texts.iter().map(|index| unknown(*index, Vec::new()))).collect()

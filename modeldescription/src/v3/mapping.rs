@@ -12,11 +12,11 @@ use crate::findings::is_structured_name;
 use crate::interface::Interface;
 use crate::mapping::{causality, default_experiment, text_description, used_units};
 use crate::names::Names;
-use crate::table::{Row, Table, Text};
 use blocks::table::arrays::{Group, grouped};
 use blocks::table::fingerprint;
-use blocks::{Class, Kind, Role, Types};
-use std::collections::{HashMap, HashSet};
+use blocks::table::number::exact;
+use blocks::{Class, Kind, Role, Row, Table, Text, Types, Value};
+use std::collections::HashSet;
 
 /// Returns the instantiation token of an FMU: its GUID with the version and the choice of types, so that the library
 /// knows which interface is expected.
@@ -85,7 +85,7 @@ impl ModelDescription {
         description.model_variables.push(Variable {
             common: Common {
                 name: time,
-                value_reference: (table.variables.len() + table.texts.len()) as u32,
+                value_reference: (table.rows.len() + table.texts.len()) as u32,
                 description: Some("Simulation time in seconds".into()),
                 causality: Causality::Independent,
                 variability: Some(description::Variability::Continuous),
@@ -108,19 +108,19 @@ impl ModelDescription {
 
 /// The rows that form each variable.
 fn groups(table: &Table, types: Types) -> Vec<Group> {
-    let rows = table.variables.iter();
+    let rows = table.rows.iter();
     grouped(rows.map(|row| (row.name.as_str(), (row.kind, row.role))), types.has_arrays())
 }
 
 /// The texts that form each variable.
 fn text_groups(table: &Table, types: Types) -> Vec<Group> {
     let texts = table.texts.iter();
-    grouped(texts.map(|text| (text.name.as_str(), (&text.type_name, text.role))), types.has_arrays())
+    grouped(texts.map(|text| (text.name.as_str(), (text.ty, text.role))), types.has_arrays())
 }
 
 /// The unit of a row, if it is a floating-point number; integers have none.
 fn unit(row: &Row, types: Types) -> Option<&str> {
-    let is_float = matches!(types.host_type(row.kind, row.analog), "Float32" | "Float64");
+    let is_float = matches!(types.host_type(row.kind, row.is_analog), "Float32" | "Float64");
     if is_float { row.shown_unit() } else { None }
 }
 
@@ -162,7 +162,7 @@ fn text_variable(table: &Table, group: &Group) -> Variable {
     let text: &Text = &table.texts[group.rows[0]];
     let starts = group.rows.iter().map(|place| Start { value: Some(table.texts[*place].start.clone()) });
     Variable {
-        common: common(group, table.variables.len(), text_description(text), text.role),
+        common: common(group, table.rows.len(), text_description(text), text.role),
         typed: Typed::String,
         dimensions: dimensions(group),
         starts: if text.role.is_settable() { starts.collect() } else { Vec::new() },
@@ -171,7 +171,7 @@ fn text_variable(table: &Table, group: &Group) -> Variable {
 }
 
 fn variable(table: &Table, group: &Group, types: Types) -> Result<Variable, String> {
-    let rows: Vec<&Row> = group.rows.iter().map(|place| &table.variables[*place]).collect();
+    let rows: Vec<&Row> = group.rows.iter().map(|place| &table.rows[*place]).collect();
     let row = rows[0];
     let mut description = row.description.clone();
     // Integers have no unit in FMI.
@@ -187,22 +187,14 @@ fn variable(table: &Table, group: &Group, types: Types) -> Result<Variable, Stri
 }
 
 /// A limit shared by all elements.
-fn shared<T: PartialEq + Copy>(
-    rows: &[&Row],
-    of: impl Fn(&Row) -> Result<Option<T>, String>,
-) -> Result<Option<T>, String> {
-    let first = of(rows[0])?;
-    for row in rows {
-        if of(row)? != first {
-            return Ok(None);
-        }
-    }
-    Ok(first)
+fn shared<T: PartialEq>(rows: &[&Row], of: impl Fn(&Row) -> Option<T>) -> Option<T> {
+    let first = of(rows[0]);
+    first.filter(|first| rows.iter().all(|row| of(row).as_ref() == Some(first)))
 }
 
 fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
     let row = rows[0];
-    let (kind, name) = (row.kind, types.host_type(row.kind, row.analog));
+    let (kind, name) = (row.kind, types.host_type(row.kind, row.is_analog));
     let is_set = row.role.is_settable();
     if kind == Kind::Time && row.unit.as_deref().is_some_and(|unit| unit != "s") {
         let unit = row.unit.as_deref().unwrap_or_default();
@@ -218,11 +210,11 @@ fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
             attributes: FloatAttributes {
                 unit: unit(row, types).map(str::to_owned),
                 display_unit: (kind == Kind::Time).then(|| "ms".into()),
-                min: shared(rows, |row| Ok(row.min.map(value)))?,
-                max: shared(rows, |row| Ok(row.max.map(value)))?,
+                min: shared(rows, |row| row.least().map(value)),
+                max: shared(rows, |row| row.greatest().map(value)),
                 ..FloatAttributes::default()
             },
-            start: is_set.then(|| rows.iter().map(|row| value(row.start)).collect()),
+            start: is_set.then(|| rows.iter().map(|row| value(row.start())).collect()),
             ..Float::default()
         };
         return Ok(if name == "Float32" { Typed::Float32(own) } else { Typed::Float64(own) });
@@ -231,21 +223,19 @@ fn typed(rows: &[&Row], types: Types) -> Result<Typed, String> {
         if row.unit.is_some() || row.min.is_some() || row.max.is_some() {
             return Err("a BOOL has neither unit nor range; remove them".into());
         }
-        let start = rows.iter().map(|row| boolean(row.start)).collect::<Result<Vec<bool>, String>>()?;
+        let start = rows.iter().map(|row| row.start == Value::Bool(true)).collect();
         return Ok(Typed::Boolean(Boolean { start: is_set.then_some(start) }));
     }
     if let Some(unit) = row.unit.as_deref().filter(|_| !matches!(kind, Kind::Time | Kind::LTime)) {
         return Err(format!("unit {unit:?}: an FMI integer has no unit; put it into the description"));
     }
-    let limit = |limit: Option<f64>| limit.map(|limit| whole(limit, kind)).transpose();
-    let start = rows.iter().map(|row| row.exact.map_or_else(|| whole(row.start, kind), Ok));
     let own = Integer {
         attributes: IntegerAttributes {
             quantity: None,
-            min: shared(rows, |row| limit(row.min))?,
-            max: shared(rows, |row| limit(row.max))?,
+            min: shared(rows, |row| row.min.and_then(exact)),
+            max: shared(rows, |row| row.max.and_then(exact)),
         },
-        start: Some(start.collect::<Result<_, _>>()?).filter(|_| is_set),
+        start: is_set.then(|| rows.iter().filter_map(|row| exact(row.start)).collect()),
     };
     Ok(match name {
         "Int8" => Typed::Int8(own),
@@ -270,39 +260,13 @@ fn bits(mut own: Integer, of: fn(i128) -> i128) -> Integer {
     own
 }
 
-/// Converts a number of the table to FMI's integer: a duration from seconds to milliseconds or nanoseconds.
-fn whole(number: f64, kind: Kind) -> Result<i128, String> {
-    let scaled = match kind {
-        Kind::Time => (number * 1e3).round(),
-        Kind::LTime => (number * 1e9).round(),
-        _ => number,
-    };
-    let (low, high) = match kind {
-        Kind::Time => (i32::MIN.into(), i32::MAX.into()),
-        other => other.whole().unwrap_or((-32768, 32767)),
-    };
-    if scaled.fract() == 0.0 && (low..=high).contains(&(scaled as i128)) {
-        return Ok(scaled as i128);
-    }
-    Err(format!("{number:?} is not of type {}: expected an integer from {low} to {high}", kind.name()))
-}
-
-fn boolean(number: f64) -> Result<bool, String> {
-    match number {
-        0.0 => Ok(false),
-        1.0 => Ok(true),
-        _ => Err(format!("{number:?} is not of type BOOL: expected 0 or 1")),
-    }
-}
-
 /// All outputs, in the order of their value references. They depend on nothing of the same instant, because they change
 /// only in a call, which is a step or a separate instant. Before that they have their values after a restart, which
 /// depend on the settings listed in the table.
 fn structure(table: &Table, rows: &[Group], texts: &[Group]) -> ModelStructure {
-    let mut references: HashMap<&str, u32> = HashMap::new();
+    let mut references = vec![0; table.rows.len()];
     for group in rows {
-        let reference = group.rows[0] as u32;
-        references.extend(group.rows.iter().map(|place| (table.variables[*place].name.as_str(), reference)));
+        group.rows.iter().for_each(|place| references[*place] = group.rows[0] as u32);
     }
     let mut structure = ModelStructure::default();
     let mut add = |reference: usize, mut from: Vec<u32>| {
@@ -316,12 +280,12 @@ fn structure(table: &Table, rows: &[Group], texts: &[Group]) -> ModelStructure {
         structure.outputs.push(Output { unknown: unknown(Vec::new()) });
         structure.initial_unknowns.push(InitialUnknown { unknown: unknown(from) });
     };
-    for group in rows.iter().filter(|group| table.variables[group.rows[0]].role == Role::Output) {
-        let from = group.rows.iter().flat_map(|place| &table.variables[*place].from);
-        add(group.rows[0], from.filter_map(|name| references.get(name.as_str()).copied()).collect());
+    for group in rows.iter().filter(|group| table.rows[group.rows[0]].role == Role::Output) {
+        let from = group.rows.iter().flat_map(|place| &table.rows[*place].from);
+        add(group.rows[0], from.map(|setting| references[*setting]).collect());
     }
     for group in texts.iter().filter(|group| table.texts[group.rows[0]].role == Role::Output) {
-        add(table.variables.len() + group.rows[0], Vec::new());
+        add(table.rows.len() + group.rows[0], Vec::new());
     }
     structure
 }

@@ -324,7 +324,7 @@ fn a_table_with_wide_types_has_doubles_and_each_element() {
 fn flat_names_have_no_dots_and_indices() {
     let flat = |types, first: &str| {
         let mut interface = Interface { names: Names::Flat, ..interface(types) };
-        interface.table.variables[0].name = first.into();
+        interface.table.rows[0].name = first.into();
         ModelDescription::from_interface(&interface)
     };
     let named = |types, first| -> Vec<String> {
@@ -347,9 +347,9 @@ fn flat_names_have_no_dots_and_indices() {
 fn the_rows_of_a_table_are_found_by_flat_names() {
     for types in [Types::Native, Types::Wide] {
         let mut interface = Interface { names: Names::Flat, ..interface(types) };
-        interface.table.variables[0].name = "par.r".into();
+        interface.table.rows[0].name = "par.r".into();
         let description = ModelDescription::from_interface(&interface).unwrap().description().expanded();
-        let rows = interface.table.variables.iter().map(|row| (row.name.as_str(), (row.kind, row.role)));
+        let rows = interface.table.rows.iter().map(|row| (row.name.as_str(), (row.kind, row.role)));
         let places = description.places(rows);
         let found: Vec<&str> = places.iter().map(|place| description.variables[place.unwrap()].name.as_str()).collect();
         // Elements of an array count from 1, whatever its bounds.

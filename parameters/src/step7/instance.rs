@@ -2,7 +2,7 @@
 
 use super::parser::Name;
 use super::values::Assignment;
-use crate::block::{BlockType, VariableOwner};
+use crate::block::BlockType;
 use crate::literal;
 use crate::loops::Loop;
 use crate::problem::{nearest, quoted};
@@ -86,8 +86,7 @@ impl Instance {
     /// Assigns all values by position, for a block uploaded without names: `IN0`, `IN7`, `OUT22`.
     pub(super) fn assign_by_position(&mut self, db: &Name, assignments: &[Assignment], report: &mut Report) {
         let block = self.one.block.clone();
-        let own: Vec<usize> =
-            (0..block.members.len()).filter(|index| block.members[*index].part == VariableOwner::Own).collect();
+        let own: Vec<usize> = (0..block.members.len()).filter(|index| block.is_own(*index)).collect();
         let needed = own.iter().rposition(|index| block.members[*index].role.is_settable()).map_or(0, |last| last + 1);
         let mut previous = None;
         for (position, assignment) in assignments.iter().enumerate() {
@@ -167,14 +166,13 @@ pub(super) fn fit<'a>(block: &BlockType, names: impl IntoIterator<Item = &'a [St
 
 /// The member of this name, if it exists in the PLC.
 pub(super) fn find(block: &BlockType, name: &str) -> Option<usize> {
-    block.find(name).filter(|index| block.members[*index].part != VariableOwner::FmuOnly)
+    block.find(name).filter(|index| block.mean != Some(*index))
 }
 
 /// Whether the member is the last one of its instance.
 fn is_last(block: &BlockType, index: usize) -> bool {
     let path = |index: usize| block.members[index].name.rsplit_once('.').map(|(path, _)| path);
-    let is_of_instance =
-        |other: &usize| block.members[*other].part != VariableOwner::FmuOnly && path(*other) == path(index);
+    let is_of_instance = |other: &usize| block.mean != Some(*other) && path(*other) == path(index);
     !(index + 1..block.members.len()).any(|other| is_of_instance(&other))
 }
 

@@ -3,7 +3,7 @@
 use super::instance::{Instance, find, fit, lost_name};
 use super::parser::{DataBlock, FunctionBlock, Item, Name, items};
 use super::values::{Assignment, SyntaxErrors, assignments};
-use crate::block::{BlockType, VariableOwner};
+use crate::block::BlockType;
 use crate::loops::Loop;
 use crate::problem::{Problems, Remedy, nearest, quoted};
 use crate::reading::{Options, Reading};
@@ -477,7 +477,7 @@ impl Reader<'_> {
 
 /// The number of inputs and parameters that an instance has in the PLC, except those of inner blocks.
 fn all_settings(block: &BlockType) -> usize {
-    block.members.iter().filter(|member| member.part == VariableOwner::Own && member.role.is_settable()).count()
+    block.members.iter().filter(|member| !member.is_inner() && member.role.is_settable()).count()
 }
 
 /// Whether a name is not even similar to a member of the block.

@@ -1,13 +1,11 @@
 use super::*;
-use crate::{BlockType, Loop, Member, Options, Origin, Problems, Reading, Source, VariableOwner};
-use blocks::{Kind, Role, Time, Value, Word};
+use crate::{BlockType, Loop, Options, Origin, Problems, Reading, Source};
+use blocks::{Kind, Role, Row, Time, Value, Word};
 use proptest::prelude::*;
 use std::sync::Arc;
 
-fn member(name: &str, role: Role, start: Value) -> Member {
-    let part = if name.contains('.') { VariableOwner::Inner } else { VariableOwner::Own };
-    let (description, kind) = (String::new(), start.kind());
-    Member { name: name.into(), description, kind, role, start, min: None, max: None, unit: None, part }
+fn member(name: &str, role: Role, start: Value) -> Row {
+    Row::new(name, role, start)
 }
 
 /// PUMP is FB 41, FAN is a user's block, STATION contains a PUMP, and MIXER has an LREAL.
@@ -36,12 +34,15 @@ fn blocks() -> Vec<Arc<BlockType>> {
         member("DI_PUMP.GAIN", Role::Parameter, Value::Real(2.0)),
         member("DI_PUMP.SP_INT", Role::Input, Value::Real(0.0)),
         member("DI_PUMP.LMN", Role::Local, Value::Real(0.0)),
-        Member { part: VariableOwner::FmuOnly, ..member("Q_MEAN", Role::Output, Value::LReal(0.0)) },
+        member("Q_MEAN", Role::Output, Value::LReal(0.0)),
     ];
     let mixer = [member("LEVEL", Role::Parameter, Value::LReal(0.5))];
-    let block = |name: &str, aliases: &[&str], members: &[Member]| {
+    let block = |name: &str, aliases: &[&str], members: &[Row]| {
         let aliases = aliases.iter().map(|alias| alias.to_string()).collect();
-        Arc::new(BlockType::new(name.into(), aliases, members.to_vec()))
+        let mean = members.iter().position(|member| member.name == "Q_MEAN");
+        let mut block = BlockType::new(name.into(), aliases, members.to_vec());
+        block.mean = mean;
+        Arc::new(block)
     };
     vec![
         block("PUMP", &["FB 41", "SFB 41"], &pump),

@@ -1,6 +1,5 @@
 //! Writes source texts with the values of loops.
 
-use crate::block::VariableOwner;
 use crate::encoding::Encoding;
 use crate::literal;
 use crate::loops::Loop;
@@ -30,7 +29,9 @@ pub fn write(loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
     check(loops, LONGEST_SYMBOL, "STEP 7")?;
     let mut text = comment(origin);
     for one in loops {
-        if let Some(member) = one.block.members.iter().find(|member| member.kind == Kind::LReal && is_written(member)) {
+        if let Some(member) =
+            one.block.members.iter().find(|member| member.kind == Kind::LReal && member.role.is_settable())
+        {
             let (name, member) = (&one.name, &member.name);
             return Err(format!(
                 "{name}: {member} is an LREAL, which STEP 7 does not have; write a source for TIA Portal"
@@ -103,7 +104,7 @@ fn data_block(text: &mut String, one: &Loop, name: &str, header: &[&str], block:
     text.push_str(&format!("{block}\nBEGIN\n"));
     for setting in &one.settings {
         let member = &one.block.members[setting.member];
-        if !is_written(member) {
+        if !member.role.is_settable() {
             continue;
         }
         let is_finite = match setting.value {
@@ -119,11 +120,6 @@ fn data_block(text: &mut String, one: &Loop, name: &str, header: &[&str], block:
     }
     text.push_str("END_DATA_BLOCK\n");
     Ok(())
-}
-
-/// Whether the PLC has the member and accepts its value from a text.
-fn is_written(member: &crate::block::Member) -> bool {
-    member.role.is_settable() && member.part != VariableOwner::FmuOnly
 }
 
 /// The name of a member, quoted where necessary.

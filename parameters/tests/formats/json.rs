@@ -63,8 +63,7 @@ fn the_block_of_the_user_is_that_of_the_only_loop_and_of_several_that_of_those_w
 
 #[test]
 fn of_blocks_that_have_all_names_the_one_that_misses_none_is_meant() {
-    let small =
-        BlockType::new("SMALL".into(), Vec::new(), vec![Member::new("GAIN", Role::Parameter, Value::Real(1.0))]);
+    let small = BlockType::new("SMALL".into(), Vec::new(), vec![Row::new("GAIN", Role::Parameter, Value::Real(1.0))]);
     let mut blocks = all();
     blocks.push(Arc::new(small));
     let source = Source::new("a.json", br#"{"GAIN": 3}"#.to_vec());

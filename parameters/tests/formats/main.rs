@@ -7,28 +7,24 @@ mod openness;
 mod round_trip;
 mod ssv;
 
-use blocks::{Kind, Role, Time, Value, Word};
-use parameters::{BlockType, Format, Loop, Member, Options, Origin, Problems, Reading, Source, VariableOwner, read};
+use blocks::{Kind, Role, Row, Time, Value, Word};
+use parameters::{BlockType, Format, Loop, Options, Origin, Problems, Reading, Source, read};
 use std::sync::Arc;
 
 /// A block with a member of every type.
 fn pump() -> Arc<BlockType> {
     let members = vec![
-        Member::new("ON", Role::Input, Value::Bool(false)),
-        Member::new("MAN_ON", Role::Input, Value::Bool(true)),
-        Member {
-            unit: Some("%".into()),
-            max: Some(Value::Real(100.0)),
-            ..Member::new("MAN", Role::Input, Value::Real(5.0))
-        },
-        Member::new("PV_PER", Role::Input, Value::Word(Word::new(0))),
-        Member::new("COUNT", Role::Fixed, Value::Int(3)),
-        Member::new("GAIN", Role::Parameter, Value::Real(2.0)),
-        Member::new("SUM", Role::Parameter, Value::LReal(0.1)),
-        Member::new("TI", Role::Parameter, Value::Time(Time::ms(20_000))),
-        Member::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
-        Member::new("LMN", Role::Output, Value::Real(0.0)),
-        Member::new("QMIN", Role::Output, Value::Bool(false)),
+        Row::new("ON", Role::Input, Value::Bool(false)),
+        Row::new("MAN_ON", Role::Input, Value::Bool(true)),
+        Row { unit: Some("%".into()), max: Some(Value::Real(100.0)), ..Row::new("MAN", Role::Input, Value::Real(5.0)) },
+        Row::new("PV_PER", Role::Input, Value::Word(Word::new(0))),
+        Row::new("COUNT", Role::Fixed, Value::Int(3)),
+        Row::new("GAIN", Role::Parameter, Value::Real(2.0)),
+        Row::new("SUM", Role::Parameter, Value::LReal(0.1)),
+        Row::new("TI", Role::Parameter, Value::Time(Time::ms(20_000))),
+        Row::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
+        Row::new("LMN", Role::Output, Value::Real(0.0)),
+        Row::new("QMIN", Role::Output, Value::Bool(false)),
     ];
     Arc::new(BlockType::new("PUMP".into(), vec!["FB 410".into()], members))
 }
@@ -36,10 +32,10 @@ fn pump() -> Arc<BlockType> {
 /// A block that shares some names with [`pump`].
 fn valve() -> Arc<BlockType> {
     let members = vec![
-        Member::new("GAIN", Role::Parameter, Value::Real(1.0)),
-        Member::new("TRAVEL", Role::Parameter, Value::Real(1.0)),
-        Member::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
-        Member::new("POSITION", Role::Output, Value::Real(0.0)),
+        Row::new("GAIN", Role::Parameter, Value::Real(1.0)),
+        Row::new("TRAVEL", Role::Parameter, Value::Real(1.0)),
+        Row::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
+        Row::new("POSITION", Role::Output, Value::Real(0.0)),
     ];
     Arc::new(BlockType::new("VALVE".into(), Vec::new(), members))
 }
@@ -47,9 +43,9 @@ fn valve() -> Arc<BlockType> {
 /// A block that contains another one.
 fn station() -> Arc<BlockType> {
     let members = vec![
-        Member::new("STROKE", Role::Parameter, Value::Real(1.0)),
-        Member::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
-        Member { part: VariableOwner::Inner, ..Member::new("DI_PUMP.GAIN", Role::Parameter, Value::Real(1.0)) },
+        Row::new("STROKE", Role::Parameter, Value::Real(1.0)),
+        Row::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
+        Row::new("DI_PUMP.GAIN", Role::Parameter, Value::Real(1.0)),
     ];
     Arc::new(BlockType::new("STATION".into(), Vec::new(), members))
 }

@@ -148,7 +148,7 @@ fn open(options: &Options, starter: Starter) -> Result<Opened> {
         "there are no FMUs of blocks{}: name their folder with --fmus, or set {FMUS} to it",
         folder.map_or_else(String::new, |folder| format!(" in {}", folder.display()))
     );
-    let collection = Collection::new(fmus, starter)?;
+    let collection = Collection::new(fmus, starter);
     for path in presets {
         let shown = || path.display().to_string();
         let file = collection.preset(path).with_context(shown)?;

@@ -228,8 +228,7 @@ pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: boo
     let guid = &interface.guid;
     ensure!(contains(bytes, guid.as_bytes()), "it does not contain the GUID {guid}: it was built from other sources");
     let table = &interface.table;
-    let descriptions =
-        table.variables.iter().flat_map(|row| [&row.description, &row.help]).filter(|text| !text.is_empty());
+    let descriptions = table.rows.iter().flat_map(|row| [&row.description, &row.help]).filter(|text| !text.is_empty());
     if let Some(text) = descriptions.chain([&table.docs]).find(|text| !contains(bytes, text.as_bytes())) {
         bail!("it does not contain the text {:?}: it was built from other sources", shortened(text));
     }

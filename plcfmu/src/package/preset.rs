@@ -196,12 +196,12 @@ impl<R: Read + Seek> Original<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use blocks::{Role, Time, Value};
+    use blocks::{Role, Row, Time, Value};
     use doubles::macos;
     use host::library::FUNCTIONS;
     use host::package::archive;
     use modeldescription::{Interface, ModelDescription};
-    use parameters::{BlockType, Member, Origin};
+    use parameters::{BlockType, Origin};
     use std::collections::BTreeMap;
     use std::io::Cursor;
     use std::sync::Arc;
@@ -237,8 +237,8 @@ mod tests {
 
     fn values(flow: f32, cycle: i32) -> Loop {
         let members = vec![
-            Member::new("FLOW", Role::Input, Value::Real(1.0)),
-            Member::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
+            Row::new("FLOW", Role::Input, Value::Real(1.0)),
+            Row::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
         ];
         let mut values = Loop::new("P 1", Arc::new(BlockType::new("PUMP".into(), Vec::new(), members)));
         values.set(0, Value::Real(flow), Origin::Default);

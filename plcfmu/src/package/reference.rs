@@ -3,12 +3,12 @@
 
 use crate::package::version::Version;
 use anyhow::{Context, Error, Result};
-use blocks::{Kind, Role};
+use blocks::{Characteristic, Kind, Response, Role};
 use draw::response::{Recording, Sweep};
 use host::instance::{Instance, Type};
 use host::library::Library;
 use modeldescription::Interface;
-use modeldescription::{Characteristic, Response, Row, Table};
+use modeldescription::{Row, Table};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -33,11 +33,11 @@ pub fn is_file(path: &str) -> bool {
 pub fn record(
     library: &Library,
     interface: &Interface,
-    response: &Response,
+    response: &Response<String>,
     resources: Option<&str>,
 ) -> Result<Recording> {
     let table = &interface.table;
-    let rows = &table.variables;
+    let rows = &table.rows;
     let shown = table.shown(response);
     let mut instance = Instance::instantiate(library, "plcfmu", &interface.guid, resources)?;
     let failed = |error: Error| error.context("the block's response");
@@ -63,11 +63,11 @@ pub fn record(
 }
 
 /// Sets what the example sets before a call.
-fn set(instance: &mut Instance, table: &Table, response: &Response, call: u32) -> Result<()> {
+fn set(instance: &mut Instance, table: &Table, response: &Response<String>, call: u32) -> Result<()> {
     for (_, name, value) in response.set.iter().filter(|(before, ..)| *before == call) {
         let row = table.find(name).with_context(|| format!("{} has no variable {name}", table.name))?;
         instance
-            .set(Type::from_kind(table.variables[row].kind), row as u32, *value)
+            .set(Type::from_kind(table.rows[row].kind), row as u32, *value)
             .with_context(|| format!("{name} = {value:?} before call {call}"))?;
     }
     Ok(())
@@ -77,7 +77,7 @@ fn set(instance: &mut Instance, table: &Table, response: &Response, call: u32) -
 ///
 /// # Errors
 /// A value that the library refuses, with its reason.
-pub fn sweep(library: &Library, interface: &Interface, characteristic: &Characteristic) -> Result<Sweep> {
+pub fn sweep(library: &Library, interface: &Interface, characteristic: &Characteristic<String>) -> Result<Sweep> {
     let (table, (from, to)) = (&interface.table, characteristic.range);
     let last = f64::from(characteristic.points - 1);
     let over: Vec<f64> = (0..characteristic.points).map(|point| from + (to - from) * f64::from(point) / last).collect();
@@ -143,12 +143,12 @@ fn manifest(name: &str) -> String {
 /// They change half a CYCLE before the call that first sees them, so that a tool whose communication points are off by
 /// rounding sets them for the same call. The instant stands in two rows, for tools that draw lines between rows.
 fn input(table: &Table, recording: &Recording, version: Version) -> String {
-    let rows = &table.variables;
+    let rows = &table.rows;
     let is_tuned =
         |row: &Row| row.role == Role::Parameter && table.responses[0].set.iter().any(|(_, name, _)| *name == row.name);
     let columns: Vec<usize> =
         (0..rows.len()).filter(|row| rows[*row].role == Role::Input || is_tuned(&rows[*row])).collect();
-    let mut values: Vec<f64> = columns.iter().map(|row| rows[*row].start).collect();
+    let mut values: Vec<f64> = columns.iter().map(|row| rows[*row].start()).collect();
     let mut csv = header(table, &columns, version);
     let end = recording.time(recording.calls.len());
     let mut calls: Vec<u32> = table.responses[0].set.iter().map(|(call, ..)| *call).chain([0]).collect();
@@ -174,7 +174,7 @@ fn input(table: &Table, recording: &Recording, version: Version) -> String {
 
 /// What the block has computed at every communication point: after the restart, then after each step.
 fn output(table: &Table, recording: &Recording, version: Version) -> String {
-    let is_computed = |row: usize| matches!(table.variables[row].role, Role::Output | Role::Local);
+    let is_computed = |row: usize| matches!(table.rows[row].role, Role::Output | Role::Local);
     let columns: Vec<usize> = recording.shown.iter().copied().filter(|row| is_computed(*row)).collect();
     let mut csv = header(table, &columns, version);
     for (point, values) in std::iter::once(&recording.restart).chain(&recording.calls).enumerate() {
@@ -186,7 +186,7 @@ fn output(table: &Table, recording: &Recording, version: Version) -> String {
 }
 
 fn header(table: &Table, columns: &[usize], version: Version) -> String {
-    let names = columns.iter().map(|row| format!(",{}", version.names.convert(&table.variables[*row].name)));
+    let names = columns.iter().map(|row| format!(",{}", version.names.convert(&table.rows[*row].name)));
     format!("time{}\n", names.collect::<String>())
 }
 
@@ -194,7 +194,7 @@ fn header(table: &Table, columns: &[usize], version: Version) -> String {
 fn line(csv: &mut String, table: &Table, columns: &[usize], version: Version, time: f64, values: &[f64]) {
     let _ = write!(csv, "{time:?}");
     for (row, value) in columns.iter().zip(values) {
-        let row = &table.variables[*row];
+        let row = &table.rows[*row];
         let value = version.value(row, *value);
         let _ = if version.is_whole(row.kind) { write!(csv, ",{value}") } else { write!(csv, ",{value:?}") };
     }
@@ -222,7 +222,7 @@ fn description(table: &Table, recording: &Recording, version: Version) -> String
         stop = recording.time(calls),
     );
     for (_, variable, value) in table.responses[0].set.iter().filter(|(before, ..)| *before == 0) {
-        let row = table.find(variable).map(|row| &table.variables[row]);
+        let row = table.find(variable).map(|row| &table.rows[row]);
         if let Some(row) = row.filter(|row| row.role != Role::Input) {
             let _ = writeln!(
                 text,
@@ -277,7 +277,7 @@ mod tests {
             "responses":[{"title":"It runs","calls":3,
             "set":[[0,"GAIN",0.5],[0,"CYCLE",0.1],[0,"STEPS",20.0],[0,"LOCKED",1.0],[2,"ON",1.0]],
             "show":["ON","LEVEL","Q"]}]}"#;
-        serde_json::from_str(json).unwrap()
+        modeldescription::read_table(json).unwrap()
     }
 
     fn recording() -> Recording {

@@ -9,7 +9,7 @@ use fmu::sources::{self, Check, Door, Field, Of, Parts, Subject, TakesEffect, Va
 use host::instance::{Instance, Type};
 use host::library::Library;
 use laws::{Law, Sources};
-use modeldescription::{Interface, Row, Table};
+use modeldescription::Interface;
 use scl::ir::{self, Program, Scalar};
 use scl::machine::{Code, Machine};
 use std::fs;
@@ -31,9 +31,9 @@ pub fn generate(
     let law = laws::read_whole(&rust(workspace, fmu_crate)?, &table.name)?;
     let printed = scl::c::print(&law.program).map_err(anyhow::Error::msg)?;
     let name = |function: usize| scl::c::name(&law.program, function);
-    let variables: Vec<Variable> = table.variables.iter().map(|row| variable(table, row)).collect();
+    let variables: Vec<Variable> = table.rows.iter().map(Variable::from).collect();
     let mut places = Vec::new();
-    for row in &table.variables {
+    for row in &table.rows {
         let path = format!("{}.{}", law.name, row.name);
         let offset = at(&law.program, &path).with_context(|| format!("the law of {} has no {}", law.name, row.name))?;
         places.push((offset, TakesEffect::AtOnce));
@@ -57,7 +57,7 @@ pub fn generate(
         door,
         name: &table.name,
         variables: &variables,
-        cycle: (table.cycle, (table.variables[table.cycle].start * 1000.0).round()),
+        cycle: (table.cycle, (table.rows[table.cycle].start() * 1000.0).round()),
         hash: hash(&interface.guid),
         law: &printed,
         call: &call,
@@ -78,19 +78,6 @@ pub fn generate(
             fields: &fields,
         },
     }))
-}
-
-fn variable(table: &Table, row: &Row) -> Variable {
-    let place = |name: &String| table.variables.iter().position(|other| other.name == *name);
-    Variable {
-        name: row.name.clone(),
-        kind: row.kind,
-        role: row.role,
-        range: (row.min, row.max),
-        start: row.start,
-        is_analog: row.analog,
-        from: row.from.iter().filter_map(place).collect(),
-    }
 }
 
 /// Where a number or a structure lies in the memory.
@@ -171,19 +158,19 @@ impl Subject for OfLibrary<'_> {
     type Error = anyhow::Error;
 
     fn set(&mut self, row: usize, number: f64) -> Result<()> {
-        self.instance.set(Type::from_kind(self.interface.table.variables[row].kind), row as u32, number)
+        self.instance.set(Type::from_kind(self.interface.table.rows[row].kind), row as u32, number)
     }
 
     fn call(&mut self) -> Result<bool> {
         let table = &self.interface.table;
-        let cycle = (table.variables[table.cycle].start * 1000.0).round();
+        let cycle = (table.rows[table.cycle].start() * 1000.0).round();
         self.instance.step(f64::from(self.calls) * cycle / 1000.0, cycle / 1000.0)?;
         self.calls += 1;
         Ok(true)
     }
 
     fn get(&mut self, row: usize) -> Result<f64> {
-        self.instance.get(Type::from_kind(self.interface.table.variables[row].kind), row as u32)
+        self.instance.get(Type::from_kind(self.interface.table.rows[row].kind), row as u32)
     }
 }
 
@@ -215,7 +202,7 @@ impl OfLaw<'_> {
 
     /// The type of a variable in the memory.
     fn ty(&self, row: usize) -> Result<Scalar> {
-        let path = format!("{}.{}", self.law.name, self.interface.table.variables[row].name);
+        let path = format!("{}.{}", self.law.name, self.interface.table.rows[row].name);
         match self.law.program.find(&path) {
             Some((_, ir::Type::Scalar(ty))) => Ok(ty),
             _ => Err(anyhow!("{path} is not a number")),
@@ -227,7 +214,7 @@ impl Subject for OfLaw<'_> {
     type Error = anyhow::Error;
 
     fn set(&mut self, row: usize, number: f64) -> Result<()> {
-        let value = to_value(number, self.interface.table.variables[row].kind).map_err(|range| anyhow!("{range}"))?;
+        let value = to_value(number, self.interface.table.rows[row].kind).map_err(|range| anyhow!("{range}"))?;
         let value = ir::Value::new(self.ty(row)?, ir::Value::of_plc(value).bits());
         self.machine.set(value, self.places[row].0);
         Ok(())
@@ -239,6 +226,6 @@ impl Subject for OfLaw<'_> {
 
     fn get(&mut self, row: usize) -> Result<f64> {
         let value = self.machine.get(self.ty(row)?, self.places[row].0);
-        Ok(number(value.to_plc(self.interface.table.variables[row].kind)))
+        Ok(number(value.to_plc(self.interface.table.rows[row].kind)))
     }
 }

@@ -57,7 +57,7 @@ pub fn files(table: &Table, types: Types, names: Names) -> Result<Files> {
 
 fn terminals(table: &Table, types: Types) -> Result<Vec<Terminal>> {
     let (roles, _) = dialog::read(table)?;
-    let role = |name: &str| table.find(name).map(|row| table.variables[row].role);
+    let role = |name: &str| table.find(name).map(|row| table.rows[row].role);
     let mut terminals: Vec<Terminal> = Vec::new();
     let mut add = |name: &str, member: &str, variable: &str, role: Option<Role>| {
         let Some(role @ (Role::Input | Role::Output)) = role else { return };
@@ -77,13 +77,13 @@ fn terminals(table: &Table, types: Types) -> Result<Vec<Terminal>> {
     for (member, variable) in ["UP", "DOWN"].iter().zip(&roles.pulses) {
         add("PULSES", member, variable, role(variable));
     }
-    let rows = table.variables.iter().map(|row| (row.name.as_str(), (row.kind, row.role)));
+    let rows = table.rows.iter().map(|row| (row.name.as_str(), (row.kind, row.role)));
     // An array is one variable, if the types have arrays.
     for group in grouped(rows, types.has_arrays()) {
         // An element of an array of structures has no place in a terminal's name.
         if let Some((structure, member)) = group.name.split_once('.').filter(|(structure, _)| !structure.contains('['))
         {
-            add(structure, member, &group.name, Some(table.variables[group.rows[0]].role));
+            add(structure, member, &group.name, Some(table.rows[group.rows[0]].role));
         }
     }
     Ok(terminals)

@@ -150,7 +150,7 @@ impl Version {
     pub fn value(self, row: &Row, value: f64) -> f64 {
         let native = self.fmi == Fmi::Three && self.types != Some(Types::Wide);
         match row.kind {
-            Kind::Word if native && !row.analog => f64::from(value as i64 as u16),
+            Kind::Word if native && !row.is_analog => f64::from(value as i64 as u16),
             Kind::Time if native => (value * 1e3).round(),
             Kind::LTime if native => (value * 1e9).round(),
             Kind::DWord if native => f64::from(value as i64 as u32),
@@ -199,20 +199,7 @@ mod tests {
     #[test]
     fn recorded_values_are_those_of_the_types() {
         let wide = Version { types: Some(Types::Wide), ..NATIVE };
-        let row = |kind| Row {
-            name: "X".into(),
-            description: String::new(),
-            help: String::new(),
-            kind,
-            analog: false,
-            role: blocks::Role::Output,
-            start: 0.0,
-            exact: None,
-            min: None,
-            max: None,
-            unit: None,
-            from: Vec::new(),
-        };
+        let row = |kind| Row::new("X", blocks::Role::Output, blocks::Value::zero(kind));
         let of = |version: Version| {
             [Kind::Time, Kind::DWord, Kind::Word, Kind::Int].map(|kind| version.value(&row(kind), -1.0))
         };

@@ -5,11 +5,11 @@ mod markdown;
 use crate::package::reference::{self, Recordings};
 use anyhow::Context;
 use askama::Template;
-use blocks::{Kind, Role};
+use blocks::{Characteristic, Kind, Response, Role, Text};
 use draw::response::{self, Colors, Recording, Sweep};
 use draw::{diagram, plot, text};
 use markdown::Sections;
-use modeldescription::{Characteristic, Response, Row, Table, Text};
+use modeldescription::{Row, Table};
 
 /// What the template shows. `askama` checks templates at compile time, so a page cannot fail on a user's machine.
 #[derive(Template)]
@@ -89,7 +89,7 @@ struct Group<'a> {
 /// A row of the table of variables.
 struct Variable<'a> {
     name: &'a str,
-    kind: &'a str,
+    kind: String,
     unit: String,
     /// The sensible values; empty if the variable declares none.
     range: String,
@@ -112,7 +112,7 @@ pub fn html(
     license: Option<&str>,
     source: Option<&str>,
 ) -> anyhow::Result<String> {
-    let rows = &table.variables;
+    let rows = &table.rows;
     let cycle = &rows[table.cycle];
     let terminals =
         diagram::terminals_of(table, &[Role::Input, Role::Parameter, Role::Fixed, Role::Cycle, Role::Output]);
@@ -157,7 +157,7 @@ pub fn html(
         has_doubles: rows.iter().any(|row| row.kind == Kind::LReal),
         nested: rows.iter().filter(|row| row.name.contains('.')).count(),
         cycle_name: &cycle.name,
-        cycle_start: text::value(cycle, cycle.start),
+        cycle_start: text::value(cycle, cycle.start()),
         mean: table.mean.map(|mean| rows[mean].name.as_str()),
         before_use,
         about_diagram,
@@ -193,8 +193,7 @@ pub fn help(table: &Table, row: &Row) -> anyhow::Result<String> {
         return Ok(String::new());
     }
     // A variable does not link to itself.
-    let others: Vec<&str> =
-        table.variables.iter().map(|of| of.name.as_str()).filter(|name| *name != row.name).collect();
+    let others: Vec<&str> = table.rows.iter().map(|of| of.name.as_str()).filter(|name| *name != row.name).collect();
     markdown::html(&row.help, &others).with_context(|| format!("the help of {}", row.name))
 }
 
@@ -203,7 +202,7 @@ pub fn help(table: &Table, row: &Row) -> anyhow::Result<String> {
 /// # Errors
 /// A formula cannot be rendered.
 pub fn sections(table: &Table, titles: &[&str]) -> anyhow::Result<String> {
-    let names: Vec<&str> = table.variables.iter().map(|row| row.name.as_str()).collect();
+    let names: Vec<&str> = table.rows.iter().map(|row| row.name.as_str()).collect();
     let mut sections = Sections::new(&table.docs);
     let mut html = String::new();
     for title in titles {
@@ -222,7 +221,7 @@ fn section(title: &str, text: &str, names: &[&str]) -> anyhow::Result<Section> {
 
 fn drawing(
     table: &Table,
-    response: &Response,
+    response: &Response<String>,
     recording: &Recording,
     usual: f64,
     colors: &Colors,
@@ -240,7 +239,7 @@ fn drawing(
 
 fn characteristic_drawing(
     table: &Table,
-    characteristic: &Characteristic,
+    characteristic: &Characteristic<String>,
     sweep: &Sweep,
     colors: &Colors,
 ) -> anyhow::Result<Drawing> {
@@ -271,10 +270,10 @@ fn groups<'a>(table: &'a Table) -> anyhow::Result<Vec<Group<'a>>> {
     ];
     let mut groups = Vec::new();
     for (title, roles) in titles {
-        let rows = table.variables.iter().enumerate().filter(|(_, row)| roles.contains(&row.role));
+        let rows = table.rows.iter().enumerate().filter(|(_, row)| roles.contains(&row.role));
         let mut variables =
             rows.map(|(reference, row)| variable(table, reference, row)).collect::<anyhow::Result<Vec<_>>>()?;
-        let texts = (table.variables.len()..).zip(&table.texts).filter(|(_, text)| roles.contains(&text.role));
+        let texts = (table.rows.len()..).zip(&table.texts).filter(|(_, text)| roles.contains(&text.role));
         variables.extend(texts.map(|(reference, text)| text_variable(reference, text)));
         if !variables.is_empty() {
             groups.push(Group { title, variables });
@@ -286,7 +285,7 @@ fn groups<'a>(table: &'a Table) -> anyhow::Result<Vec<Group<'a>>> {
 fn text_variable(reference: usize, text: &Text) -> Variable<'_> {
     Variable {
         name: &text.name,
-        kind: &text.type_name,
+        kind: text.ty.name(),
         unit: String::new(),
         range: String::new(),
         start: if text.role.is_settable() { format!("'{}'", text.start) } else { String::new() },
@@ -304,10 +303,10 @@ fn variable<'a>(table: &Table, reference: usize, row: &'a Row) -> anyhow::Result
     };
     Ok(Variable {
         name: &row.name,
-        kind: row.kind.name(),
+        kind: row.kind.name().into(),
         unit: markdown::shown(row.shown_unit().unwrap_or_default()),
         range,
-        start: if is_set { text::number(row.kind, row.start) } else { String::new() },
+        start: if is_set { text::number(row.kind, row.start()) } else { String::new() },
         description: markdown::shown(description),
         // What is set and read inside another block is explained by that block's own documentation.
         help: if row.name.contains('.') { String::new() } else { help(table, row)? },
@@ -340,7 +339,7 @@ mod tests {
             "responses":[{{"title":"It runs.","calls":2,"set":[],"show":["FLOW","ON"]}}]}}"#,
             rows.join(",")
         );
-        serde_json::from_str(&json).unwrap()
+        modeldescription::read_table(&json).unwrap()
     }
 
     fn recordings(recording: Recording) -> Recordings {
@@ -366,7 +365,7 @@ mod tests {
         assert!(page.contains(
             r##"<td class="name"><a href="#CYCLE">CYCLE</a></td><td>TIME in&nbsp;s</td><td class="number">0.1</td><td><span class="short">About CYCLE &amp; &lt;more&gt;</span> <span class="range">Range ≥ 0.001</span>"##
         ));
-        for row in &table().variables {
+        for row in &table().rows {
             assert!(page.contains(&format!(r#"<tr id="{}">"#, row.name)), "{}", row.name);
         }
     }
@@ -426,7 +425,7 @@ mod tests {
     #[test]
     fn a_range_that_is_only_in_the_description_stands_where_ranges_do() {
         let mut table = table();
-        table.variables[2].description = "Gain; range: GAIN >= FLOW".into();
+        table.rows[2].description = "Gain; range: GAIN >= FLOW".into();
         let page = page_of(&table, &[0]);
         assert!(page.contains(
             r#"<td class="number">2</td><td><span class="short">Gain</span> <span class="range">Range GAIN ≥ FLOW</span></td>"#

@@ -37,7 +37,7 @@ pub fn json<'a>(tables: impl IntoIterator<Item = &'a Table>) -> Result<Vec<u8>> 
 }
 
 fn asset(table: &Table) -> Result<Asset<'_>> {
-    let help = table.variables.iter().filter(|row| !row.help.is_empty());
+    let help = table.rows.iter().filter(|row| !row.help.is_empty());
     Ok(Asset {
         diagram: diagram::svg_with(table, PREFIX).context("the diagram of the block")?,
         help: help.map(|row| Ok((row.name.as_str(), page::help(table, row)?))).collect::<Result<_>>()?,
@@ -64,7 +64,7 @@ mod tests {
             r#"{{"name":"PUMP","docs":"{docs}","cycle":1,"mean":null,"variables":[{}],"responses":[]}}"#,
             rows.join(",")
         );
-        let table: Table = serde_json::from_str(&json).unwrap();
+        let table: Table = modeldescription::read_table(&json).unwrap();
         let assets: Value = serde_json::from_slice(&super::json([&table]).unwrap()).unwrap();
         let pump = &assets["PUMP"];
         assert!(pump["diagram"].as_str().unwrap().starts_with("<svg"));

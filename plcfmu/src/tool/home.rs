@@ -137,23 +137,20 @@ pub struct Collection {
 
 impl Collection {
     /// Sorts the FMUs: controllers, plants, others, by name.
-    ///
-    /// # Errors
-    /// A library's table is damaged.
-    pub fn new(mut fmus: Vec<Known>, starter: Starter) -> Result<Collection> {
+    pub fn new(mut fmus: Vec<Known>, starter: Starter) -> Collection {
         let rank = |part: LoopRole| {
             [LoopRole::Controller, LoopRole::Plant, LoopRole::Other].iter().position(|other| *other == part)
         };
         fmus.sort_by(|a, b| (rank(a.part), &a.name).cmp(&(rank(b.part), &b.name)));
         let mut blocks = BlockType::all();
-        for (known, table) in fmus.iter().filter_map(|known| Some((known, known.table.as_ref()?))) {
+        for table in fmus.iter().filter_map(|known| known.table.as_ref()) {
             if !blocks.iter().any(|block| block.name == table.name) {
-                blocks.push(Arc::new(parameter_file::block(table).with_context(|| known.name.clone())?));
+                blocks.push(Arc::new(BlockType::from(&**table)));
             }
         }
         let is_there = |name: &str| fmus.iter().any(|known| known.name == name && known.table.is_some());
         let loops = tool::known::loops(is_there);
-        Ok(Collection { fmus: fmus.into_iter().map(Arc::new).collect(), blocks, loops, starter })
+        Collection { fmus: fmus.into_iter().map(Arc::new).collect(), blocks, loops, starter }
     }
 
     /// The tables of those that have one.

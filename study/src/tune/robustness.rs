@@ -112,10 +112,10 @@ impl Linear {
             let (roles, _) = dialog::read(table)?;
             let period = roles.pulse_former.first().and_then(|name| table.find(name));
             if let Some(row) = period.filter(|_| is_connected && roles.controller.is_empty()) {
-                let row = &table.variables[row];
+                let row = &table.rows[row];
                 let value = match of_member(job, &member.name).get(&row.name) {
                     Some(Value::Number(value)) => *value,
-                    _ => row.start,
+                    _ => row.start(),
                 };
                 self.period = Some((format!("{}.{}", member.name, row.name), value));
             }
@@ -129,7 +129,7 @@ impl Linear {
         let is_period = || self.period.as_ref().is_some_and(|(name, _)| name == variable);
         let own = own_name(variable, &self.controller.member.name);
         let mut names = roles.controller.iter().chain(roles.pulse_former.first());
-        is_period() || own.is_some_and(|own| own == table.variables[table.cycle].name || names.any(|name| name == own))
+        is_period() || own.is_some_and(|own| own == table.rows[table.cycle].name || names.any(|name| name == own))
     }
 
     /// The loop in manual mode, for identifying the plants. Axes that act after the start are left out of its points:

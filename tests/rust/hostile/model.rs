@@ -1,7 +1,7 @@
 //! The model that every answer is compared with, written from the standard's table of allowed calls and not from the
 //! FMUs' code.
 
-use modeldescription::Text;
+use blocks::Text;
 use std::collections::BTreeMap;
 use tests::{Class, Fmu, Kind, Random, Status};
 
@@ -73,7 +73,7 @@ pub struct Model {
 impl Model {
     /// A new instance.
     pub fn new(fmu: &Fmu) -> Model {
-        let values = fmu.variables.iter().map(|variable| variable.start).collect();
+        let values = fmu.variables.iter().map(|variable| variable.start()).collect();
         let texts = fmu.texts.iter().map(|text| text.start.clone()).collect();
         Model { state: 0, experiment: None, end: 0.0, values, texts, derivatives: BTreeMap::new() }
     }
@@ -125,9 +125,8 @@ pub fn held(kind: Kind, value: f64) -> Option<f64> {
 
 /// Whether a STRING or WSTRING holds a text: a STRING has characters of one byte, a WSTRING such of two.
 pub fn holds(text: &Text, given: &str) -> bool {
-    let (name, length) = text.type_name.trim_end_matches(']').split_once('[').unwrap();
     let units = given.encode_utf16().count();
-    units <= length.parse().unwrap() && (name == "WSTRING" || given.chars().all(|it| it <= '\u{ff}'))
+    units <= text.ty.most.into() && (text.ty.is_wide || given.chars().all(|it| it <= '\u{ff}'))
 }
 
 /// Whether a variable of this PLC type belongs to `fmi2GetReal`, `fmi2SetBoolean` and so on.

@@ -1,11 +1,11 @@
 //! The page of a preset: that of its block, with a section on the start values at the top.
 
 use anyhow::Context;
-use blocks::Value;
 use blocks::table::number::number;
+use blocks::{Row, Value};
 use draw::escape::Text;
 use modeldescription::digits;
-use parameters::{Loop, Member, Origin};
+use parameters::{Loop, Origin};
 use std::fmt::{self, Write};
 
 /// Comments in the page between which the section of a preset goes.
@@ -78,7 +78,7 @@ fn replaced(page: &str, (begin, end): (&str, &str), text: &str) -> anyhow::Resul
     parts().with_context(|| format!("it has no {begin:?} and {end:?}"))
 }
 
-fn shown(member: &Member, value: Value) -> String {
+fn shown(member: &Row, value: Value) -> String {
     digits::number(member.kind, number(value))
 }
 
@@ -96,23 +96,17 @@ fn origin(origin: &Origin) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use blocks::{Kind, Role};
-    use parameters::{BlockType, VariableOwner};
+    use blocks::Role;
+    use parameters::BlockType;
     use std::sync::Arc;
 
     fn values() -> Loop {
-        let member = |name: &str, kind, start| Member {
-            name: name.into(),
+        let member = |name: &str, start| Row {
             description: "Flow & more".into(),
-            kind,
-            role: Role::Parameter,
-            start,
-            min: None,
-            max: None,
             unit: Some("l/min".into()),
-            part: VariableOwner::Own,
+            ..Row::new(name, Role::Parameter, start)
         };
-        let members = vec![member("FLOW", Kind::Real, Value::Real(1.5)), member("ON", Kind::Bool, Value::Bool(false))];
+        let members = vec![member("FLOW", Value::Real(1.5)), member("ON", Value::Bool(false))];
         let mut values = Loop::new("P1", Arc::new(BlockType::new("PUMP".into(), Vec::new(), members)));
         let origin = Origin::Text { file: "/home/a/plant <1>.awl".into(), line: 7, column: 3, span: 0..0 };
         values.set(0, Value::Real(0.1), origin);

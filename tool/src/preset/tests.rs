@@ -1,7 +1,7 @@
 use super::*;
 use blocks::Role;
 use modeldescription::Interface;
-use parameters::{Member, Origin};
+use parameters::Origin;
 use std::sync::Arc;
 
 /// What the library of a small block tells of it.
@@ -13,8 +13,8 @@ const TABLE: &str = r#"{"table":{"name":"PUMP","docs":"Pumps.","cycle":1,"variab
 
 fn values() -> parameters::Loop {
     let members = vec![
-        Member::new("FLOW", Role::Input, Value::Real(1.0)),
-        Member::new("CYCLE", Role::Cycle, Value::Time(blocks::Time::ms(1000))),
+        Row::new("FLOW", Role::Input, Value::Real(1.0)),
+        Row::new("CYCLE", Role::Cycle, Value::Time(blocks::Time::ms(1000))),
     ];
     let mut values = parameters::Loop::new("P 1", Arc::new(BlockType::new("PUMP".into(), Vec::new(), members)));
     values.set(0, Value::Real(7.5), Origin::Default);

@@ -14,11 +14,11 @@ pub fn dialog(home: &dyn Home, table: &Table, blocks: &[CodeBlock], parts: &[Ins
     let Some(roles) = roles(home, table, blocks, parts) else { return String::new() };
     let is_plain = |row: &&Row| !row.name.contains(',');
     let names = |is_of: fn(Role) -> bool| {
-        let rows = table.variables.iter().filter(|row| is_of(row.role));
+        let rows = table.rows.iter().filter(|row| is_of(row.role));
         rows.map(|row| row.name.as_str()).collect::<Vec<_>>()
     };
     // Commas are between the names of a dialog.
-    if !table.variables.iter().all(|row| is_plain(&row)) {
+    if !table.rows.iter().all(|row| is_plain(&row)) {
         return String::new();
     }
     let mut text = String::from("\n```dialog\n");
@@ -65,7 +65,7 @@ fn through(table: &Table, call: &Called, of_native: &Roles) -> Roles {
     let passed = |formal: &Option<String>, is: fn(Role) -> bool| {
         let formal = formal.as_ref()?;
         let actual = call.arguments.iter().find(|of| of.formal.eq_ignore_ascii_case(formal))?.path.as_ref()?;
-        let row = table.variables.iter().find(|row| row.name.eq_ignore_ascii_case(actual))?;
+        let row = table.rows.iter().find(|row| row.name.eq_ignore_ascii_case(actual))?;
         is(row.role).then(|| row.name.clone())
     };
     let settable = |formal: &Option<String>| passed(formal, Role::is_settable);
@@ -76,7 +76,7 @@ fn through(table: &Table, call: &Called, of_native: &Roles) -> Roles {
     // Many programs switch the mode themselves.
     let switch =
         of_native.manual.as_ref().filter(|_| manual.is_none()).map(|(on, _)| format!("{}.{on}", call.instance));
-    let switch = switch.and_then(|name| table.variables.iter().find(|row| row.name.eq_ignore_ascii_case(&name)));
+    let switch = switch.and_then(|name| table.rows.iter().find(|row| row.name.eq_ignore_ascii_case(&name)));
     let process_value = passed(&of_native.process_value, |role| role == Role::Input);
     Roles {
         // A ramp or a choice of setpoints is often between the program's setpoint and the controller's.
@@ -97,5 +97,5 @@ fn named_setpoint(table: &Table) -> Option<String> {
         small.contains("setpoint") || small.contains("sollwert") || name.ends_with("Sp") || name.ends_with("SP")
     };
     let is_number = |row: &&Row| row.role.is_settable() && matches!(row.kind, Kind::Real | Kind::LReal);
-    table.variables.iter().filter(is_number).find(|row| is_setpoint(&row.name)).map(|row| row.name.clone())
+    table.rows.iter().filter(is_number).find(|row| is_setpoint(&row.name)).map(|row| row.name.clone())
 }

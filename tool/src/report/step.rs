@@ -91,7 +91,7 @@ fn manipulated(record: &Record, controller: &Controller, column: usize, call: us
 fn in_force(home: &dyn Fmus, record: &Record, own: &Member, call: usize) -> Result<(Controller, Values)> {
     let mut controller = Controller::new(home, own)?;
     let mut values = own.values.clone();
-    for variable in controller.table.variables.iter().filter(|variable| variable.role.is_settable()) {
+    for variable in controller.table.rows.iter().filter(|variable| variable.role.is_settable()) {
         let column = record.column(&format!("{}.{}", own.name, variable.name))?;
         let value = record.trace().get(column, call);
         let value = match record.columns()[column].kind {

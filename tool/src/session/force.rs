@@ -96,7 +96,7 @@ impl Wired {
         }
         let table = self.tables[reference.member].as_deref();
         let value = fitting(table, &reference, name, value)?;
-        let row = table.and_then(|table| table.variables.iter().find(|row| row.name == reference.variable.name));
+        let row = table.and_then(|table| table.rows.iter().find(|row| row.name == reference.variable.name));
         let row = row.with_context(|| {
             format!("{name} cannot be forced: it is one of an FMU, which only its inputs can be set of")
         })?;

@@ -126,9 +126,7 @@ mod tests {
             instance.enter_initialization().unwrap();
             instance.exit_initialization().unwrap();
             instance.step(0.0, description.default_experiment.unwrap().step_size.unwrap()).unwrap();
-            for (variable, row) in
-                description.variables.iter().zip(&home.table(&entry.name).unwrap().unwrap().variables)
-            {
+            for (variable, row) in description.variables.iter().zip(&home.table(&entry.name).unwrap().unwrap().rows) {
                 let kind = match row.kind {
                     blocks::Kind::Bool => Type::Boolean,
                     blocks::Kind::Int | blocks::Kind::Word => Type::Integer,

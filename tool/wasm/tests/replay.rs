@@ -361,7 +361,7 @@ fn tape(fmu: &str, values: &[(&str, f64)], calls: usize, inputs: &[(&str, Course
     block.enter_initialization().unwrap();
     block.exit_initialization().unwrap();
     let table = home.table(fmu).unwrap().unwrap();
-    let (cycle, mut now) = (&table.variables[table.cycle].name, [0.0]);
+    let (cycle, mut now) = (&table.rows[table.cycle].name, [0.0]);
     block.read(find(cycle).0, &[find(cycle).1], &mut now).unwrap();
     let cycle = now[0];
     let names: Vec<&str> = inputs.iter().map(|(name, _)| *name).chain(outputs.iter().copied()).collect();

@@ -243,7 +243,7 @@ fn each_input_and_output_of_a_block_is_in_its_fmu_or_a_message_names_it() {
             assert_eq!(reference(&of, name).map(|(_, causality)| causality), Some(Local), "{name}\n{text}");
         }
         let mut program = program::Program::new(of.loaded.clone());
-        let rows = of.interface.table.variables.len();
+        let rows = of.interface.table.rows.len();
         for (number, (input, output, leaf)) in pairs.iter().enumerate() {
             for Expected { name, causality } in [input, output] {
                 let found = reference(&of, name);

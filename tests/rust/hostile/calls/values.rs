@@ -93,7 +93,7 @@ impl Host<'_> {
     /// Values to set, as Reals and as Integers or Booleans: mostly such that fit, so that something is set.
     fn values(&self, turn: &mut Turn, references: &[u32]) -> (Vec<f64>, Vec<c_int>) {
         let random = &mut *turn.random;
-        let start = |reference: &u32| self.fmu.variables.get(*reference as usize).map_or(0.0, |row| row.start);
+        let start = |reference: &u32| self.fmu.variables.get(*reference as usize).map_or(0.0, |row| row.start());
         let reals = references
             .iter()
             .map(|reference| match random.below(4) {

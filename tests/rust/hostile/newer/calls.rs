@@ -179,7 +179,7 @@ impl Host<'_> {
 
     fn is_of(&self, reference: u32, name: &str) -> bool {
         let row = self.fmu.variables.get(reference as usize);
-        row.is_some_and(|row| self.types.host_type(row.kind, row.analog) == &name["fmi3Get".len()..])
+        row.is_some_and(|row| self.types.host_type(row.kind, row.is_analog) == &name["fmi3Get".len()..])
     }
 
     fn get<T: Typed>(&self, turn: &mut Turn) -> Answer {

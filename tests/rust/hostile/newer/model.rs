@@ -3,6 +3,7 @@
 use crate::model::held as held_of_2;
 use crate::newer::typed::Number;
 use blocks::Types;
+use blocks::table::number::exact;
 use modeldescription::Row;
 use tests::{Fmu, Kind, Role};
 
@@ -129,13 +130,11 @@ impl Model {
 
 /// A start value in the variable's own type.
 fn start(row: &Row, types: Types) -> Number {
-    let whole = row.exact.unwrap_or(row.start as i128);
+    let whole = exact(row.start).unwrap_or(row.start() as i128);
     match (types, row.kind) {
-        _ if types.host_type(row.kind, row.analog).starts_with("Float") => Number::Float(row.start),
-        (_, Kind::Time) => Number::Whole(row.exact.unwrap_or((row.start * 1e3).round() as i128)),
-        (_, Kind::LTime) => Number::Whole(row.exact.unwrap_or((row.start * 1e9).round() as i128)),
+        _ if types.host_type(row.kind, row.is_analog).starts_with("Float") => Number::Float(row.start()),
         // The start value of a word has a sign, as in FMI 2.0.
-        (Types::Native, Kind::Word) if !row.analog => Number::Whole(i128::from(whole as u16)),
+        (Types::Native, Kind::Word) if !row.is_analog => Number::Whole(i128::from(whole as u16)),
         (Types::Native, Kind::DWord) => Number::Whole(i128::from(whole as u32)),
         (_, Kind::LWord) => Number::Whole(i128::from(whole as u64)),
         _ => Number::Whole(whole),
