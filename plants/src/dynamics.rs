@@ -166,22 +166,10 @@ impl Lags {
         seconds: LReal,
     ) -> [LReal; 2] {
         let is_time = seconds > 0.0;
-        // In a lane the result is computed unconditionally and then discarded, because a vectorized loop cannot exit
-        // early.
-        if !is_time && !self.ways.is_in_lane() {
-            return values;
-        }
-        let ways = self
-            .ways
-            .get_or_compute([first, second, seconds], |[first, second, seconds]| Ways::new([first, second], seconds));
+        let compute = |[first, second, seconds]: [LReal; 3]| Ways::new([first, second], seconds);
+        let Some(ways) = self.ways.get_if(is_time, [first, second, seconds], compute) else { return values };
         let after = ways.from(values, target);
         if is_time { after } else { values }
-    }
-
-    /// Whether [`step`](Lags::step) with these arguments recomputes nothing that is cached.
-    #[inline(always)]
-    pub fn are_steady(&self, [first, second]: [LReal; 2], seconds: LReal) -> bool {
-        (seconds <= 0.0) | seconds.is_nan() | self.ways.get([first, second, seconds]).1
     }
 }
 

@@ -270,19 +270,6 @@ impl Law for Heater {
         let temperatures = lags_after.step(temperatures, target(power_after), time_constants, second);
         self.show(temperatures);
     }
-
-    #[inline(always)]
-    fn is_steady(&self) -> bool {
-        let ([_, furn_tm], is_loss_steady) = self.memory.loss.get([self.door, self.door_loss, self.furn_tm]);
-        let ([first, second], is_delay_steady) = self.memory.power.durations(self.delay_tm, self.cycle);
-        let time_constants = [furn_tm, self.sens_tm];
-        let [lags, lags_after] = &self.memory.lags;
-        // All conditions are evaluated without short-circuiting, so that the compiler can vectorize it.
-        is_loss_steady
-            & is_delay_steady
-            & lags.are_steady(time_constants, first)
-            & lags_after.are_steady(time_constants, second)
-    }
 }
 
 impl Heater {

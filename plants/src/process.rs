@@ -277,13 +277,6 @@ impl Law for Process {
         }
         self.show(if self.integ { pv } else { self.pv_0 + self.memory.x2 });
     }
-
-    #[inline(always)]
-    fn is_steady(&self) -> bool {
-        let ([first, second], is_delay_steady) = self.memory.u.durations(self.dead_tm, self.cycle);
-        let [lags, lags_after] = &self.memory.lags;
-        is_delay_steady & lags.are_steady([self.t1, self.t2], first) & lags_after.are_steady([self.t1, self.t2], second)
-    }
 }
 
 /// Returns the part of the integral that a lag holds back while its output changes by `change`.

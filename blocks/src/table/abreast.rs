@@ -6,8 +6,8 @@
 //! (IEEE 754), so the results are identical to the last bit.
 //!
 //! This works if the law is a computation with conditions, without loops over memory and with all functions inlined. A
-//! call that occasionally does more, such as recomputing an exponential after a setting has changed, must report this
-//! beforehand ([`Law::is_steady`](crate::Law::is_steady)), and is then made separately.
+//! call that occasionally does more, such as recomputing an exponential after a setting has changed, leaves that out and
+//! says so ([`Lane::is_steady`]); it is then made separately.
 
 use crate::table::{Time, Word};
 use std::array::from_fn;
@@ -93,6 +93,12 @@ pub trait Lane: Sized {
     /// Loads the parts of the value that a steady call needs.
     fn load(lanes: &Self::Lanes, lane: usize) -> Self;
 
+    /// Whether the call just made left nothing out.
+    #[inline(always)]
+    fn is_steady(&self) -> bool {
+        true
+    }
+
     /// Stores the parts that a call may have changed, if the call was steady.
     fn store(self, lanes: &mut Self::Lanes, lane: usize, is_steady: bool);
 
@@ -164,6 +170,11 @@ impl<T: Lane, const N: usize> Lane for [T; N] {
     #[inline(always)]
     fn load(lanes: &Self::Lanes, lane: usize) -> Self {
         from_fn(|place| T::load(&lanes[place], lane))
+    }
+
+    #[inline(always)]
+    fn is_steady(&self) -> bool {
+        self.iter().fold(true, |is_steady, value| is_steady & value.is_steady())
     }
 
     #[inline(always)]
@@ -245,6 +256,11 @@ macro_rules! lane {
                 }
 
                 #[inline(always)]
+                fn is_steady(&self) -> bool {
+                    true $( & <$Type as Lane>::is_steady(&self.$field) )*
+                }
+
+                #[inline(always)]
                 fn store(self, lanes: &mut Lanes, lane: usize, is_steady: bool) {
                     $( $crate::lane!(@store $($section)? $Type, self.$field, &mut lanes.$field, lane, is_steady); )*
                 }
@@ -272,7 +288,7 @@ pub struct Lanes<B: Lane> {
     count: usize,
 }
 
-impl<B: Lane + crate::Law> Abreast<B> for Lanes<B> {
+impl<B: Lane> Abreast<B> for Lanes<B> {
     fn from_blocks(blocks: Vec<B>) -> Lanes<B> {
         let (mut lanes, count) = (B::lanes(), blocks.len());
         assert!(count <= LANES, "there are more blocks than lanes");
@@ -290,8 +306,8 @@ impl<B: Lane + crate::Law> Abreast<B> for Lanes<B> {
         // Runs over all lanes, because the compiler needs a fixed count; the contents after the last block are ignored.
         for lane in 0..LANES {
             let mut block = B::load(&self.lanes, lane);
-            let is_steady = block.is_steady();
             call(&mut block);
+            let is_steady = block.is_steady();
             block.store(&mut self.lanes, lane, is_steady);
             is_steady.put(&mut steady, lane);
         }

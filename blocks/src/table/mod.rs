@@ -120,13 +120,6 @@ pub trait Law {
     /// Performs one call, as in a cyclic interrupt: reads inputs and parameters, writes outputs and memory.
     fn call(&mut self);
 
-    /// Whether the compiler can vectorize the next call for several blocks, see [`abreast`]: the call recomputes
-    /// nothing that it caches. Only used in lanes. There, [`call`](Law::call) runs in any case, and its result is
-    /// discarded for a block that is not steady: it must not panic.
-    fn is_steady(&self) -> bool {
-        true
-    }
-
     /// Rejects parameters with which the block cannot run; called once, before the restart.
     ///
     /// # Errors

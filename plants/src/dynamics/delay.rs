@@ -112,14 +112,6 @@ impl Delay {
         [(back.durations[0], out[0]), (back.durations[1], out[1])]
     }
 
-    /// Returns the durations of a [`step`](Delay::step) with these arguments, and whether it recomputes nothing that is
-    /// cached.
-    #[inline(always)]
-    pub fn durations(&self, delay: LReal, cycle: Time) -> ([LReal; 2], bool) {
-        let (back, is_steady) = self.back.get(self.numbers(delay, cycle));
-        (back.durations, is_steady)
-    }
-
     /// Returns the numbers that determine the position of the output.
     #[inline(always)]
     fn numbers(&self, delay: LReal, cycle: Time) -> [LReal; 3] {
@@ -220,6 +212,11 @@ impl Lane for Delay {
     fn load(lanes: &Lanes, lane: usize) -> Delay {
         let (back, ends) = (Kept::load(&lanes.back, lane), Ends::load(&lanes.ends, lane));
         Delay { line: Vec::new(), next: 0, back, ends: Some(ends) }
+    }
+
+    #[inline(always)]
+    fn is_steady(&self) -> bool {
+        self.back.is_steady()
     }
 
     #[inline(always)]

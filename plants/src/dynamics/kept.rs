@@ -23,9 +23,10 @@ pub struct Kept<const N: usize, T> {
     value: T,
     /// Whether there is a value.
     is_there: bool,
-    /// Whether the value is up to date without a check: in a lane, it is used only in steady calls, which have compared
-    /// the numbers beforehand.
-    is_sure: bool,
+    /// Whether it is in a lane. There it computes nothing and says afterwards whether its value was that of the numbers.
+    is_in_lane: bool,
+    /// Whether the value in a lane was that of other numbers.
+    is_stale: bool,
 }
 
 impl<const N: usize, T: Copy> Kept<N, T> {
@@ -33,28 +34,29 @@ impl<const N: usize, T: Copy> Kept<N, T> {
     /// nothing else; always pass the same function for a given instance.
     #[inline(always)]
     pub fn get_or_compute(&mut self, numbers: [LReal; N], compute: fn([LReal; N]) -> T) -> T {
-        let is_kept = self.is_sure || self.is_there && (0..N).all(|place| self.is_same(place, numbers));
-        if is_kept { self.value } else { self.compute(numbers, compute) }
+        self.get_if(true, numbers, compute).unwrap_or(self.value)
     }
 
-    /// Returns the cached value, and whether it belongs to these numbers.
+    /// Like [`Kept::get_or_compute`] where the value `is_needed`. Elsewhere returns `None`, or any value.
     #[inline(always)]
-    pub fn get(&self, numbers: [LReal; N]) -> (T, bool) {
-        // Compares all numbers without short-circuiting, so that the compiler can vectorize it.
-        let is_of = (0..N).fold(self.is_there, |is_of, place| is_of & self.is_same(place, numbers));
-        (self.value, is_of)
+    pub(super) fn get_if(&mut self, is_needed: bool, numbers: [LReal; N], compute: fn([LReal; N]) -> T) -> Option<T> {
+        if self.is_in_lane {
+            // Without a branch, so that the compiler can vectorize it.
+            let is_kept = (0..N).fold(self.is_there, |is_kept, place| is_kept & self.is_same(place, numbers));
+            self.is_stale |= is_needed & !is_kept;
+            return Some(self.value);
+        }
+        if !is_needed {
+            return None;
+        }
+        let is_kept = self.is_there && (0..N).all(|place| self.is_same(place, numbers));
+        Some(if is_kept { self.value } else { self.compute(numbers, compute) })
     }
 
     /// Returns the value for the last numbers, if there were any.
     #[inline(always)]
     pub fn last(&self) -> Option<T> {
         self.is_there.then_some(self.value)
-    }
-
-    /// Whether the value is in a lane.
-    #[inline(always)]
-    pub(super) fn is_in_lane(&self) -> bool {
-        self.is_sure
     }
 
     #[inline(always)]
@@ -66,7 +68,7 @@ impl<const N: usize, T: Copy> Kept<N, T> {
     #[cold]
     fn compute(&mut self, numbers: [LReal; N], compute: fn([LReal; N]) -> T) -> T {
         let value = compute(numbers);
-        *self = Kept { from: numbers, value, is_there: true, is_sure: false };
+        *self = Kept { from: numbers, value, is_there: true, ..*self };
         value
     }
 }
@@ -74,7 +76,7 @@ impl<const N: usize, T: Copy> Kept<N, T> {
 impl<const N: usize, T: Default> Default for Kept<N, T> {
     /// Creates an empty cache.
     fn default() -> Self {
-        Kept { from: [0.0; N], value: T::default(), is_there: false, is_sure: false }
+        Kept { from: [0.0; N], value: T::default(), is_there: false, is_in_lane: false, is_stale: false }
     }
 }
 
@@ -108,13 +110,19 @@ impl<const N: usize, T: Copy + Lane> Lane for Kept<N, T> {
     }
 
     fn take(lanes: &mut Self::Lanes, lane: usize) -> Self {
-        Kept { is_sure: false, ..Self::load(lanes, lane) }
+        Kept { is_in_lane: false, ..Self::load(lanes, lane) }
     }
 
     #[inline(always)]
     fn load((from, value, is_there): &Self::Lanes, lane: usize) -> Self {
         let is_there = Lane::load(is_there, lane);
-        Kept { from: Lane::load(from, lane), value: Lane::load(value, lane), is_there, is_sure: true }
+        let (from, value) = (Lane::load(from, lane), Lane::load(value, lane));
+        Kept { from, value, is_there, is_in_lane: true, is_stale: false }
+    }
+
+    #[inline(always)]
+    fn is_steady(&self) -> bool {
+        !self.is_stale
     }
 
     #[inline(always)]
