@@ -1,14 +1,7 @@
 //! What an instance calls every CYCLE: a block whose table is compiled in, or a program whose table is known at run time only.
 
 use crate::layout::Layout;
-use blocks::table::Abreast;
 use blocks::{Block, LReal, Real, StaticTable, Stored, Table, TableText, Time, Value};
-
-/// As [`blocks::table::Reader`].
-pub type Reader<B> = fn(&<B as Cyclic>::Abreast, &mut [f64]);
-
-/// As [`blocks::table::Writer`].
-pub type Writer<B> = fn(&mut <B as Cyclic>::Abreast, &[f64]) -> bool;
 
 macro_rules! cyclic {
     ($( $(#[$doc:meta])* fn $this:ident.$name:ident($($receiver:tt)+) ($($argument:ident: $type:ty),*) $(-> $result:ty)? = $Trait:ident; )*) => {
@@ -27,9 +20,6 @@ macro_rules! cyclic {
             /// As [`blocks::Law::HOLDS_INPUTS`].
             const HOLDS_INPUTS: bool = false;
 
-            /// As [`Block::Abreast`].
-            type Abreast: Abreast<Self>;
-
             /// The text of its table, which is compiled in or made at run time.
             type Text: TableText;
 
@@ -46,14 +36,6 @@ macro_rules! cyclic {
             /// What the user should know of the calls since the last time that this was asked.
             fn take_warnings(&mut self) -> Vec<String> {
                 Vec::new()
-            }
-            /// As [`Block::reader`]; `None` in a program.
-            fn reader(_row: usize) -> Option<Reader<Self>> {
-                None
-            }
-            /// As [`Block::writer`]; `None` in a program.
-            fn writer(_row: usize) -> Option<Writer<Self>> {
-                None
             }
             /// The text of this number in the table.
             fn text(&self, _number: usize) -> Option<String> {
@@ -73,21 +55,11 @@ macro_rules! cyclic {
 
             const HOLDS_INPUTS: bool = <B as blocks::Law>::HOLDS_INPUTS;
 
-            type Abreast = B::Abreast;
-
             type Text = &'static str;
 
             #[inline(always)]
             fn table(&self) -> &StaticTable {
                 B::TABLE
-            }
-
-            fn reader(row: usize) -> Option<Reader<Self>> {
-                <B as Block>::reader(row)
-            }
-
-            fn writer(row: usize) -> Option<Writer<Self>> {
-                <B as Block>::writer(row)
             }
 
             fn store(&self, bytes: &mut Vec<u8>) {

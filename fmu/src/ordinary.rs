@@ -10,7 +10,7 @@
 //! | [`HostType::get_ordinary`], [`HostType::set_ordinary`] | [`Instance::get`](crate::instance::Instance::get), [`Instance::set`](crate::instance::Instance::set) |
 //! | [`Session::make_ordinary_step`] | [`Session::step`] |
 //! | [`Session::make_ordinary_step_between_events`] | [`Session::step_between_events`] |
-//! | [`Abreast`](crate::abreast::Abreast), of several instances at once | all of these |
+//! | [`call_once`](crate::abreast::call_once), for several instances at once | all of these |
 //! | [`Clock::make_ordinary_step`], [`Clock::check_and_make_ordinary_step`], [`Clock::make_step_between_calls`] | [`Clock::advance`] |
 
 use crate::clock::{Clock, MOST_DRIFT, RESOLUTION, ROUNDINGS, SAME};
@@ -349,7 +349,7 @@ impl Clock {
 
     /// The ordinary step holds one call: that at its begin.
     #[inline]
-    pub(crate) fn is_ordinary(&self, tc: f64, h: f64) -> bool {
+    pub fn is_ordinary(&self, tc: f64, h: f64) -> bool {
         self.next == self.tick && self.is_from_tick_to_tick(tc, h)
     }
 

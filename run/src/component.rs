@@ -143,13 +143,8 @@ pub trait Component {
     fn leave_events(&mut self) -> Result<()> {
         bail!("it has no Event Mode")
     }
-    /// The component as a candidate for [`abreast`](Component::abreast); `None`, the default, if that is not supported.
-    fn any(&mut self) -> Option<&mut dyn Any> {
-        None
-    }
-    /// Combines this component and others of the same kind, one from each of several runs, so that they make ordinary
-    /// steps side by side; `None`, the default, if that is not supported.
-    fn abreast<'a>(&'a mut self, _others: Vec<&'a mut dyn Any>, _wiring: &Wiring) -> Option<Box<dyn Abreast + 'a>> {
+    /// The component as one of several that step side by side; `None`, the default, if that is not supported.
+    fn side(&mut self) -> Option<Side<'_>> {
         None
     }
     /// Ends the simulation.
@@ -158,6 +153,18 @@ pub trait Component {
     /// The FMU refuses.
     fn terminate(&mut self) -> Result<()>;
 }
+
+/// A component, and the function that combines it with others.
+pub struct Side<'a> {
+    /// The component.
+    pub component: &'a mut dyn Any,
+    /// Combines components of its kind.
+    pub combine: Combine,
+}
+
+/// Combines components of one kind, one from each of several runs, so that they make ordinary steps side by side; `None` if they
+/// cannot.
+pub type Combine = for<'a> fn(Vec<&'a mut dyn Any>, &Wiring) -> Option<Box<dyn Abreast + 'a>>;
 
 /// A member from each of several runs, making the same steps side by side.
 pub trait Abreast {
@@ -212,16 +219,8 @@ macro_rules! forward_component {
                 $crate::component::Component::update($target)
             }
 
-            fn any(&mut $self) -> Option<&mut dyn std::any::Any> {
-                $crate::component::Component::any($target)
-            }
-
-            fn abreast<'abreast>(
-                &'abreast mut $self,
-                others: Vec<&'abreast mut dyn std::any::Any>,
-                wiring: &$crate::component::Wiring,
-            ) -> Option<Box<dyn $crate::component::Abreast + 'abreast>> {
-                $crate::component::Component::abreast($target, others, wiring)
+            fn side(&mut $self) -> Option<$crate::component::Side<'_>> {
+                $crate::component::Component::side($target)
             }
         }
     };

@@ -427,7 +427,7 @@ impl<C: Reset> Executor<C> {
         let mut is_abreast = true;
         while is_abreast && runs.iter().any(|run| run.steps() < experiment.plan.steps) {
             let record = |column: usize, values: &[f64]| columns.push(column, values, traces);
-            is_abreast = Run::steps_abreast(&mut runs, &experiment.plan, record)?.is_some();
+            is_abreast = Run::steps_abreast(&mut runs, &experiment.plan, record)?;
             columns.finish(traces);
             // The remaining steps are run one by one: a step at which something is set, or all of them.
             for ((run, point), traces) in runs.iter_mut().zip(points).zip(&mut *traces) {

@@ -5,6 +5,7 @@
 //! the blocks are linked in as WebAssembly; the other is the command, which steps FMUs through their C interface. Both compute
 //! the same bits.
 
+mod abreast;
 mod chain;
 pub mod connect;
 pub mod describe;

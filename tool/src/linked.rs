@@ -1,25 +1,21 @@
 //! An instance of a block or program that runs in this program, without a C interface. It goes through the same checks as an
 //! instance behind one, and what it says has the same words.
 
+use crate::abreast;
 use anyhow::{Context, Result, anyhow, ensure};
 use blocks::table::number::to_value;
-use blocks::{Block, Role, Value};
-use fmu::abreast;
+use blocks::{Block, Value};
+use fmu::clock::Clock;
 use fmu::component::{self, Fresh, Origin};
-use fmu::cyclic::{Cyclic, Reader, Writer};
+use fmu::cyclic::Cyclic;
 use fmu::host_type::HostType;
 use fmu::refusal::Refusal;
 use fmu::state::Function;
 use fmu::table::Fingerprint;
 use fmu::v2::value::Boolean;
 use fmu::v2::{Fmi2, status_name};
-use run::component::{Abreast, Component, Force, Reset, Type, Wiring};
-use std::any::Any;
+use run::component::{Combine, Component, Force, Reset, Side, Type};
 use std::ffi::c_int;
-use std::iter;
-
-/// Fewer instances are faster one by one: side by side, lanes cost the same whether something is in them or not.
-const FEWEST: usize = 4;
 
 /// An instance.
 pub struct Instance<B> {
@@ -29,6 +25,8 @@ pub struct Instance<B> {
     booleans: Vec<Boolean>,
     /// The rows that are forced, with their values.
     forced: Vec<(usize, Value)>,
+    /// Combines it with those of other runs. A program has none.
+    combine: Option<Combine>,
 }
 
 impl<B: Block> Instance<B> {
@@ -37,7 +35,10 @@ impl<B: Block> Instance<B> {
     /// # Errors
     /// The name is empty or contains a NUL.
     pub fn new(name: &str) -> Result<Instance<B>> {
-        Instance::from_origin(name, Origin { hash: Fingerprint::<B>::HASH, form: 0, fresh: Fresh::New(B::default) })
+        let origin = Origin { hash: Fingerprint::<B>::HASH, form: 0, fresh: Fresh::New(B::default) };
+        // The page is small rather than fast: functions for each variable of each block would be a fiftieth of it.
+        let combine = if cfg!(target_family = "wasm") { None } else { Some(abreast::combine::<B> as Combine) };
+        Ok(Instance { combine, ..Instance::from_origin(name, origin)? })
     }
 }
 
@@ -52,12 +53,18 @@ impl<B: Cyclic> Instance<B> {
             "{name:?} is empty or contains a NUL: give the instance a name"
         );
         let component = component::Component::new(origin, true);
-        Ok(Instance { component, integers: Vec::new(), booleans: Vec::new(), forced: Vec::new() })
+        Ok(Instance { component, integers: Vec::new(), booleans: Vec::new(), forced: Vec::new(), combine: None })
     }
 
     /// What it calls, with its present values.
     pub fn block(&self) -> &B {
         self.component.instance.block()
+    }
+
+    /// The block and the clock, if the next step may be an ordinary one.
+    pub(crate) fn ordinary_parts(&mut self) -> Option<(&mut B, &mut Clock)> {
+        let instance = &mut self.component.instance;
+        if instance.may(&Function::fmi2DoStep).is_ok() { instance.ordinary_parts() } else { None }
     }
 
     /// What the user should know of the last step although it succeeded.
@@ -202,32 +209,8 @@ impl<B: Cyclic> Component for Instance<B> {
         done
     }
 
-    fn any(&mut self) -> Option<&mut dyn Any> {
-        Some(self)
-    }
-
-    fn abreast<'a>(&'a mut self, others: Vec<&'a mut dyn Any>, wiring: &Wiring) -> Option<Box<dyn Abreast + 'a>> {
-        // The page is small rather than fast: functions for each variable of each block would be a fiftieth of it.
-        if cfg!(target_family = "wasm") || others.len() + 1 < FEWEST {
-            return None;
-        }
-        let rows = &self.block().table().rows;
-        let writer = |(reference, source): (&u32, &usize)| {
-            let row = rows.get(*reference as usize)?;
-            let is_tunable = matches!(row.role, Role::Input | Role::Parameter);
-            Some((B::writer(*reference as usize).filter(|_| is_tunable)?, *source))
-        };
-        let reader = |(reference, place): (&u32, usize)| Some((B::reader(*reference as usize)?, place));
-        let inputs = wiring.written.iter().flat_map(|of| of.references.iter().zip(&of.sources)).map(writer);
-        let outputs = wiring.read.iter().flat_map(|of| of.references.iter().zip(of.places.clone())).map(reader);
-        let (inputs, outputs) = (inputs.collect::<Option<_>>()?, outputs.collect::<Option<_>>()?);
-        let others = others.into_iter().map(<dyn Any>::downcast_mut::<Instance<B>>).collect::<Option<Vec<_>>>()?;
-        let instances = iter::once(self).chain(others).map(|of| {
-            let instance = &mut of.component.instance;
-            instance.may(&Function::fmi2DoStep).is_ok().then_some(instance)
-        });
-        let instances = abreast::Abreast::new(instances.collect::<Option<Vec<_>>>()?)?;
-        Some(Box::new(Lanes { instances, inputs, outputs }))
+    fn side(&mut self) -> Option<Side<'_>> {
+        self.combine.map(|combine| Side { component: self, combine })
     }
 
     fn terminate(&mut self) -> Result<()> {
@@ -238,36 +221,6 @@ impl<B: Cyclic> Component for Instance<B> {
     }
 }
 
-/// Instances that make their steps side by side.
-struct Lanes<'a, B: Cyclic> {
-    instances: abreast::Abreast<'a, B>,
-    /// What writes the connected inputs, and where their values are in those of a run.
-    inputs: Vec<(Writer<B>, usize)>,
-    /// What reads what others need, and where it goes.
-    outputs: Vec<(Reader<B>, usize)>,
-}
-
-impl<B: Cyclic> Abreast for Lanes<'_, B> {
-    fn is_ordinary(&self, time: f64, size: f64) -> bool {
-        self.instances.is_ordinary(time, size)
-    }
-
-    fn cycle(&mut self, values: &mut [f64], time: f64, size: f64) -> bool {
-        let count = self.instances.count();
-        let of = |place: usize| place * count..(place + 1) * count;
-        let is_made = self.inputs.iter().all(|(write, source)| self.instances.write(*write, &values[of(*source)]))
-            && make_ordinary_step(&mut self.instances, time, size);
-        if is_made {
-            self.outputs.iter().for_each(|(read, place)| self.instances.read(*read, &mut values[of(*place)]));
-        }
-        is_made
-    }
-
-    fn end(self: Box<Self>) {
-        self.instances.end();
-    }
-}
-
 impl<B: Cyclic> Reset for Instance<B> {
     fn reset(&mut self) -> Result<()> {
         self.call(&Function::fmi2Reset, |component| {
@@ -275,11 +228,4 @@ impl<B: Cyclic> Reset for Instance<B> {
             Ok(())
         })
     }
-}
-
-/// Makes an ordinary step. It is compiled for each of these sets of vector instructions, and for none of them; the first that the
-/// processor has is called. The operations are the same (nothing is fused), so the bits are.
-#[multiversion::multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn make_ordinary_step<B: Cyclic>(instances: &mut abreast::Abreast<'_, B>, time: f64, size: f64) -> bool {
-    instances.make_ordinary_step(time, size)
 }

@@ -188,36 +188,6 @@ impl<T: Lane, const N: usize> Lane for [T; N] {
     }
 }
 
-impl<T: Lane> Lane for Option<T> {
-    type Lanes = (<bool as Lane>::Lanes, T::Lanes);
-
-    fn lanes() -> Self::Lanes {
-        (bool::lanes(), T::lanes())
-    }
-
-    #[inline(always)]
-    fn put(self, lanes: &mut Self::Lanes, lane: usize) {
-        self.is_some().put(&mut lanes.0, lane);
-        if let Some(value) = self {
-            value.put(&mut lanes.1, lane);
-        }
-    }
-
-    #[inline(always)]
-    fn load(lanes: &Self::Lanes, lane: usize) -> Self {
-        // Read unconditionally, so that the compiler can vectorize it.
-        bool::load(&lanes.0, lane).then_some(T::load(&lanes.1, lane))
-    }
-
-    #[inline(always)]
-    fn store(self, lanes: &mut Self::Lanes, lane: usize, is_steady: bool) {
-        self.is_some().store(&mut lanes.0, lane, is_steady);
-        if let Some(value) = self {
-            value.store(&mut lanes.1, lane, is_steady);
-        }
-    }
-}
-
 /// Implements [`Lane`] for a struct, field by field. Of the rows of a block, `[section] field: Type`, a call writes
 /// only outputs and locals.
 #[macro_export]

@@ -19,7 +19,6 @@ pub use inside::InnerInstance;
 pub use table::TextPlace;
 pub use wrong::Wrong;
 
-use blocks::table::abreast::Apart;
 use blocks::table::{fingerprint, start};
 use blocks::{LReal, Real, Table, Time, Value};
 use fmu::component::{Fresh, Library, Origin};
@@ -183,8 +182,6 @@ impl Program {
 
 impl Cyclic for Program {
     const IS_SURE: bool = false;
-
-    type Abreast = Apart<Program>;
 
     type Text = String;
 

@@ -41,22 +41,24 @@ struct Back {
     cycles: usize,
     /// The part of the present cycle, in seconds, in which the output is one cycle older, and the rest of the cycle.
     durations: [LReal; 2],
+    /// Whether the output in either part is the input itself.
+    is_input: [bool; 2],
 }
 
-blocks::lane!(Back { cycles: usize, durations: [LReal; 2] });
+blocks::lane!(Back { cycles: usize, durations: [LReal; 2], is_input: [bool; 2] });
 
 /// The ends of a line, which are all that a call needs of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ends {
     /// The longest delay in cycles.
     longest: LReal,
-    /// The output in either part of the cycle; `None` if it equals the input.
-    out: [Option<LReal>; 2],
+    /// The output in either part of the cycle, unless it is the input.
+    out: [LReal; 2],
     /// The input.
     input: LReal,
 }
 
-blocks::lane!(Ends { longest: LReal, out: [Option<LReal>; 2], input: LReal, });
+blocks::lane!(Ends { longest: LReal, out: [LReal; 2], input: LReal });
 
 impl Delay {
     /// The maximum delay in cycles, which takes 8 MB of memory. A longer one is cut to it; [`Delay::check`] reports
@@ -106,7 +108,7 @@ impl Delay {
             }
             Some(ends) => {
                 ends.input = input;
-                ends.out.map(|out| out.unwrap_or(input))
+                from_fn(|part| if back.is_input[part] { input } else { ends.out[part] })
             }
         };
         [(back.durations[0], out[0]), (back.durations[1], out[1])]
@@ -123,11 +125,11 @@ impl Delay {
         self.line.len().saturating_sub(1) as LReal
     }
 
-    /// Returns the output in either part of the cycle; `None` if it equals the input.
+    /// Returns the output in either part of the cycle, if it is not the input.
     #[inline]
-    fn out(&self, back: Back) -> [Option<LReal>; 2] {
-        let now = self.next as usize;
-        back.places(now, self.line.len()).map(|place| (place != now).then(|| self.line[place]))
+    fn out(&self) -> [LReal; 2] {
+        let places = |back: Back| back.places(self.next as usize, self.line.len());
+        self.back.last().map_or([0.0; 2], |back| places(back).map(|place| self.line[place]))
     }
 
     /// Puts a value into the line.
@@ -154,7 +156,7 @@ impl Back {
         let delay = limited(cycles(delay, cycle), 0.0, longest);
         let cycles = delay as usize;
         let part = whole_cycle * (delay - cycles as LReal);
-        Back { cycles, durations: [part, whole_cycle - part] }
+        Back { cycles, durations: [part, whole_cycle - part], is_input: [cycles as LReal == longest, cycles == 0] }
     }
 }
 
@@ -199,8 +201,7 @@ impl Lane for Delay {
 
     fn put(self, lanes: &mut Lanes, lane: usize) {
         self.back.put(&mut lanes.back, lane);
-        let out = self.back.last().map_or([None; 2], |back| self.out(back));
-        Ends { longest: self.longest(), out, input: 0.0 }.put(&mut lanes.ends, lane);
+        Ends { longest: self.longest(), out: self.out(), input: 0.0 }.put(&mut lanes.ends, lane);
         lanes.delays[lane] = self;
     }
 
@@ -229,8 +230,7 @@ impl Lane for Delay {
     fn settle(lanes: &mut Lanes, lane: usize) {
         let delay = &mut lanes.delays[lane];
         delay.put_in(lanes.ends.input[lane]);
-        let out = delay.back.last().map_or([None; 2], |back| delay.out(back));
-        out.put(&mut lanes.ends.out, lane);
+        delay.out().put(&mut lanes.ends.out, lane);
     }
 }
 

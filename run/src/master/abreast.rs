@@ -3,43 +3,28 @@
 use super::{Run, due};
 use crate::component::{Abreast, Component, Wiring};
 use crate::plan::Plan;
-use std::fmt;
+use anyhow::{Result, bail};
 
 /// Runs are stepped side by side only if at least this many steps remain before the next event.
 const FEWEST: usize = 16;
 
-/// An input was refused in the middle of a step, after some members had made it: the runs cannot continue.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Refused;
-
-impl fmt::Display for Refused {
-    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        formatter.write_str("an input was refused while runs went side by side")
-    }
-}
-
-impl std::error::Error for Refused {}
-
 impl<C: Component> Run<C> {
-    /// Makes steps of several runs of a plan side by side, and returns their number: the steps before the next event,
-    /// unless they are few, as long as all are ordinary. Afterwards each run is as after the same number of
-    /// [`Run::step`] calls. `None` if the components do not support it, or the next step is not ordinary. The runs
-    /// differ only in values. `record` receives, step by step, each column of the plan with its value in each run.
+    /// Makes steps of several runs of a plan side by side: those before the next event, unless they are few, as long as
+    /// all are ordinary. Afterwards each run is as after the same number of [`Run::step`] calls. Returns false if the
+    /// components do not support it, or the next step is not ordinary. The runs differ only in values. `record`
+    /// receives, step by step, each column of the plan with its value in each run.
     ///
     /// # Errors
-    /// An input was refused in a step. Repeating the run alone shows which.
-    pub fn steps_abreast(
-        runs: &mut [Run<C>],
-        plan: &Plan,
-        mut record: impl FnMut(usize, &[f64]),
-    ) -> Result<Option<usize>, Refused> {
+    /// An input was refused in the middle of a step, after some members had made it: the runs cannot continue.
+    /// Repeating each alone shows which.
+    pub fn steps_abreast(runs: &mut [Run<C>], plan: &Plan, mut record: impl FnMut(usize, &[f64])) -> Result<bool> {
         let Some(first) = runs.first().filter(|_| !plan.members.iter().any(|of| of.has_events)) else {
-            return Ok(None);
+            return Ok(false);
         };
         let (begin, count) = (first.steps, runs.len());
         let next = first.members.iter().map(|member| member.next).fold(f64::INFINITY, f64::min);
         if next <= due(plan, plan.time(begin + FEWEST)) {
-            return Ok(Some(0));
+            return Ok(true);
         }
         let recorded = first.recorded.clone();
         let mut values = vec![0.0; first.values.len() * count];
@@ -53,14 +38,14 @@ impl<C: Component> Run<C> {
             members.iter_mut().zip(&mut run.members).for_each(|(of, member)| of.push(&mut member.component));
         }
         let members = members.into_iter().zip(&wirings).map(|(of, wiring)| abreast(of, wiring));
-        let Some(mut members) = members.collect::<Option<Vec<_>>>() else { return Ok(None) };
+        let Some(mut members) = members.collect::<Option<Vec<_>>>() else { return Ok(false) };
         let places = values.len() / 2;
         let (mut step, mut time) = (begin, plan.time(begin));
         while step < plan.steps && next > due(plan, time) && members.iter().all(|of| of.is_ordinary(time, plan.step)) {
             let (now, before) = values.split_at_mut(places);
             before.copy_from_slice(now);
             if !members.iter_mut().all(|of| of.cycle(&mut values, time, plan.step)) {
-                return Err(Refused);
+                bail!("an input was refused while runs went side by side");
             }
             for (column, place) in recorded.iter().enumerate() {
                 record(column, &values[place * count..][..count]);
@@ -76,13 +61,13 @@ impl<C: Component> Run<C> {
             run.steps = step;
             run.record();
         }
-        Ok((step > begin).then_some(step - begin))
+        Ok(step > begin)
     }
 }
 
 /// Combines the same member of all runs.
 fn abreast<'a, C: Component>(of: Vec<&'a mut C>, wiring: &Wiring) -> Option<Box<dyn Abreast + 'a>> {
-    let mut of = of.into_iter();
-    let first = of.next()?;
-    first.abreast(of.map(C::any).collect::<Option<_>>()?, wiring)
+    let sides = of.into_iter().map(C::side).collect::<Option<Vec<_>>>()?;
+    let combine = sides.first()?.combine;
+    combine(sides.into_iter().map(|side| side.component).collect(), wiring)
 }
