@@ -70,3 +70,8 @@ pub fn for_each_block(what: &mut impl EachBlock) {
     siemens::for_each_block(what);
     abb::for_each_block(what);
 }
+
+/// Calls `what` for every block of this crate that is faster [in lanes](table::abreast).
+pub fn for_each_in_lanes(what: &mut impl table::abreast::EachInLanes) {
+    what.block::<ContC>();
+}

@@ -131,10 +131,6 @@ impl Table {
         } else {
             input.parse::<keyword::memory>()?;
             let ident = input.parse()?;
-            // Lanes are irrelevant here.
-            if input.parse::<Option<Token![in]>>()?.is_some() {
-                input.parse::<Ident>()?;
-            }
             braced!(part in input);
             let mut members = Vec::new();
             while !part.is_empty() {

@@ -218,7 +218,7 @@ blocks::block! {
             t_furn: LReal, from t_start, unit "degC";
         }
     }
-    memory Memory in lanes {
+    memory Memory {
         /// The heating power on its way to the furnace.
         power: Delay;
         /// The loss relative to that with the door closed, and the resulting time constant of the furnace.

@@ -32,6 +32,12 @@ macro_rules! plants {
 // All plants of this crate, in the order in which the parameter tool shows them.
 plants!(process::Process, heater::Heater, valve::Valve, thermo::Thermo, tank::Tank, drive::Drive, sensor::Sensor,);
 
+/// Calls `what` for every plant of this crate that is faster in lanes, as [`blocks::for_each_in_lanes`] does for blocks.
+pub fn for_each_in_lanes(what: &mut impl blocks::table::abreast::EachInLanes) {
+    what.block::<Heater>();
+    what.block::<Process>();
+}
+
 /// The plant at a [place]. The library of a plant's FMU obtains the place from the name of its package, so that one
 /// source file serves all plants.
 pub type Plant<const PLACE: usize> = <() as PlantAt<PLACE>>::Plant;

@@ -211,7 +211,7 @@ blocks::block! {
             pv_per: Word, from pv_0 pv_per_0 pv_per_100;
         }
     }
-    memory Memory in lanes {
+    memory Memory {
         /// The manipulated values on their way through the dead time.
         u: Delay;
         /// Both lags, in either part of a cycle.

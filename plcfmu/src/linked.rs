@@ -1,5 +1,6 @@
 //! The blocks and plants that are linked into this program, as what a study runs in place of their FMUs.
 
+use blocks::table::abreast::{Abreast, EachInLanes, InLanes, Lanes};
 use blocks::{Block, EachBlock};
 use fmu::table::{Code, Guid};
 use modeldescription::Description;
@@ -13,6 +14,8 @@ pub fn find(description: &Description) -> Option<Linked> {
     let mut search = Search { guid: &description.guid, found: None };
     blocks::for_each_block(&mut search);
     plants::for_each_plant(&mut search);
+    blocks::for_each_in_lanes(&mut search);
+    plants::for_each_in_lanes(&mut search);
     search.found
 }
 
@@ -23,8 +26,21 @@ struct Search<'a> {
 
 impl EachBlock for Search<'_> {
     fn block<B: Block>(&mut self) {
+        self.look_at::<B, Vec<B>>();
+    }
+}
+
+impl EachInLanes for Search<'_> {
+    fn block<B: InLanes>(&mut self) {
+        self.look_at::<B, Lanes<B>>();
+    }
+}
+
+impl Search<'_> {
+    /// Runs side by side store the block as a `G`.
+    fn look_at<B: Block, G: Abreast<B>>(&mut self) {
         if Guid::<B>::TEXT == self.guid {
-            let instantiate = |name: &str| Ok(Box::new(Instance::<B>::new(name)?) as Box<dyn Reset>);
+            let instantiate = |name: &str| Ok(Box::new(Instance::<B>::abreast::<G>(name)?) as Box<dyn Reset>);
             let interface = fmu::describe(B::TABLE, self.guid);
             self.found = Some(Linked { interface, code: Code::<B>::TEXT, instantiate });
         }

@@ -3,6 +3,7 @@
 
 use crate::abreast;
 use anyhow::{Context, Result, anyhow, ensure};
+use blocks::table::abreast::Abreast;
 use blocks::table::number::to_value;
 use blocks::{Block, Value};
 use fmu::clock::Clock;
@@ -25,20 +26,26 @@ pub struct Instance<B> {
     booleans: Vec<Boolean>,
     /// The rows that are forced, with their values.
     forced: Vec<(usize, Value)>,
-    /// Combines it with those of other runs. A program has none.
+    /// Combines it with those of other runs.
     combine: Option<Combine>,
 }
 
 impl<B: Block> Instance<B> {
+    /// As [`Instance::new`], for runs side by side, in which blocks are stored as a `G`.
+    ///
+    /// # Errors
+    /// As [`Instance::new`].
+    pub fn abreast<G: Abreast<B>>(name: &str) -> Result<Instance<B>> {
+        Ok(Instance { combine: Some(abreast::combine::<B, G>), ..Instance::new(name)? })
+    }
+
     /// A new instance of a block with its start values, with logging on.
     ///
     /// # Errors
     /// The name is empty or contains a NUL.
     pub fn new(name: &str) -> Result<Instance<B>> {
         let origin = Origin { hash: Fingerprint::<B>::HASH, form: 0, fresh: Fresh::New(B::default) };
-        // The page is small rather than fast: functions for each variable of each block would be a fiftieth of it.
-        let combine = if cfg!(target_family = "wasm") { None } else { Some(abreast::combine::<B> as Combine) };
-        Ok(Instance { combine, ..Instance::from_origin(name, origin)? })
+        Instance::from_origin(name, origin)
     }
 }
 

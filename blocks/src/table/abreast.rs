@@ -1,26 +1,25 @@
-//! Instances of one block that are called together, one for each of several runs with different values.
+//! Blocks of one kind that are called together, one for each of several runs with different values.
 //!
-//! [`Apart`] stores them unchanged. [`Lanes`] stores them variable by variable (structure of arrays), so that the
+//! A `Vec` stores them one after the other. [`Lanes`] stores them variable by variable (structure of arrays), so that the
 //! compiler turns a loop over [`LANES`] calls into vector instructions (SIMD). The law itself is not rewritten: the
 //! compiler vectorizes it across the blocks. Vector instructions add, multiply and divide each number as scalar ones do
 //! (IEEE 754), so the results are identical to the last bit.
 //!
-//! This works if the law is a computation with conditions, without loops over memory and with all functions inlined. A
-//! call that occasionally does more, such as recomputing an exponential after a setting has changed, leaves that out and
-//! says so ([`Lane::is_steady`]); it is then made separately.
+//! That pays if the law is a computation with conditions, without loops over memory and with all functions inlined:
+//! [`for_each_in_lanes`](crate::for_each_in_lanes) lists such blocks, others are slower in lanes. A call that occasionally
+//! does more, such as recomputing an exponential after a setting has changed, leaves that out and says so
+//! ([`Lane::is_steady`]); it is then made separately.
 
-use crate::table::{Time, Word};
+use crate::table::number::{number, to_value};
+use crate::table::{Block, Time, Word};
 use std::array::from_fn;
 
-/// The maximum number of blocks in a group: two vector registers of 256 bits hold this many REALs.
+/// The maximum number of blocks in lanes: two vector registers of 256 bits hold this many REALs.
 pub const LANES: usize = 16;
 
-/// Instances of a block that are called together.
-pub trait Abreast<B>: Sized {
-    /// Groups blocks.
-    ///
-    /// # Panics
-    /// There are more than [`LANES`] blocks.
+/// Blocks that are called together.
+pub trait Abreast<B>: Sized + 'static {
+    /// Groups blocks, at most [`LANES`].
     fn from_blocks(blocks: Vec<B>) -> Self;
 
     /// Returns the blocks in their original order.
@@ -28,49 +27,63 @@ pub trait Abreast<B>: Sized {
 
     /// Calls each block.
     fn each(&mut self, call: impl Fn(&mut B));
+
+    /// Returns the function that reads the numbers in row `index`, converted by [`number`]; `None` if it cannot.
+    fn reader(index: usize) -> Option<Reader<Self>>;
+
+    /// Returns the function that writes numbers to row `index`, whatever its role, converted by [`to_value`]; `None` if
+    /// it cannot.
+    fn writer(index: usize) -> Option<Writer<Self>>;
 }
 
-/// Blocks stored one after the other.
-#[derive(Debug)]
-pub struct Apart<B>(Vec<B>);
+/// Reads a number from each block of a group.
+pub type Reader<G> = Box<dyn Fn(&G, &mut [f64])>;
 
-impl<B> Abreast<B> for Apart<B> {
-    fn from_blocks(blocks: Vec<B>) -> Apart<B> {
-        Apart(blocks)
+/// Writes a number to each block of a group. Returns false if a number is out of range: that block and the ones after
+/// it may then have any value.
+pub type Writer<G> = Box<dyn Fn(&mut G, &[f64]) -> bool>;
+
+impl<B: Block> Abreast<B> for Vec<B> {
+    fn from_blocks(blocks: Vec<B>) -> Vec<B> {
+        blocks
     }
 
     fn into_blocks(self) -> Vec<B> {
-        self.0
+        self
     }
 
     #[inline(always)]
     fn each(&mut self, call: impl Fn(&mut B)) {
-        self.0.iter_mut().for_each(call);
+        self.iter_mut().for_each(call);
+    }
+
+    fn reader(index: usize) -> Option<Reader<Vec<B>>> {
+        let read = move |blocks: &Vec<B>, numbers: &mut [f64]| {
+            blocks.iter().zip(numbers).for_each(|(block, to)| *to = block.get(index).map_or(f64::NAN, number));
+        };
+        (index < B::TABLE.rows.len()).then(|| Box::new(read) as _)
+    }
+
+    fn writer(index: usize) -> Option<Writer<Vec<B>>> {
+        let kind = B::TABLE.rows.get(index)?.kind;
+        let set = move |block: &mut B, number| to_value(number, kind).is_ok_and(|value| block.set(index, value));
+        Some(Box::new(move |blocks, numbers| blocks.iter_mut().zip(numbers).all(|(block, to)| set(block, *to))))
     }
 }
 
-impl<B> Apart<B> {
-    /// Reads a field of each block as a number.
-    #[inline(always)]
-    pub fn read<T: Copy>(&self, numbers: &mut [f64], field: impl Fn(&B) -> &T, number: impl Fn(T) -> f64) {
-        for (block, to) in self.0.iter().zip(numbers) {
-            *to = number(*field(block));
-        }
-    }
+/// A block that can be stored in lanes: one whose memory can.
+pub trait InLanes: Block + Lane {
+    /// Returns the function of [`Abreast::reader`]; `None` for a row of an inner block.
+    fn reader(index: usize) -> Option<fn(&Lanes<Self>, &mut [f64])>;
 
-    /// Writes a field of each block; returns false if a number cannot be converted.
-    #[inline(always)]
-    pub fn write<T>(
-        &mut self,
-        numbers: &[f64],
-        field: impl Fn(&mut B) -> &mut T,
-        value: impl Fn(f64) -> Option<T>,
-    ) -> bool {
-        self.0
-            .iter_mut()
-            .zip(numbers)
-            .all(|(block, number)| value(*number).map(|value| *field(block) = value).is_some())
-    }
+    /// Returns the function of [`Abreast::writer`]; `None` for a row of an inner block.
+    fn writer(index: usize) -> Option<fn(&mut Lanes<Self>, &[f64]) -> bool>;
+}
+
+/// An operation on each block that is faster in lanes, for [`for_each_in_lanes`](crate::for_each_in_lanes).
+pub trait EachInLanes {
+    /// Performs the operation on one block.
+    fn block<B: InLanes>(&mut self);
 }
 
 /// A value that can be stored in lanes.
@@ -143,6 +156,7 @@ lane_of_numbers! {
     f32 as f32: value => value, number => number;
     f64 as f64: value => value, number => number;
     i32 as i32: value => value, number => number;
+    u32 as u32: value => value, number => number;
     usize as usize: value => value, number => number;
     bool as u32: value => u32::from(value), number => number != 0;
     i16 as i32: value => i32::from(value), number => number as i16;
@@ -189,21 +203,21 @@ impl<T: Lane, const N: usize> Lane for [T; N] {
 }
 
 /// Implements [`Lane`] for a struct, field by field. Of the rows of a block, `[section] field: Type`, a call writes
-/// only outputs and locals.
+/// only outputs and locals. With `where [Type, ...]`, it is implemented only if it is for these types: a condition with a
+/// lifetime need not hold.
 #[macro_export]
 macro_rules! lane {
-    ($Struct:ident { $( $([$section:ident])? $field:ident: $Type:ty ),* $(,)? }) => {
+    ($Struct:ident $(where [$($Part:ty),* $(,)?])? { $( $([$section:ident])? $field:ident: $Type:ty ),* $(,)? }) => {
         const _: () = {
             use $crate::table::abreast::Lane;
 
             /// The lanes of each field.
-            #[derive(Debug)]
-            pub struct Lanes { $(
+            pub struct Lanes $(where $(for<'always> $Part: Lane,)*)? { $(
                 /// The lanes of the field with this name.
                 pub $field: <$Type as Lane>::Lanes,
             )* }
 
-            impl Lane for $Struct {
+            impl Lane for $Struct $(where $(for<'always> $Part: Lane,)*)? {
                 type Lanes = Lanes;
 
                 fn lanes() -> Lanes {
@@ -252,13 +266,12 @@ macro_rules! lane {
 }
 
 /// Blocks stored variable by variable.
-#[derive(Debug)]
 pub struct Lanes<B: Lane> {
     lanes: B::Lanes,
     count: usize,
 }
 
-impl<B: Lane> Abreast<B> for Lanes<B> {
+impl<B: InLanes> Abreast<B> for Lanes<B> {
     fn from_blocks(blocks: Vec<B>) -> Lanes<B> {
         let (mut lanes, count) = (B::lanes(), blocks.len());
         assert!(count <= LANES, "there are more blocks than lanes");
@@ -291,10 +304,18 @@ impl<B: Lane> Abreast<B> for Lanes<B> {
             }
         }
     }
+
+    fn reader(index: usize) -> Option<Reader<Lanes<B>>> {
+        B::reader(index).map(|read| Box::new(read) as _)
+    }
+
+    fn writer(index: usize) -> Option<Writer<Lanes<B>>> {
+        B::writer(index).map(|write| Box::new(write) as _)
+    }
 }
 
 impl<B: Lane> Lanes<B> {
-    /// Like [`Apart::read`].
+    /// Reads a variable of each block as a number.
     #[inline(always)]
     pub fn read<T: Lane>(
         &self,
@@ -308,7 +329,7 @@ impl<B: Lane> Lanes<B> {
         }
     }
 
-    /// Like [`Apart::write`].
+    /// Writes a variable of each block; returns false if a number cannot be converted.
     #[inline(always)]
     pub fn write<T: Lane + Default>(
         &mut self,

@@ -53,7 +53,7 @@ macro_rules! block {
                 $( start: $($started:ident = $started_kind:ident($started_value:expr)),+; )?
             }
         )* } )?
-        $( memory $Memory:ident $(in $lanes:ident)? { $(
+        $( memory $Memory:ident { $(
             $(#[doc = $memory_doc:literal])*
             $memory:ident: $memory_type:ty;
         )* } )?
@@ -118,13 +118,19 @@ macro_rules! block {
             }
         }
 
-        $crate::block!(@lanes [$($($lanes)?)?] $Block { $($([$section] $name: $crate::$kind,)*)* $(memory: $Memory,)? }
-            $($Memory { $($memory: $memory_type,)* })?);
+        $( $crate::lane!($Memory where [$($memory_type),*] { $($memory: $memory_type,)* }); )?
+        $crate::lane!($Block where [$($Memory,)? $($($Instance,)*)?] {
+            $($([$section] $name: $crate::$kind,)*)*
+            $($( $instance: $Instance, )*)?
+            $([output] $mean: $crate::LReal,)?
+            $(memory: $Memory,)?
+        });
 
         const _: () = {
             #[allow(unused_imports)]
             use $crate::{Time, Word};
-            use $crate::table::{Block, Kind, Law, Reader, Role, StaticRow, StaticTable, Value, Writer, number};
+            use $crate::table::abreast::{InLanes, Lanes};
+            use $crate::table::{Block, Kind, Law, Role, StaticRow, StaticTable, Value, number};
 
             const OWN: &[StaticRow] = &[ $($( StaticRow {
                 name: $crate::block!(@upper $name),
@@ -201,8 +207,6 @@ macro_rules! block {
             impl Block for $Block {
                 // The code hash of the crate being compiled.
                 const CODE: Option<&'static str> = option_env!("PLCFMU_CODE");
-
-                type Abreast = $crate::block!(@abreast $($($lanes)?)?);
 
                 const TABLE: &'static StaticTable = &StaticTable {
                     name: $NAME,
@@ -289,7 +293,19 @@ macro_rules! block {
                 $crate::block!(@number self.lreal_mut(&mut self) -> &mut $crate::LReal;
                     [$($($name $kind)*)*] [$($($instance $Instance)*)?] [$($mean)?]);
 
-                fn reader(index: usize) -> Option<Reader<Self>> {
+                #[inline]
+                fn set_mean(&mut self, percent: $crate::LReal) {
+                    let _ = percent;
+                    $( self.$mean = percent; )?
+                }
+            }
+
+            impl InLanes for $Block
+            where
+                $( for<'always> $Memory: $crate::table::abreast::Lane, )?
+                $($( for<'always> $Instance: $crate::table::abreast::Lane, )*)?
+            {
+                fn reader(index: usize) -> Option<fn(&Lanes<Self>, &mut [f64])> {
                     match index {
                         $($( At::$name => Some(|blocks, numbers| {
                             blocks.read(numbers, |of| &of.$name, |value: $crate::$kind| number::number(Value::$kind(value)));
@@ -301,7 +317,7 @@ macro_rules! block {
                     }
                 }
 
-                fn writer(index: usize) -> Option<Writer<Self>> {
+                fn writer(index: usize) -> Option<fn(&mut Lanes<Self>, &[f64]) -> bool> {
                     match index {
                         $($( At::$name => Some(|blocks, numbers| {
                             blocks.write(numbers, |of| &mut of.$name, |number| match number::to_value(number, Kind::$kind) {
@@ -311,12 +327,6 @@ macro_rules! block {
                         }), )*)*
                         _ => None,
                     }
-                }
-
-                #[inline]
-                fn set_mean(&mut self, percent: $crate::LReal) {
-                    let _ = percent;
-                    $( self.$mean = percent; )?
                 }
             }
 
@@ -342,13 +352,6 @@ macro_rules! block {
         };
     };
 
-    (@abreast) => { $crate::table::abreast::Apart<Self> };
-    (@abreast lanes) => { $crate::table::abreast::Lanes<Self> };
-    (@lanes [] $($rest:tt)*) => {};
-    (@lanes [lanes] $Block:ident $fields:tt $Memory:ident $memory:tt) => {
-        $crate::lane!($Memory $memory);
-        $crate::lane!($Block $fields);
-    };
     (@start $kind:ident) => { <$crate::$kind>::default() };
     (@start $kind:ident $start:expr) => { $start };
     (@value $kind:ident) => { Value::zero(Kind::$kind) };

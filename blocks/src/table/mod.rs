@@ -85,7 +85,6 @@ mod stored;
 mod tests;
 mod types;
 
-pub use abreast::Abreast;
 pub use host::Types;
 pub use kind::{Class, Form, Kind};
 #[doc(hidden)]
@@ -140,13 +139,6 @@ pub trait Law {
     }
 }
 
-/// A function that reads a number from each block of a group, returned by [`Block::reader`].
-pub type Reader<B> = fn(&<B as Block>::Abreast, &mut [f64]);
-
-/// A function that writes a number to each block of a group, returned by [`Block::writer`]. It returns false if a
-/// number is out of range: that block and the ones after it may then have any value.
-pub type Writer<B> = fn(&mut <B as Block>::Abreast, &[f64]) -> bool;
-
 /// The implementation generated from a table by [`block!`](crate::block!): its rows as data, and access to the values
 /// by row number.
 pub trait Block: Law + Stored + Clone + Default + Send + 'static {
@@ -155,9 +147,6 @@ pub trait Block: Law + Stored + Clone + Default + Send + 'static {
 
     /// A hash of the sources of the crate that defines the block, see [`CODE`](crate::CODE).
     const CODE: Option<&'static str>;
-
-    /// A group of blocks that are called together.
-    type Abreast: Abreast<Self>;
 
     /// Returns the time between two calls.
     fn cycle(&self) -> Time;
@@ -181,14 +170,6 @@ pub trait Block: Law + Stored + Clone + Default + Send + 'static {
 
     /// Returns a reference to the LREAL in row `index`, like [`Block::real_mut`].
     fn lreal_mut(&mut self, index: usize) -> Option<&mut LReal>;
-
-    /// Returns the function that reads the numbers in row `index`, converted by [`number`](number::number); `None` for
-    /// a row of an inner block.
-    fn reader(index: usize) -> Option<Reader<Self>>;
-
-    /// Returns the function that writes numbers to row `index`, whatever its role, converted by
-    /// [`to_value`](number::to_value); `None` for a row of an inner block.
-    fn writer(index: usize) -> Option<Writer<Self>>;
 
     /// Writes the `mean` row, if there is one.
     fn set_mean(&mut self, percent: LReal);

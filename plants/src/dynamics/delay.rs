@@ -185,7 +185,6 @@ impl Stored for Delay {
 }
 
 /// Delays in lanes: the complete lines one by one, and the values that a steady call needs variable by variable.
-#[derive(Debug)]
 pub struct Lanes {
     delays: [Delay; LANES],
     back: <Kept<3, Back> as Lane>::Lanes,

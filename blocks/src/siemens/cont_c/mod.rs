@@ -185,7 +185,7 @@ crate::block! {
             er: Real;
         }
     }
-    memory Memory in lanes {
+    memory Memory {
         /// Error times gain of the previous call.
         e: Real;
         /// Integral of the previous call.
