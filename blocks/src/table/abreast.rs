@@ -74,11 +74,17 @@ impl<B: Block> Abreast<B> for Vec<B> {
 /// A block that can be stored in lanes: one whose memory can.
 pub trait InLanes: Block + Lane {
     /// Returns the function of [`Abreast::reader`]; `None` for a row of an inner block.
-    fn reader(index: usize) -> Option<fn(&Lanes<Self>, &mut [f64])>;
+    fn reader(index: usize) -> Option<ReadLanes<Self>>;
 
     /// Returns the function of [`Abreast::writer`]; `None` for a row of an inner block.
-    fn writer(index: usize) -> Option<fn(&mut Lanes<Self>, &[f64]) -> bool>;
+    fn writer(index: usize) -> Option<WriteLanes<Self>>;
 }
+
+/// A [`Reader`] of lanes.
+pub type ReadLanes<B> = fn(&Lanes<B>, &mut [f64]);
+
+/// A [`Writer`] of lanes.
+pub type WriteLanes<B> = fn(&mut Lanes<B>, &[f64]) -> bool;
 
 /// An operation on each block that is faster in lanes, for [`for_each_in_lanes`](crate::for_each_in_lanes).
 pub trait EachInLanes {
@@ -203,8 +209,8 @@ impl<T: Lane, const N: usize> Lane for [T; N] {
 }
 
 /// Implements [`Lane`] for a struct, field by field. Of the rows of a block, `[section] field: Type`, a call writes
-/// only outputs and locals. With `where [Type, ...]`, it is implemented only if it is for these types: a condition with a
-/// lifetime need not hold.
+/// only outputs and locals. With `where [Type, ...]`, it is implemented only if it is for these types: Rust refuses a
+/// condition that never holds, unless it has a lifetime.
 #[macro_export]
 macro_rules! lane {
     ($Struct:ident $(where [$($Part:ty),* $(,)?])? { $( $([$section:ident])? $field:ident: $Type:ty ),* $(,)? }) => {

@@ -129,7 +129,7 @@ macro_rules! block {
         const _: () = {
             #[allow(unused_imports)]
             use $crate::{Time, Word};
-            use $crate::table::abreast::{InLanes, Lanes};
+            use $crate::table::abreast::{InLanes, ReadLanes, WriteLanes};
             use $crate::table::{Block, Kind, Law, Role, StaticRow, StaticTable, Value, number};
 
             const OWN: &[StaticRow] = &[ $($( StaticRow {
@@ -305,7 +305,7 @@ macro_rules! block {
                 $( for<'always> $Memory: $crate::table::abreast::Lane, )?
                 $($( for<'always> $Instance: $crate::table::abreast::Lane, )*)?
             {
-                fn reader(index: usize) -> Option<fn(&Lanes<Self>, &mut [f64])> {
+                fn reader(index: usize) -> Option<ReadLanes<Self>> {
                     match index {
                         $($( At::$name => Some(|blocks, numbers| {
                             blocks.read(numbers, |of| &of.$name, |value: $crate::$kind| number::number(Value::$kind(value)));
@@ -317,7 +317,7 @@ macro_rules! block {
                     }
                 }
 
-                fn writer(index: usize) -> Option<fn(&mut Lanes<Self>, &[f64]) -> bool> {
+                fn writer(index: usize) -> Option<WriteLanes<Self>> {
                     match index {
                         $($( At::$name => Some(|blocks, numbers| {
                             blocks.write(numbers, |of| &mut of.$name, |number| match number::to_value(number, Kind::$kind) {
