@@ -11,87 +11,101 @@ use manifest::Cpu;
 use parameters::Source;
 use std::collections::HashMap;
 use std::rc::Rc;
-
-const TIMERS: [&str; 4] = ["TON", "TOF", "TP", "TONR"];
-const COUNTERS: [&str; 3] = ["CTU", "CTD", "CTUD"];
-const COUNTED: [&str; 8] = ["SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT"];
+use std::sync::LazyLock;
 
 /// The file name of the library in a program.
 pub const FILE: &str = "the library";
 
+/// The groups of the library's blocks, as its sources name them.
+const TIMERS: &str = "TIMERS";
+const COUNTERS: &str = "COUNTERS";
 /// Text functions, each for STRING and for WSTRING.
-pub const TEXTS: [&str; 9] = ["LEN", "LEFT", "MID", "RIGHT", "CONCAT", "FIND", "DELETE", "INSERT", "REPLACE"];
-
-/// Functions of dates and bits, by their names in SCL.
-pub const FUNCTIONS: [&str; 4] = ["LDT_TO_DTL", "DTL_TO_LDT", "ENCO", "BITSUM"];
-
-/// Functions called like the user's own, with all parameters named. FC105 and FC106 are their STEP 7 numbers.
-const BLOCKS: [&str; 4] = ["SCALE", "UNSCALE", "FC105", "FC106"];
-
-/// Functions between a text and an array, by element type of the array, each with the text type of the same characters.
-const ARRAYS: [&str; 2] = ["STRG_TO_CHARS", "CHARS_TO_STRG"];
-const ELEMENTS: [(&str, &str, &str); 4] = [
-    ("CHAR", "CHAR", "STRING"),
-    ("BYTE", "CHAR", "STRING"),
-    ("WCHAR", "WCHAR", "WSTRING"),
-    ("WORD", "WCHAR", "WSTRING"),
-];
-
+const TEXTS: &str = "TEXTS";
+/// Functions of dates and bits.
+const FUNCTIONS: &str = "FUNCTIONS";
+/// Functions called like the user's own, with all parameters named.
+const FCS: &str = "FCS";
 /// Internal functions, used to implement others.
-pub const INNER: [&str; 10] = [
-    "__WHOLE_TO_TEXT",
-    "__REAL_TO_TEXT",
-    "__TEXT_TO_WHOLE",
-    "__TEXT_TO_REAL",
-    "__PLACED",
-    "__VAL_STRG_WHOLE",
-    "__VAL_STRG_REAL",
-    "__STRG_VAL",
-    "STRING_TO_WSTRING",
-    "WSTRING_TO_STRING",
-];
+const INNER: &str = "INNER";
+
+/// A function or function block of the library.
+struct LibraryBlock {
+    name: String,
+    /// The name without its variant: TON of TON_LTIME.
+    family: &'static str,
+    group: &'static str,
+}
+
+impl LibraryBlock {
+    /// The end of its name: `_LTIME` of TON_LTIME, nothing of TON.
+    fn variant(&self) -> &str {
+        &self.name[self.family.len()..]
+    }
+}
+
+/// The text of the library, and its blocks.
+static LIBRARY: LazyLock<(String, Vec<LibraryBlock>)> = LazyLock::new(|| {
+    let (mut text, mut blocks) = (String::new(), Vec::new());
+    let paragraphs =
+        [include_str!("library.scl"), include_str!("texts.scl")].into_iter().flat_map(|it| it.split("\n\n"));
+    let (mut group, mut placeholders, mut variants) = ("", "", "");
+    for paragraph in paragraphs {
+        if let Some(heading) = paragraph.strip_prefix("// GROUP ") {
+            let (name, choice) = heading.split_once(" FOR ").unwrap_or((heading, ""));
+            (placeholders, variants) = choice.split_once(" IN ").unwrap_or_default();
+            group = name;
+        } else if paragraph.contains("\nEND_") {
+            let name = paragraph.split('"').nth(1).filter(|_| !paragraph.contains("\nEND_TYPE"));
+            for words in variants.split(", ") {
+                text += &(variant(paragraph, placeholders, words) + "\n");
+                blocks.extend(name.map(|name| {
+                    let family = name.split_once('$').map_or(name, |(family, _)| family.trim_end_matches('_'));
+                    LibraryBlock { name: variant(name, placeholders, words), family, group }
+                }));
+            }
+        }
+    }
+    (text, blocks)
+});
+
+/// The text with a word for each placeholder, or nothing where words are missing.
+fn variant(text: &str, placeholders: &str, words: &str) -> String {
+    let words = words.split(' ').chain(std::iter::repeat(""));
+    let pairs = placeholders.split_whitespace().zip(words);
+    pairs.fold(text.to_string(), |text, (placeholder, word)| text.replace(placeholder, word))
+}
 
 /// The library as a source: timers for TIME and LTIME, counters for all integer types, text functions for both widths.
 pub fn source() -> Source {
-    let texts = [include_str!("library.scl"), include_str!("texts.scl")];
-    let mut all = String::new();
-    let blocks = texts.iter().flat_map(|text| text.split("\n\n"));
-    for block in blocks.filter(|block| block.contains("END_FUNCTION") || block.contains("END_TYPE")) {
-        let name = block.split('"').nth(1).unwrap_or_default();
-        if TEXTS.contains(&name) {
-            all += block;
-            all.push('\n');
-            all += &block
-                .replace(": STRING", ": WSTRING")
-                .replace(&format!("\"{name}\""), &format!("\"{name}_WSTRING\""))
-                .replace(&format!("#{name}"), &format!("#{name}_WSTRING"));
-        } else if ARRAYS.contains(&name) {
-            for (of, character, text) in ELEMENTS {
-                all += &block
-                    .replace("OF CHAR", &format!("OF {of}"))
-                    .replace(": STRING", &format!(": {text}"))
-                    .replace("CHAR_TO_CHAR(#STRG", &format!("{character}_TO_{of}(#STRG"))
-                    .replace("CHAR_TO_CHAR(#CHARS", &format!("{of}_TO_{character}(#CHARS"))
-                    .replace("CHAR_TO_WORD", &format!("{of}_TO_WORD"))
-                    .replace(&format!("\"{name}\""), &format!("\"{name}_{of}\""))
-                    .replace(&format!("#{name}"), &format!("#{name}_{of}"));
-                all.push('\n');
-            }
-        } else if TIMERS.contains(&name) {
-            all += block;
-            all += &block.replace("TIME", "LTIME").replace(&format!("\"{name}\""), &format!("\"{name}_LTIME\""));
-        } else if COUNTERS.contains(&name) {
-            for of in COUNTED {
-                all += &block
-                    .replace(": INT", &format!(": {of}"))
-                    .replace(&format!("\"{name}\""), &format!("\"{name}_{of}\""));
-            }
-        } else {
-            all += block;
-        }
-        all.push('\n');
-    }
-    Source::new(FILE, all.into_bytes())
+    Source::new(FILE, LIBRARY.0.clone().into_bytes())
+}
+
+fn block(name: &str) -> Option<&'static LibraryBlock> {
+    LIBRARY.1.iter().find(|block| block.name == name)
+}
+
+fn is_in(group: &str, name: &str) -> bool {
+    block(name).is_some_and(|block| block.group == group)
+}
+
+/// Whether this is the name of a timer of the library.
+pub fn is_timer(name: &str) -> bool {
+    is_in(TIMERS, name)
+}
+
+/// Whether this is the name of a text function, whatever the width of its characters.
+pub fn is_text(name: &str) -> bool {
+    LIBRARY.1.iter().any(|block| block.group == TEXTS && block.family == name)
+}
+
+/// Whether this is the name of a function of dates or bits.
+pub fn is_function(name: &str) -> bool {
+    is_in(FUNCTIONS, name)
+}
+
+/// Whether only the library itself may call a function of this name.
+pub fn is_inner(name: &str) -> bool {
+    is_in(INNER, name)
 }
 
 /// Defines the constants that a block of the library uses.
@@ -110,12 +124,12 @@ pub fn constants(cpu: Cpu, name: &str, symbols: &mut HashMap<String, Symbol>) {
     }
 }
 
-/// The block of the library that a type name denotes.
-fn named(name: &str) -> Option<String> {
-    let name = match name {
+/// The name in the library of a block that has another one in STEP 7 or as a generic type.
+fn alias(name: &str) -> &str {
+    match name {
         "IEC_TIMER" => "TON",
         "IEC_LTIMER" => "TON_LTIME",
-        "IEC_COUNTER" | "CTU" => "CTU_INT",
+        "IEC_COUNTER" => "CTU_INT",
         "IEC_SCOUNTER" => "CTU_SINT",
         "IEC_DCOUNTER" => "CTU_DINT",
         "IEC_LCOUNTER" => "CTU_LINT",
@@ -123,8 +137,6 @@ fn named(name: &str) -> Option<String> {
         "IEC_UCOUNTER" => "CTU_UINT",
         "IEC_UDCOUNTER" => "CTU_UDINT",
         "IEC_ULCOUNTER" => "CTU_ULINT",
-        "CTD" => "CTD_INT",
-        "CTUD" => "CTUD_INT",
         // STEP 7 numbers.
         "SFB0" => "CTU_INT",
         "SFB1" => "CTD_INT",
@@ -134,16 +146,14 @@ fn named(name: &str) -> Option<String> {
         "SFB5" => "TOF",
         "FC105" => "SCALE",
         "FC106" => "UNSCALE",
-        _ => name.strip_suffix("_TIME").unwrap_or(name),
-    };
-    let timer = name.strip_suffix("_LTIME").unwrap_or(name);
-    let is_timer = TIMERS.contains(&timer);
-    let is_counter = name.split_once('_').is_some_and(|(kind, of)| COUNTERS.contains(&kind) && COUNTED.contains(&of));
-    let is_other = ["R_TRIG", "F_TRIG", "SR", "RS", "RUNTIME", "RD_SYS_T"].contains(&name)
-        || [&TEXTS[..], &FUNCTIONS, &BLOCKS, &INNER].iter().any(|names| names.contains(&name))
-        || name.strip_suffix("_WSTRING").is_some_and(|name| TEXTS.contains(&name))
-        || name.rsplit_once('_').is_some_and(|(name, _)| ARRAYS.contains(&name));
-    (is_timer || is_counter || is_other).then(|| name.to_string())
+        _ => name,
+    }
+}
+
+/// The block of the library that a type name denotes.
+fn named(name: &str) -> Option<&'static LibraryBlock> {
+    let name = alias(name);
+    block(name.strip_suffix("_TIME").unwrap_or(name)).or_else(|| block(&format!("{name}_INT")))
 }
 
 /// Whether a name is a system block or type.
@@ -154,19 +164,19 @@ pub fn is_system(name: &str) -> bool {
 
 /// Whether a name is a function called like the user's own.
 pub fn is_block(name: &str) -> bool {
-    BLOCKS.contains(&name)
+    is_in(FCS, alias(name))
 }
 
 /// Whether a name is a kind of timer or counter that a variable of a generic type may be called as.
 pub fn is_method(name: &str) -> bool {
     let kind = name.split_once('_').map_or(name, |(kind, _)| kind);
-    (TIMERS.contains(&kind) || COUNTERS.contains(&kind)) && named(name).is_some()
+    named(name).is_some_and(|block| [TIMERS, COUNTERS].contains(&block.group) && block.family == kind)
 }
 
 impl Compiler<'_> {
     /// A block of the library, or a native block.
     pub fn system_block(&mut self, name: &str) -> Option<usize> {
-        if let Some(id) = named(name).and_then(|name| self.library.get(&name).copied()) {
+        if let Some(id) = named(name).and_then(|block| self.library.get(&block.name).copied()) {
             return self.interface(id, self.block(id).name.span);
         }
         self.native(name)
@@ -177,42 +187,25 @@ impl Compiler<'_> {
         if id.0 != self.library_file() {
             return None;
         }
-        let name = self.block(id).name.key();
-        let (kind, of) = name.split_once('_').map_or((name.as_str(), ""), |(kind, of)| (kind, of));
-        let first = if TIMERS.contains(&kind) {
-            TIMERS[0]
-        } else if COUNTERS.contains(&kind) {
-            COUNTERS[0]
-        } else {
-            return None;
-        };
-        if kind == first {
-            return None;
-        }
-        let first = if of.is_empty() { first.to_string() } else { format!("{first}_{of}") };
-        let id = self.library.get(&first).copied()?;
+        let own = block(&self.block(id).name.key()).filter(|own| [TIMERS, COUNTERS].contains(&own.group))?;
+        let first = LIBRARY.1.iter().find(|first| first.group == own.group && first.variant() == own.variant())?;
+        let id = self.library.get(&first.name).copied().filter(|_| first.family != own.family)?;
         self.interface(id, self.block(id).name.span).map(|block| self.blocks[block].record)
     }
 
     /// The block that a variable is called or read as, if its type allows several.
     pub fn as_method(&mut self, of: usize, method: &str) -> Option<usize> {
         let id = self.blocks[of].source.filter(|(file, _)| *file == self.library_file())?;
-        let own = self.block(id).name.key();
-        let suffix = own.split_once('_').map_or("", |(_, of)| of);
-        let name = match (method.contains('_'), suffix) {
-            (false, "") => method.to_string(),
-            (false, of) => format!("{method}_{of}"),
-            (true, _) => method.to_string(),
-        };
-        let called = self.system_block(&name)?;
+        let variant =
+            block(&self.block(id).name.key()).filter(|_| !method.contains('_')).map_or("", LibraryBlock::variant);
+        let called = self.system_block(&format!("{method}{variant}"))?;
         (self.blocks[called].record == self.blocks[of].record).then_some(called)
     }
 
     /// Whether a block is a timer, whose outputs are updated when they are read.
     pub fn is_timer(&self, of: usize) -> bool {
-        let Some(id) = self.blocks[of].source.filter(|(file, _)| *file == self.library_file()) else { return false };
-        let name = self.block(id).name.key();
-        TIMERS.contains(&name.strip_suffix("_LTIME").unwrap_or(&name))
+        let source = self.blocks[of].source.filter(|(file, _)| *file == self.library_file());
+        source.is_some_and(|id| is_timer(&self.block(id).name.key()))
     }
 
     /// Collects the kinds that variables of generic types are called as, by the last name of their paths.

@@ -4,6 +4,7 @@ use super::Dialect;
 use crate::ir::walk::change::{self, Change};
 use crate::ir::walk::{self, Look};
 use crate::ir::{Argument, Base, Body, Call, Expr, Function, Place, Program, Section, Statement, Step, Type, What};
+use crate::library::is_timer;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The form of a function in SCL.
@@ -38,9 +39,6 @@ pub(super) struct Facts {
     /// The parts of the instance that a method uses, as paths of member indices, and whether it writes them.
     pub members: BTreeMap<usize, BTreeMap<Vec<usize>, bool>>,
 }
-
-/// The timers that are types of their own in TIA Portal.
-const TIMERS: [&str; 4] = ["TON", "TOF", "TP", "TONR"];
 
 /// The program without values for an FMU's host, with methods inlined that cannot become functions; and the facts about
 /// it.
@@ -94,7 +92,7 @@ fn facts(program: &Program, roots: &[usize], dialect: Dialect) -> Result<Facts, 
                 {
                     // One record for several kinds: a variable has the generic type, and each call names the kind.
                     let of = if name.ends_with("_LTIME") { "IEC_LTIMER" } else { "IEC_TIMER" };
-                    let is_timer = TIMERS.iter().any(|timer| function.name.starts_with(timer));
+                    let is_timer = is_timer(&function.name);
                     facts.systems.insert(record, if is_timer { of.to_string() } else { other });
                     facts.general.insert(record);
                 }
@@ -141,10 +139,7 @@ fn facts(program: &Program, roots: &[usize], dialect: Dialect) -> Result<Facts, 
 /// The type name of a block of the CPU or its libraries.
 fn system_name(function: &Function) -> String {
     let name = function.name.as_str();
-    match name.strip_suffix("_LTIME").unwrap_or(name) {
-        timer if TIMERS.contains(&timer) && timer == name => format!("{timer}_TIME"),
-        _ => name.to_string(),
-    }
+    if is_timer(name) && !name.ends_with("_LTIME") { format!("{name}_TIME") } else { name.to_string() }
 }
 
 /// The parts of the instance that a function uses, and whether it writes them: members or, in STEP 7, where a function

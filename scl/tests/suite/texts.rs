@@ -7,7 +7,8 @@ fn runs(statements: &str) -> bool {
     super::runs(&format!(
         "FUNCTION_BLOCK \"B\" {{ S7_Optimized_Access := 'TRUE' }} VAR_OUTPUT y : Bool; n : DInt; END_VAR
         VAR s : String := 'Valve 7'; short : String[4]; c : Char := 'x'; w : WString := WSTRING#'Größe €'; wc : WChar;
-            i : Int; u : UInt; ul : ULInt; r : Real; bytes : Array[3..7] of Byte; chars : Array[0..9] of WChar; END_VAR
+            i : Int; u : UInt; ul : ULInt; r : Real; bytes : Array[3..7] of Byte; chars : Array[0..9] of WChar;
+            words : Array[0..9] of Word; END_VAR
         BEGIN #short := #s; {statements} END_FUNCTION_BLOCK"
     ))
 }
@@ -163,6 +164,10 @@ fn texts_are_moved_to_arrays_and_back() {
     assert!(runs(
         "Strg_TO_Chars(Strg := #w, pChars := 0, Cnt => #u, Chars := #chars); #chars[3] := WORD_TO_WCHAR(0);
         Chars_TO_Strg(Chars := #chars, pChars := 0, Cnt := 0, Strg => #w); #y := #u = 7 AND #w = 'Grö';"
+    ));
+    assert!(runs(
+        "Strg_TO_Chars(Strg := #w, pChars := 0, Cnt => #u, Chars := #words);
+        Chars_TO_Strg(Chars := #words, pChars := 1, Cnt := 2, Strg => #w); #y := #words[6] = WORD#16#20AC AND #w = 'rö';"
     ));
 }
 

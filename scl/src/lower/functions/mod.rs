@@ -174,7 +174,7 @@ impl Lowerer<'_, '_> {
             ("DT_DATE" | "DT_TOD" | "DT_DAY", _) => self.part_of_moment(given),
             ("MAX_LEN", _) => self.capacity(given),
             ("T_CONV", _) => self.converted_moment(given, expected),
-            _ if crate::library::FUNCTIONS.contains(&name) || self.is_inner(name) => {
+            _ if crate::library::is_function(name) || self.is_inner(name) => {
                 self.text_function(given).unwrap_or(Operand::Wrong(None))
             }
             _ => {
@@ -190,7 +190,7 @@ impl Lowerer<'_, '_> {
 
     /// Whether this is an internal function that only the library may call.
     fn is_inner(&self, name: &str) -> bool {
-        crate::library::INNER.contains(&name) && self.file == self.compiler.library_file()
+        crate::library::is_inner(name) && self.file == self.compiler.library_file()
     }
 
     /// A built-in function called as a statement; `false` if no function has that name.

@@ -18,7 +18,7 @@ impl Lowerer<'_, '_> {
     pub(super) fn function_of_texts(&mut self, given: &Given) -> Option<Operand> {
         let suffix = ["_STRING", "_WSTRING"].into_iter().find(|suffix| given.name.ends_with(suffix)).unwrap_or("");
         let base = &given.name[..given.name.len() - suffix.len()];
-        if !crate::library::TEXTS.contains(&base) {
+        if !crate::library::is_text(base) {
             return None;
         }
         let is_wide = match suffix {
