@@ -65,12 +65,13 @@ impl Printer<'_> {
                 format!("({})", if parts.is_empty() { "1".to_string() } else { parts.join(" && ") })
             }
             Expr::Bound { local, dimension, upper } => {
-                format!("{}_bounds[{}]", self.scope.names[*local], 2 * dimension + usize::from(*upper))
+                self.scope.locals[*local].has_named_bounds = true;
+                format!("{}_bounds[{}]", self.scope.locals[*local].name, 2 * dimension + usize::from(*upper))
             }
-            Expr::Now => "call->now".to_string(),
+            Expr::Now => format!("{}->now", self.argument("call")),
             Expr::After(before, value) => {
                 if let Some((call, local)) = facts::taken(expr, &self.facts)
-                    && self.scope.elided.contains(&local)
+                    && self.scope.locals[local].is_elided
                 {
                     return self.called(call);
                 }
@@ -239,15 +240,17 @@ impl Printer<'_> {
         let mut ty = self.type_of(&Place::new(place.base))?;
         let mut pointer = true;
         let mut text = match place.base {
-            Base::Memory => "memory".to_string(),
-            Base::Instance => "self".to_string(),
+            Base::Memory => self.argument("memory"),
+            Base::Instance => self.argument("self"),
             Base::Constants => {
+                self.reads_constants = true;
                 pointer = false;
                 "constants.value".to_string()
             }
             Base::Local(local) => {
-                let name = self.scope.names[local].clone();
+                let name = self.local(local);
                 pointer = function.locals[local].by_reference;
+                self.scope.locals[local].has_named_bounds |= matches!(ty, Type::Open { .. });
                 if pointer && matches!(ty, Type::Array { .. } | Type::Open { .. }) {
                     pointer = false;
                 }
@@ -313,7 +316,10 @@ impl Printer<'_> {
                     let (low, _) = all[dimension];
                     index.constant_within(all[dimension]).map_or(0, |number| number - i64::from(low)).to_string()
                 }
-                _ => format!("index_of(call, (i64_t){}, {low}, {high}, {line})", self.expr(index)?),
+                _ => {
+                    let index = self.expr(index)?;
+                    format!("index_of({}, (i64_t){index}, {low}, {high}, {line})", self.argument("call"))
+                }
             };
             number = match &number[..] {
                 "" | "0" => text,

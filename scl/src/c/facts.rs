@@ -243,9 +243,14 @@ impl<'a> Uses<'a> {
         self.through.contains(&local) && self.counts.get(&local) == Some(&2)
     }
 
-    /// The locals that appear in the printed code.
+    /// The locals that are named, except those that only carry the values of calls.
     pub fn locals(&self) -> impl Iterator<Item = usize> {
         self.counts.keys().copied().filter(|local| !self.is_elided(*local))
+    }
+
+    /// Whether a local is named.
+    pub fn is_named(&self, local: usize) -> bool {
+        self.counts.contains_key(&local)
     }
 
     /// Whether a local is read.

@@ -9,7 +9,7 @@ mod facts;
 mod operations;
 mod statement;
 
-use crate::ir::{At, Body, Function, Place, Program, Record, Scalar, Type, Value};
+use crate::ir::{At, Body, Function, Place, Program, Record, Scalar, Statement, Type, Value};
 use facts::{Facts, Uses};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -46,8 +46,7 @@ const TAKEN: &str = "call constants done memory self start stop abs acos acosh a
 pub fn print(program: &Program) -> Result<String, String> {
     let mut printer = Printer::new(program);
     let functions = printer.functions()?;
-    let with_constants = is_used(&functions, "constants");
-    let (types, values) = printer.data(with_constants);
+    let (types, values) = printer.data();
     let mut text = String::new();
     if !program.docs.head.is_empty() {
         let _ = writeln!(text, "{}\n", comment(&program.docs.head, 0));
@@ -102,6 +101,8 @@ struct Printer<'a> {
     facts: Vec<Facts>,
     /// Whether statements are counted, because a loop might not terminate.
     counts: bool,
+    /// Whether the functions printed so far read constants.
+    reads_constants: bool,
     /// The text types in use: capacity, and whether characters are 16 bits wide.
     texts: BTreeSet<(u16, bool)>,
     scope: Scope<'a>,
@@ -112,7 +113,9 @@ struct Printer<'a> {
 struct Scope<'a> {
     function: Option<&'a Function>,
     number: usize,
-    names: Vec<String>,
+    locals: Vec<PrintedLocal>,
+    /// The arguments `call`, `memory` and `self` named so far.
+    named: BTreeSet<&'static str>,
     /// The declarations of temporaries.
     temporaries: Vec<String>,
     indent: usize,
@@ -121,20 +124,39 @@ struct Scope<'a> {
     labels: usize,
     leaves: bool,
     at: At,
-    /// Locals that only carry a call's value to its use and are therefore not printed.
-    elided: BTreeSet<usize>,
     /// The local that holds the function's value, if that value is returned where it is computed.
     direct: Option<usize>,
     /// Whether this function counts statements.
     counts: bool,
-    /// The current run of statements, as an index into `runs`.
-    run: Option<(usize, usize)>,
-    /// The runs started so far, as the number of statements in each.
-    runs: Vec<usize>,
-    /// Locals declared at their first assignment.
-    later: BTreeSet<usize>,
-    /// Locals whose value is never read.
-    unread: BTreeSet<usize>,
+    /// Whether the last of `runs` goes on.
+    is_run: bool,
+    /// The runs of statements started so far.
+    runs: Vec<Run>,
+    /// The local that the next assignment declares.
+    declared: Option<usize>,
+}
+
+/// Statements that take their budget together.
+struct Run {
+    /// The position in the text at which their number is written.
+    at: usize,
+    count: usize,
+}
+
+/// A local of the function being printed.
+struct PrintedLocal {
+    name: String,
+    /// Whether it only carries a call's value to its use and is therefore not printed.
+    is_elided: bool,
+    /// Whether it is declared at the beginning of the function.
+    is_first: bool,
+    /// Whether its declaration is still to be printed, before or in its first assignment.
+    is_pending: bool,
+    /// Whether its value is read anywhere.
+    is_read: bool,
+    /// Whether the statements printed so far name it, and the bounds of its array.
+    is_named: bool,
+    has_named_bounds: bool,
 }
 
 /// The C type of a scalar.
@@ -197,23 +219,6 @@ fn is_type(name: &str) -> bool {
             .contains(&name)
 }
 
-/// Whether a name occurs in a text as a whole word and not as a member name.
-fn is_used(text: &str, name: &str) -> bool {
-    let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    text.match_indices(name).any(|(at, _)| {
-        let (before, behind) = (&text[..at], &text[at + name.len()..]);
-        let is_member = before.ends_with("->") || before.ends_with('.');
-        !is_member && !before.ends_with(is_letter) && !behind.starts_with(is_letter)
-    })
-}
-
-/// A text without its comments, which may contain the names of variables.
-fn without_comments(text: &str) -> String {
-    let mut parts = text.split("/*");
-    let first = parts.next().unwrap_or_default().to_string();
-    parts.fold(first, |code, part| code + part.split_once("*/").map_or("", |(_, behind)| behind))
-}
-
 /// The bytes of a memory image as a C initializer list.
 fn bytes(image: &[u8]) -> String {
     let bytes: Vec<String> = image.iter().map(u8::to_string).collect();
@@ -245,8 +250,20 @@ impl<'a> Printer<'a> {
                 texts.insert((*capacity, *wide));
             }
         }
-        let (text, scope) = (String::new(), Scope::default());
-        Printer { program, text, records, members, function_names, reached, facts, counts, texts, scope }
+        let (text, scope, reads_constants) = (String::new(), Scope::default(), false);
+        Printer {
+            program,
+            text,
+            records,
+            members,
+            function_names,
+            reached,
+            facts,
+            counts,
+            reads_constants,
+            texts,
+            scope,
+        }
     }
 
     /// Prints the functions that are reached.
@@ -258,10 +275,10 @@ impl<'a> Printer<'a> {
     }
 
     /// Prints the types, the start values and the constants.
-    fn data(&mut self, with_constants: bool) -> (String, String) {
-        self.types(with_constants);
+    fn data(&mut self) -> (String, String) {
+        self.types();
         let types = std::mem::take(&mut self.text);
-        self.values(with_constants);
+        self.values();
         (types, std::mem::take(&mut self.text))
     }
 
@@ -287,7 +304,7 @@ impl<'a> Printer<'a> {
         }
     }
 
-    fn types(&mut self, with_constants: bool) {
+    fn types(&mut self) {
         for (capacity, wide) in self.texts.clone() {
             let (name, of) = if wide { ("wide", "u16_t") } else { ("text", "u8_t") };
             // An even size keeps the next number aligned.
@@ -298,7 +315,7 @@ impl<'a> Printer<'a> {
             );
         }
         let mut done = vec![false; self.program.records.len()];
-        done[self.program.constants] = !with_constants;
+        done[self.program.constants] = !self.reads_constants;
         for number in 0..self.program.records.len() {
             self.record(number, &mut done);
         }
@@ -378,8 +395,8 @@ impl<'a> Printer<'a> {
     }
 
     /// Prints the start values of the memory, and the constants if they are used.
-    fn values(&mut self, with_constants: bool) {
-        if with_constants {
+    fn values(&mut self) {
+        if self.reads_constants {
             let name = &self.records[self.program.constants];
             let constants = bytes(&self.program.records[self.program.constants].start);
             let _ = writeln!(
@@ -495,43 +512,19 @@ impl<'a> Printer<'a> {
             Body::Code(body) => body,
             Body::Native(name) => return self.law(number, name),
         };
-        let names = self.local_names(function);
         let counts = self.counts && !program.docs.natives.contains(&number);
         // Simplifying would change the number of statements.
         let simplified = if counts { Vec::new() } else { facts::simplified(body, &self.facts) };
         let body = if counts { &body[..] } else { &simplified[..] };
-        let uses = Uses::new(&self.facts, number, body);
         let has_jumps = counts || facts::may_not_end(body);
-        let mut scope = Scope { function: Some(function), number, names: names.clone(), indent: 1, ..Scope::default() };
-        let is_number = |local: &usize| matches!(function.locals[*local].ty, Type::Scalar(_));
-        scope.elided = (0..function.locals.len()).filter(|local| !counts && uses.is_elided(*local)).collect();
-        scope.counts = counts;
-        let mut used: BTreeSet<usize> =
-            uses.locals().chain(self.facts[number].outs.iter().copied()).chain(self.facts[number].returns).collect();
-        if !has_jumps
-            && let Some(result) = self.facts[number].returns.filter(|result| statement::is_direct(body, *result))
-        {
-            scope.direct = Some(result);
-            used.remove(&result);
-        }
-        if counts {
-            used.extend((0..function.locals.len()).filter(|local| uses.is_elided(*local)));
-        } else if !has_jumps && self.facts[number].outs.is_empty() {
-            let own = used.iter().copied().filter(|local| *local >= function.parameters).filter(is_number);
-            scope.later =
-                own.filter(|local| scope.direct.is_some() || Some(*local) != self.facts[number].returns).collect();
-        }
-        let facts = &self.facts[number];
-        let is_read =
-            |local: &usize| uses.is_read(*local) || facts.outs.contains(local) || facts.returns == Some(*local);
-        scope.unread = (0..function.locals.len()).filter(|local| !is_read(local)).collect();
-        let (later, unread) = (scope.later.clone(), scope.unread.clone());
-        self.scope = scope;
+        let direct = self.facts[number].returns.filter(|result| !has_jumps && statement::is_direct(body, *result));
+        self.scope = Scope { function: Some(function), number, indent: 1, direct, counts, ..Scope::default() };
+        self.scope.locals = self.locals(function, body, has_jumps);
         let before = std::mem::take(&mut self.text);
         self.body(body)?;
         let mut statements = std::mem::replace(&mut self.text, before);
-        for (run, count) in self.scope.runs.iter().enumerate() {
-            statements = statements.replace(&format!("@{run}@"), &count.to_string());
+        for run in self.scope.runs.iter().rev() {
+            statements.insert_str(run.at, &run.count.to_string());
         }
         let head = self.head(number);
         self.text.push('\n');
@@ -543,11 +536,11 @@ impl<'a> Printer<'a> {
         }
         let _ = writeln!(self.text, "{head} {{");
         let (mut declarations, mut starts) = (String::new(), String::new());
-        for (index, (local, name)) in function.locals.iter().zip(&names).enumerate() {
-            let is_parameter = index < function.parameters;
+        for (index, (local, printed)) in function.locals.iter().zip(&self.scope.locals).enumerate() {
+            let (is_parameter, name) = (index < function.parameters, &printed.name);
             match &local.ty {
                 _ if local.by_reference => {}
-                _ if !is_parameter && (!used.contains(&index) || later.contains(&index)) => {}
+                _ if !is_parameter && !printed.is_first => {}
                 Type::Scalar(_) if is_parameter => {}
                 Type::Scalar(ty) => {
                     let zero = expr::constant(Value::new(*ty, 0));
@@ -569,31 +562,31 @@ impl<'a> Printer<'a> {
         for temporary in &self.scope.temporaries {
             let _ = writeln!(declarations, "    {temporary};");
         }
-        let mut all: Vec<String> = Vec::new();
         let facts = &self.facts[number];
         let is_entry = facts::is_entry(function);
-        all.extend((is_entry || facts.needs_call).then(|| "call".to_string()));
-        all.extend((is_entry || facts.needs_memory).then(|| "memory".to_string()));
-        all.extend(function.instance.map(|_| "self".to_string()));
-        for (index, (local, name)) in function.locals.iter().zip(&names).enumerate() {
-            if index < function.parameters {
-                all.push(name.clone());
-                all.extend(matches!(local.ty, Type::Open { .. }).then(|| format!("{name}_bounds")));
-            } else if used.contains(&index) && !later.contains(&index) {
-                all.push(name.clone());
-            }
-        }
-        let is_unread = |name: &String| names.iter().zip(0..).any(|(it, local)| it == name && unread.contains(&local));
-        let code = without_comments(&statements);
-        for name in all.into_iter().filter(|name| is_unread(name) || !is_used(&code, name)) {
+        let arguments = [
+            ("call", is_entry || facts.needs_call),
+            ("memory", is_entry || facts.needs_memory),
+            ("self", function.instance.is_some()),
+        ];
+        for (name, _) in arguments.iter().filter(|(name, exists)| *exists && !self.scope.named.contains(name)) {
             let _ = writeln!(declarations, "    (void){name};");
+        }
+        for (index, (local, printed)) in function.locals.iter().zip(&self.scope.locals).enumerate() {
+            let (is_parameter, name) = (index < function.parameters, &printed.name);
+            if (is_parameter || printed.is_first) && !(printed.is_read && printed.is_named) {
+                let _ = writeln!(declarations, "    (void){name};");
+            }
+            if is_parameter && matches!(local.ty, Type::Open { .. }) && !printed.has_named_bounds {
+                let _ = writeln!(declarations, "    (void){name}_bounds;");
+            }
         }
         let _ = write!(self.text, "{declarations}{starts}{statements}");
         if self.scope.leaves {
             self.text.push_str("done:;\n");
         }
         for output in &self.facts[number].outs {
-            let (name, ty) = (&names[*output], &function.locals[*output].ty);
+            let (name, ty) = (&self.scope.locals[*output].name, &function.locals[*output].ty);
             let copied = match ty {
                 Type::Scalar(_) => format!("*{name}_out = {name};"),
                 _ => format!("memcpy({name}_out, &{name}, sizeof {name});"),
@@ -601,10 +594,29 @@ impl<'a> Printer<'a> {
             let _ = writeln!(self.text, "    if ({name}_out) {{\n        {copied}\n    }}");
         }
         if let Some(result) = self.facts[number].returns.filter(|_| self.scope.direct.is_none()) {
-            let _ = writeln!(self.text, "    return {};", names[result]);
+            let _ = writeln!(self.text, "    return {};", self.scope.locals[result].name);
         }
         self.text.push_str("}\n");
         Ok(())
+    }
+
+    /// The locals of the function before its statements are printed.
+    fn locals(&self, function: &Function, body: &[Statement], has_jumps: bool) -> Vec<PrintedLocal> {
+        let Scope { number, direct, counts, .. } = self.scope;
+        let facts = &self.facts[number];
+        let uses = Uses::new(&self.facts, number, body);
+        let named = self.local_names(function).into_iter().enumerate();
+        let printed = named.map(|(index, name)| {
+            let is_output = facts.outs.contains(&index) || facts.returns == Some(index);
+            let is_elided = !counts && uses.is_elided(index);
+            let is_used = (uses.is_named(index) && !is_elided || is_output) && direct != Some(index);
+            let is_number = matches!(function.locals[index].ty, Type::Scalar(_));
+            let may_be_late = !has_jumps && facts.outs.is_empty() && index >= function.parameters && is_number;
+            let is_pending = is_used && may_be_late && (direct.is_some() || facts.returns != Some(index));
+            let (is_first, is_read) = (is_used && !is_pending, is_output || uses.is_read(index));
+            PrintedLocal { name, is_elided, is_first, is_pending, is_read, is_named: false, has_named_bounds: false }
+        });
+        printed.collect()
     }
 
     /// The function that calls a block of another program: its instance has the bytes of a saved state, without
@@ -647,6 +659,18 @@ impl<'a> Printer<'a> {
 
     fn line(&mut self, text: &str) {
         let _ = writeln!(self.text, "{:width$}{text}", "", width = 4 * self.scope.indent);
+    }
+
+    /// The name of the argument `call`, `memory` or `self`.
+    fn argument(&mut self, name: &'static str) -> String {
+        self.scope.named.insert(name);
+        name.to_string()
+    }
+
+    /// The name of a local in a statement.
+    fn local(&mut self, local: usize) -> String {
+        self.scope.locals[local].is_named = true;
+        self.scope.locals[local].name.clone()
     }
 
     /// The name of a new temporary.

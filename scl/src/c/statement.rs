@@ -2,7 +2,7 @@
 
 use super::expr::{Effect, bare, constant};
 use super::facts::{self, Uses};
-use super::{Printer, WIDTH, comment, line, scalar};
+use super::{PrintedLocal, Printer, Run, WIDTH, comment, line, scalar};
 use crate::ir::{Argument, Call, Expr, For, Place, Scalar, Statement, Type, Value, What};
 
 impl Printer<'_> {
@@ -53,26 +53,23 @@ impl Printer<'_> {
         if !self.scope.counts {
             return;
         }
-        let run = match self.scope.run {
-            Some((run, _)) => run,
-            None => {
-                let run = self.scope.runs.len();
-                self.scope.runs.push(0);
-                self.line(&format!("call->budget -= @{run}@;"));
-                self.scope.run = Some((run, 0));
-                run
-            }
-        };
-        self.scope.runs[run] += 1;
+        if !std::mem::replace(&mut self.scope.is_run, true) {
+            let call = self.argument("call");
+            self.line(&format!("{call}->budget -= ;"));
+            self.scope.runs.push(Run { at: self.text.len() - ";\n".len(), count: 0 });
+        }
+        if let Some(run) = self.scope.runs.last_mut() {
+            run.count += 1;
+        }
     }
 
     /// Declares the locals first used in this statement, which are used only here and later in the same list.
     fn declare(&mut self, statement: &Statement, rest: &[Statement]) {
-        if self.scope.later.is_empty() {
+        if !self.scope.locals.iter().any(|local| local.is_pending) {
             return;
         }
         let one = std::slice::from_ref(statement);
-        let here: Vec<usize> = named(one).into_iter().filter(|it| self.scope.later.contains(it)).collect();
+        let here: Vec<usize> = named(one).into_iter().filter(|it| self.scope.locals[*it].is_pending).collect();
         let Some(function) = self.scope.function else { return };
         for local in here {
             let is_used_behind = named(rest).contains(&local);
@@ -92,13 +89,13 @@ impl Printer<'_> {
             if !is_used_behind && in_parts == 1 {
                 continue;
             }
-            self.scope.later.remove(&local);
+            self.scope.locals[local].is_pending = false;
             let Type::Scalar(ty) = function.locals[local].ty else { continue };
-            let name = self.scope.names[local].clone();
+            let PrintedLocal { name, is_read, .. } = &self.scope.locals[local];
+            let (name, is_read) = (name.clone(), *is_read);
             match &statement.what {
                 What::Assign(to, value) if facts::local(to) == Some(local) && !reads(value, local, &self.facts) => {
-                    // The assignment is the declaration.
-                    self.scope.names[local] = format!("{} {name}", scalar(ty));
+                    self.scope.declared = Some(local);
                 }
                 _ => {
                     let start = if assigns(one, local, &self.facts) {
@@ -107,7 +104,7 @@ impl Printer<'_> {
                         format!(" = {}", constant(Value::new(ty, 0)))
                     };
                     self.line(&format!("{} {name}{start};", scalar(ty)));
-                    if self.scope.unread.contains(&local) {
+                    if !is_read {
                         self.line(&format!("(void){name};"));
                     }
                 }
@@ -117,9 +114,9 @@ impl Printer<'_> {
 
     fn block(&mut self, list: &[Statement], last: bool) -> Result<(), String> {
         self.scope.indent += 1;
-        self.scope.run = None;
+        self.scope.is_run = false;
         let done = self.list(list, last);
-        self.scope.run = None;
+        self.scope.is_run = false;
         self.scope.indent -= 1;
         done
     }
@@ -127,21 +124,17 @@ impl Printer<'_> {
     fn statement(&mut self, what: &What, last: bool) -> Result<(), String> {
         match what {
             What::Assign(to, value) => {
+                let declared = self.scope.declared.take();
                 let mut text = self.whole(value)?;
                 if self.comes_before(value, self.of_place(to)) {
                     text = self.kept(value.ty(), &text);
                 }
-                let to_text = self.place(to)?;
-                if let Some(local) = facts::local(to)
-                    && let Some((_, name)) = self.scope.names[local].clone().rsplit_once(' ')
-                {
-                    self.scope.names[local] = name.to_string();
+                let name = self.place(to)?;
+                match declared {
+                    Some(_) => self.assigned(&format!("{} {name}", scalar(value.ty())), &text),
+                    None => self.assigned(&name, &text),
                 }
-                self.assigned(&to_text, &text);
-                if let Some(local) = facts::local(to).filter(|_| to_text.contains(' '))
-                    && self.scope.unread.contains(&local)
-                {
-                    let name = self.scope.names[local].clone();
+                if declared.is_some_and(|local| !self.scope.locals[local].is_read) {
                     self.line(&format!("(void){name};"));
                 }
             }
@@ -173,7 +166,7 @@ impl Printer<'_> {
             What::While(condition, body) => {
                 self.line("for (;;) {");
                 self.scope.indent += 1;
-                self.scope.run = None;
+                self.scope.is_run = false;
                 let condition = self.expr(condition)?;
                 self.line(&format!("if (!{condition}) {{"));
                 self.line("    break;");
@@ -197,22 +190,22 @@ impl Printer<'_> {
             What::Comment(_) => {}
             What::Break => {
                 self.line("break;");
-                self.scope.run = None;
+                self.scope.is_run = false;
             }
             What::Continue => {
                 let (label, used) = self.scope.loops.last_mut().ok_or("there is no loop around")?;
                 *used = true;
                 let label = format!("goto next_{label};");
                 self.line(&label);
-                self.scope.run = None;
+                self.scope.is_run = false;
             }
             What::Return => {
                 self.leave(0);
-                self.scope.run = None;
+                self.scope.is_run = false;
             }
             What::Label(label) => {
                 self.line(&format!("label_{label}:;"));
-                self.scope.run = None;
+                self.scope.is_run = false;
             }
             What::Goto(label) => self.again(&format!("goto label_{label};")),
         }
@@ -255,7 +248,7 @@ impl Printer<'_> {
         let [Statement { what: What::If(condition, then, otherwise), at }] = list else { return true };
         let head = [Statement { at: *at, what: What::If(condition.clone(), Vec::new(), Vec::new()) }];
         let uses = |list: &[Statement]| -> Vec<usize> {
-            named(list).into_iter().filter(|it| self.scope.later.contains(it)).collect()
+            named(list).into_iter().filter(|it| self.scope.locals[*it].is_pending).collect()
         };
         let (then, otherwise) = (uses(then), uses(otherwise));
         !uses(&head).is_empty() || then.iter().any(|local| otherwise.contains(local))
@@ -269,7 +262,7 @@ impl Printer<'_> {
                 self.scope.leaves = true;
                 "goto done;".to_string()
             }
-            Some(result) if self.scope.direct.is_none() => format!("return {};", self.scope.names[result]),
+            Some(result) if self.scope.direct.is_none() => format!("return {};", self.local(result)),
             _ => "return;".to_string(),
         };
         self.line(&format!("{:width$}{text}", "", width = 4 * deeper));
@@ -289,12 +282,12 @@ impl Printer<'_> {
     /// Prints the end of a loop's body: a check of the budget, then `text`, which jumps back.
     fn again(&mut self, text: &str) {
         let line = line(self.scope.at);
-        let deeper = if text == "}" { "    " } else { "" };
-        self.line(&format!("{deeper}if (!goes_on(call, {line})) {{"));
+        let (deeper, call) = (if text == "}" { "    " } else { "" }, self.argument("call"));
+        self.line(&format!("{deeper}if (!goes_on({call}, {line})) {{"));
         self.leave(1 + deeper.len() / 4);
         self.line(&format!("{deeper}}}"));
         self.line(text);
-        self.scope.run = None;
+        self.scope.is_run = false;
     }
 
     fn count(&mut self, it: &For) -> Result<(), String> {
@@ -312,11 +305,11 @@ impl Printer<'_> {
         let next = self.temporary(|_, name| format!("{} {name}", scalar(ty)));
         self.line("for (;;) {");
         self.scope.indent += 1;
-        self.scope.run = None;
+        self.scope.is_run = false;
         if !matches!(it.step, Expr::Const(value) if value.bits() != 0) {
-            let line = line(self.scope.at);
+            let (call, line) = (self.argument("call"), line(self.scope.at));
             self.line(&format!("if ({step} == 0) {{"));
-            self.line(&format!("    stop(call, STEP_OF_0, {line});"));
+            self.line(&format!("    stop({call}, STEP_OF_0, {line});"));
             self.leave(1);
             self.line("}");
         }
@@ -363,8 +356,12 @@ impl Printer<'_> {
     fn passed(&mut self, call: &Call, chosen: &[&Place]) -> Result<Vec<String>, String> {
         let callee = &self.program.functions[call.function];
         let mut passed = Vec::new();
-        passed.extend(self.facts[call.function].needs_call.then(|| "call".to_string()));
-        passed.extend(self.facts[call.function].needs_memory.then(|| "memory".to_string()));
+        if self.facts[call.function].needs_call {
+            passed.push(self.argument("call"));
+        }
+        if self.facts[call.function].needs_memory {
+            passed.push(self.argument("memory"));
+        }
         // The budget is checked after all arguments are evaluated.
         let at_end = Effect { runs: false, stops: self.scope.counts };
         let outputs = chosen.iter().fold(at_end, |effect, place| effect.and(self.of_place(place)));
@@ -452,7 +449,8 @@ impl Printer<'_> {
         let mut passed = addresses.split_off(places.len());
         let counts = self.scope.counts && !self.program.docs.natives.contains(&call.function);
         if counts {
-            self.line(&format!("if (!goes_in(call, {})) {{", line(self.scope.at)));
+            let (call, line) = (self.argument("call"), line(self.scope.at));
+            self.line(&format!("if (!goes_in({call}, {line})) {{"));
             self.leave(1);
             self.line("}");
         }

@@ -1,6 +1,6 @@
 //! Random programs give the same bits as C and in the machine.
 
-use super::{HEAD, Printer, is_used, operations};
+use super::{HEAD, Printer, operations};
 use crate::ir::{
     Argument, At, Base, Binary, Body, Call, Expr, Function, Local, Place, Program, Scalar, Statement, Step, Type,
     Value, What,
@@ -113,9 +113,11 @@ impl Ran {
 /// Prints programs with the same types and start values, and a host that calls this function of each, as one file.
 fn file(programs: &[Program], entry: usize) -> String {
     let (mut functions, mut entries) = (String::new(), String::new());
+    let mut first = Printer::new(&programs[0]);
     for (number, program) in programs.iter().enumerate() {
         let mut printer = Printer::new(program);
         let text = printer.functions().unwrap();
+        first.reads_constants |= printer.reads_constants;
         // Several programs share the names of functions, and a member of one may have such a name.
         let reached = printer.reached.iter().filter(|_| programs.len() > 1);
         let names: Vec<&String> = reached.map(|it| &printer.function_names[*it]).collect();
@@ -125,7 +127,7 @@ fn file(programs: &[Program], entry: usize) -> String {
         let end = if programs.len() > 1 { format!("_{number}") } else { String::new() };
         let _ = write!(entries, "{}{end}, ", printer.function_names[entry]);
     }
-    let (types, values) = Printer::new(&programs[0]).data(is_used(&functions, "constants"));
+    let (types, values) = first.data();
     let operations = operations::used(&format!("call_t {types}{values}{functions}"));
     format!(
         "#define PROGRAM static\n#define CALLS {CALLS}\n#define BUDGET {BUDGET}\n{HEAD}{operations}{types}{values}{functions}\n\
