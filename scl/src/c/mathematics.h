@@ -1,17 +1,19 @@
-# twofold_t
-/* The sum of two numbers that is not carried out: about 106 bits. The second is at most half a unit in the last place of the first,
-   which is therefore the sum, rounded. */
-typedef struct {
-    double high;
-    double low;
-} twofold_t;
+from_c! {
 
-# twofold_of
-static twofold_t twofold_of(double high, double low) {
-    twofold_t number;
-    number.high = high;
-    number.low = low;
-    return number;
+# infinite
+static double infinite(void) {
+    return f64_of(0x7FF0000000000000);
+}
+
+# no_number
+static double no_number(void) {
+    return f64_of(0x7FF8000000000000);
+}
+
+# tiny
+/* Below 2^-27, sine, tangent and their inverses are their argument, rounded. */
+static double tiny(void) {
+    return 7.450580596923828e-9;
 }
 
 # exact_sum
@@ -70,15 +72,17 @@ static twofold_t twofold_minus(twofold_t a) {
 # polynomial
 /* The polynomial with these coefficients, the constant first: `wide` of them in twice the precision, those of higher powers, which
    contribute little, in binary64. */
-static twofold_t polynomial(twofold_t x, const twofold_t *coefficients, int count, int wide) {
+static twofold_t polynomial(twofold_t x, twofolds_t coefficients, size_t count, size_t wide) {
     double narrow = 0.0;
+    size_t n = count;
     twofold_t value;
-    int n;
-    for (n = count - 1; n >= wide; n -= 1) {
+    while (n > wide) {
+        n -= 1;
         narrow = narrow * x.high + coefficients[n].high;
     }
     value = twofold_of(narrow, 0.0);
-    for (n = wide - 1; n >= 0; n -= 1) {
+    while (n > 0) {
+        n -= 1;
         value = twofold_sum(twofold_product(value, x), coefficients[n]);
     }
     return value;
@@ -88,12 +92,6 @@ static twofold_t polynomial(twofold_t x, const twofold_t *coefficients, int coun
 /* The nearest whole number of one below 2^51, ties to even: 1.5 * 2^52 leaves no bit for a fraction. */
 static double nearest(double x) {
     return (x + 6755399441055744.0) - 6755399441055744.0;
-}
-
-# power_of_2
-/* 2^k for -1022 to 1023. */
-static double power_of_2(i64_t k) {
-    return f64_of((u64_t)(k + 1023) << 52);
 }
 
 # scaled
@@ -144,7 +142,7 @@ static double exponential(twofold_t x) {
     double k;
     twofold_t r;
     if (x.high > 710.0) {
-        return f64_of(0x7FF0000000000000ull);
+        return infinite();
     }
     if (x.high < -746.0) {
         return 0.0;
@@ -152,12 +150,12 @@ static double exponential(twofold_t x) {
     /* 1 / ln(2) */
     k = nearest(x.high * 1.4426950408889634);
     r = twofold_sum(x, times_ln_2(-k));
-    return scaled(polynomial(r, coefficients, 17, 4), (i64_t)k);
+    return scaled(polynomial(r, coefficients, 17, 4), whole_of(k));
 }
 
 # odd_polynomial
 /* The polynomial with the coefficients 1 / (2 n + 1), as many as `count`. */
-static twofold_t odd_polynomial(twofold_t x, int count, int wide) {
+static twofold_t odd_polynomial(twofold_t x, size_t count, size_t wide) {
     static const twofold_t coefficients[14] = {
         {1.0, 0.0},
         {0.3333333333333333, 1.850371707708594e-17},
@@ -180,31 +178,33 @@ static twofold_t odd_polynomial(twofold_t x, int count, int wide) {
 # logarithm
 /* ln(x) of a finite number above 0: x = 2^k m with m from 0.7 to 1.4, and ln(m) = 2 artanh((m - 1) / (m + 1)). */
 static twofold_t logarithm(double x) {
-    i64_t k = -1023;
-    double m;
+    double k = -1023.0, m;
     twofold_t s, half;
     /* 2^-1022 and 2^54 */
     if (x < 2.2250738585072014e-308) {
         x *= 18014398509481984.0;
-        k -= 54;
+        k -= 54.0;
     }
-    k += (i64_t)(bits_f64(x) >> 52);
-    m = f64_of((bits_f64(x) & 0xFFFFFFFFFFFFFull) | 0x3FF0000000000000ull);
+    k += real_of(bits_f64(x) >> 52);
+    m = f64_of((bits_f64(x) & 0xFFFFFFFFFFFFF) | 0x3FF0000000000000);
     if (m > 1.4142135623730951) {
         m *= 0.5;
-        k += 1;
+        k += 1.0;
     }
     s = twofold_quotient(twofold_of(m - 1.0, 0.0), exact_sum(m, 1.0));
     half = twofold_product(s, odd_polynomial(twofold_product(s, s), 14, 4));
-    return twofold_sum(times_ln_2((double)k), twofold_of(2.0 * half.high, 2.0 * half.low));
+    return twofold_sum(times_ln_2(k), twofold_of(2.0 * half.high, 2.0 * half.low));
 }
 
 # digit_from
 /* 32 bits of a number of 10 digits, from this bit on. */
-static u64_t digit_from(const u64_t *digits, i64_t bit) {
-    i64_t n = bit / 32;
-    u64_t above = n < 9 ? digits[n + 1] : 0;
-    return ((above << 32 | digits[n]) >> (bit % 32)) & 0xFFFFFFFFull;
+static u64_t digit_from(digits_t digits, i64_t bit) {
+    size_t n = place_of(bit / 32);
+    u64_t above = 0;
+    if (n < 9) {
+        above = digits[n + 1];
+    }
+    return ((above << 32 | digits[n]) >> (bit % 32)) & 0xFFFFFFFF;
 }
 
 # half_pi
@@ -215,57 +215,65 @@ static twofold_t half_pi(void) {
 # quadrant
 /* The quadrant of a finite angle that is not negative, and what the angle has beyond the middle of the quadrant's axis, from -pi/4 to
    pi/4: 2/pi is multiplied by the whole number that the bits of the angle are, with as many digits as that takes. */
-static u64_t quadrant(double x, twofold_t *rest) {
+static turn_t quadrant(double x) {
     /* 2 / pi */
-    static const u32_t two_by_pi[38] = {
-        0xA2F9836Eu, 0x4E441529u, 0xFC2757D1u, 0xF534DDC0u, 0xDB629599u, 0x3C439041u, 0xFE5163ABu, 0xDEBBC561u,
-        0xB7246E3Au, 0x424DD2E0u, 0x06492EEAu, 0x09D1921Cu, 0xFE1DEB1Cu, 0xB129A73Eu, 0xE88235F5u, 0x2EBB4484u,
-        0xE99C7026u, 0xB45F7E41u, 0x3991D639u, 0x835339F4u, 0x9C845F8Bu, 0xBDF9283Bu, 0x1FF897FFu, 0xDE05980Fu,
-        0xEF2F118Bu, 0x5A0A6D1Fu, 0x6D367ECFu, 0x27CB09B7u, 0x4F463F66u, 0x9E5FEA2Du, 0x7527BAC7u, 0xEBE5F17Bu,
-        0x3D0739F7u, 0x8A5292EAu, 0x6BFB5FB1u, 0x1F8D5D08u, 0x56033046u, 0xFC7B6BABu
+    static const u64_t two_by_pi[38] = {
+        0xA2F9836E, 0x4E441529, 0xFC2757D1, 0xF534DDC0, 0xDB629599, 0x3C439041, 0xFE5163AB, 0xDEBBC561,
+        0xB7246E3A, 0x424DD2E0, 0x06492EEA, 0x09D1921C, 0xFE1DEB1C, 0xB129A73E, 0xE88235F5, 0x2EBB4484,
+        0xE99C7026, 0xB45F7E41, 0x3991D639, 0x835339F4, 0x9C845F8B, 0xBDF9283B, 0x1FF897FF, 0xDE05980F,
+        0xEF2F118B, 0x5A0A6D1F, 0x6D367ECF, 0x27CB09B7, 0x4F463F66, 0x9E5FEA2D, 0x7527BAC7, 0xEBE5F17B,
+        0x3D0739F7, 0x8A5292EA, 0x6BFB5FB1, 0x1F8D5D08, 0x56033046, 0xFC7B6BAB
     };
-    u64_t mantissa = (bits_f64(x) & 0xFFFFFFFFFFFFFull) | 0x10000000000000ull;
-    /* x = mantissa * 2^exponent */
-    i64_t exponent = (i64_t)(bits_f64(x) >> 52) - 1075;
-    /* Digits before this one give whole turns. */
-    i64_t first = exponent < 2 ? 0 : (exponent - 2) / 32;
-    /* The product, its lowest digit first. Its point stands before the bit of this number. */
     u64_t digits[10] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
-    i64_t point = 32 * (first + 8) - exponent;
-    u64_t low = mantissa & 0xFFFFFFFFull, high = mantissa >> 32;
+    u64_t mantissa = (bits_f64(x) & 0xFFFFFFFFFFFFF) | 0x10000000000000;
+    u64_t low = mantissa & 0xFFFFFFFF, high = mantissa >> 32;
     u64_t carry = 0, before = 0, beyond, part;
-    twofold_t fraction;
+    /* x = mantissa * 2^exponent */
+    i64_t exponent = whole_of(real_of(bits_f64(x) >> 52)) - 1075;
+    i64_t first = 0, point, bit;
+    twofold_t rest = twofold_of(0.0, 0.0);
     double weight = 1.0;
-    int n;
+    size_t n = 0;
     if (x <= 0.7853981633974483) {
-        *rest = twofold_of(x, 0.0);
-        return 0;
+        return turn_of(0, twofold_of(x, 0.0));
     }
-    for (n = 0; n < 8; n += 1) {
-        digits[n] = two_by_pi[first + 7 - n];
+    /* Digits before the first one give whole turns. */
+    if (exponent >= 2) {
+        first = (exponent - 2) / 32;
     }
-    for (n = 0; n < 10; n += 1) {
+    while (n < 8) {
+        digits[n] = two_by_pi[place_of(first) + 7 - n];
+        n += 1;
+    }
+    /* The product, its lowest digit first. Its point stands before the bit of this number. */
+    point = 32 * (first + 8) - exponent;
+    n = 0;
+    while (n < 10) {
         u64_t both = digits[n] * low + carry;
-        u64_t sum = before * high + (both & 0xFFFFFFFFull);
+        u64_t sum = before * high + (both & 0xFFFFFFFF);
         carry = (both >> 32) + (sum >> 32);
         before = digits[n];
-        digits[n] = sum & 0xFFFFFFFFull;
+        digits[n] = sum & 0xFFFFFFFF;
+        n += 1;
     }
     /* Beyond a half the next quadrant is nearer, and the rest of 1 counts: its bits are the other ones. */
     beyond = digit_from(digits, point - 32) >> 31;
-    fraction = twofold_of(0.0, 0.0);
-    for (n = 1; n <= 6; n += 1) {
-        part = digit_from(digits, point - 32 * n);
-        part = beyond == 1 ? part ^ 0xFFFFFFFFull : part;
+    bit = point;
+    while (bit > point - 192) {
+        bit -= 32;
+        part = digit_from(digits, bit);
+        if (beyond == 1) {
+            part ^= 0xFFFFFFFF;
+        }
         /* 2^-32 */
         weight *= 2.3283064365386963e-10;
-        fraction = twofold_sum(fraction, twofold_of((double)part * weight, 0.0));
+        rest = twofold_sum(rest, twofold_of(real_of(part) * weight, 0.0));
     }
-    *rest = twofold_product(fraction, half_pi());
+    rest = twofold_product(rest, half_pi());
     if (beyond == 1) {
-        *rest = twofold_minus(*rest);
+        rest = twofold_minus(rest);
     }
-    return (digit_from(digits, point) + beyond) & 3;
+    return turn_of((digit_from(digits, point) + beyond) & 3, rest);
 }
 
 # sine
@@ -323,15 +331,17 @@ static twofold_t angle_of(twofold_t y, twofold_t x) {
         {0.7188299996216245, -2.1478388444456983e-17},
         {0.7853981633974483, 3.061616997868383e-17}
     };
-    int is_steep = y.high > x.high;
-    twofold_t less = is_steep ? x : y, more = is_steep ? y : x;
-    double n = nearest(8.0 * less.high / more.high);
-    twofold_t known = twofold_of(n / 8.0, 0.0);
-    twofold_t above = twofold_sum(less, twofold_minus(twofold_product(more, known)));
-    twofold_t z = twofold_quotient(above, twofold_sum(more, twofold_product(less, known)));
-    twofold_t rest = twofold_product(z, odd_polynomial(twofold_minus(twofold_product(z, z)), 9, 2));
-    twofold_t angle = twofold_sum(arc_tangent[(int)n], rest);
-    return is_steep ? twofold_sum(half_pi(), twofold_minus(angle)) : angle;
+    twofold_t known, z, rest;
+    double n;
+    if (y.high > x.high) {
+        return twofold_sum(half_pi(), twofold_minus(angle_of(x, y)));
+    }
+    n = nearest(8.0 * y.high / x.high);
+    known = twofold_of(n / 8.0, 0.0);
+    z = twofold_sum(y, twofold_minus(twofold_product(x, known)));
+    z = twofold_quotient(z, twofold_sum(x, twofold_product(y, known)));
+    rest = twofold_product(z, odd_polynomial(twofold_minus(twofold_product(z, z)), 9, 2));
+    return twofold_sum(arc_tangent[place_of(whole_of(n))], rest);
 }
 
 # other_leg
@@ -350,99 +360,99 @@ static twofold_t other_leg(double x) {
 
 # with_sign
 /* The number with the sign of another one. */
-static double with_sign(double number, double of) {
-    return of < 0.0 ? -number : number;
-}
-
-# is_small
-/* Below 2^-27, sine, tangent and their inverses are their argument, rounded. */
-static int is_small(double x) {
-    return abs_f64(x) < 7.450580596923828e-9;
-}
-
-# is_finite
-static int is_finite(double x) {
-    return abs_f64(x) < f64_of(0x7FF0000000000000ull);
-}
-
-# no_number
-static double no_number(void) {
-    return f64_of(0x7FF8000000000000ull);
+static double with_sign(double number, double other) {
+    if (other < 0.0) {
+        return -number;
+    }
+    return number;
 }
 
 # exp_f64
 /* e^x. */
 static double exp_f64(double x) {
-    return x == x ? exponential(twofold_of(x, 0.0)) : x;
+    if (x == x) {
+        return exponential(twofold_of(x, 0.0));
+    }
+    return x;
 }
 
 # ln_f64
 /* The natural logarithm: that of 0 is -infinity, and what is below 0 has none. */
 static double ln_f64(double x) {
     if (x == 0.0) {
-        return f64_of(0xFFF0000000000000ull);
+        return -infinite();
     }
-    if (!(x > 0.0 && is_finite(x))) {
-        return x > 0.0 ? x : no_number();
+    if (x > 0.0 && x < infinite()) {
+        return logarithm(x).high;
     }
-    return logarithm(x).high;
+    if (x > 0.0) {
+        return x;
+    }
+    return no_number();
 }
 
 # log_f64
 /* The logarithm to the base of 10. */
 static double log_f64(double x) {
-    if (!(x > 0.0 && is_finite(x))) {
+    if (!(x > 0.0 && x < infinite())) {
         return ln_f64(x);
     }
     /* 1 / ln(10) */
     return twofold_product(logarithm(x), twofold_of(0.4342944819032518, 1.098319650216765e-17)).high;
 }
 
+# sine_from
+/* The sine of an angle that is so many quadrants beyond this one. */
+static double sine_from(turn_t turn, u64_t quadrants) {
+    u64_t number = (turn.quadrant + quadrants) & 3;
+    double y;
+    if ((number & 1) == 0) {
+        y = sine(turn.rest).high;
+    } else {
+        y = cosine(turn.rest).high;
+    }
+    if (number >= 2) {
+        return -y;
+    }
+    return y;
+}
+
 # sin_f64
 /* The sine of an angle in radians. */
 static double sin_f64(double x) {
-    u64_t number;
-    twofold_t rest, y;
-    if (!is_finite(x)) {
+    if (!(abs_f64(x) < infinite())) {
         return no_number();
     }
-    if (is_small(x)) {
+    if (abs_f64(x) < tiny()) {
         return x;
     }
-    number = quadrant(abs_f64(x), &rest);
-    y = (number & 1) == 0 ? sine(rest) : cosine(rest);
-    return with_sign((number & 2) == 0 ? y.high : -y.high, x);
+    return with_sign(sine_from(quadrant(abs_f64(x)), 0), x);
 }
 
 # cos_f64
 /* The cosine of an angle in radians. */
 static double cos_f64(double x) {
-    u64_t number;
-    twofold_t rest, y;
-    if (!is_finite(x)) {
+    if (!(abs_f64(x) < infinite())) {
         return no_number();
     }
-    number = quadrant(abs_f64(x), &rest);
-    y = (number & 1) == 0 ? cosine(rest) : sine(rest);
-    return number == 1 || number == 2 ? -y.high : y.high;
+    return sine_from(quadrant(abs_f64(x)), 1);
 }
 
 # tan_f64
 /* The tangent of an angle in radians. */
 static double tan_f64(double x) {
-    u64_t number;
-    twofold_t rest;
-    if (!is_finite(x)) {
+    turn_t turn;
+    if (!(abs_f64(x) < infinite())) {
         return no_number();
     }
-    if (is_small(x)) {
+    if (abs_f64(x) < tiny()) {
         return x;
     }
-    number = quadrant(abs_f64(x), &rest);
-    if ((number & 1) == 0) {
-        return with_sign(twofold_quotient(sine(rest), cosine(rest)).high, x);
+    turn = quadrant(abs_f64(x));
+    if ((turn.quadrant & 1) == 0) {
+        return with_sign(twofold_quotient(sine(turn.rest), cosine(turn.rest)).high, x);
     }
-    return with_sign(-twofold_quotient(cosine(rest), sine(rest)).high, x);
+    return with_sign(-twofold_quotient(cosine(turn.rest), sine(turn.rest)).high, x);
 }
 
 # asin_f64
@@ -451,7 +461,7 @@ static double asin_f64(double x) {
     if (!(abs_f64(x) <= 1.0)) {
         return no_number();
     }
-    if (is_small(x)) {
+    if (abs_f64(x) < tiny()) {
         return x;
     }
     return with_sign(angle_of(twofold_of(abs_f64(x), 0.0), other_leg(x)).high, x);
@@ -474,7 +484,7 @@ static double acos_f64(double x) {
 # atan_f64
 /* The angle from -pi/2 to pi/2 with this tangent. */
 static double atan_f64(double x) {
-    if (!(x == x) || is_small(x)) {
+    if (!(abs_f64(x) >= tiny())) {
         return x;
     }
     /* 2^64 */
@@ -487,26 +497,35 @@ static double atan_f64(double x) {
 # pow_f64
 /* x to the power of y. A negative x needs a whole y; x^0 and 1^y are 1, also of what is not a number. */
 static double pow_f64(double x, double y) {
-    double base = abs_f64(x), size = abs_f64(y), infinity = f64_of(0x7FF0000000000000ull), sign;
-    int is_whole_y = trunc_f64(y) == y;
-    /* From 2^53 on, all numbers are even. */
-    int is_odd = is_whole_y && trunc_f64(y / 2.0) != y / 2.0;
+    double base = abs_f64(x), size = abs_f64(y), sign = 1.0;
     if (y == 0.0 || x == 1.0) {
         return 1.0;
     }
     if (!(x == x && y == y)) {
         return no_number();
     }
-    sign = is_odd && bits_f64(x) >> 63 != 0 ? -1.0 : 1.0;
-    if (base == 0.0 || base == infinity) {
-        return sign * ((base == 0.0) == (y < 0.0) ? infinity : 0.0);
+    /* An odd y; from 2^53 on, all numbers are even. */
+    if (trunc_f64(y) == y && trunc_f64(y / 2.0) != y / 2.0 && bits_f64(x) >> 63 == 1) {
+        sign = -1.0;
     }
-    if (x < 0.0 && !is_whole_y) {
+    if (base == 0.0 || base == infinite()) {
+        if ((base == 0.0) == (y < 0.0)) {
+            return sign * infinite();
+        }
+        return sign * 0.0;
+    }
+    if (x < 0.0 && trunc_f64(y) != y) {
         return no_number();
     }
+    if (base == 1.0) {
+        return sign;
+    }
     /* 2^64: too much for every base but 1. */
-    if (base == 1.0 || size > 18446744073709551616.0) {
-        return sign * (base == 1.0 ? 1.0 : (base > 1.0) == (y > 0.0) ? infinity : 0.0);
+    if (size > 18446744073709551616.0) {
+        if ((base > 1.0) == (y > 0.0)) {
+            return sign * infinite();
+        }
+        return sign * 0.0;
     }
     /* 2^-70: the exponential of less is 1, rounded. */
     if (size < 8.470329472543003e-22) {
@@ -515,52 +534,4 @@ static double pow_f64(double x, double y) {
     return sign * exponential(twofold_product(logarithm(base), twofold_of(y, 0.0)));
 }
 
-# exp_f32
-static float exp_f32(float x) {
-    return (float)exp_f64((double)x);
-}
-
-# ln_f32
-static float ln_f32(float x) {
-    return (float)ln_f64((double)x);
-}
-
-# log_f32
-static float log_f32(float x) {
-    return (float)log_f64((double)x);
-}
-
-# sin_f32
-static float sin_f32(float x) {
-    return (float)sin_f64((double)x);
-}
-
-# cos_f32
-static float cos_f32(float x) {
-    return (float)cos_f64((double)x);
-}
-
-# tan_f32
-static float tan_f32(float x) {
-    return (float)tan_f64((double)x);
-}
-
-# asin_f32
-static float asin_f32(float x) {
-    return (float)asin_f64((double)x);
-}
-
-# acos_f32
-static float acos_f32(float x) {
-    return (float)acos_f64((double)x);
-}
-
-# atan_f32
-static float atan_f32(float x) {
-    return (float)atan_f64((double)x);
-}
-
-# pow_f32
-static float pow_f32(float x, float y) {
-    return (float)pow_f64((double)x, (double)y);
 }

@@ -209,14 +209,15 @@ fn is_taken(name: &str) -> bool {
     is_keyword(name) || WORDS.contains(name) || operations::exists(name)
 }
 
-/// Whether a record cannot have this name, because with the suffix `_t` it would clash with another type.
+/// Names that a record cannot have, because with the suffix `_t` they are other types.
+const TYPES: &str = "memory constants call twofold twofolds digits turn size ptrdiff wchar intmax uintmax intptr";
+
+/// Whether a record cannot have this name.
 fn is_type(name: &str) -> bool {
     let is_number = ["i", "u", "text_", "wide_"].iter().any(|prefix| {
         name.strip_prefix(prefix).is_some_and(|rest| !rest.is_empty() && rest.bytes().all(|byte| byte.is_ascii_digit()))
     });
-    is_number
-        || ["memory", "constants", "call", "twofold", "size", "ptrdiff", "wchar", "intmax", "uintmax", "intptr"]
-            .contains(&name)
+    is_number || TYPES.split(' ').any(|word| word == name)
 }
 
 /// The bytes of a memory image as a C initializer list.

@@ -397,11 +397,6 @@ static double sqrt_f64(double x) {
     return f64_of(((u64_t)exponent << 52) + (root - 0x10000000000000ull));
 }
 
-# sqrt_f32
-static float sqrt_f32(float x) {
-    return (float)sqrt_f64((double)x);
-}
-
 # length_of
 /* Texts: a length, then characters of one or two bytes. */
 static size_t length_of(const void *text, size_t capacity) {
@@ -430,4 +425,72 @@ static int compare_text(const void *a, size_t a_capacity, const void *b, size_t 
         }
     }
     return a_length < b_length ? -1 : a_length > b_length;
+}
+
+# twofold_t
+/* The sum of two numbers that is not carried out: about 106 bits. The second is at most half a unit in the last place of the first,
+   which is therefore the sum, rounded. */
+typedef struct {
+    double high;
+    double low;
+} twofold_t;
+
+# twofold_of
+static twofold_t twofold_of(double high, double low) {
+    twofold_t number;
+    number.high = high;
+    number.low = low;
+    return number;
+}
+
+# power_of_2
+/* 2^k for -1022 to 1023. */
+static double power_of_2(i64_t k) {
+    return f64_of((u64_t)(k + 1023) << 52);
+}
+
+# twofolds_t
+typedef const twofold_t *twofolds_t;
+
+# digits_t
+typedef const u64_t *digits_t;
+
+# turn_t
+/* An angle, as a quadrant and what it has beyond the middle of the quadrant's axis. */
+typedef struct {
+    u64_t quadrant;
+    twofold_t rest;
+} turn_t;
+
+# turn_of
+static turn_t turn_of(u64_t quadrant, twofold_t rest) {
+    turn_t turn;
+    turn.quadrant = quadrant;
+    turn.rest = rest;
+    return turn;
+}
+
+# whole_of
+static i64_t whole_of(double x) {
+    return (i64_t)x;
+}
+
+# real_of
+static double real_of(u64_t x) {
+    return (double)x;
+}
+
+# place_of
+static size_t place_of(i64_t x) {
+    return (size_t)x;
+}
+
+# pow_f32
+static float pow_f32(float x, float y) {
+    return (float)pow_f64((double)x, (double)y);
+}
+
+# *_f32
+static float $F_f32(float x) {
+    return (float)$F_f64((double)x);
 }

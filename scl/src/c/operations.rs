@@ -6,7 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
 /// All operations: each a line `# name` followed by its text. `*` in a name stands for any type of the class after it.
-const OPERATIONS: &str = concat!(include_str!("operations.h"), "\n", include_str!("mathematics.h"));
+/// `*_f32` is any function that there is for binary64. The mathematics are the body of a macro in Rust.
+const OPERATIONS: [&str; 2] = [include_str!("operations.h"), include_str!("mathematics.h")];
 
 /// Name, class, text.
 static PARTS: LazyLock<Vec<(&str, &str, &str)>> = LazyLock::new(|| {
@@ -15,7 +16,8 @@ static PARTS: LazyLock<Vec<(&str, &str, &str)>> = LazyLock::new(|| {
         let (name, class) = head.split_once(' ').unwrap_or((head, ""));
         Some((name, class, text))
     };
-    OPERATIONS.strip_prefix("# ").unwrap_or_default().split("\n# ").filter_map(part).collect()
+    let texts = OPERATIONS.iter().map(|text| text.trim_start_matches("# ").trim_end().trim_end_matches("\n\n}"));
+    texts.flat_map(|text| text.split("\n# ")).filter_map(part).collect()
 });
 
 /// The text of an operation.
@@ -33,13 +35,15 @@ fn text(name: &str) -> Option<String> {
         "unsigned" => ty.is_integer() && !ty.is_signed(),
         _ => true,
     };
-    let (.., text) = PARTS.iter().find(|(it, class, _)| it.strip_suffix("_*") == Some(op) && fits(class))?;
+    let generic = PARTS.iter().find(|(it, class, _)| it.strip_suffix("_*") == Some(op) && fits(class));
+    let is_wide = || ty == Scalar::F32 && PARTS.iter().any(|(it, ..)| it.strip_suffix("_f64") == Some(op));
+    let (.., text) = generic.or_else(|| PARTS.iter().find(|(it, ..)| *it == "*_f32" && is_wide()))?;
     let bits = 8 * ty.size();
     let unsigned = format!("u{bits}_t");
     // An unsigned type that C does not promote to `int`.
     let wide = if bits == 64 { "u64_t" } else { "u32_t" };
     let text = text.replace("$T", scalar(ty)).replace("$t", of).replace("$U", &unsigned).replace("$W", wide);
-    Some(text.replace("$B", &bits.to_string()))
+    Some(text.replace("$B", &bits.to_string()).replace("$F", op))
 }
 
 /// Whether an operation of this name exists.
@@ -57,7 +61,7 @@ pub(super) fn used(by: &str) -> String {
             let (name, behind) = rest.split_at(rest.find(|c| !is_letter(c)).unwrap_or(rest.len()));
             rest = behind;
             // Comments contain these words as well.
-            let is_word = ["AT_8", "call_t", "twofold_t"].contains(&name);
+            let is_word = ["AT_8", "call_t", "twofold_t", "twofolds_t", "digits_t", "turn_t"].contains(&name);
             if !is_word && !behind.starts_with('(') {
                 continue;
             }

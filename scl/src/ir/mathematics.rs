@@ -1,489 +1,148 @@
 //! EXP, LN, LOG, SIN, COS, TAN, ASIN, ACOS, ATAN and `**`, with identical bits on every computer.
 //!
 //! They use only operations that IEEE 754 defines exactly: + - * / and the square root of binary64, and integer
-//! operations. No platform library is called and nothing is contracted. `c/mathematics.h` has the same functions in C,
-//! one by one; a test compares the bits of both.
+//! operations. No platform library is called and nothing is contracted.
 //!
-//! Each function reduces its argument, sums a Taylor series in [twice the precision](Twofold), and rounds the result
+//! Each function reduces its argument, sums a Taylor series in [twice the precision](twofold_t), and rounds the result
 //! once. The error before rounding is less than 2^-60 of the result, so that it differs from the exact value by less
 //! than 0.51 units in the last place. Coefficients are quotients of integers.
+//!
+//! The functions are written once, in C: `c/mathematics.h` goes into printed programs, and the macros below read it as
+//! Rust. Its expressions mean the same in both languages: no casts, no `?:`, no increments.
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LOG2_E, LOG10_E, SQRT_2};
+#![allow(clippy::all, non_camel_case_types, unused_assignments, unused_mut, unused_parens)]
+
+type double = f64;
+type i64_t = i64;
+type u64_t = u64;
+type size_t = usize;
+type twofolds_t<'a> = &'a [twofold_t];
+type digits_t<'a> = &'a [u64_t];
 
 /// An unevaluated sum of two numbers, with about 106 bits of precision. The second is at most half a unit in the last
 /// place of the first, which is therefore the rounded sum.
 #[derive(Clone, Copy)]
-struct Twofold(f64, f64);
-
-/// a + b, exactly.
-fn sum(a: f64, b: f64) -> Twofold {
-    let sum = a + b;
-    let of_b = sum - a;
-    Twofold(sum, (a - (sum - of_b)) + (b - of_b))
+pub(super) struct twofold_t {
+    high: double,
+    low: double,
 }
 
-/// a + b, exactly, if a is 0 or not less than b in magnitude.
-fn ordered_sum(a: f64, b: f64) -> Twofold {
-    let sum = a + b;
-    Twofold(sum, b - (sum - a))
+#[derive(Clone, Copy)]
+pub(super) struct turn_t {
+    quadrant: u64_t,
+    rest: twofold_t,
 }
 
-/// a * b, exactly, for magnitudes below 2^500 and without underflow: the 26-bit halves of the factors have exact
-/// products.
-fn product(a: f64, b: f64) -> Twofold {
-    // 2^27 + 1
-    let (a_shifted, b_shifted) = (134217729.0 * a, 134217729.0 * b);
-    let (a_high, b_high) = (a_shifted - (a_shifted - a), b_shifted - (b_shifted - b));
-    let (a_low, b_low) = (a - a_high, b - b_high);
-    let product = a * b;
-    Twofold(product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low)
+fn twofold_of(high: double, low: double) -> twofold_t {
+    twofold_t { high, low }
 }
 
-fn add(a: Twofold, b: Twofold) -> Twofold {
-    let (high, low) = (sum(a.0, b.0), sum(a.1, b.1));
-    let first = ordered_sum(high.0, high.1 + low.0);
-    ordered_sum(first.0, first.1 + low.1)
+fn turn_of(quadrant: u64_t, rest: twofold_t) -> turn_t {
+    turn_t { quadrant, rest }
 }
 
-fn multiply(a: Twofold, b: Twofold) -> Twofold {
-    let high = product(a.0, b.0);
-    ordered_sum(high.0, high.1 + (a.0 * b.1 + a.1 * b.0))
+fn f64_of(bits: u64_t) -> double {
+    f64::from_bits(bits)
 }
 
-fn divide(a: Twofold, b: Twofold) -> Twofold {
-    let quotient = a.0 / b.0;
-    let back = multiply(b, Twofold(quotient, 0.0));
-    let rest = (a.0 - back.0) + (a.1 - back.1);
-    ordered_sum(quotient, rest / b.0)
+fn bits_f64(x: double) -> u64_t {
+    x.to_bits()
 }
 
-fn minus(a: Twofold) -> Twofold {
-    Twofold(-a.0, -a.1)
+fn abs_f64(x: double) -> double {
+    x.abs()
 }
 
-/// Evaluates the polynomial with these coefficients, constant term first: the first `wide` of them in twice the
-/// precision, the higher powers, which contribute little, in binary64.
-fn polynomial(x: Twofold, coefficients: &[Twofold], wide: usize) -> Twofold {
-    let mut narrow = 0.0;
-    for coefficient in coefficients[wide..].iter().rev() {
-        narrow = narrow * x.0 + coefficient.0;
-    }
-    let mut value = Twofold(narrow, 0.0);
-    for coefficient in coefficients[..wide].iter().rev() {
-        value = add(multiply(value, x), *coefficient);
-    }
-    value
+fn sqrt_f64(x: double) -> double {
+    x.sqrt()
 }
 
-/// Rounds a number below 2^51 to the nearest integer, ties to even: adding 1.5 * 2^52 leaves no bits for a fraction.
-fn nearest(x: f64) -> f64 {
-    (x + 6755399441055744.0) - 6755399441055744.0
+fn trunc_f64(x: double) -> double {
+    x.trunc()
 }
 
 /// 2^k for k from -1022 to 1023.
-fn power_of_2(k: i64) -> f64 {
+fn power_of_2(k: i64_t) -> double {
     f64::from_bits(((k + 1023) as u64) << 52)
 }
 
-/// x times 2^k, rounded once, even if the result is subnormal, below 2^-1022.
-fn scaled(x: Twofold, k: i64) -> f64 {
-    let mut number = x.0;
-    if k < -1021 {
-        // Adding this number aligns the last bit with that of the smallest subnormal number.
-        let offset = power_of_2(-1022 - k);
-        if number < offset {
-            let with_offset = sum(offset, number);
-            number = ordered_sum(with_offset.0, with_offset.1 + x.1).0 - offset;
-        }
-    }
-    number * power_of_2(k / 2) * power_of_2(k - k / 2)
+fn whole_of(x: double) -> i64_t {
+    x as i64_t
 }
 
-/// ln(2) in three parts, of which the first two have 41 bits: their products with integers below 2^12 are exact.
-const LN_2: [f64; 3] = [0.693147180559663, 2.8235290563014906e-13, 1.667085920830552e-25];
-
-/// k * ln(2) for an integer k below 2^12.
-fn times_ln_2(k: f64) -> Twofold {
-    let parts = ordered_sum(k * LN_2[0], k * LN_2[1]);
-    add(parts, Twofold(k * LN_2[2], 0.0))
+fn real_of(x: u64_t) -> double {
+    x as double
 }
 
-/// 1 / n!
-const EXPONENTIAL: [Twofold; 17] = [
-    Twofold(1.0, 0.0),
-    Twofold(1.0, 0.0),
-    Twofold(0.5, 0.0),
-    Twofold(0.16666666666666666, 9.25185853854297e-18),
-    Twofold(0.041666666666666664, 2.3129646346357427e-18),
-    Twofold(0.008333333333333333, 1.1564823173178714e-19),
-    Twofold(0.001388888888888889, -5.300543954373577e-20),
-    Twofold(0.0001984126984126984, 1.7209558293420705e-22),
-    Twofold(2.48015873015873e-05, 2.1511947866775882e-23),
-    Twofold(2.7557319223985893e-06, -1.858393274046472e-22),
-    Twofold(2.755731922398589e-07, 2.3767714622250297e-23),
-    Twofold(2.505210838544172e-08, -1.448814070935912e-24),
-    Twofold(2.08767569878681e-09, -1.20734505911326e-25),
-    Twofold(1.6059043836821613e-10, 1.2585294588752098e-26),
-    Twofold(1.1470745597729725e-11, 2.0655512752830745e-28),
-    Twofold(7.647163731819816e-13, 7.03872877733453e-30),
-    Twofold(4.779477332387385e-14, 4.399205485834081e-31),
-];
-
-/// e^x, rounded: x = k ln(2) + r with |r| at most 0.35.
-fn exponential(x: Twofold) -> f64 {
-    if x.0 > 710.0 {
-        return f64::INFINITY;
-    }
-    if x.0 < -746.0 {
-        return 0.0;
-    }
-    let k = nearest(x.0 * LOG2_E);
-    let r = add(x, times_ln_2(-k));
-    scaled(polynomial(r, &EXPONENTIAL, 4), k as i64)
+fn place_of(x: i64_t) -> size_t {
+    x as size_t
 }
 
-/// 1 / (2 n + 1)
-const ODD: [Twofold; 14] = [
-    Twofold(1.0, 0.0),
-    Twofold(0.3333333333333333, 1.850371707708594e-17),
-    Twofold(0.2, -1.1102230246251566e-17),
-    Twofold(0.14285714285714285, 7.93016446160826e-18),
-    Twofold(0.1111111111111111, 6.1679056923619804e-18),
-    Twofold(0.09090909090909091, -2.523234146875356e-18),
-    Twofold(0.07692307692307693, -4.270088556250602e-18),
-    Twofold(0.06666666666666667, 9.251858538542971e-19),
-    Twofold(0.058823529411764705, 8.163404592832033e-19),
-    Twofold(0.05263157894736842, 2.921639538487254e-18),
-    Twofold(0.047619047619047616, 2.64338815386942e-18),
-    Twofold(0.043478260869565216, 1.206764157201257e-18),
-    Twofold(0.04, -8.326672684688674e-19),
-    Twofold(0.037037037037037035, 2.05596856412066e-18),
-];
-
-/// ln(x) of a finite number above 0: x = 2^k m with m from 0.7 to 1.4, and ln(m) = 2 artanh((m - 1) / (m + 1)).
-fn logarithm(x: f64) -> Twofold {
-    // 2^-1022 and 2^54
-    let (x, shift) = if x < 2.2250738585072014e-308 { (x * 18014398509481984.0, 54) } else { (x, 0) };
-    let mut k = (x.to_bits() >> 52) as i64 - 1023 - shift;
-    let mut m = f64::from_bits((x.to_bits() & 0xF_FFFF_FFFF_FFFF) | 0x3FF0_0000_0000_0000);
-    if m > SQRT_2 {
-        m *= 0.5;
-        k += 1;
-    }
-    let s = divide(Twofold(m - 1.0, 0.0), sum(m, 1.0));
-    let half = multiply(s, polynomial(multiply(s, s), &ODD, 4));
-    add(times_ln_2(k as f64), Twofold(2.0 * half.0, 2.0 * half.1))
-}
-
-/// 2 / pi as base-2^32 digits.
-const TWO_BY_PI: [u32; 38] = [
-    0xA2F9_836E,
-    0x4E44_1529,
-    0xFC27_57D1,
-    0xF534_DDC0,
-    0xDB62_9599,
-    0x3C43_9041,
-    0xFE51_63AB,
-    0xDEBB_C561,
-    0xB724_6E3A,
-    0x424D_D2E0,
-    0x0649_2EEA,
-    0x09D1_921C,
-    0xFE1D_EB1C,
-    0xB129_A73E,
-    0xE882_35F5,
-    0x2EBB_4484,
-    0xE99C_7026,
-    0xB45F_7E41,
-    0x3991_D639,
-    0x8353_39F4,
-    0x9C84_5F8B,
-    0xBDF9_283B,
-    0x1FF8_97FF,
-    0xDE05_980F,
-    0xEF2F_118B,
-    0x5A0A_6D1F,
-    0x6D36_7ECF,
-    0x27CB_09B7,
-    0x4F46_3F66,
-    0x9E5F_EA2D,
-    0x7527_BAC7,
-    0xEBE5_F17B,
-    0x3D07_39F7,
-    0x8A52_92EA,
-    0x6BFB_5FB1,
-    0x1F8D_5D08,
-    0x5603_3046,
-    0xFC7B_6BAB,
-];
-
-/// pi / 2
-const HALF_PI: Twofold = Twofold(FRAC_PI_2, 6.123233995736766e-17);
-
-/// The quadrant of a finite non-negative angle, and its distance from the axis in the middle of that quadrant, from
-/// -pi/4 to pi/4. The integer mantissa of the angle is multiplied by as many digits of 2/pi as needed.
-fn quadrant(x: f64) -> (u64, Twofold) {
-    if x <= FRAC_PI_4 {
-        return (0, Twofold(x, 0.0));
-    }
-    // x = mantissa * 2^exponent
-    let mantissa = (x.to_bits() & 0xF_FFFF_FFFF_FFFF) | 0x10_0000_0000_0000;
-    let exponent = (x.to_bits() >> 52) as i64 - 1075;
-    // Earlier digits contribute only whole turns.
-    let first = if exponent < 2 { 0 } else { (exponent - 2) / 32 };
-    // The product, lowest digit first. Its binary point is before the bit of this number.
-    let mut digits = [0_u64; 10];
-    for (n, digit) in digits.iter_mut().take(8).enumerate() {
-        *digit = u64::from(TWO_BY_PI[first as usize + 7 - n]);
-    }
-    let point = 32 * (first + 8) - exponent;
-    let (low, high) = (mantissa & 0xFFFF_FFFF, mantissa >> 32);
-    let (mut carry, mut before) = (0, 0);
-    for digit in &mut digits {
-        let both = *digit * low + carry;
-        let sum = before * high + (both & 0xFFFF_FFFF);
-        (carry, before) = ((both >> 32) + (sum >> 32), *digit);
-        *digit = sum & 0xFFFF_FFFF;
-    }
-    // The 32 bits of the product starting at this one.
-    let digit = |bit: i64| {
-        let n = (bit / 32) as usize;
-        let above = if n < 9 { digits[n + 1] } else { 0 };
-        ((above << 32 | digits[n]) >> (bit % 32)) & 0xFFFF_FFFF
+/// The functions of a C text, each after a line with its name.
+macro_rules! from_c {
+    ($(#$heading:ident static $result:ident $name:ident $parameters:tt $body:tt)*) => {
+        $(function! { $result $name $parameters $body })*
     };
-    let quadrant = digit(point) & 3;
-    // Beyond one half, the next quadrant is nearer, and the distance to it is the complement.
-    let beyond = digit(point - 32) >> 31;
-    let mut fraction = Twofold(0.0, 0.0);
-    let mut weight = 1.0;
-    for n in 1..=6 {
-        let part = digit(point - 32 * n);
-        let part = if beyond == 1 { part ^ 0xFFFF_FFFF } else { part };
-        // 2^-32
-        weight *= 2.3283064365386963e-10;
-        fraction = add(fraction, Twofold(part as f64 * weight, 0.0));
-    }
-    let angle = multiply(fraction, HALF_PI);
-    ((quadrant + beyond) & 3, if beyond == 1 { minus(angle) } else { angle })
 }
 
-/// (-1)^n / (2 n + 1)!
-const SINE: [Twofold; 10] = [
-    Twofold(1.0, 0.0),
-    Twofold(-0.16666666666666666, -9.25185853854297e-18),
-    Twofold(0.008333333333333333, 1.1564823173178714e-19),
-    Twofold(-0.0001984126984126984, -1.7209558293420705e-22),
-    Twofold(2.7557319223985893e-06, -1.858393274046472e-22),
-    Twofold(-2.505210838544172e-08, 1.448814070935912e-24),
-    Twofold(1.6059043836821613e-10, 1.2585294588752098e-26),
-    Twofold(-7.647163731819816e-13, -7.03872877733453e-30),
-    Twofold(2.8114572543455206e-15, 1.6508842730861433e-31),
-    Twofold(-8.22063524662433e-18, -2.2141894119604265e-34),
-];
-
-/// The sine of an angle of magnitude at most pi/4.
-fn sine(x: Twofold) -> Twofold {
-    multiply(x, polynomial(multiply(x, x), &SINE, 3))
+macro_rules! function {
+    ($result:ident $name:ident (void) { $($body:tt)* }) => {
+        pub(super) fn $name() -> $result { statements! { $($body)* } }
+    };
+    ($result:ident $name:ident ($($ty:ident $parameter:ident),*) { $($body:tt)* }) => {
+        pub(super) fn $name($(mut $parameter: $ty),*) -> $result { statements! { $($body)* } }
+    };
 }
 
-/// (-1)^n / (2 n)!
-const COSINE: [Twofold; 11] = [
-    Twofold(1.0, 0.0),
-    Twofold(-0.5, 0.0),
-    Twofold(0.041666666666666664, 2.3129646346357427e-18),
-    Twofold(-0.001388888888888889, 5.300543954373577e-20),
-    Twofold(2.48015873015873e-05, 2.1511947866775882e-23),
-    Twofold(-2.755731922398589e-07, -2.3767714622250297e-23),
-    Twofold(2.08767569878681e-09, -1.20734505911326e-25),
-    Twofold(-1.1470745597729725e-11, -2.0655512752830745e-28),
-    Twofold(4.779477332387385e-14, 4.399205485834081e-31),
-    Twofold(-1.5619206968586225e-16, -1.1910679660273754e-32),
-    Twofold(4.110317623312165e-19, 1.4412973378659527e-36),
-];
-
-/// The cosine of an angle of magnitude at most pi/4.
-fn cosine(x: Twofold) -> Twofold {
-    polynomial(multiply(x, x), &COSINE, 3)
+macro_rules! statements {
+    () => {};
+    (return $value:expr; $($rest:tt)*) => {
+        return $value;
+        statements! { $($rest)* }
+    };
+    (if ($condition:expr) { $($then:tt)* } else { $($otherwise:tt)* } $($rest:tt)*) => {
+        if $condition { statements! { $($then)* } } else { statements! { $($otherwise)* } }
+        statements! { $($rest)* }
+    };
+    (if ($condition:expr) { $($then:tt)* } $($rest:tt)*) => {
+        if $condition { statements! { $($then)* } }
+        statements! { $($rest)* }
+    };
+    (while ($condition:expr) { $($body:tt)* } $($rest:tt)*) => {
+        while $condition { statements! { $($body)* } }
+        statements! { $($rest)* }
+    };
+    (static const $ty:ident $name:ident[$count:literal] = {$({$high:expr, $low:expr}),*}; $($rest:tt)*) => {
+        let $name: &[$ty; $count] = &[$($ty { high: $high, low: $low }),*];
+        statements! { $($rest)* }
+    };
+    (static const $ty:ident $name:ident[$count:literal] = {$($value:expr),*}; $($rest:tt)*) => {
+        let $name: &[$ty; $count] = &[$($value),*];
+        statements! { $($rest)* }
+    };
+    ($ty:ident $name:ident[$count:literal] = {$($value:expr),*}; $($rest:tt)*) => {
+        let $name: &mut [$ty; $count] = &mut [$($value),*];
+        statements! { $($rest)* }
+    };
+    ($ty:ident $($name:ident $(= $value:expr)?),*; $($rest:tt)*) => {
+        $(let mut $name: $ty $(= $value)?;)*
+        statements! { $($rest)* }
+    };
+    ($assignment:expr; $($rest:tt)*) => {
+        $assignment;
+        statements! { $($rest)* }
+    };
 }
 
-/// arctan(n / 8)
-const ARC_TANGENT: [Twofold; 9] = [
-    Twofold(0.0, 0.0),
-    Twofold(0.12435499454676144, -3.1253241424539383e-18),
-    Twofold(0.24497866312686414, 1.0698755618734451e-17),
-    Twofold(0.35877067027057225, -2.4623815582638635e-17),
-    Twofold(0.4636476090008061, 2.2698777452961687e-17),
-    Twofold(0.5585993153435624, -5.4556305485916264e-18),
-    Twofold(0.6435011087932844, 1.5834785051444286e-17),
-    Twofold(0.7188299996216245, -2.1478388444456983e-17),
-    Twofold(FRAC_PI_4, 3.061616997868383e-17),
-];
-
-/// The angle, from 0 to pi/2, of a right triangle with these non-negative legs: subtracts the nearest n / 8 with a
-/// known arc tangent.
-fn angle(y: Twofold, x: Twofold) -> Twofold {
-    let is_steep = y.0 > x.0;
-    let (y, x) = if is_steep { (x, y) } else { (y, x) };
-    let n = nearest(8.0 * y.0 / x.0);
-    let known = Twofold(n / 8.0, 0.0);
-    let z = divide(add(y, minus(multiply(x, known))), add(x, multiply(y, known)));
-    let rest = multiply(z, polynomial(minus(multiply(z, z)), &ODD[..9], 2));
-    let angle = add(ARC_TANGENT[n as usize], rest);
-    if is_steep { add(HALF_PI, minus(angle)) } else { angle }
-}
-
-/// The second leg of a right triangle with hypotenuse 1: the square root of 1 - x^2.
-fn other_leg(x: f64) -> Twofold {
-    let square = product(x, x);
-    let square = add(sum(1.0, -square.0), Twofold(-square.1, 0.0));
-    if square.0 <= 0.0 {
-        return Twofold(0.0, 0.0);
-    }
-    let root = square.0.sqrt();
-    let rest = add(square, minus(product(root, root)));
-    ordered_sum(root, rest.0 / (2.0 * root))
-}
-
-/// The number with the sign of `of`.
-fn with_sign(number: f64, of: f64) -> f64 {
-    if of < 0.0 { -number } else { number }
-}
-
-/// Below 2^-27, sine, tangent and their inverses round to their argument.
-const SMALL: f64 = 7.450580596923828e-9;
-
-/// e^x.
-pub(crate) fn exp(x: f64) -> f64 {
-    if x.is_nan() { x } else { exponential(Twofold(x, 0.0)) }
-}
-
-/// The natural logarithm: -infinity for 0, NaN for negative numbers.
-pub(crate) fn ln(x: f64) -> f64 {
-    if x == 0.0 {
-        return f64::NEG_INFINITY;
-    }
-    if !(x > 0.0 && x < f64::INFINITY) {
-        return if x > 0.0 { x } else { f64::NAN };
-    }
-    logarithm(x).0
-}
-
-/// The base-10 logarithm.
-pub(crate) fn log(x: f64) -> f64 {
-    if !(x > 0.0 && x < f64::INFINITY) {
-        return ln(x);
-    }
-    multiply(logarithm(x), Twofold(LOG10_E, 1.098319650216765e-17)).0
-}
-
-/// The sine of an angle in radians.
-pub(crate) fn sin(x: f64) -> f64 {
-    if !x.is_finite() {
-        return f64::NAN;
-    }
-    if x.abs() < SMALL {
-        return x;
-    }
-    let (quadrant, rest) = quadrant(x.abs());
-    let y = if quadrant & 1 == 0 { sine(rest) } else { cosine(rest) };
-    with_sign(if quadrant & 2 == 0 { y.0 } else { -y.0 }, x)
-}
-
-/// The cosine of an angle in radians.
-pub(crate) fn cos(x: f64) -> f64 {
-    if !x.is_finite() {
-        return f64::NAN;
-    }
-    let (quadrant, rest) = quadrant(x.abs());
-    let y = if quadrant & 1 == 0 { cosine(rest) } else { sine(rest) };
-    if quadrant == 1 || quadrant == 2 { -y.0 } else { y.0 }
-}
-
-/// The tangent of an angle in radians.
-pub(crate) fn tan(x: f64) -> f64 {
-    if !x.is_finite() {
-        return f64::NAN;
-    }
-    if x.abs() < SMALL {
-        return x;
-    }
-    let (quadrant, rest) = quadrant(x.abs());
-    let (sine, cosine) = (sine(rest), cosine(rest));
-    with_sign(if quadrant & 1 == 0 { divide(sine, cosine).0 } else { -divide(cosine, sine).0 }, x)
-}
-
-/// The arc sine, from -pi/2 to pi/2; NaN beyond magnitude 1.
-pub(crate) fn asin(x: f64) -> f64 {
-    if x.is_nan() || x.abs() > 1.0 {
-        return f64::NAN;
-    }
-    if x.abs() < SMALL {
-        return x;
-    }
-    with_sign(angle(Twofold(x.abs(), 0.0), other_leg(x)).0, x)
-}
-
-/// The arc cosine, from 0 to pi; NaN beyond magnitude 1.
-pub(crate) fn acos(x: f64) -> f64 {
-    if x.is_nan() || x.abs() > 1.0 {
-        return f64::NAN;
-    }
-    let angle = angle(other_leg(x), Twofold(x.abs(), 0.0));
-    if x < 0.0 { add(Twofold(2.0 * HALF_PI.0, 2.0 * HALF_PI.1), minus(angle)).0 } else { angle.0 }
-}
-
-/// The arc tangent, from -pi/2 to pi/2.
-pub(crate) fn atan(x: f64) -> f64 {
-    if x.is_nan() || x.abs() < SMALL {
-        return x;
-    }
-    // 2^64
-    if x.abs() > 18446744073709551616.0 {
-        return with_sign(HALF_PI.0, x);
-    }
-    with_sign(angle(Twofold(x.abs(), 0.0), Twofold(1.0, 0.0)).0, x)
-}
-
-/// x to the power of y. A negative x requires an integer y; x^0 and 1^y are 1, even for NaN.
-pub(crate) fn pow(x: f64, y: f64) -> f64 {
-    if y == 0.0 || x == 1.0 {
-        return 1.0;
-    }
-    if x.is_nan() || y.is_nan() {
-        return f64::NAN;
-    }
-    let (base, size) = (x.abs(), y.abs());
-    let is_whole = y.trunc() == y;
-    // From 2^53 on, all floating-point numbers are even.
-    let is_odd = is_whole && (y / 2.0).trunc() != y / 2.0;
-    let sign = if x.is_sign_negative() && is_odd { -1.0 } else { 1.0 };
-    if base == 0.0 || base == f64::INFINITY {
-        return sign * if (base == 0.0) == (y < 0.0) { f64::INFINITY } else { 0.0 };
-    }
-    if x < 0.0 && !is_whole {
-        return f64::NAN;
-    }
-    // 2^64: overflow or underflow for every base but 1.
-    if base == 1.0 || size > 18446744073709551616.0 {
-        return sign
-            * if base == 1.0 {
-                1.0
-            } else if (base > 1.0) == (y > 0.0) {
-                f64::INFINITY
-            } else {
-                0.0
-            };
-    }
-    // 2^-70: the exponential of anything smaller rounds to 1.
-    if size < 8.470329472543003e-22 {
-        return 1.0;
-    }
-    sign * exponential(multiply(logarithm(base), Twofold(y, 0.0)))
-}
+include!("../c/mathematics.h");
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{
+        acos_f64 as acos, asin_f64 as asin, atan_f64 as atan, cos_f64 as cos, exp_f64 as exp, ln_f64 as ln,
+        log_f64 as log, pow_f64 as pow, scaled, sin_f64 as sin, tan_f64 as tan, twofold_of,
+    };
+    use std::f64::consts::FRAC_PI_2;
 
     type Function = fn(f64) -> f64;
 
@@ -618,7 +277,7 @@ mod tests {
     #[test]
     fn whole_results_are_exact() {
         for n in -1074..=1023 {
-            assert_eq!(pow(2.0, f64::from(n)), scaled(Twofold(1.0, 0.0), i64::from(n)), "2 ** {n}");
+            assert_eq!(pow(2.0, f64::from(n)), scaled(twofold_of(1.0, 0.0), i64::from(n)), "2 ** {n}");
         }
         for n in 0..=22 {
             assert_eq!(log(pow(10.0, f64::from(n))), f64::from(n));

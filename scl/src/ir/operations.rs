@@ -113,15 +113,15 @@ impl Unary {
             Unary::Abs => |a| bits64(f64_of(a).abs()),
             Unary::Frac => |a| bits64(f64_of(a) - f64_of(a).trunc()),
             Unary::Sqrt => |a| bits64(f64_of(a).sqrt()),
-            Unary::Exp => |a| bits64(mathematics::exp(f64_of(a))),
-            Unary::Ln => |a| bits64(mathematics::ln(f64_of(a))),
-            Unary::Log => |a| bits64(mathematics::log(f64_of(a))),
-            Unary::Sin => |a| bits64(mathematics::sin(f64_of(a))),
-            Unary::Cos => |a| bits64(mathematics::cos(f64_of(a))),
-            Unary::Tan => |a| bits64(mathematics::tan(f64_of(a))),
-            Unary::Asin => |a| bits64(mathematics::asin(f64_of(a))),
-            Unary::Acos => |a| bits64(mathematics::acos(f64_of(a))),
-            Unary::Atan => |a| bits64(mathematics::atan(f64_of(a))),
+            Unary::Exp => |a| bits64(mathematics::exp_f64(f64_of(a))),
+            Unary::Ln => |a| bits64(mathematics::ln_f64(f64_of(a))),
+            Unary::Log => |a| bits64(mathematics::log_f64(f64_of(a))),
+            Unary::Sin => |a| bits64(mathematics::sin_f64(f64_of(a))),
+            Unary::Cos => |a| bits64(mathematics::cos_f64(f64_of(a))),
+            Unary::Tan => |a| bits64(mathematics::tan_f64(f64_of(a))),
+            Unary::Asin => |a| bits64(mathematics::asin_f64(f64_of(a))),
+            Unary::Acos => |a| bits64(mathematics::acos_f64(f64_of(a))),
+            Unary::Atan => |a| bits64(mathematics::atan_f64(f64_of(a))),
             Unary::Not | Unary::Swap => return None,
         })
     }
@@ -133,15 +133,15 @@ impl Unary {
             Unary::Abs => |a| bits32(f32_of(a).abs()),
             Unary::Frac => |a| bits32(f32_of(a) - f32_of(a).trunc()),
             Unary::Sqrt => |a| bits32(f32_of(a).sqrt()),
-            Unary::Exp => |a| bits32(mathematics::exp(f64::from(f32_of(a))) as f32),
-            Unary::Ln => |a| bits32(mathematics::ln(f64::from(f32_of(a))) as f32),
-            Unary::Log => |a| bits32(mathematics::log(f64::from(f32_of(a))) as f32),
-            Unary::Sin => |a| bits32(mathematics::sin(f64::from(f32_of(a))) as f32),
-            Unary::Cos => |a| bits32(mathematics::cos(f64::from(f32_of(a))) as f32),
-            Unary::Tan => |a| bits32(mathematics::tan(f64::from(f32_of(a))) as f32),
-            Unary::Asin => |a| bits32(mathematics::asin(f64::from(f32_of(a))) as f32),
-            Unary::Acos => |a| bits32(mathematics::acos(f64::from(f32_of(a))) as f32),
-            Unary::Atan => |a| bits32(mathematics::atan(f64::from(f32_of(a))) as f32),
+            Unary::Exp => |a| bits32(mathematics::exp_f64(f64::from(f32_of(a))) as f32),
+            Unary::Ln => |a| bits32(mathematics::ln_f64(f64::from(f32_of(a))) as f32),
+            Unary::Log => |a| bits32(mathematics::log_f64(f64::from(f32_of(a))) as f32),
+            Unary::Sin => |a| bits32(mathematics::sin_f64(f64::from(f32_of(a))) as f32),
+            Unary::Cos => |a| bits32(mathematics::cos_f64(f64::from(f32_of(a))) as f32),
+            Unary::Tan => |a| bits32(mathematics::tan_f64(f64::from(f32_of(a))) as f32),
+            Unary::Asin => |a| bits32(mathematics::asin_f64(f64::from(f32_of(a))) as f32),
+            Unary::Acos => |a| bits32(mathematics::acos_f64(f64::from(f32_of(a))) as f32),
+            Unary::Atan => |a| bits32(mathematics::atan_f64(f64::from(f32_of(a))) as f32),
             Unary::Not | Unary::Swap => return None,
         })
     }
@@ -266,9 +266,9 @@ macro_rules! binary_of_float {
 }
 
 binary_of_float!(of_f32, f32_of, bits32, |a, b| bits32(
-    mathematics::pow(f64::from(f32_of(a)), f64::from(f32_of(b))) as f32
+    mathematics::pow_f64(f64::from(f32_of(a)), f64::from(f32_of(b))) as f32
 ));
-binary_of_float!(of_f64, f64_of, bits64, |a, b| bits64(mathematics::pow(f64_of(a), f64_of(b))));
+binary_of_float!(of_f64, f64_of, bits64, |a, b| bits64(mathematics::pow_f64(f64_of(a), f64_of(b))));
 
 /// The median of lowest, number and highest.
 pub(crate) fn limit(ty: Scalar) -> Option<Three> {
