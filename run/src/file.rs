@@ -28,6 +28,7 @@
 mod write;
 
 use crate::plan::near;
+use crate::subject::Key;
 use crate::system::{Connection, EXACT, Exchange, FilePosition, Member, Recorded, Setting, System, Value, whole};
 use anyhow::{Context, Error, Result, anyhow, bail};
 use manifest::Manifest;
@@ -253,17 +254,6 @@ struct Entry<'a> {
     node: &'a Spanned<Node>,
 }
 
-/// A key or string in a file.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Word {
-    /// The text as written.
-    pub text: String,
-    /// Its location.
-    pub place: FilePosition,
-    /// Whether it is a key.
-    pub is_key: bool,
-}
-
 /// A reader of a file, whose errors have line and column.
 pub struct Reader<'a> {
     source: Source,
@@ -279,6 +269,11 @@ impl<'a> Reader<'a> {
         let (shown, bytes) = Source::load(path, LARGEST).map_err(Error::msg)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         Ok(Reader { source: Source::new(shown, bytes), folder, fmus: fmus.or(Some(folder)), parameters })
+    }
+
+    /// The file.
+    pub fn source(&self) -> &Source {
+        &self.source
     }
 
     /// The function that reads parameter files.
@@ -469,33 +464,6 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The keys and strings in a top-level table of the file, with their locations: an error that contains such a word
-    /// is about that line. Empty if there is no such table.
-    pub fn words(&self, table: &str) -> Vec<Word> {
-        let mut words = Vec::new();
-        if let Ok(Node::Table(all)) = toml::from_str::<Node>(&self.source.text) {
-            let own = all.0.iter().filter(|(key, _)| key.get_ref() == table);
-            own.for_each(|(_, node)| self.add_words(node, &mut words));
-        }
-        words
-    }
-
-    fn add_words(&self, node: &Spanned<Node>, words: &mut Vec<Word>) {
-        match node.get_ref() {
-            Node::Text(text) => {
-                words.push(Word { text: text.clone(), place: self.place(node.span()), is_key: false });
-            }
-            Node::List(list) => list.iter().for_each(|node| self.add_words(node, words)),
-            Node::Table(table) => {
-                for (key, node) in &table.0 {
-                    words.push(Word { text: key.get_ref().clone(), place: self.place(key.span()), is_key: true });
-                    self.add_words(node, words);
-                }
-            }
-            Node::Boolean(_) | Node::Number(_) | Node::Whole(_) => {}
-        }
-    }
-
     /// Converts a node to a time in seconds.
     ///
     /// # Errors
@@ -530,6 +498,25 @@ impl<'a> Reader<'a> {
 pub fn place(source: &Source, span: Range<usize>) -> FilePosition {
     let parameters::TextPosition { line, column, .. } = source.place(span);
     FilePosition { file: source.file.clone(), line, column }
+}
+
+/// The location of the part of a TOML file to which these keys lead, or of the last of them that the file has; `None` if it
+/// has not even the first, or an index is too high.
+pub fn find(source: &Source, keys: &[Key]) -> Option<FilePosition> {
+    let root: Node = toml::from_str(&source.text).ok()?;
+    let (mut node, mut span) = (&root, None);
+    for key in keys {
+        let inner = match (node, key) {
+            (Node::Table(table), Key::Name(name)) => {
+                table.0.iter().find(|(own, _)| own.get_ref() == name).map(|(_, node)| node)
+            }
+            (Node::List(list), Key::Item(index)) => Some(list.get(*index)?),
+            _ => None,
+        };
+        let Some(inner) = inner else { break };
+        (node, span) = (inner.get_ref(), Some(inner.span()));
+    }
+    span.map(|span| place(source, span))
 }
 
 /// Parses the contents of a TOML file.

@@ -11,5 +11,6 @@ pub mod file;
 pub mod fmus;
 pub mod master;
 pub mod plan;
+pub mod subject;
 pub mod system;
 pub mod trace;

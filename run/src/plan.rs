@@ -1,7 +1,9 @@
 //! Resolves and checks the names of a system: the result contains, by position, all that [`run`](crate::master::run)
 //! needs in each step.
 
+use crate::bail_at;
 use crate::component::Type;
+use crate::subject::Subject;
 use crate::system::{Connection, EXACT, Exchange, FilePosition, Recorded, Setting, System, Value, own_name};
 use anyhow::{Context, Result, bail};
 use modeldescription::{Causality, Description, Variability, Variable};
@@ -305,11 +307,12 @@ impl Plan {
             None => member.parameters.push(assignment),
             Some(time) => {
                 if !is_input && variable.variability != Variability::Tunable {
-                    bail!("{name} cannot be set at {time:?} s: it is a {} parameter", variable.variability);
+                    bail_at!("time", "{name} cannot be set at {time:?} s: it is a {} parameter", variable.variability);
                 }
                 let last = self.start + (self.steps - 1) as f64 * self.step;
                 if time < self.start || time > last + ROUNDING * self.step {
-                    bail!(
+                    bail_at!(
+                        "time",
                         "{name} cannot be set at {time:?} s: the first step begins at {:?} s, the last at {last:?} s",
                         self.start
                     );
@@ -381,17 +384,20 @@ fn times(
     let stop = system.stop.or_else(|| experiments().filter_map(|of| of.stop_time).reduce(f64::max));
     let stop = stop.context("no FMU proposes a stop time: give one, such as stop = 60")?;
     if !(step > 0.0 && step.is_finite()) {
-        bail!("the communication step is {step:?} s: it has to be positive and finite");
+        bail_at!("step", "the communication step is {step:?} s: it has to be positive and finite");
     }
     if !start.is_finite() || !stop.is_finite() {
         bail!("start {start:?} s, stop {stop:?} s: both have to be finite");
     }
     let steps = ((stop - start) / step + ROUNDING).floor();
     if steps < 1.0 {
-        bail!("from {start:?} s to {stop:?} s there is no whole communication step of {step:?} s");
+        bail_at!(
+            if system.stop.is_some() { "stop" } else { "start" },
+            "from {start:?} s to {stop:?} s there is no whole communication step of {step:?} s"
+        );
     }
     if steps > 1e12 || start + step == start || stop - step == stop {
-        bail!("a communication step of {step:?} s is too small for a run from {start:?} s to {stop:?} s");
+        bail_at!("step", "a communication step of {step:?} s is too small for a run from {start:?} s to {stop:?} s");
     }
     Ok((start, (step, proposed_by), steps as usize))
 }
@@ -441,7 +447,7 @@ pub fn effective<'a, 's>(
 /// Adds to an error its location in a file.
 fn located<T>(place: Option<&FilePosition>, result: Result<T>) -> Result<T> {
     match place {
-        Some(place) => result.with_context(|| place.to_string()),
+        Some(place) => result.map_err(|error| Subject::Outside.attach(error.context(place.to_string()))),
         None => result,
     }
 }

@@ -9,6 +9,7 @@ use anyhow::{Context, Result, bail};
 use modeldescription::digits::short;
 use run::component::Type;
 use run::plan::{self, Names, Reference, effective, value, wires};
+use run::subject::About;
 use run::system::{Setting, System, Value};
 use std::ops::Range;
 
@@ -173,7 +174,7 @@ impl Axes {
                 let values = values(axis, &targets, &mut distributions)?;
                 Ok((values, targets))
             };
-            let (values, targets) = add().with_context(|| axis.label(number))?;
+            let (values, targets) = add().with_context(|| axis.label(number)).at(number).at("axes")?;
             let length = axis.along.length();
             let leader = study.leader(number);
             if leader == number {

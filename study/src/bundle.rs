@@ -91,10 +91,9 @@ pub fn open(path: &Path) -> Result<Reading> {
         description: content.description,
         fmus: content.fmus,
         job,
-        tune: None,
         tables: Vec::new(),
         renews: Some(content.renews),
-        places: Vec::new(),
+        source: None,
     })
 }
 
@@ -125,10 +124,9 @@ mod tests {
             description: "valve.toml".into(),
             fmus: Some("../fmu".into()),
             job: job.clone(),
-            tune: None,
             tables: Vec::new(),
             renews: None,
-            places: Vec::new(),
+            source: None,
         };
         write(&bundle, &reading, 7, true).unwrap();
         assert_eq!(fs::read_dir(bundle.join("fmus")).unwrap().count(), 1, "an FMU is there once");

@@ -5,6 +5,8 @@ use crate::sampling::{SOBOL_AXES, SOBOL_SAMPLES};
 use crate::sobol::runs_of_sample;
 use crate::{Along, Axis, Limit, Sampling, Study, Window};
 use anyhow::{Context, Result, bail};
+use run::bail_at;
+use run::subject::About;
 use run::system::Value;
 
 /// The maximum number of runs in a study.
@@ -17,17 +19,22 @@ impl Study {
     /// An axis or limit is wrong; the message names it and the remedy.
     pub fn check(&self) -> Result<()> {
         for (number, axis) in self.axes.iter().enumerate() {
-            axis.check().with_context(|| axis.label(number))?;
+            axis.check().with_context(|| axis.label(number)).at(number).at("axes")?;
         }
-        self.check_groups()?;
-        self.window.check().context("window")?;
-        self.limits.iter().try_for_each(Limit::check).context("limits")?;
+        for (number, axis) in self.axes.iter().enumerate() {
+            self.check_group(number).with_context(|| axis.label(number)).at(number).at("axes")?;
+        }
+        self.window.check().context("window").at("window")?;
+        for (number, limit) in self.limits.iter().enumerate() {
+            limit.check().context("limits").at(number).at("limits")?;
+        }
         let distributions = self.distributions();
         if self.samples == 0 {
-            bail!("samples = 0: give the number of samples of the distributions, 1 or more");
+            bail_at!("samples", "samples = 0: give the number of samples of the distributions, 1 or more");
         }
         if distributions == 0 && self.samples > 1 {
-            bail!(
+            bail_at!(
+                "samples",
                 "samples = {}, but no axis has a distribution: leave samples out, or give an axis uniform, normal, log_normal \
                  or triangular",
                 self.samples
@@ -35,12 +42,14 @@ impl Study {
         }
         let is_saltelli = self.sampling == Sampling::Saltelli;
         if is_saltelli && !self.correlations.is_empty() {
-            bail!(
+            bail_at!(
+                "sampling",
                 "sampling = \"saltelli\" needs independent axes, and [[correlations]] makes some depend on others: remove one of the two"
             );
         }
         if is_saltelli && self.axes.iter().any(|axis| axis.along.length() > 1) {
-            bail!(
+            bail_at!(
+                "sampling",
                 "sampling = \"saltelli\" is for distributions alone, and an axis has several values: make a study for each of them, or \
                  give the axis a distribution"
             );
@@ -48,13 +57,15 @@ impl Study {
         if distributions > 0 && (is_saltelli || self.sampling == Sampling::Sobol) {
             let most = if is_saltelli { SOBOL_AXES / 2 } else { SOBOL_AXES };
             if self.samples > SOBOL_SAMPLES {
-                bail!(
+                bail_at!(
+                    "samples",
                     "samples = {}: a Sobol sequence has {SOBOL_SAMPLES} at most; take fewer, or sampling = \"latin_hypercube\"",
                     self.samples
                 );
             }
             if distributions > most {
-                bail!(
+                bail_at!(
+                    "sampling",
                     "{distributions} axes have distributions: a Sobol sequence has {most} at most; take fewer, or \
                      sampling = \"latin_hypercube\""
                 );
@@ -80,7 +91,8 @@ impl Study {
                     .filter(|length| *length > 1)
                     .map(|length| length.to_string())
                     .collect();
-                bail!(
+                bail_at!(
+                    "axes",
                     "the axes span {} runs, a study has {MOST_RUNS} at most: take fewer values or samples",
                     factors.join(" x ")
                 )
@@ -100,42 +112,38 @@ impl Study {
         self.axes.iter().position(|axis| axis.group.as_ref() == Some(group)).unwrap_or(number)
     }
 
-    /// Checks that axes of a group have equally many values, and no distributions.
-    fn check_groups(&self) -> Result<()> {
-        for (number, axis) in self.axes.iter().enumerate() {
-            let (label, leader) = (axis.label(number), self.leader(number));
-            let other = &self.axes[leader];
-            let (own, first) = (axis.along.length(), other.along.length());
-            if own != first {
+    /// Checks that an axis has as many values as the others of its group, and no distribution.
+    fn check_group(&self, number: usize) -> Result<()> {
+        let (axis, leader) = (&self.axes[number], self.leader(number));
+        let other = &self.axes[leader];
+        let (own, first) = (axis.along.length(), other.along.length());
+        if own != first {
+            bail!(
+                "it has {}, and {} of the same group has {first}: give both the same number",
+                counted(own as usize, "value"),
+                other.label(leader)
+            );
+        }
+        let before = self.axes[..number].iter().position(|other| !other.names.is_empty());
+        if let Some(before) = before.filter(|_| !axis.names.is_empty()) {
+            let (other, place) = (&self.axes[before], self.axes[before].label(before));
+            if self.leader(before) != leader {
+                bail!("its rows are those of named loops, and so are those of {place}: give both the same group");
+            }
+            let names = other.names.iter().zip(&axis.names);
+            if let Some((row, (other, own))) = (1..).zip(names).find(|(_, (other, own))| other != own) {
                 bail!(
-                    "{label}: it has {}, and {} of the same group has {first}: give both the same number",
-                    counted(own as usize, "value"),
-                    other.label(leader)
+                    "row {row} is of {own}, and row {row} of {place}, which is of the same group, is of {other}: bring the rows \
+                     into the same order"
                 );
             }
-            let before = self.axes[..number].iter().position(|other| !other.names.is_empty());
-            if let Some(before) = before.filter(|_| !axis.names.is_empty()) {
-                let (other, place) = (&self.axes[before], self.axes[before].label(before));
-                if self.leader(before) != leader {
-                    bail!(
-                        "{label}: its rows are those of named loops, and so are those of {place}: give both the same group"
-                    );
-                }
-                let names = other.names.iter().zip(&axis.names);
-                if let Some((row, (other, own))) = (1..).zip(names).find(|(_, (other, own))| other != own) {
-                    bail!(
-                        "{label}: row {row} is of {own}, and row {row} of {place}, which is of the same group, is of {other}: bring \
-                         the rows into the same order"
-                    );
-                }
-            }
-            let is_drawn = Distribution::new(&axis.along).is_some();
-            if is_drawn && axis.group.is_some() {
-                bail!("{label}: a distribution has a sample for each point of a group anyway: remove group");
-            }
-            if axis.whole && !is_drawn {
-                bail!("{label}: whole is for distributions: write whole numbers, and remove whole");
-            }
+        }
+        let is_drawn = Distribution::new(&axis.along).is_some();
+        if is_drawn && axis.group.is_some() {
+            bail!("a distribution has a sample for each point of a group anyway: remove group");
+        }
+        if axis.whole && !is_drawn {
+            bail!("whole is for distributions: write whole numbers, and remove whole");
         }
         Ok(())
     }
@@ -206,15 +214,16 @@ impl Axis {
         if let Some(time) = self.time
             && !time.is_finite()
         {
-            bail!("time = {time:?}: give a time in seconds");
+            bail_at!("time", "time = {time:?}: give a time in seconds");
         }
-        self.along.check(self.variables.len())?;
+        self.along.check(self.variables.len()).at(self.along.name())?;
         let bounds = Distribution::new(&self.along).filter(|_| self.whole).map(|of| of.bounds());
         if let Some((min, max)) = bounds.filter(|(min, max)| min.ceil() > max.floor()) {
-            bail!(
-                "{}: no whole number lies between min = {min:?} and max = {max:?}: give bounds with one between them, or remove \
-                 whole",
-                self.along.name()
+            let name = self.along.name();
+            bail_at!(
+                name,
+                "{name}: no whole number lies between min = {min:?} and max = {max:?}: give bounds with one between them, or \
+                 remove whole"
             );
         }
         Ok(())

@@ -11,6 +11,7 @@ use crate::sampling::LEAST_PROBABILITY;
 use crate::{Correlation, Study};
 use anyhow::{Context, Result, bail, ensure};
 use libm::sin;
+use run::subject::About;
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
@@ -36,25 +37,31 @@ pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
         .map(|row| (0..drawn.len()).map(|column| f64::from(u8::from(row == column))).collect())
         .collect();
     let mut pairs = BTreeSet::new();
-    for of in &study.correlations {
-        let [first, second] = [find(of, &of.variables[0])?, find(of, &of.variables[1])?];
-        let names = of.variables.join(" and ");
-        ensure!(first != second, "correlations: {names} belong to the same axis: name variables of two axes");
-        ensure!(
-            of.rank > -1.0 && of.rank < 1.0,
-            "correlations: {names}: rank = {:?}: give a number above -1 and below 1",
-            of.rank
-        );
-        ensure!(
-            pairs.insert((first.min(second), first.max(second))),
-            "correlations: {names}: their axes have a correlation already: leave one of the two"
-        );
-        let normal = 2.0 * sin(PI * of.rank / 6.0);
-        (matrix[first][second], matrix[second][first]) = (normal, normal);
+    for (number, of) in study.correlations.iter().enumerate() {
+        let mut add = || {
+            let [first, second] = [find(of, &of.variables[0])?, find(of, &of.variables[1])?];
+            let names = of.variables.join(" and ");
+            ensure!(first != second, "correlations: {names} belong to the same axis: name variables of two axes");
+            ensure!(
+                of.rank > -1.0 && of.rank < 1.0,
+                "correlations: {names}: rank = {:?}: give a number above -1 and below 1",
+                of.rank
+            );
+            ensure!(
+                pairs.insert((first.min(second), first.max(second))),
+                "correlations: {names}: their axes have a correlation already: leave one of the two"
+            );
+            let normal = 2.0 * sin(PI * of.rank / 6.0);
+            (matrix[first][second], matrix[second][first]) = (normal, normal);
+            Ok(())
+        };
+        add().at(number).at("correlations")?;
     }
-    cholesky(&matrix).context(
-        "correlations: they contradict each other: give values nearer to 0, or the missing ones between their axes",
-    )
+    cholesky(&matrix)
+        .context(
+            "correlations: they contradict each other: give values nearer to 0, or the missing ones between their axes",
+        )
+        .at("correlations")
 }
 
 /// The lower triangular Cholesky factor of a symmetric matrix; an error if it is not positive definite.

@@ -6,12 +6,14 @@ use crate::tune::Constraint;
 use crate::tuned::Found;
 use crate::tuning::Tuning;
 use crate::{Along, Axis};
-use anyhow::{Context, Result, anyhow, bail, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use blocks::table::number::to_value;
 use parameters::{BlockType, Format, Options, Origin};
 use run::fmus::number_of;
+use run::subject::About;
 use run::system::{Setting, Value, own_name};
 use std::fmt::Write as _;
+use std::path::Path;
 
 /// The tuning result of one loop.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,7 +37,7 @@ pub struct Tuned {
 impl Reading {
     /// Whether each loop is tuned separately.
     pub fn is_each(&self) -> bool {
-        self.tune.as_ref().and_then(|tune| tune.get("each")?.as_bool()).unwrap_or(false)
+        self.tune().is_ok_and(|tune| tune.each)
     }
 
     /// The names of the loops in the table, or their numbers from 1.
@@ -48,14 +50,17 @@ impl Reading {
         let (first, rows) = self
             .tables
             .first()
-            .context("[tune]: each = true, and no axis has a file: write [[axes]] with file = \"LOOPS.csv\"")?;
+            .context("[tune]: each = true, and no axis has a file: write [[axes]] with file = \"LOOPS.csv\"")
+            .at("each")
+            .at("tune")?;
         let belongs = |(number, _): &&(usize, Rows)| study.leader(*number) == study.leader(*first);
         if let Some((other, _)) = self.tables.iter().find(|table| !belongs(table)) {
-            bail!(
+            let error = Err(anyhow!(
                 "{}: its rows and those of {} span a grid, and each = true is for one table of loops: give both axes the same group",
                 study.axes[*other].label(*other),
                 study.axes[*first].label(*first)
-            );
+            ));
+            return error.at(*other).at("axes");
         }
         let named = self.tables.iter().map(|(_, rows)| &rows.axis.names).find(|names| !names.is_empty());
         Ok(named.cloned().unwrap_or_else(|| (1..=rows.axis.along.length()).map(|row| row.to_string()).collect()))
@@ -156,12 +161,12 @@ pub fn csv(columns: &[String], loops: &[Tuned]) -> String {
     csv
 }
 
-/// The parameter file with the settings found; loops with a problem keep theirs. `variables` are the search variables.
+/// The parameter file at `path` with the settings found; loops with a problem keep theirs. `variables` are the search variables.
 ///
 /// # Errors
 /// The file can no longer be read, it has no place for a value, or a setting does not fit the block's type.
-pub fn written_back(source: &Source, variables: &[String], tuned: &[Tuned]) -> Result<Vec<u8>> {
-    let shown = source.path.display().to_string();
+pub fn written_back(path: &Path, source: &Source, variables: &[String], tuned: &[Tuned]) -> Result<Vec<u8>> {
+    let shown = path.display().to_string();
     let format = Format::of_file(&shown).with_context(|| format!("{shown} is no parameter file"))?;
     let mut loops = Vec::new();
     for (one, tuned) in source.loops.iter().zip(tuned).filter(|(_, tuned)| tuned.problem.is_none()) {
@@ -176,7 +181,7 @@ pub fn written_back(source: &Source, variables: &[String], tuned: &[Tuned]) -> R
         }
         loops.push(one);
     }
-    let text = parameters::Source::read(&source.path, None).map_err(anyhow::Error::msg)?;
+    let text = parameters::Source::read(path, None).map_err(anyhow::Error::msg)?;
     let rewritten = parameters::rewrite(format, &text, &BlockType::all(), &Options::default(), &loops);
     Ok(rewritten.map_err(anyhow::Error::msg)?.0)
 }
@@ -201,16 +206,15 @@ mod tests {
             of_file.clone(),
             axis("P.NOISE", Along::Values(numbers(&[0.0, 1.0])), None),
         ];
-        let table = Rows { axis: of_file, source: None, remarks: Vec::new() };
+        let table = Rows { path: "loops.csv".into(), axis: of_file, source: None, remarks: Vec::new() };
         let reading = Reading {
             name: "all".into(),
             description: String::new(),
             fmus: None,
             job: Job { study: Study { axes, ..Study::default() }, ..Job::default() },
-            tune: Some(toml::from_str("each = true").unwrap()),
             tables: vec![(1, table)],
             renews: None,
-            places: Vec::new(),
+            source: Some(parameters::Source::new("study.toml", "[tune]\nminimize = \"iae\"\neach = true\n".into())),
         };
         assert!(reading.is_each());
         assert_eq!(reading.loops().unwrap(), ["TIC1", "TIC2"]);

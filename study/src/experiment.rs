@@ -12,6 +12,7 @@ use run::component::Reset;
 use run::dialog::Roles;
 use run::master::{self, Recording, Run, Thinned};
 use run::plan::{Assignment, MemberPlan, Names, Plan};
+use run::subject::About;
 use run::system::{Recorded, System};
 use serde::{Deserialize, Serialize};
 use std::hash::{DefaultHasher, Hasher};
@@ -135,7 +136,7 @@ impl Experiment {
         for (number, axis) in study.axes.iter().enumerate() {
             let own = axes.coordinates(number);
             let alone = varied(system, &names, &axes.targets[own.clone()], &first[own]);
-            Plan::new(&alone, descriptions).with_context(|| axis.label(number))?;
+            Plan::new(&alone, descriptions).with_context(|| axis.label(number)).at(number).at("axes")?;
         }
         let measures = Measures::new(study, system, &names, roles)?;
         let record = |system| System { record: recorded(measures.columns.iter()), ..system };

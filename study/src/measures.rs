@@ -2,12 +2,13 @@
 
 use crate::experiment::traced;
 use crate::results::Quantity;
-use crate::{Limit, Signals, Study, Take};
+use crate::{Limit, Signals, Study, Take, Taken};
 use anyhow::{Context, Result, bail};
 use control::figures::{self, Figure, LoopSignals, Set, Span, Window, Wiring};
 use run::component::Type;
 use run::dialog::Roles;
 use run::plan::{Names, Plan, Reference};
+use run::subject::About;
 use run::system::{Exchange, System};
 
 /// The figures of a study, and the variables they are computed from.
@@ -160,9 +161,13 @@ impl Measures {
             values: Vec::new(),
             limits: Vec::new(),
         };
-        measures.add_loop(study, system, &mut columns, roles).context("signals")?;
-        measures.add_values(study, &mut columns).context("values")?;
-        measures.add_limits(study, &mut columns).context("limits")?;
+        measures.add_loop(study, system, &mut columns, roles).context("signals").at("signals")?;
+        for (number, taken) in study.values.iter().enumerate() {
+            measures.add_value(taken, &mut columns).context("values").at(number).at("values")?;
+        }
+        for (number, limit) in study.limits.iter().enumerate() {
+            measures.add_limit(limit, &mut columns).context("limits").at(number).at("limits")?;
+        }
         if measures.figures.is_empty() {
             bail!(
                 "there is no figure: name the loop's signals ([signals] with setpoint = \"FMU.VARIABLE\" and process_value = \
@@ -255,27 +260,23 @@ impl Measures {
         Ok(())
     }
 
-    fn add_values(&mut self, study: &Study, columns: &mut Columns) -> Result<()> {
-        for taken in &study.values {
-            let (column, reference) = columns.add(&taken.variable)?;
-            if taken.take.is_empty() {
-                bail!("{}: take is empty: name some of min, max, mean and last", taken.variable);
-            }
-            for take in &taken.take {
-                let unit = columns.unit(&reference);
-                self.add_figure(&format!("{}.{}", columns.columns[column], take.name()), unit)?;
-            }
-            self.values.push((column, taken.take.clone()));
+    fn add_value(&mut self, taken: &Taken, columns: &mut Columns) -> Result<()> {
+        let (column, reference) = columns.add(&taken.variable)?;
+        if taken.take.is_empty() {
+            bail!("{}: take is empty: name some of min, max, mean and last", taken.variable);
         }
+        for take in &taken.take {
+            let unit = columns.unit(&reference);
+            self.add_figure(&format!("{}.{}", columns.columns[column], take.name()), unit)?;
+        }
+        self.values.push((column, taken.take.clone()));
         Ok(())
     }
 
-    fn add_limits(&mut self, study: &Study, columns: &mut Columns) -> Result<()> {
-        for limit in &study.limits {
-            let (column, _) = columns.add(&limit.variable)?;
-            self.add_figure(&format!("{}.violation", columns.columns[column]), Some("s".into()))?;
-            self.limits.push((column, limit.clone()));
-        }
+    fn add_limit(&mut self, limit: &Limit, columns: &mut Columns) -> Result<()> {
+        let (column, _) = columns.add(&limit.variable)?;
+        self.add_figure(&format!("{}.violation", columns.columns[column]), Some("s".into()))?;
+        self.limits.push((column, limit.clone()));
         Ok(())
     }
 

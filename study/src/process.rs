@@ -3,10 +3,11 @@
 use crate::experiment::{Detail, Gives};
 use crate::results::RunResult;
 use crate::worker::{ROLE, Ready, Reply, WorkerRequest};
-use anyhow::{Result, bail};
+use anyhow::{Error, Result, anyhow, bail};
 use host::child::{self, OWN, Prints, Process};
 pub use host::child::{End, TICK};
 use run::master::Recording;
+use run::subject::Subject;
 use std::time::{Duration, Instant};
 
 /// The time allowed for unpacking FMUs, in addition to the limit: the machine is busy with the other workers.
@@ -46,10 +47,14 @@ impl Starter {
         });
         match reply {
             Ok(Reply::Ready(ready)) => Ok((worker, ready)),
-            Ok(Reply::Refused(error)) => bail!("{error}"),
+            Ok(Reply::Refused(message, Some(subject))) => Err(subject.attach(Error::msg(message))),
+            Ok(Reply::Refused(message, None)) => bail!(message),
             Ok(other) => bail!("a worker answered {other:?}"),
             Err(End::Interrupted) => bail!("interrupted"),
-            Err(end) => bail!("{} while the loop was loaded", worker.text(&end, self)),
+            Err(end) => {
+                let error = anyhow!("{} while the loop was loaded", worker.text(&end, self));
+                Err(if worker.called(self).is_none() { Subject::Outside.attach(error) } else { error })
+            }
         }
     }
 }
@@ -67,10 +72,14 @@ impl Worker {
         match end {
             End::Interrupted => "interrupted".into(),
             End::Ended(what) => {
-                let name = self.0.witness.member().and_then(|at| starter.members.get(at));
-                format!("{} {what}", name.map_or(OWN, String::as_str))
+                format!("{} {what}", self.called(starter).unwrap_or(OWN))
             }
         }
+    }
+
+    /// The name of the FMU that is being called.
+    fn called<'a>(&self, starter: &'a Starter) -> Option<&'a str> {
+        self.0.witness.member().and_then(|at| starter.members.get(at)).map(String::as_str)
     }
 
     /// Makes runs. `each` receives the rows, whose points are removed from `points`. Returns why the process ended if
@@ -112,7 +121,7 @@ impl Worker {
                     let recording = recording.ok_or_else(|| self.0.disturbed())?;
                     return Ok(Ok((recording, figures)));
                 }
-                Reply::Refused(error) => return Ok(Err(anyhow::Error::msg(error))),
+                Reply::Refused(message, _) => return Ok(Err(Error::msg(message))),
                 _ => return Err(self.0.disturbed()),
             }
         }

@@ -16,13 +16,15 @@
 //! ```
 
 use crate::table::{self, Rows};
-use crate::tune::SENSITIVITY;
+use crate::tune::Tune;
 use crate::{Along, Axis, Correlation, Job, Limit, Sampling, Signals, Study, Taken, Window};
-use anyhow::{Context, Result, anyhow, bail, ensure};
-use host::child::OWN;
-use run::file::{self, Entries, Event, Node, ReadParameters, Reader, Word, plain};
+use anyhow::{Context, Error, Result, anyhow, bail, ensure};
+use parameters::Source;
+use run::file::{self, Entries, Event, Node, ReadParameters, Reader, plain};
+use run::subject::Subject;
 use run::system::{FilePosition, Setting, System, Value};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use std::path::{Component, Path, PathBuf};
 use toml::{Spanned, Table};
 
@@ -33,7 +35,7 @@ const SAMPLES: std::ops::RangeInclusive<u64> = 1..=1_000_000_000;
 const KINDS: &str = "values = [...], range, uniform, normal, log_normal or triangular";
 
 /// The contents of a study.toml.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Reading {
     /// The name of the study: its file name without extension.
     pub name: String,
@@ -43,120 +45,53 @@ pub struct Reading {
     pub job: Job,
     /// The folder of the FMUs, relative to that of the file, if one was given.
     pub fmus: Option<String>,
-    /// Its table `[tune]`, for `plcfmu tune-study`.
-    pub tune: Option<Table>,
     /// The axes whose rows come from a file, by index.
     pub tables: Vec<(usize, Rows)>,
     /// Whether each run needs new instances; unknown for a file written by a user.
     pub renews: Option<bool>,
-    /// The parts of the file that an error may be about, with their locations.
-    pub places: Vec<FileSection>,
-}
-
-/// A part of a study's file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FileSection {
-    /// The beginning of error messages about it.
-    begins: String,
-    /// The name contained in such messages; any if empty.
-    names: String,
-    place: FilePosition,
-    /// The file referenced there, if the error is about its contents.
-    file: Option<String>,
+    /// The file, for the locations of errors; `None` for a bundle.
+    pub source: Option<Source>,
 }
 
 impl Reading {
     /// Prefixes an error with the location of its subject, or with the name of the file if that is unknown.
-    pub fn located(&self, error: anyhow::Error, path: &Path) -> anyhow::Error {
-        located(&self.places, error, path)
+    pub fn located(&self, error: Error, path: &Path) -> Error {
+        let Some(source) = &self.source else { return error.context(path.display().to_string()) };
+        located(source, &self.tables, error)
+    }
+
+    /// Its table `[tune]`, for `plcfmu tune-study`.
+    ///
+    /// # Errors
+    /// It has none, or a faulty one; the message has the location.
+    pub fn tune(&self) -> Result<Tune> {
+        #[derive(Deserialize)]
+        struct Content {
+            tune: Option<Tune>,
+        }
+        let content = self.source.as_ref().map(file::content::<Content>).transpose();
+        let tune = content.map_err(|error| Subject::Outside.attach(error))?.and_then(|content| content.tune);
+        tune.context(
+            "the study has no table [tune]: write one with minimize = \"iae\" and a table [[tune.search]] for each setting",
+        )
     }
 }
 
-fn located(places: &[FileSection], error: anyhow::Error, path: &Path) -> anyhow::Error {
-    let (text, shown) = (format!("{error:#}"), path.display().to_string());
-    // Already located, for example in the loop's file.
-    let has_place = |start: &str| start.rsplitn(3, ':').take(2).all(|number| number.parse::<usize>().is_ok());
-    // Errors of this program itself have no location in the file.
-    if text.starts_with(OWN) || text.starts_with(&shown) || text.split(": ").next().is_some_and(has_place) {
-        return error;
-    }
-    let is_about = |part: &&FileSection| text.starts_with(&part.begins) && text.contains(&part.names);
-    let part = places.iter().filter(is_about).max_by_key(|part| (part.begins.len(), part.names.len()));
-    let error = match part.and_then(|part| part.file.clone()) {
-        Some(file) => error.context(file),
-        None => error,
+fn located(source: &Source, tables: &[(usize, Rows)], mut error: Error) -> Error {
+    let mut keys = match Subject::find(&error) {
+        Some(Subject::Outside) => return error,
+        Some(Subject::Part(keys)) => keys.clone(),
+        None => Vec::new(),
     };
-    error.context(part.map_or(shown, |part| part.place.to_string()))
-}
-
-/// The parts of a file.
-fn places(reader: &Reader, path: &Path, content: &Content, axes: &[Axis]) -> Vec<FileSection> {
-    let part = |begins: &str, names: &str, span| FileSection {
-        begins: begins.into(),
-        names: names.into(),
-        place: reader.place(span),
-        file: None,
-    };
-    let mut parts = Vec::new();
-    for (number, (axis, at)) in axes.iter().zip(&content.axes).enumerate() {
-        let label = axis.label(number);
-        let of = at.get_ref();
-        parts.push(part(&label, "", at.span()));
-        for (name, table) in of.tables() {
-            parts.push(part(&format!("{label}: {name}: "), "", table.span()));
-        }
-        parts.extend(of.time.iter().map(|time| part(&label, "cannot be set at", time.span())));
-        if let Some(file) = &of.file {
-            // Any problem with such an axis is a problem with the contents of its file.
-            let shown = path.with_file_name(file.get_ref()).display().to_string();
-            parts.push(FileSection { file: Some(shown), ..part(&format!("{label}: "), "", file.span()) });
-        }
-    }
-    parts.extend(content.axes.first().map(|axis| part("the axes span", "", axis.span())));
-    parts.extend(content.correlations.first().map(|of| part("correlations", "", of.span())));
-    for of in &content.correlations {
-        let names = of.get_ref().variables.get_ref().join(" and ");
-        parts.push(part(&format!("correlations: {names}"), "", of.span()));
-    }
-    parts.extend(content.samples.iter().map(|of| part("samples", "", of.span())));
-    for (begins, names) in [("sampling", ""), ("", "axes have distributions")] {
-        parts.extend(content.sampling.iter().map(|of| part(begins, names, of.span())));
-    }
-    parts.extend(content.signals.iter().map(|of| part("signals", "", of.span())));
-    parts.extend(content.window.iter().map(|of| part("window", "", of.span())));
-    let values = content.values.iter().map(|of| ("values", &of.get_ref().variable, of.span()));
-    let limits = content.limits.iter().map(|of| ("limits", &of.get_ref().variable, of.span()));
-    for (begins, variable, span) in values.chain(limits) {
-        parts.push(part(begins, variable, span.clone()));
-        // An error may name the FMU and its variable separately.
-        parts.extend(variable.split_once('.').map(|(_, own)| part(begins, own, span)));
-    }
-    for (key, begins, names) in [
-        (&content.step, "the communication step", ""),
-        (&content.step, "a communication step", ""),
-        (&content.start, "from ", " communication step "),
-        (&content.stop, "from ", " communication step "),
-    ] {
-        parts.extend(key.iter().map(|of| part(begins, names, of.span())));
-    }
-    parts.extend(content.main.iter().map(|of| part("main", "", of.span())));
-    parts.extend(content.tune.iter().map(|of| part("[tune]", "", of.span())));
-    parts.extend(content.tune.iter().map(|of| part(SENSITIVITY, "", of.span())));
-    for Word { text: word, place, is_key } in reader.words("tune") {
-        // The value is a more precise location than its key.
-        let begins = if is_key { "[tune]" } else { "[tune]: " }.to_string();
-        if let Some((_, own)) = word.split_once('.') {
-            parts.push(FileSection { begins: begins.clone(), names: own.into(), place: place.clone(), file: None });
-        }
-        if is_key {
-            let begins = format!("[tune]: unknown field `{word}`");
-            parts.push(FileSection { begins, names: String::new(), place: place.clone(), file: None });
-        }
-        parts.push(FileSection { begins, names: word, place, file: None });
+    // Any problem with an axis that comes from a file is a problem with the contents of that file.
+    let is_of = |(axis, _): &&(usize, Rows)| keys.starts_with(&["axes".into(), (*axis).into()]);
+    if let Some((_, rows)) = tables.iter().find(is_of) {
+        keys.splice(2.., ["file".into()]);
+        error = error.context(rows.path.display().to_string());
     }
     // Any other problem comes from the loop.
-    parts.extend(content.description.iter().map(|of| part("", "", of.span())));
-    parts
+    let place = file::find(source, &keys).or_else(|| file::find(source, &["loop".into()]));
+    error.context(place.map_or_else(|| source.file.clone(), |place| place.to_string()))
 }
 
 /// The grammar of the file.
@@ -187,7 +122,9 @@ struct Content {
     #[serde(default)]
     limits: Vec<Spanned<Limit>>,
     main: Option<Spanned<String>>,
-    tune: Option<Spanned<Table>>,
+    /// For [`Reading::tune`].
+    #[serde(rename = "tune")]
+    _tune: Option<IgnoredAny>,
 }
 
 #[derive(Deserialize)]
@@ -279,7 +216,6 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
     }
     let correlations = content.correlations.iter().map(|of| correlation(&reader, of.get_ref()));
     let correlations = correlations.collect::<Result<_>>()?;
-    let places = places(&reader, path, &content, &axes);
     let study = Study {
         axes,
         correlations,
@@ -293,13 +229,13 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
         main: content.main.map(Spanned::into_inner),
     };
     // Before the numbers are written as JSON, which has no NaN.
-    study.check().map_err(|error| located(&places, error, path))?;
+    study.check().map_err(|error| located(reader.source(), &tables, error))?;
     let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let description = content.description.map(Spanned::into_inner).unwrap_or_default();
     let description = description.rsplit(['/', '\\']).next().unwrap_or_default().to_string();
-    let tune = content.tune.map(Spanned::into_inner);
     let fmus = fmus.map(|fmus| relative(fmus, path.parent().unwrap_or(Path::new(""))));
-    Ok(Reading { name, description, fmus, job: Job { system, study }, tune, tables, renews: None, places })
+    let source = Some(reader.source().clone());
+    Ok(Reading { name, description, fmus, job: Job { system, study }, tables, renews: None, source })
 }
 
 /// A path relative to a folder, so that it is the same on each machine with the same relative layout. Unchanged if
@@ -436,6 +372,7 @@ fn values(reader: &Reader, node: &Spanned<Node>, width: usize) -> Result<Along> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use run::subject::Key;
     use std::fs;
 
     const LOOP: &str = "step = 1.0\nstop = 60.0\n[fmus]\nC = \"C.fmu\"\n[settings]\nC.GAIN = 2.0\nC.TI = 9.0\n\
@@ -482,7 +419,7 @@ mod tests {
             relative = true
             normal = { mean = 1, deviation = 0.1 }
         "#;
-        let Reading { name, job, tune, .. } = read_text(text).unwrap();
+        let Reading { name, job, .. } = read_text(text).unwrap();
         assert_eq!(name, "study");
         let settings: Vec<_> = job.system.settings.iter().map(|of| (&*of.variable, of.value, of.time)).collect();
         assert_eq!(
@@ -501,34 +438,40 @@ mod tests {
         assert_eq!(normal.along, Along::Normal { mean: 1.0, deviation: 0.1, min: None, max: None });
         assert_eq!((normal.time, normal.relative, rows.variables.len()), (Some(7.0), true, 2));
         assert_eq!((job.study.samples, job.study.sampling), (10, Sampling::Sobol));
-        assert!(tune.is_some_and(|tune| tune.contains_key("anything")));
+    }
+
+    /// The location that an error about a part of a study gets.
+    fn place(reading: &Reading, keys: &[Key]) -> String {
+        let error = Subject::Part(keys.to_vec()).attach(anyhow!("wrong"));
+        let text = format!("{:#}", reading.located(error, Path::new("study.toml")));
+        text.rsplit('/').next().unwrap().strip_suffix(": wrong").unwrap().to_string()
     }
 
     #[test]
-    fn an_error_of_a_later_check_gets_the_line_of_the_word_that_it_is_about() {
+    fn an_error_of_a_later_check_gets_the_line_of_the_key_that_it_is_about() {
         let text = "loop = \"loop.toml\"\nstop = -1\nstep = 0\n[[values]]\nvariable = \"C.LMM\"\ntake = [\"max\"]\n[tune]\n\
                     minimize = \"iaee\"\nconstraints = [\"ms < 2\"]\n[[tune.search]]\nvariable = \"C.GIAN\"\n";
         let reading = read_text(text).unwrap();
-        let place = |error: &str| {
-            let located = reading.located(anyhow!("{error}"), Path::new("study.toml"));
-            let text = format!("{located:#}");
-            text[..text.len() - error.len()].rsplit('/').next().unwrap().to_string()
-        };
-        for (error, expected) in [
-            ("from 0.0 s to -1.0 s there is no whole communication step of 1.0 s", "study.toml:2:8: "),
-            ("the communication step is 0.0 s: it has to be positive and finite", "study.toml:3:8: "),
-            ("values: C has no variable LMM; did you mean C.LMN?", "study.toml:4:1: "),
-            ("[tune]: minimize: there is no figure iaee", "study.toml:8:12: "),
-            ("[tune]: expectation \"ms < 2\": there is no figure ms", "study.toml:9:16: "),
-            ("[tune]: C has no variable GIAN: is it GAIN?", "study.toml:11:12: "),
-            ("[tune]: unknown field `search`, expected `minimize` or `constraints`", "study.toml:10:8: "),
-            ("ms: plant 0: there are only 3 samples", "study.toml:7:1: "),
-            ("C.fmu is not an FMU", "study.toml:1:8: "),
-            ("a communication step of 1e-12 s is too small for a run from 0.0 s to 300.0 s", "study.toml:3:8: "),
-            ("loop.toml:6:1: C has no variable X", ""),
+        for (keys, expected) in [
+            (vec!["stop".into()], "study.toml:2:8"),
+            (vec!["step".into()], "study.toml:3:8"),
+            (vec!["values".into(), 0.into()], "study.toml:4:1"),
+            (vec!["tune".into(), "minimize".into()], "study.toml:8:12"),
+            (vec!["tune".into(), "constraints".into(), 0.into()], "study.toml:9:16"),
+            (vec!["tune".into(), "search".into(), 0.into(), "variable".into()], "study.toml:11:12"),
+            // What the file does not have is in the part around it, or in the loop.
+            (vec!["tune".into(), "front".into()], "study.toml:7:1"),
+            (vec!["axes".into(), 0.into()], "study.toml:1:8"),
+            (vec!["values".into(), 1.into()], "study.toml:1:8"),
+            (vec![], "study.toml:1:8"),
         ] {
-            assert_eq!(place(error), expected, "{error}");
+            assert_eq!(place(&reading, &keys), expected, "{keys:?}");
         }
+        let named = Subject::Outside.attach(anyhow!("loop.toml:6:1: C has no variable X"));
+        let named = reading.located(named, Path::new("study.toml"));
+        assert_eq!(format!("{named:#}"), "loop.toml:6:1: C has no variable X");
+        let wrong = format!("{:#}", reading.tune().unwrap_err());
+        assert!(wrong.ends_with("study.toml:10:1: missing field `min`"), "{wrong}");
     }
 
     #[test]
@@ -557,15 +500,11 @@ mod tests {
         );
         let again = "[[correlations]]\nvariables = [\"C.B\", \"C.A\"]\nrank = -0.9\n";
         let reading = read_text(&format!("{CORRELATED}{again}")).unwrap();
-        let place = |error: &str| {
-            let text = format!("{:#}", reading.located(anyhow!("{error}"), Path::new("study.toml")));
-            text.rsplit('/').next().unwrap().strip_suffix(error).unwrap().to_string()
-        };
-        let wrong = format!("{:#}", crate::correlation::mixing(&reading.job.study).unwrap_err());
-        assert_eq!(place(&wrong), "study.toml:12:1: ");
-        assert_eq!(place("correlations: they contradict each other"), "study.toml:9:1: ");
-        assert_eq!(place("sampling = \"saltelli\" needs independent axes"), "study.toml:2:12: ");
-        assert_eq!(place("1200 axes have distributions: a Sobol sequence has 256 at most"), "study.toml:2:12: ");
+        let wrong = crate::correlation::mixing(&reading.job.study).unwrap_err();
+        let wrong = format!("{:#}", reading.located(wrong, Path::new("study.toml")));
+        assert!(wrong.contains("study.toml:12:1: correlations: C.B and C.A: "), "{wrong}");
+        assert_eq!(place(&reading, &["correlations".into()]), "study.toml:9:1");
+        assert_eq!(place(&reading, &["sampling".into()]), "study.toml:2:12");
     }
 
     #[test]
@@ -578,16 +517,18 @@ mod tests {
         let text = "loop = \"loop.toml\"\n[[axes]]\nfile = \"loops.csv\"\n[[axes]]\nvariable = \"C.A\"\ntime = 900\nvalues = [1]\n";
         fs::write(&path, text).unwrap();
         let reading = read(&path, None, |_, _| unreachable!()).unwrap();
-        let located = |error: &str| {
-            let text = format!("{:#}", reading.located(anyhow!("{error}"), &path));
+        let located = |error: &str, keys: &[Key]| {
+            let error = Subject::Part(keys.to_vec()).attach(anyhow!("{error}"));
+            let text = format!("{:#}", reading.located(error, &path));
             text.replace(&folder.path().join("").display().to_string(), "")
         };
         assert_eq!(
-            located("axis 1 (C.GIAN): C has no variable GIAN; did you mean C.GAIN?"),
+            located("axis 1 (C.GIAN): C has no variable GIAN; did you mean C.GAIN?", &["axes".into(), 0.into()]),
             "study.toml:3:8: loops.csv: axis 1 (C.GIAN): C has no variable GIAN; did you mean C.GAIN?"
         );
-        assert!(located("axis 2 (C.A): C.A cannot be set at 900.0 s").starts_with("study.toml:6:8: axis 2"));
-        assert!(located("axis 2 (C.A): C has no variable A").starts_with("study.toml:4:1: axis 2"));
+        let time = located("C.A cannot be set at 900.0 s", &["axes".into(), 1.into(), "time".into()]);
+        assert!(time.starts_with("study.toml:6:8: C.A cannot"), "{time}");
+        assert!(located("C has no variable A", &["axes".into(), 1.into()]).starts_with("study.toml:4:1: C has"));
     }
 
     #[test]

@@ -13,7 +13,7 @@ use crate::results::{Quantity, Results};
 use crate::sobol::{self, Index};
 use crate::summary::{Distribution, PERCENTS, Summary};
 use crate::{Along, Axis, Correlation, Job, Sampling, Signals};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use askama::Template;
 use control::figures::Set;
 use draw::histogram::Mark;
@@ -21,6 +21,7 @@ use draw::picture;
 use host::package::temporary;
 use modeldescription::digits::{short, within};
 use modeldescription::units;
+use run::bail_at;
 use run::master::Recording;
 use run::plan::near;
 use serde::{Serialize, Serializer};
@@ -82,9 +83,10 @@ pub fn main_figure(job: &Job, figures: &[Quantity]) -> Result<Option<usize>> {
     }
     let names = || figures.iter().map(|figure| figure.name.as_str());
     match near(main, names()) {
-        Some(near) => bail!("main = {main:?}: the study has no such figure; did you mean {near}?"),
+        Some(near) => bail_at!("main", "main = {main:?}: the study has no such figure; did you mean {near}?"),
         None => {
-            bail!("main = {main:?}: the study has no such figure; there are {}", names().collect::<Vec<_>>().join(", "))
+            let names = names().collect::<Vec<_>>().join(", ");
+            bail_at!("main", "main = {main:?}: the study has no such figure; there are {names}")
         }
     }
 }

@@ -24,6 +24,8 @@ const NAMES: [&str; 3] = ["loop", "name", "tag"];
 /// The rows of a file as values of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {
+    /// The path of the file.
+    pub path: PathBuf,
     /// The variables, their values in each row, and the names of the loops, if the file has them.
     pub axis: Axis,
     /// The parameter file that the rows come from, if any.
@@ -35,8 +37,6 @@ pub struct Rows {
 /// A parameter file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Source {
-    /// Its path.
-    pub path: PathBuf,
     /// The name of the FMU that gets the values.
     pub fmu: String,
     /// The loops, one for each row.
@@ -110,7 +110,7 @@ impl Given {
         }
         let variables = variables.into_iter().map(|(name, _)| name).collect();
         let axis = Axis { variables, names, along: Along::Rows(rows), ..Axis::default() };
-        Ok(Rows { axis, source: None, remarks })
+        Ok(Rows { path: shown.into(), axis, source: None, remarks })
     }
 }
 
@@ -199,7 +199,7 @@ fn of_parameters(
     let variables = kept.iter().map(|member| all[*member].variable.clone()).collect();
     let names = loops.iter().map(|one| one.name.clone()).collect();
     let axis = Axis { variables, names, along: Along::Rows(loops.iter().map(row).collect()), ..Axis::default() };
-    Ok(Rows { axis, remarks, source: Some(Source { path: path.into(), fmu: fmu.into(), loops }) })
+    Ok(Rows { path: path.into(), axis, remarks, source: Some(Source { fmu: fmu.into(), loops }) })
 }
 
 /// The block for the loops that an FMU can have: the one named by its description or its file, else one whose settings

@@ -19,6 +19,8 @@ use crate::summary::{mean, percentile};
 use anyhow::{Result, bail};
 use control::identify::Model;
 use libm::{exp, log};
+use run::bail_at;
+use run::subject::About;
 use serde::{Deserialize, Serialize};
 
 pub use search::{Outcome, search};
@@ -186,7 +188,7 @@ impl Tune {
     /// A number is invalid; the message names the permitted range.
     pub fn check(&self) -> Result<()> {
         if !(10..=100_000).contains(&self.evaluations) {
-            bail!("evaluations = {}: 10 to 100000 are possible", self.evaluations);
+            bail_at!("evaluations", "evaluations = {}: 10 to 100000 are possible", self.evaluations);
         }
         if self.search.is_empty() {
             bail!(
@@ -194,22 +196,26 @@ impl Tune {
             );
         }
         if self.search.len() > MOST_VARIABLES {
-            bail!("{} variables are searched: {MOST_VARIABLES} at most are possible", self.search.len());
+            bail_at!("search", "{} variables are searched: {MOST_VARIABLES} at most are possible", self.search.len());
         }
         for (number, search) in self.search.iter().enumerate() {
             let Search { variable, min, max, .. } = search;
-            if !(min.is_finite() && max.is_finite() && min < max) {
-                bail!("{variable} is searched from {min} to {max}: min has to be below max");
-            }
-            if self.search[..number].iter().any(|other| other.variable == *variable) {
-                bail!("{variable} is searched twice: remove one of the tables [[tune.search]]");
-            }
+            let check = || {
+                if !(min.is_finite() && max.is_finite() && min < max) {
+                    bail!("{variable} is searched from {min} to {max}: min has to be below max");
+                }
+                if self.search[..number].iter().any(|other| other.variable == *variable) {
+                    bail!("{variable} is searched twice: remove one of the tables [[tune.search]]");
+                }
+                Ok(())
+            };
+            check().at(number).at("search")?;
         }
         if self.front.as_ref() == Some(&self.minimize) {
-            bail!("front and minimize are both {}: a front needs two figures", self.minimize);
+            bail_at!("front", "front and minimize are both {}: a front needs two figures", self.minimize);
         }
         if let Some(model) = &self.model {
-            model.check()?;
+            model.check().at("model")?;
         }
         Ok(())
     }

@@ -13,11 +13,10 @@ use control::margins::Plant;
 use host::package::Package;
 use modeldescription::Table;
 use modeldescription::{Description, Type};
-use run::file::plain;
 use run::fmus::Values;
 use run::plan::near;
+use run::subject::About;
 use run::system::{Setting, System, Value, own_name};
-use serde::Deserialize;
 use std::sync::Arc;
 use std::thread;
 
@@ -58,23 +57,12 @@ impl Tuning {
     /// # Errors
     /// The study or an FMU is faulty, with the remedy, or a plant cannot be identified.
     pub fn start(reading: &Reading, options: &Options) -> Result<Tuning> {
-        let table = reading.tune.clone().context(
-            "the study has no table [tune]: write one with minimize = \"iae\" and a table [[tune.search]] for each setting",
-        )?;
-        let mut tune = Tune::deserialize(table).map_err(|error| anyhow!("[tune]: {}", plain(&error.to_string())))?;
-        tune.check().context("[tune]")?;
+        let mut tune = reading.tune()?;
+        tune.check().context("[tune]").at("tune")?;
         let base = &reading.job;
         let mut present = Vec::new();
-        for search in &mut tune.search {
-            let is_axis =
-                base.study.axes.iter().any(|axis| axis.time.is_none() && axis.variables.contains(&search.variable));
-            ensure!(
-                !is_axis,
-                "[tune]: {0} is searched and is a variable of an axis: remove one of them",
-                search.variable
-            );
-            let (grid, value) = variable(&base.system, &search.variable)?;
-            search.grid = grid;
+        for (number, search) in tune.search.iter_mut().enumerate() {
+            let value = variable(base, search).at("variable").at(number).at("search").at("tune")?;
             present.push(value);
         }
         let job = with_axes(base, &tune.search, &present);
@@ -98,7 +86,8 @@ impl Tuning {
             let names = experiment.coordinates[..varied].iter().map(|quantity| quantity.name.clone()).collect();
             Some(
                 Robustness::new(&tune, base, pool.tables(), names, &plants, options, &mut remarks)
-                    .context(SENSITIVITY)?,
+                    .context(SENSITIVITY)
+                    .at("tune")?,
             )
         } else {
             figures.pop();
@@ -313,26 +302,29 @@ fn descriptions(system: &System) -> Result<Vec<Description>> {
 
 /// The search problem, with figures resolved to indices.
 fn problem(tune: &Tune, figures: &[Quantity]) -> Result<Problem> {
-    let figure = |key: &str, name: &String| {
-        figures.iter().position(|figure| figure.name == *name).with_context(|| {
+    let figure = |key: &'static str, name: &String| {
+        let found = figures.iter().position(|figure| figure.name == *name).with_context(|| {
             let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
             let hint = near(name, names.iter().copied()).map_or_else(String::new, |near| format!("; is it {near}?"));
             format!("{key}: there is no figure {name}, only {}{hint}", names.join(", "))
-        })
+        });
+        found.at(key)
     };
-    let constraint = |text: &String| Ok(tune::Constraint(Expectation::parse(text, figures)?));
+    let constraint = |(number, text): (usize, &String)| {
+        Ok(tune::Constraint(Expectation::parse(text, figures).at(number).at("constraints")?))
+    };
     let problem = || -> Result<Problem> {
         Ok(Problem {
             minimize: figure("minimize", &tune.minimize)?,
             over: tune.over,
-            constraints: tune.constraints.iter().map(constraint).collect::<Result<_>>()?,
+            constraints: tune.constraints.iter().enumerate().map(constraint).collect::<Result<_>>()?,
             front: tune.front.as_ref().map(|name| figure("front", name)).transpose()?,
             evaluations: tune.evaluations,
             seed: tune.seed,
             search: tune.search.clone(),
         })
     };
-    problem().context("[tune]")
+    problem().context("[tune]").at("tune")
 }
 
 /// The job with the search variables as additional axes, at the end of each point.
@@ -346,8 +338,14 @@ fn with_axes(job: &Job, search: &[Search], present: &[f64]) -> Job {
     job
 }
 
-/// The grid of a variable, and the loop's present value.
-fn variable(system: &System, name: &str) -> Result<(Grid, f64)> {
+/// Checks a variable, and sets its grid. Returns the loop's present value.
+fn variable(job: &Job, search: &mut Search) -> Result<f64> {
+    let (system, name) = (&job.system, search.variable.as_str());
+    let is_axis = |axis: &Axis| axis.time.is_none() && axis.variables.contains(&search.variable);
+    ensure!(
+        !job.study.axes.iter().any(is_axis),
+        "[tune]: {name} is searched and is a variable of an axis: remove one of them"
+    );
     let found = system.members.iter().find_map(|member| Some((member, own_name(name, &member.name)?)));
     let (member, own) = found.with_context(|| {
         let names: Vec<&str> = system.members.iter().map(|member| member.name.as_str()).collect();
@@ -359,7 +357,7 @@ fn variable(system: &System, name: &str) -> Result<(Grid, f64)> {
         let hint = near(own, names).map_or_else(String::new, |near| format!(": is it {near}?"));
         format!("[tune]: {} has no variable {own}{hint}", member.name)
     })?;
-    let grid = match variable.kind {
+    search.grid = match variable.kind {
         // A PLC's TIME, which has a resolution of milliseconds, is displayed in ms.
         Some(Type::Real) if variable.display_unit.as_deref() == Some("ms") => Grid::Milliseconds,
         Some(kind) if kind.is_floating() => Grid::Digits,
@@ -376,5 +374,5 @@ fn variable(system: &System, name: &str) -> Result<(Grid, f64)> {
         Some(Value::Boolean(_)) => bail!("{name} is set to a truth value, and it is a number"),
         None => description.start(own),
     };
-    Ok((grid, value.unwrap_or_default()))
+    Ok(value.unwrap_or_default())
 }

@@ -11,7 +11,7 @@
 use crate::Job;
 use crate::experiment::{Detail, Executor, Experiment, Gives};
 use crate::results::RunResult;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Error, Result, bail};
 use host::child::witness::Witnessed;
 use host::child::{Channel, serve};
 use host::fmu::{Fmu, Unpacked, has_table, has_text};
@@ -23,6 +23,7 @@ use run::component::Reset;
 use run::dialog;
 use run::master::Recording;
 use run::plan::has_events;
+use run::subject::Subject;
 use run::system::Member;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -84,8 +85,8 @@ pub type Find = fn(&Description) -> Option<Linked>;
 pub enum Reply {
     /// The FMUs are loaded.
     Ready(Ready),
-    /// The job is faulty, or a curve cannot be made.
-    Refused(String),
+    /// The job is faulty, or a curve cannot be made: the message, and its subject.
+    Refused(String, Option<Subject>),
     /// The next rows, in the order of the points. They are complete when there are as many as points.
     Rows(Vec<RunResult>),
     /// The next piece of the recording.
@@ -94,6 +95,12 @@ pub enum Reply {
     Curve(Option<Vec<f64>>),
     /// A warning for the user about reset instances.
     Reset(Option<String>),
+}
+
+impl Reply {
+    fn refused(error: &Error) -> Reply {
+        Reply::Refused(format!("{error:#}"), Subject::find(error).cloned())
+    }
 }
 
 /// Information about the loaded FMUs.
@@ -133,7 +140,7 @@ pub fn run(folder: &Path, find: Find) -> Result<()> {
             bail!("there is no job")
         };
         let Begun { members, experiment, ready } = match begin(&job, channel, find, exact_door) {
-            Err(error) => return channel.send(&Reply::Refused(format!("{error:#}"))),
+            Err(error) => return channel.send(&Reply::refused(&error)),
             Ok(begun) => begun,
         };
         channel.send(&Reply::Ready(ready))?;
@@ -283,7 +290,7 @@ impl Serving {
                         .recording(&point, detail, &mut instantiate, |recording| output.send(&Reply::Piece(recording)));
                     match made {
                         Ok(figures) => output.send(&Reply::Curve(figures))?,
-                        Err(error) => output.send(&Reply::Refused(format!("{error:#}")))?,
+                        Err(error) => output.send(&Reply::refused(&error))?,
                     }
                 }
                 WorkerRequest::Rows(points, gives) => {

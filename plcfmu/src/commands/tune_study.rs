@@ -136,8 +136,8 @@ fn pool_options(options: &Options) -> Result<pool::Options> {
 fn run_each(options: &Options, reading: &study::read::Reading, out: &Path) -> Result<()> {
     let pool_options = pool_options(options)?;
     let names = reading.loops().map_err(|error| reading.located(error, &options.study))?;
-    let source = reading.tables.iter().find_map(|(_, rows)| rows.source.as_ref());
-    let file = source.and_then(|of| of.path.file_name()).map(|name| out.join(name));
+    let source = reading.tables.iter().find_map(|(_, rows)| Some((&*rows.path, rows.source.as_ref()?)));
+    let file = source.and_then(|(path, _)| path.file_name()).map(|name| out.join(name));
     let settings = out.join("settings.csv");
     temporary::check_outputs(file.iter().chain([&settings]).map(PathBuf::as_path), reading.job.system.inputs())?;
     for remark in &reading.job.system.remarks {
@@ -180,8 +180,8 @@ fn run_each(options: &Options, reading: &study::read::Reading, out: &Path) -> Re
         print(&format!("{}\n", path.display()))
     };
     write(&settings, each::csv(&columns, &tuned).as_bytes())?;
-    if let (Some(source), Some(file)) = (source, file) {
-        write(&file, &each::written_back(source, &variables, &tuned)?)?;
+    if let (Some((path, source)), Some(file)) = (source, file) {
+        write(&file, &each::written_back(path, source, &variables, &tuned)?)?;
     }
     print(&format!("{} of {} loops tuned\n", tuned.len() - failed.len(), tuned.len()))?;
     if !failed.is_empty() {
