@@ -33,7 +33,7 @@ const NOT_FINITE: &str = "is NaN in some calls";
 /// The reason why there is no step.
 const NO_CHANGE: &str = "the setpoint does not change in this part of the run";
 
-/// A figure of a loop.
+/// A figure of a loop. The lowest value is the best.
 #[derive(Debug)]
 pub struct Figure {
     /// The name, used everywhere: `settling`.
@@ -44,8 +44,6 @@ pub struct Figure {
     pub meaning: &'static str,
     /// Its unit.
     pub unit: Unit,
-    /// Whether the lowest value is the best.
-    pub is_lower_better: bool,
     /// The usual reason why a run lacks the figure.
     pub absent: &'static str,
     /// The signals required besides setpoint and process value.
@@ -92,7 +90,6 @@ pub static FIGURES: [&Figure; 11] = [
         title: "Rise time",
         meaning: "From 10 % to 90 % of the step",
         unit: Unit::Seconds,
-        is_lower_better: true,
         absent: "the process value does not reach 90 % of the step",
         needs: Needs::Nothing,
         of: |window| window.step()?.rise(),
@@ -104,7 +101,6 @@ pub static FIGURES: [&Figure; 11] = [
         title: "IAE",
         meaning: "Integral of the absolute deviation",
         unit: Unit::ProcessValueSeconds,
-        is_lower_better: true,
         absent: NO_DEVIATION,
         needs: Needs::Nothing,
         of: |window| Ok(window.deviation()?.iae),
@@ -114,7 +110,6 @@ pub static FIGURES: [&Figure; 11] = [
         title: "ISE",
         meaning: "Integral of the squared deviation",
         unit: Unit::SquareSeconds,
-        is_lower_better: true,
         absent: NO_DEVIATION,
         needs: Needs::Nothing,
         of: |window| Ok(window.deviation()?.ise),
@@ -124,7 +119,6 @@ pub static FIGURES: [&Figure; 11] = [
         title: "Largest deviation",
         meaning: "Largest absolute deviation",
         unit: Unit::ProcessValue,
-        is_lower_better: true,
         absent: NO_DEVIATION,
         needs: Needs::Nothing,
         of: |window| Ok(window.deviation()?.peak),
@@ -134,7 +128,6 @@ pub static FIGURES: [&Figure; 11] = [
         title: "Travel",
         meaning: "How far the manipulated value moves in all",
         unit: Unit::ManipulatedValue,
-        is_lower_better: true,
         absent: "the manipulated value is NaN in some calls",
         needs: Needs::ManipulatedValue,
         of: |window| window.travel(),
@@ -144,7 +137,6 @@ pub static FIGURES: [&Figure; 11] = [
         title: "Pulses",
         meaning: "How many pulses begin, on all pulse outputs",
         unit: Unit::One,
-        is_lower_better: true,
         absent: "there are no pulses",
         needs: Needs::Pulses,
         of: |window| window.pulses(),
@@ -154,7 +146,6 @@ pub static FIGURES: [&Figure; 11] = [
         title: "Recovery time",
         meaning: "From a disturbance until the process value stays within 2 % of the last setpoint step around the setpoint",
         unit: Unit::Seconds,
-        is_lower_better: true,
         absent: "the process value does not come back",
         needs: Needs::Disturbance,
         of: |window| window.disturbed()?.recovery.clone(),
@@ -164,7 +155,6 @@ pub static FIGURES: [&Figure; 11] = [
         title: "Deviation after disturbance",
         meaning: "Largest absolute deviation after a disturbance",
         unit: Unit::ProcessValue,
-        is_lower_better: true,
         absent: NO_DISTURBANCE,
         needs: Needs::Disturbance,
         of: |window| Ok(window.disturbed()?.deviation.clone()?.peak),
@@ -174,7 +164,6 @@ pub static FIGURES: [&Figure; 11] = [
         title: "IAE after disturbance",
         meaning: "Integral of the absolute deviation after a disturbance",
         unit: Unit::ProcessValueSeconds,
-        is_lower_better: true,
         absent: NO_DISTURBANCE,
         needs: Needs::Disturbance,
         of: |window| Ok(window.disturbed()?.deviation.clone()?.iae),
@@ -187,7 +176,6 @@ pub static OVERSHOOT: Figure = Figure {
     title: "Overshoot",
     meaning: "Beyond the setpoint, in percent of the step",
     unit: Unit::Percent,
-    is_lower_better: true,
     absent: "the process value does not reach the setpoint",
     needs: Needs::Nothing,
     of: |window| window.step()?.overshoot(),
@@ -199,7 +187,6 @@ pub static SETTLING: Figure = Figure {
     title: "Settling time",
     meaning: "From the step until the process value stays within 2 % of the step around the setpoint",
     unit: Unit::Seconds,
-    is_lower_better: true,
     absent: "the process value does not settle",
     needs: Needs::Nothing,
     of: |window| window.settling(),

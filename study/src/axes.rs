@@ -106,7 +106,7 @@ impl Target {
             None => self.name.clone(),
             Some(time) => format!("{}@{time}", self.name),
         };
-        Quantity { name, unit: self.unit.clone() }
+        Quantity::new(&name, self.unit.as_deref())
     }
 
     /// Returns the setting that assigns the value to the variable.

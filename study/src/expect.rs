@@ -373,8 +373,7 @@ mod tests {
     const NONE: f64 = f64::NAN;
 
     fn figures() -> Vec<Quantity> {
-        let quantity =
-            |name: &str, unit: &str| Quantity { name: name.into(), unit: (!unit.is_empty()).then(|| unit.to_string()) };
+        let quantity = |name: &str, unit: &str| Quantity::new(name, Some(unit).filter(|unit| !unit.is_empty()));
         vec![
             quantity("overshoot", "%"),
             quantity("settling", "s"),

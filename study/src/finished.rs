@@ -87,7 +87,7 @@ mod tests {
             super::rows(out, fingerprint, 1, 1, &mut each).map(|is_there| is_there.then_some(rows))
         };
         assert_eq!(rows("f").unwrap(), None);
-        let quantity = |name: &str| vec![Quantity { name: name.into(), unit: None }];
+        let quantity = |name: &str| vec![Quantity::new(name, None)];
         let mut results = Results::new(quantity("C.GAIN"), quantity("iae"));
         let row = RunResult { figures: vec![0.1], error: None };
         results.push(&[2.0], &row).unwrap();

@@ -1,7 +1,7 @@
 //! The variables that a study records of a run, and the figures computed from them.
 
 use crate::experiment::traced;
-use crate::results::Quantity;
+use crate::results::{Aspect, Quantity};
 use crate::{Limit, Signals, Study, Take, Taken};
 use anyhow::{Context, Result, bail};
 use control::figures::{self, Figure, LoopSignals, Set, Span, Window, Wiring};
@@ -244,7 +244,8 @@ impl Measures {
         })
         .collect();
         for figure in &figures {
-            self.add_figure(figure.key, figure.unit.text(unit.as_deref(), travel_unit.as_deref()))?;
+            let unit = figure.unit.text(unit.as_deref(), travel_unit.as_deref());
+            self.add_figure(Quantity { name: figure.key.into(), unit, of: None })?;
         }
         self.loop_signals = Some(Loop {
             figures,
@@ -266,8 +267,9 @@ impl Measures {
             bail!("{}: take is empty: name some of min, max, mean and last", taken.variable);
         }
         for take in &taken.take {
-            let unit = columns.unit(&reference);
-            self.add_figure(&format!("{}.{}", columns.columns[column], take.name()), unit)?;
+            let (variable, unit) = (columns.columns[column].clone(), columns.unit(&reference));
+            let name = format!("{variable}.{}", take.name());
+            self.add_figure(Quantity { name, unit, of: Some((variable, Aspect::Taken(*take))) })?;
         }
         self.values.push((column, taken.take.clone()));
         Ok(())
@@ -275,16 +277,18 @@ impl Measures {
 
     fn add_limit(&mut self, limit: &Limit, columns: &mut Columns) -> Result<()> {
         let (column, _) = columns.add(&limit.variable)?;
-        self.add_figure(&format!("{}.violation", columns.columns[column]), Some("s".into()))?;
+        let variable = columns.columns[column].clone();
+        let name = format!("{variable}.violation");
+        self.add_figure(Quantity { name, unit: Some("s".into()), of: Some((variable, Aspect::Violation)) })?;
         self.limits.push((column, limit.clone()));
         Ok(())
     }
 
-    fn add_figure(&mut self, name: &str, unit: Option<String>) -> Result<()> {
-        if self.figures.iter().any(|other| other.name == name) {
-            bail!("the figure {name} occurs twice: remove one");
+    fn add_figure(&mut self, figure: Quantity) -> Result<()> {
+        if self.figures.iter().any(|other| other.name == figure.name) {
+            bail!("the figure {} occurs twice: remove one", figure.name);
         }
-        self.figures.push(Quantity { name: name.into(), unit });
+        self.figures.push(figure);
         Ok(())
     }
 

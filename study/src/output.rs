@@ -278,7 +278,7 @@ mod tests {
     use super::*;
 
     fn results() -> Results {
-        let quantity = |name: &str, unit: Option<&str>| Quantity { name: name.into(), unit: unit.map(Into::into) };
+        let quantity = Quantity::new;
         let mut results = Results::new(
             vec![quantity("C.GAIN", None), quantity("P.LAG", Some("s"))],
             vec![quantity("rise", Some("s")), quantity("overshoot", Some("%"))],

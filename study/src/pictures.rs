@@ -4,7 +4,7 @@
 use crate::envelope::Envelope;
 use crate::expect::runs_text;
 use crate::results::{Loops, Quantity, Results};
-use crate::summary::{Distribution, Summary, is_lower_better, mean, percentile};
+use crate::summary::{Distribution, Summary, mean, percentile};
 use crate::{Signals, Window};
 use anyhow::{Context, Result};
 use control::figures;
@@ -94,7 +94,7 @@ fn distributed(summary: &Summary, of: &Distribution, values: &[f64], sorted: &[f
         }
         _ => {
             // Not the share of runs beyond it: many runs may have exactly this value.
-            let (rank, tail) = if is_lower_better(name) { ("95th", at(95.0)) } else { ("5th", at(5.0)) };
+            let (rank, tail) = if of.figure.is_lower_better() { ("95th", at(95.0)) } else { ("5th", at(5.0)) };
             format!("{name} of {runs}: median {}, {rank} percentile {}", told_bare(of, at(50.0)), told(of, tail))
         }
     };
@@ -168,12 +168,12 @@ pub fn scatter(
         vertical: (&up.0, up.1),
         is_curve: second.is_none(),
         range: (low, high),
-        ends: if is_lower_better(&of.figure.name) {
+        ends: if of.figure.is_lower_better() {
             (told_bare(of, low), told(of, high))
         } else {
             (told(of, low), told_bare(of, high))
         },
-        is_lower_better: is_lower_better(&of.figure.name),
+        is_lower_better: of.figure.is_lower_better(),
         absent: format!("without {}", of.figure.name),
     })
     .map(Some)
@@ -248,20 +248,20 @@ fn best_place(results: &Results, figure: usize, coordinates: &[usize], points: &
     };
     let mut order: Vec<u32> = (0..).take(points.len()).collect();
     order.sort_by(|one, other| place(*one).partial_cmp(&place(*other)).unwrap_or(std::cmp::Ordering::Equal));
-    let name = &results.figures[figure].name;
+    let figure = &results.figures[figure];
     let mean = |runs: &[u32]| runs.iter().map(|run| points[*run as usize].2).sum::<f64>() / runs.len() as f64;
     let means = order.chunk_by(|one, other| place(*one) == place(*other)).map(|runs| (place(runs[0]), mean(runs)));
     let means: Vec<((f64, f64), f64)> = means.filter(|(_, mean)| mean.is_finite()).collect();
     let by_value = |one: &&((f64, f64), f64), other: &&((f64, f64), f64)| one.1.total_cmp(&other.1);
     let (least, greatest) = (means.iter().min_by(by_value)?, means.iter().max_by(by_value)?);
-    let (word, (best, _)) = if is_lower_better(name) { ("lowest", least) } else { ("highest", greatest) };
+    let (word, (best, _)) = if figure.is_lower_better() { ("lowest", least) } else { ("highest", greatest) };
     (least.1 < greatest.1).then_some(())?;
     let at = coordinates.iter().zip([best.0, best.1]).map(|(number, value)| {
-        let Quantity { name, unit } = &results.coordinates[*number];
+        let Quantity { name, unit, .. } = &results.coordinates[*number];
         let unit = unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
         format!("{name} = {}{unit}", within(value, value.abs()))
     });
-    Some(format!("{name} is {word} at {}", at.collect::<Vec<_>>().join(" and ")))
+    Some(format!("{} is {word} at {}", figure.name, at.collect::<Vec<_>>().join(" and ")))
 }
 
 /// The curves of some runs in one chart: the controlled signals above what the controller does, in front of the
@@ -343,9 +343,7 @@ pub fn curves(
         }));
         panels.push(panel);
     }
-    let own = ["min", "max", "mean", "last", "violation"]
-        .iter()
-        .find_map(|end| of.figure.name.strip_suffix(end)?.strip_suffix('.'));
+    let own = of.figure.of.as_ref().map(|(variable, _)| variable.as_str());
     let shown = |name: &&str| {
         Some(*name) != signals.process_value.as_deref() && Some(*name) != signals.manipulated_value.as_deref()
     };
@@ -386,11 +384,13 @@ pub fn curves(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Take;
     use crate::report::tests::recording;
-    use crate::results::RunResult;
+    use crate::results::{Aspect, RunResult};
 
     fn quantity(name: &str) -> Quantity {
-        Quantity { name: name.into(), unit: Some("s".into()) }
+        let of = name.strip_suffix(".max").map(|variable| (variable.into(), Aspect::Taken(Take::Max)));
+        Quantity { of, ..Quantity::new(name, Some("s")) }
     }
 
     /// Results of a figure over `width` coordinates.

@@ -9,7 +9,7 @@ use crate::finished::RunsTable;
 use crate::interval;
 use crate::pictures::{self, Coordinate};
 use crate::ran::Ran;
-use crate::results::{Quantity, Results};
+use crate::results::{Aspect, Quantity, Results};
 use crate::sobol::{self, Index};
 use crate::summary::{Distribution, PERCENTS, Summary};
 use crate::{Along, Axis, Correlation, Job, Sampling, Signals};
@@ -299,7 +299,10 @@ impl Report<'_> {
     /// The shares of runs whose variables stay within their limits.
     fn yields(&self) -> Result<Vec<Yield>> {
         let figures = self.results.figures.iter().enumerate();
-        let of = figures.filter_map(|(column, of)| Some((column, of.name.strip_suffix(".violation")?)));
+        let of = figures.filter_map(|(column, of)| match &of.of {
+            Some((variable, Aspect::Violation)) => Some((column, variable)),
+            _ => None,
+        });
         of.map(|(column, name)| {
             let hits = self.results.figure(column)?.iter().filter(|time| **time == 0.0).count() as u64;
             Ok(self.share(&format!("{name} within its limits"), hits))
@@ -743,7 +746,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
             absent: absent_texts(report, column)?,
             histogram: histogram.map(|picture| picture.svg.as_str()),
             worst: worst.map(row).collect::<Result<_>>()?,
-            is_lower_better: crate::summary::is_lower_better(&of.figure.name),
+            is_lower_better: of.figure.is_lower_better(),
         })
     };
     let failures = summary.failures.iter().map(|of| (numbers(&of.runs, of.count), printable(&of.reason)));

@@ -1,5 +1,6 @@
 //! The results of the runs of a study.
 
+use crate::Take;
 use crate::columns::Columns;
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
@@ -15,6 +16,30 @@ pub struct Quantity {
     pub name: String,
     /// Its unit, if it has one.
     pub unit: Option<String>,
+    /// For a figure of a single variable: the variable, and what it is of it.
+    #[serde(skip)]
+    pub of: Option<(String, Aspect)>,
+}
+
+/// What a figure is of a variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Aspect {
+    /// A value taken over the run.
+    Taken(Take),
+    /// The time outside of its limits.
+    Violation,
+}
+
+impl Quantity {
+    /// A quantity with this name and unit.
+    pub fn new(name: &str, unit: Option<&str>) -> Quantity {
+        Quantity { name: name.into(), unit: unit.map(Into::into), of: None }
+    }
+
+    /// Whether low values of the figure are better, as of all figures of a loop.
+    pub fn is_lower_better(&self) -> bool {
+        !matches!(self.of, Some((_, Aspect::Taken(Take::Min))))
+    }
 }
 
 /// The result of one run.
@@ -171,7 +196,7 @@ mod tests {
     }
 
     fn empty() -> Results {
-        let quantity = |name: &&str| Quantity { name: (*name).into(), unit: Some("s".into()) };
+        let quantity = |name: &&str| Quantity::new(name, Some("s"));
         Results::new(["P.LAG", "C.GAIN"].iter().map(quantity).collect(), ["rise", "iae"].iter().map(quantity).collect())
     }
 

@@ -3,15 +3,13 @@
 //! A *percentile* is interpolated linearly between the two nearest values, as NumPy, pandas and spreadsheets do by
 //! default: of n values in ascending order, counted from 0, percentile p is at position p / 100 (n - 1).
 //!
-//! [`figures::FIGURES`] defines whether low or high values of a figure are better. For other figures low values are
-//! better, except for `FMU.VARIABLE.min`, where high values are. For `FMU.VARIABLE.mean` and `FMU.VARIABLE.last`, where
-//! neither is better, the highest value counts as the worst.
+//! Low values of a figure are better, except for `FMU.VARIABLE.min`, where high values are. For `FMU.VARIABLE.mean` and
+//! `FMU.VARIABLE.last`, where neither is better, the highest value counts as the worst.
 
 use crate::columns::Spill;
 use crate::interval;
 use crate::results::{Quantity, Results};
 use anyhow::Result;
-use control::figures;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -119,11 +117,6 @@ impl Summary {
     }
 }
 
-/// Whether low values of a figure are better.
-pub fn is_lower_better(figure: &str) -> bool {
-    figures::find(figure).map_or(!figure.ends_with(".min"), |known| known.is_lower_better)
-}
-
 /// The runs with a finite value, ordered by that value. A study has fewer runs than 2^32.
 fn ascending(values: &[f64]) -> Vec<u32> {
     let mut rated: Vec<(f64, u32)> = values.iter().copied().zip(0..).collect();
@@ -182,7 +175,7 @@ impl Distribution {
         // Equal values are ordered by run, from both ends.
         let lowest = || order.iter().map(|run| u64::from(*run));
         let highest = || order.chunk_by(|a, b| value(a) == value(b)).rev().flatten().map(|run| u64::from(*run));
-        let is_lower_better = is_lower_better(&figure.name);
+        let is_lower_better = figure.is_lower_better();
         let absent = (0..).zip(&*values).filter(|(run, value)| value.is_nan() && !results.errors.contains_key(run));
         let distribution = Distribution {
             count: order.len() as u64,
@@ -290,11 +283,15 @@ fn shared_ranks(order: &[u32], values: &[f64], mut tell: impl FnMut(u32, f64)) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::results::RunResult;
+    use crate::Take;
+    use crate::results::{Aspect, RunResult};
 
     /// Results of one figure over one coordinate; NaN is a run without the figure.
     fn results(figure: &str, values: &[(f64, f64)]) -> Results {
-        let quantity = |name: &str| Quantity { name: name.into(), unit: None };
+        let quantity = |name: &str| {
+            let of = name.strip_suffix(".min").map(|variable| (variable.into(), Aspect::Taken(Take::Min)));
+            Quantity { of, ..Quantity::new(name, None) }
+        };
         let mut results = Results::new(vec![quantity("P.GAIN")], vec![quantity(figure)]);
         for (point, value) in values {
             results.push(&[*point], &RunResult { figures: vec![*value], error: None }).unwrap();
@@ -385,7 +382,7 @@ mod tests {
 
     #[test]
     fn the_strongest_coordinates_come_first() {
-        let quantity = |name: &str| Quantity { name: name.into(), unit: None };
+        let quantity = |name: &str| Quantity::new(name, None);
         let mut results = Results::new(["A", "B", "C"].map(quantity).to_vec(), vec![quantity("iae")]);
         for (point, value) in
             [([1.0, 4.0, 2.0], 1.0), ([1.0, 3.0, 1.0], 2.0), ([1.0, 2.0, 4.0], 3.0), ([1.0, 1.0, 3.0], 4.0)]

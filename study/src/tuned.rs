@@ -122,7 +122,7 @@ impl Found<'_> {
                 .map(String::from)
                 .to_vec(),
         );
-        for (place, Quantity { name, unit }) in self.tuning.figures.iter().enumerate() {
+        for (place, Quantity { name, unit, .. }) in self.tuning.figures.iter().enumerate() {
             let values =
                 [best, self.present].map(|of| of.rows.iter().map(|row| row.figures[place]).collect::<Vec<_>>());
             let cells =
@@ -343,7 +343,7 @@ mod tests {
 
     #[test]
     fn a_front_says_what_is_traded_for_what() {
-        let quantity = |name: &str, unit: &str| Quantity { name: name.into(), unit: Some(unit.into()) };
+        let quantity = |name: &str, unit: &str| Quantity::new(name, Some(unit));
         let ends = [(Some(1203.4), Some(45.26)), (Some(2311.9), Some(20.51))];
         assert_eq!(
             traded(&quantity("iae", "K s"), &quantity("travel", "%"), ends),

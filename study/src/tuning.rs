@@ -78,7 +78,7 @@ impl Tuning {
         let units = experiment.coordinates[varied..].iter().map(|quantity| quantity.unit.clone()).collect();
         let mut figures = experiment.figures.clone();
         let mut remarks = experiment.warnings.clone();
-        figures.push(Quantity { name: SENSITIVITY.into(), unit: None });
+        figures.push(Quantity::new(SENSITIVITY, None));
         let problem = problem(&tune, &figures)?;
         let used = std::iter::once(problem.minimize).chain(problem.front);
         let mut used = used.chain(problem.constraints.iter().map(|of| of.0.figure));

@@ -494,7 +494,7 @@ mod tests {
 
     #[test]
     fn a_run_that_is_another_one_with_new_instances_is_told() {
-        let quantity = |name: &str| study::results::Quantity { name: name.into(), unit: None };
+        let quantity = |name: &str| study::results::Quantity::new(name, None);
         let mut results = Results::new(Vec::new(), vec![quantity("rise"), quantity("iae")]);
         results.push(&[], &RunResult { figures: vec![f64::NAN, 1.5], error: None }).unwrap();
         results.push(&[], &RunResult { figures: vec![2.0, 1.5], error: None }).unwrap();

@@ -19,7 +19,7 @@ pub(crate) struct Sample {
 }
 
 fn quantity(name: &str, unit: &str) -> Quantity {
-    Quantity { name: name.into(), unit: (!unit.is_empty()).then(|| unit.to_string()) }
+    Quantity::new(name, Some(unit).filter(|unit| !unit.is_empty()))
 }
 
 fn set(variable: &str, value: &str, time: Option<f64>) -> Set {
