@@ -18,7 +18,7 @@ use parquet::record::RowAccessor;
 use parquet::schema::types::{PrimitiveTypeBuilder, Type, TypePtr};
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Write};
+use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -68,39 +68,28 @@ pub fn write(path: &Path, format: Format, results: &Results) -> Result<()> {
 /// # Errors
 /// Writing to `to` fails.
 pub fn write_csv(to: &mut impl Write, results: &Results) -> Result<()> {
-    write!(to, "run")?;
-    if results.loops.is_some() {
-        write!(to, ",{LOOP}")?;
-    }
-    for Quantity { name, .. } in results.coordinates.iter().chain(&results.figures) {
-        write!(to, ",{}", field(name))?;
-    }
-    writeln!(to, ",error")?;
+    let mut to = csv::Writer::from_writer(to);
+    let names = results.coordinates.iter().chain(&results.figures).map(|of| of.name.as_str());
+    to.write_record(["run"].into_iter().chain(results.loops.iter().map(|_| LOOP)).chain(names).chain(["error"]))?;
     for first in (0..results.count()).step_by(LINES) {
         let runs = first..(first + LINES as u64).min(results.count());
         let columns = (0..results.width()).map(|column| results.column(column, runs.clone()));
         let columns = columns.collect::<Result<Vec<_>>>()?;
-        let (coordinates, figures) = columns.split_at(results.coordinates.len());
         for (place, run) in runs.enumerate() {
-            write!(to, "{run}")?;
+            to.write_field(run.to_string())?;
             if let Some(loops) = &results.loops {
-                write!(to, ",{}", field(loops.name(run)))?;
+                to.write_field(loops.name(run))?;
             }
-            for column in coordinates {
-                write!(to, ",{:?}", column[place])?;
-            }
-            for column in figures {
+            for (number, column) in columns.iter().enumerate() {
                 let value = column[place];
-                if value.is_nan() {
-                    write!(to, ",")?;
-                } else {
-                    write!(to, ",{value:?}")?;
-                }
+                let is_missing = number >= results.coordinates.len() && value.is_nan();
+                to.write_field(if is_missing { String::new() } else { format!("{value:?}") })?;
             }
-            writeln!(to, ",{}", results.errors.get(&run).map_or_else(String::new, |error| field(error)))?;
+            to.write_field(results.errors.get(&run).map_or("", String::as_str))?;
+            to.write_record(None::<&[u8]>)?;
         }
     }
-    Ok(())
+    Ok(to.flush()?)
 }
 
 /// A callback for the next row of a table.
@@ -115,39 +104,26 @@ pub fn read(path: &Path, format: Format, coordinates: usize, figures: usize, eac
     let file = File::open(path).with_context(shown)?;
     let read = match format {
         Format::Parquet => read_parquet(file, coordinates, figures, each),
-        Format::Csv => read_csv(BufReader::new(file), coordinates, figures, each),
+        Format::Csv => read_csv(file, coordinates, figures, each),
     };
     read.with_context(shown)
 }
 
-fn read_csv(from: impl BufRead, coordinates: usize, figures: usize, each: &mut Take) -> Result<()> {
-    let mut lines = from.lines().enumerate();
-    let header = lines.next().map(|(_, line)| line).transpose()?.unwrap_or_default();
-    let has_loops = header.split(',').nth(1) == Some(LOOP);
-    let row = |line: &str| -> Option<RunResult> {
-        let mut rest = line.split_once(',')?.1;
-        if has_loops {
-            rest = &rest[end_of_field(rest)? + 1..];
-        }
-        // Numbers contain no commas, and the error is the last field.
-        let mut fields = rest.splitn(coordinates + figures + 1, ',').skip(coordinates);
-        let number = |field: &str| if field.is_empty() { Some(f64::NAN) } else { field.parse().ok() };
-        let figures = fields.by_ref().take(figures).map(number).collect::<Option<_>>()?;
-        Some(RunResult { figures, error: Some(unquoted(fields.next()?)).filter(|error| !error.is_empty()) })
+fn read_csv(from: File, coordinates: usize, figures: usize, each: &mut Take) -> Result<()> {
+    let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(from);
+    let leading = if reader.headers()?.get(1) == Some(LOOP) { 2 } else { 1 } + coordinates;
+    let number = |field: &str| if field.is_empty() { Some(f64::NAN) } else { field.parse().ok() };
+    let row = |record: &csv::StringRecord| -> Option<RunResult> {
+        let error = record.get(leading + figures).filter(|_| record.len() == leading + figures + 1)?;
+        let figures = record.iter().skip(leading).take(figures).map(number).collect::<Option<_>>()?;
+        Some(RunResult { figures, error: Some(error.to_string()).filter(|error| !error.is_empty()) })
     };
-    for (number, line) in lines {
-        each(row(&line?).with_context(|| format!("line {} is damaged", number + 1))?)?;
+    for record in reader.records() {
+        let record = record?;
+        let line = || format!("line {} is damaged", record.position().map_or(0, csv::Position::line));
+        each(row(&record).with_context(line)?)?;
     }
     Ok(())
-}
-
-/// The position of the comma after the first field of a CSV line.
-fn end_of_field(line: &str) -> Option<usize> {
-    let mut is_quoted = false;
-    line.find(|letter| {
-        is_quoted ^= letter == '"';
-        letter == ',' && !is_quoted
-    })
 }
 
 fn read_parquet(from: File, coordinates: usize, figures: usize, each: &mut Take) -> Result<()> {
@@ -166,19 +142,6 @@ fn read_parquet(from: File, coordinates: usize, figures: usize, each: &mut Take)
         each(row(&read?))?;
     }
     Ok(())
-}
-
-/// The text of a CSV field, without quotes.
-fn unquoted(field: &str) -> String {
-    match field.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')) {
-        Some(quoted) => quoted.replace("\"\"", "\""),
-        None => field.into(),
-    }
-}
-
-/// A text as a CSV field, quoted if necessary.
-fn field(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
 }
 
 /// Writes uncompressed Parquet. The metadata key `units` is a JSON object with the unit of each column that has one.

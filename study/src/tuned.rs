@@ -171,11 +171,12 @@ impl Found<'_> {
     }
 
     /// The front as CSV: the settings and, for each figure, the maximum and the mean over the plants.
-    fn front_csv(&self) -> String {
+    fn front_csv(&self) -> Result<Vec<u8>> {
         let search = self.tuning.problem.search.iter().map(|search| search.variable.clone());
         let figures =
             self.tuning.figures.iter().flat_map(|of| ["highest", "mean"].map(|what| format!("{}.{what}", of.name)));
-        let mut csv = search.chain(figures).collect::<Vec<_>>().join(",") + "\n";
+        let mut csv = csv::Writer::from_writer(Vec::new());
+        csv.write_record(search.chain(figures))?;
         for number in &self.outcome.front {
             let candidate = &self.outcome.candidates[*number];
             let values = candidate.values.iter().map(|value| format!("{value:?}"));
@@ -184,20 +185,21 @@ impl Found<'_> {
                 [Over::Worst, Over::Mean]
                     .map(|over| over.combine(&values).map_or_else(String::new, |value| format!("{value:?}")))
             });
-            csv += &(values.chain(figures).collect::<Vec<_>>().join(",") + "\n");
+            csv.write_record(values.chain(figures))?;
         }
-        csv
+        Ok(csv.into_inner()?)
     }
 
     /// The settings as CSV.
-    fn settings_csv(&self) -> String {
-        let mut csv = String::from("setting,unit,found,now\n");
+    fn settings_csv(&self) -> Result<Vec<u8>> {
+        let mut csv = csv::Writer::from_writer(Vec::new());
+        csv.write_record(["setting", "unit", "found", "now"])?;
         for (place, search) in self.tuning.problem.search.iter().enumerate() {
             let unit = self.tuning.units[place].as_deref().unwrap_or_default();
             let [new, old] = [self.best(), self.present].map(|of| of.values[place]);
-            let _ = writeln!(csv, "{},{unit},{new:?},{old:?}", search.variable);
+            csv.write_record([&search.variable, unit, &format!("{new:?}"), &format!("{old:?}")])?;
         }
-        csv
+        Ok(csv.into_inner()?)
     }
 
     /// A chart of the second figure and the settings over the first figure.
@@ -254,9 +256,9 @@ pub fn write(folder: &Path, found: &Found) -> Result<Vec<PathBuf>> {
     std::fs::create_dir_all(folder).map_err(|error| anyhow!("{} cannot be made: {error}", folder.display()))?;
     let mut files: Vec<(&str, Vec<u8>)> = vec![("tuned.toml", file::write(&system.as_in(folder))?.into_bytes())];
     files.extend(parameter_file(found.tuning, &system)?.map(|content| ("tuned.json", content)));
-    files.push(("settings.csv", found.settings_csv().into_bytes()));
+    files.push(("settings.csv", found.settings_csv()?));
     if found.tuning.problem.front.is_some() {
-        files.push(("front.csv", found.front_csv().into_bytes()));
+        files.push(("front.csv", found.front_csv()?));
     }
     if let Some(chart) = found.chart() {
         let svg = plot::svg(&chart)?;
