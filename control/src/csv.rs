@@ -27,6 +27,9 @@ const MOST_COLUMNS: usize = 20_000;
 /// The maximum length in bytes of a line among those that are sampled.
 const LONGEST_LINE: usize = 1 << 20;
 
+/// The columns that may have the names of loops, in lower case.
+pub const LOOP_NAMES: [&str; 3] = ["loop", "name", "tag"];
+
 /// The meaning of the rows of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum RowsAre {
@@ -239,15 +242,13 @@ impl CsvTable {
     }
 }
 
-/// Returns the cells, as written, of the first column with one of these names, ignoring case; `None` without such a
-/// column.
+/// Returns the names of the loops in a table with a row for each; `None` if it has no such column.
 ///
 /// # Errors
 /// The text is not a CSV file.
-pub fn texts(text: &str, names: &[&str]) -> Result<Option<Vec<String>>> {
+pub fn loop_names(text: &str) -> Result<Option<Vec<String>>> {
     let layout = Layout::new(text, RowsAre::Loops)?;
-    let is_called = |header: &Header| names.contains(&header.name.trim().to_lowercase().as_str());
-    let Some(column) = layout.header.iter().position(is_called) else { return Ok(None) };
+    let Some(column) = layout.header.iter().position(Header::has_loop_names) else { return Ok(None) };
     let mut texts = Vec::new();
     layout.each(|_, record| {
         texts.push(record.get(column).unwrap_or_default().to_string());
@@ -447,13 +448,16 @@ impl<'a> Layout<'a> {
         if self.rows_are == RowsAre::Calls {
             clock::join(&mut columns);
         }
+        // What is said of columns with the names of loops: they are texts, and are not left out.
+        let mut names = Vec::new();
         for (number, (header, cells)) in self.header.into_iter().zip(columns).enumerate() {
             let is_variable = self.rows_are == RowsAre::Loops && is_variable(&header.name);
             let CsvTable { lines, remarks, .. } = &mut table;
             let column = if is_variable {
                 Some(cells.of_variable(number, header, lines)?)
             } else {
-                cells.column(number, header, remarks)?
+                let has_names = self.rows_are == RowsAre::Loops && header.has_loop_names();
+                cells.column(number, header, if has_names { &mut names } else { remarks })?
             };
             table.columns.extend(column);
         }
@@ -478,6 +482,10 @@ impl<'a> Layout<'a> {
 }
 
 impl Header {
+    fn has_loop_names(&self) -> bool {
+        LOOP_NAMES.contains(&self.name.trim().to_lowercase().as_str())
+    }
+
     /// Parses the header of a column; `number` is its index.
     fn new(cell: &str, number: usize) -> Header {
         let cell = cell.trim();

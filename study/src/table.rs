@@ -18,9 +18,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The columns that may contain the names of loops.
-const NAMES: [&str; 3] = ["loop", "name", "tag"];
-
 /// The rows of a file as values of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {
@@ -121,7 +118,7 @@ fn of_csv(shown: &str, text: &str) -> Result<Given> {
         None => error.context(shown.to_string()),
     };
     let table = csv::CsvTable::of_loops(text).map_err(placed)?;
-    let names = csv::texts(text, &NAMES)?.unwrap_or_default();
+    let names = csv::loop_names(text)?.unwrap_or_default();
     let columns: Vec<&csv::Column> = table.columns.iter().filter(|column| column.name.contains('.')).collect();
     let value = |column: &&csv::Column, row: usize| match column.values[row] {
         value if value.is_finite() && column.is_boolean => Ok(Value::Boolean(value != 0.0)),
@@ -135,15 +132,12 @@ fn of_csv(shown: &str, text: &str) -> Result<Given> {
     };
     let rows = 0..table.rows();
     let rows = rows.map(|row| columns.iter().map(|column| value(column, row)).collect::<Result<Vec<_>>>());
-    // Names are texts and are not left out here.
-    let is_of_names =
-        |remark: &str| NAMES.iter().any(|name| remark.to_lowercase().starts_with(&format!("the column {name} ")));
     Ok(Given {
         variables: columns.iter().map(|column| (column.name.clone(), column.number)).collect(),
         rows: rows.collect::<Result<_>>()?,
         names,
         places: table.lines.iter().map(|line| format!("{shown}:{line}:1")).collect(),
-        remarks: table.remarks.into_iter().filter(|remark| !is_of_names(remark)).collect(),
+        remarks: table.remarks,
     })
 }
 

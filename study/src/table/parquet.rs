@@ -1,7 +1,8 @@
 //! Reads a table of loops from Apache Parquet.
 
-use super::{Given, NAMES};
+use super::Given;
 use anyhow::{Context, Result, bail, ensure};
+use control::csv;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use run::system::Value;
@@ -16,7 +17,7 @@ pub(super) fn read(path: &Path, shown: &str) -> Result<Given> {
     let is_variable = |name: &str| name.contains('.');
     let all: Vec<&str> = schema.iter().map(|field| field.name()).collect();
     let variables: Vec<usize> = (0..all.len()).filter(|column| is_variable(all[*column])).collect();
-    let names = all.iter().position(|name| NAMES.contains(&name.to_lowercase().as_str()));
+    let names = all.iter().position(|name| csv::LOOP_NAMES.contains(&name.to_lowercase().as_str()));
     let mut given = Given {
         variables: variables.iter().map(|column| (all[*column].to_string(), column + 1)).collect(),
         ..Given::default()
