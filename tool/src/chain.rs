@@ -4,6 +4,7 @@ use crate::describe::describe;
 use crate::home::Home;
 use crate::message::Member;
 use crate::session::start_values;
+use run::system::own_name;
 
 /// What a chain's input and its value until the first call mean in its dialog.
 const INPUT: &str = "input";
@@ -22,7 +23,7 @@ pub fn begin_at_the_plant(home: &dyn Home, members: &[Member], connections: &[(S
         }
         let input = format!("{}.{input}", begun[place].name);
         let Some((output, _)) = connections.iter().find(|(_, to)| *to == input) else { continue };
-        let owns = |of: &&Member| output.strip_prefix(&of.name).is_some_and(|rest| rest.starts_with('.'));
+        let owns = |of: &&Member| own_name(output, &of.name).is_some();
         let value = begun.iter().find(owns).and_then(|plant| start_values(home, plant).ok()?.remove(output));
         if let Some(value) = value {
             begun[place].values.insert(start.clone(), value);

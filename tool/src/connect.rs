@@ -128,7 +128,7 @@ fn fitting_plants(home: &dyn Home, controller: &End) -> Vec<String> {
         let member =
             Member { name: format!("{}_PLANT", controller.member.name), fmu: name.clone(), ..Member::default() };
         End::new(home, &member).is_ok_and(|plant| {
-            let is_driven = draft(home, controller, &plant).is_driven(controller);
+            let is_driven = draft(home, controller, &plant).goes_from(controller);
             is_driven && !plant.driven().is_empty()
         })
     };
@@ -145,10 +145,9 @@ struct Draft {
 }
 
 impl Draft {
-    /// Whether something goes from the controller to the plant.
-    fn is_driven(&self, controller: &End) -> bool {
-        let prefix = format!("{}.", controller.member.name);
-        self.connections.iter().any(|wire| wire.from.starts_with(&prefix))
+    /// Whether something goes from this end to the other.
+    fn goes_from(&self, end: &End) -> bool {
+        self.connections.iter().any(|wire| own_name(&wire.from, &end.member.name).is_some())
     }
 }
 
@@ -316,8 +315,7 @@ fn by_names(controller: &End, plant: &End, proposal: &mut Draft) {
 /// If nothing goes from one to the other yet: the only output and the only input of one unit.
 fn by_units(controller: &End, plant: &End, proposal: &mut Draft) {
     for (from, to) in [(controller, plant), (plant, controller)] {
-        let prefix = format!("{}.", from.member.name);
-        if proposal.connections.iter().any(|wire| wire.from.starts_with(&prefix)) {
+        if proposal.goes_from(from) {
             continue;
         }
         let mut pairs = Vec::new();
@@ -339,14 +337,12 @@ fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft)
     let is_connected = |full: &str| proposal.connections.iter().any(|wire| wire.to == full);
     let mut open: Vec<String> = Vec::new();
     let own = &controller.description.roles;
-    let from_plant = format!("{}.", plant.member.name);
-    let from_controller = format!("{}.", controller.member.name);
     if let Some(input) = own.process_value.as_deref().filter(|name| controller.has_input(name))
-        && !proposal.connections.iter().any(|wire| wire.from.starts_with(&from_plant))
+        && !proposal.goes_from(plant)
     {
         open.push(controller.full(input));
     }
-    if let Some(input) = plant.driven().first().filter(|_| !proposal.is_driven(controller)) {
+    if let Some(input) = plant.driven().first().filter(|_| !proposal.goes_from(controller)) {
         open.push(plant.full(input));
     }
     let signals =
@@ -356,12 +352,10 @@ fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft)
     open.dedup();
     let nothing = open.into_iter().map(|input| Open { text: format!("nothing is connected to {input}"), input });
     // Another end of the controller may take the process value, as a peripheral word.
-    let from_other = |full: &str| {
-        full.starts_with(&from_controller) && proposal.connections.iter().any(|wire| wire.from.starts_with(&from_plant))
-    };
+    let from_other = |full: &str| own_name(full, &controller.member.name).is_some() && proposal.goes_from(plant);
     let misfits = proposal.misfits.iter().filter(|Open { input, .. }| !is_connected(input) && !from_other(input));
     proposal.open = misfits.cloned().chain(nothing).collect();
-    if !plant.driven().is_empty() && !proposal.is_driven(controller) {
+    if !plant.driven().is_empty() && !proposal.goes_from(controller) {
         let fitting = fitting_plants(home, controller);
         if !fitting.is_empty() {
             let text = format!("plants that {} can drive: {}", controller.member.fmu, fitting.join(", "));

@@ -18,7 +18,7 @@ use modeldescription::{Causality, Description};
 use run::component::{Component, Type};
 use run::master::Run;
 use run::plan::{self, Assignment, Column, Names, Plan, Reference};
-use run::system::{self, Connection, Recorded, Setting, System, Value};
+use run::system::{self, Connection, Recorded, Setting, System, Value, own_name};
 use run::trace::Trace;
 use script::Script;
 use std::collections::{BTreeMap, HashMap, VecDeque};
@@ -238,8 +238,7 @@ impl Record {
     /// The output that goes to an input of the first member, at the end.
     pub fn source_of_own(&self, input: &str) -> Option<&str> {
         let name = &self.setup.members.first()?.name;
-        let goes_there = |to: &str| to.strip_prefix(name.as_str()).and_then(|to| to.strip_prefix('.')) == Some(input);
-        self.connections().iter().find(|(_, to)| goes_there(to)).map(|(from, _)| from.as_str())
+        self.connections().iter().find(|(_, to)| own_name(to, name) == Some(input)).map(|(from, _)| from.as_str())
     }
 
     /// The calls from one time to another, both in seconds and inclusive; all without them.
@@ -877,8 +876,7 @@ fn check_names(members: &[message::Member]) -> Result<()> {
             if *name == other.name {
                 bail!("two members are named {name}: rename one");
             }
-            let is_before = |a: &str, b: &str| b.strip_prefix(a).is_some_and(|rest| rest.starts_with('.'));
-            if is_before(name, &other.name) || is_before(&other.name, name) {
+            if own_name(&other.name, name).or(own_name(name, &other.name)).is_some() {
                 bail!(
                     "the members {} and {name} cannot be told apart: one name must not begin with the other and a point",
                     other.name

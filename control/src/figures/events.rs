@@ -4,7 +4,7 @@
 use super::{BAND, Signals, duration};
 use run::dialog::Roles;
 use run::fmus::number_of;
-use run::system::{Connection, Setting};
+use run::system::{Connection, Setting, own_name};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -91,7 +91,7 @@ impl<'a> Wiring<'a> {
 
     /// Returns the index of the member that has a variable, and the variable's own name.
     fn owner<'b>(&self, variable: &'b str) -> Option<(usize, &'b str)> {
-        let own = |(at, member): (usize, &&str)| Some((at, variable.strip_prefix(member)?.strip_prefix('.')?));
+        let own = |(at, member): (usize, &&str)| Some((at, own_name(variable, member)?));
         self.members.iter().enumerate().filter_map(own).min_by_key(|(_, name)| name.len())
     }
 

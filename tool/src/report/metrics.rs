@@ -9,7 +9,7 @@ use draw::escape::Text;
 use modeldescription::digits::short;
 use modeldescription::units;
 use run::dialog::Roles;
-use run::system::Value;
+use run::system::{Value, own_name};
 use std::fmt::Write;
 
 /// The metrics of the last step and of the last disturbance of a controller, which is this FMU, with what they belong to.
@@ -92,7 +92,7 @@ pub(super) fn disturbed_by(record: Option<&Record>, happened: &Happened) -> Stri
 fn changed_after(record: &Record, time: f64, fmu: &str, roles: &Roles) -> Vec<String> {
     let Some(member) = record.setup().members.iter().find(|member| member.fmu == fmu) else { return Vec::new() };
     let own = |variable: &str| -> Option<String> {
-        let name = variable.strip_prefix(&member.name)?.strip_prefix('.')?;
+        let name = own_name(variable, &member.name)?;
         roles.controller.iter().chain(&roles.structure).find(|own| *own == name).cloned()
     };
     let events = record.events().events;

@@ -17,7 +17,7 @@ use modeldescription::digits::short;
 use run::component::Type;
 use run::dialog::Roles;
 use run::fmus::{Fmus, Member, Values};
-use run::system::{Exchange, Value};
+use run::system::{Exchange, Value, own_name};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -152,10 +152,8 @@ pub(super) fn disturbance(
     }
     let (controller, values) = in_force(home, record, own, calls.start)?;
     let manipulated = |call: usize| manipulated(record, &controller, output, call);
-    let is_own = |name: &str| {
-        let name = name.strip_prefix(&own.name).and_then(|name| name.strip_prefix('.'));
-        name.is_some_and(|name| roles.disturbances.iter().any(|of| of == name))
-    };
+    let is_own =
+        |name: &str| own_name(name, &own.name).is_some_and(|name| roles.disturbances.iter().any(|of| of == name));
     let load = if happened.by.iter().all(|set| is_own(&set.variable)) {
         let sum: Option<f64> = happened.by.iter().map(|set| Some(set.value? - set.before?)).sum();
         let factor = predict::output_factor(home, &controller)?.unwrap_or(1.0);

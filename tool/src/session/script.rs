@@ -5,6 +5,7 @@ use crate::describe::describe;
 use crate::home::Home;
 use crate::message::{self, Act, Event, Events, Setup, Values};
 use anyhow::{Context, Result};
+use run::system::own_name;
 use std::collections::HashSet;
 
 /// What was done in a run, to be done again.
@@ -42,7 +43,7 @@ impl Script {
         let members = &mut self.setup.members;
         let names = |name: &str, members: &[message::Member]| {
             // One name of a member may be the beginning of a variable's name, but not with the point of another member.
-            members.iter().position(|of| name.strip_prefix(&of.name).is_some_and(|rest| rest.starts_with('.')))
+            members.iter().position(|of| own_name(name, &of.name).is_some())
         };
         let all = members.clone();
         let stimuli = all.iter().map(|of| stimuli(home, of)).collect::<Result<Vec<_>>>()?;

@@ -9,7 +9,7 @@ use run::dialog::Roles;
 use run::fmus::number_of;
 use run::master::write_cells;
 use run::plan::Plan;
-use run::system::{Exchange, Member, System};
+use run::system::{Exchange, Member, System, own_name};
 use run::trace::Trace;
 use serde::Serialize;
 use std::io::{ErrorKind, Write};
@@ -288,7 +288,7 @@ impl Rows for Recorder<'_, '_> {
             let described: Vec<_> = kept.system.members.iter().filter_map(of).collect();
             let unit = |name: &str| {
                 described.iter().find_map(|(member, description)| {
-                    let own = name.strip_prefix(member)?.strip_prefix('.')?;
+                    let own = own_name(name, member)?;
                     description.variables.iter().find(|variable| variable.name == own)?.unit.clone()
                 })
             };
