@@ -580,10 +580,11 @@ pub fn applicable(given: LoopSignals) -> impl Iterator<Item = &'static Figure> {
     })
 }
 
-/// Converts a title for use inside a sentence; an abbreviation is left as it is.
-fn in_sentence(title: &str) -> String {
-    let is_abbreviation = title.chars().all(|letter| letter.is_ascii_uppercase());
-    if is_abbreviation { title.into() } else { title.to_lowercase() }
+/// Converts a title for use inside a sentence; abbreviations are left as they are.
+pub fn in_sentence(title: &str) -> String {
+    let is_abbreviation = |word: &str| word.chars().all(|letter| letter.is_ascii_uppercase());
+    let word = |word: &str| if is_abbreviation(word) { word.to_string() } else { word.to_lowercase() };
+    title.split(' ').map(word).collect::<Vec<_>>().join(" ")
 }
 
 impl Signals<'_> {

@@ -8,7 +8,7 @@ use crate::session::{Record, Session};
 use crate::signals;
 use anyhow::{Context, Result, bail};
 use blocks::Kind;
-use control::figures::{Cause, Happened};
+use control::figures::{Cause, Happened, in_sentence};
 use control::predict::{self, Forecast};
 use control::rules::Structure;
 use control::tune::{Controller, Step, TuneRequest, rounded};
@@ -231,7 +231,7 @@ fn verdict(predicted: &[(&'static str, f64)], run: &Figures) -> String {
     let off = |(key, allowed): &(&str, f64)| {
         let (_, predicted) = predicted.iter().find(|(name, _)| name == key)?;
         let figure = run.figures.iter().find(|figure| figure.key == *key)?;
-        let title = figure.title.to_lowercase().replace("iae", "IAE");
+        let title = in_sentence(&figure.title);
         let Some(came) = figure.value else { return Some(format!("the run has no {title}")) };
         let difference = came - predicted;
         match *key {
