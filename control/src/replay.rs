@@ -34,7 +34,6 @@ use compare::Comparison;
 use instance::{Beginning, Block, Variant};
 use midway::Midway;
 use modeldescription::digits::short;
-use run::dialog;
 use run::fmus::{Fmus, Member, Values, number_of};
 use serde::{Deserialize, Serialize};
 
@@ -180,7 +179,7 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     let fmu = &request.controller.fmu;
     let table = home.table(fmu)?;
     let table = table.with_context(|| format!("{fmu} is a foreign FMU: only a block with a table can be replayed"))?;
-    let dialog = dialog::read(&table).with_context(|| fmu.clone())?;
+    let dialog = home.dialog(fmu, &table).with_context(|| fmu.clone())?;
     if request.tolerance.is_some_and(|tolerance| !(tolerance >= 0.0 && tolerance.is_finite())) {
         bail!("the tolerance is {:?}: it has to be 0 or more", request.tolerance.unwrap_or_default());
     }

@@ -98,7 +98,7 @@ pub struct Field {
 /// # Errors
 /// A line of the fence cannot be parsed, a name does not exist in the block, or a setting is in no group or in two.
 pub fn read(table: &Table) -> Result<(Roles, Vec<Group>)> {
-    let Some(lines) = fence(&table.docs)? else { return Ok((Roles::default(), default_groups(table))) };
+    let Some(lines) = fence(&table.docs)? else { return Ok((Roles::default(), groups(table, "Parameters"))) };
     let mut roles = Roles::default();
     let mut groups: Vec<Group> = Vec::new();
     for line in lines.iter().map(|line| line.trim()).filter(|line| !line.is_empty()) {
@@ -145,7 +145,8 @@ fn fence(docs: &str) -> Result<Option<Vec<&str>>> {
     Ok(Some(lines))
 }
 
-fn default_groups(table: &Table) -> Vec<Group> {
+/// A group for the inputs and one for the other settings, with this title.
+pub fn groups(table: &Table, others: &str) -> Vec<Group> {
     let group = |title: &str, is_of: fn(Role) -> bool| Group {
         title: title.into(),
         fields: table
@@ -156,8 +157,8 @@ fn default_groups(table: &Table) -> Vec<Group> {
             .collect(),
     };
     let inputs = group("Inputs", |role| role == Role::Input);
-    let parameters = group("Parameters", |role| role.is_settable() && role != Role::Input);
-    [inputs, parameters].into_iter().filter(|group| !group.fields.is_empty()).collect()
+    let others = group(others, |role| role.is_settable() && role != Role::Input);
+    [inputs, others].into_iter().filter(|group| !group.fields.is_empty()).collect()
 }
 
 /// Parses names from the table, separated by commas.

@@ -1,6 +1,7 @@
 //! The available FMUs: their descriptions, and instances of them.
 
 use crate::component::Component;
+use crate::dialog::{self, Group, Roles};
 use crate::system::Value;
 use anyhow::Result;
 use modeldescription::{Description, Table};
@@ -21,6 +22,14 @@ pub trait Fmus {
     /// # Errors
     /// There is no such FMU, or it cannot be read.
     fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>>;
+
+    /// The dialog of an FMU with this table: as in its documentation, unless more is known.
+    ///
+    /// # Errors
+    /// The dialog in its documentation is wrong.
+    fn dialog(&self, _fmu: &str, table: &Table) -> Result<(Roles, Vec<Group>)> {
+        dialog::read(table)
+    }
 
     /// Creates an instance of an FMU.
     ///

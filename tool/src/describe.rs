@@ -53,7 +53,7 @@ pub fn describe(home: &dyn Home, fmu: &str) -> Result<Description> {
             groups,
         });
     };
-    let (roles, groups) = dialog::read(&table).with_context(|| fmu.to_string())?;
+    let (roles, groups) = home.dialog(fmu, &table).with_context(|| fmu.to_string())?;
     Ok(Description {
         name: fmu.into(),
         block: table.name.clone(),

@@ -18,7 +18,7 @@ use modeldescription::{Interface, ModelDescription, Table, units};
 use parameters::{Problems, Source};
 use program::project::Parts;
 use program::{Loaded, Wrong, survey};
-use run::dialog;
+use run::dialog::{Group, Roles};
 use scl::watch::{self, CodeBlock};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -138,6 +138,8 @@ pub struct Kept {
     loaded: Arc<Loaded>,
     table: Arc<Table>,
     description: Arc<modeldescription::Description>,
+    /// What its calls of controllers say about it.
+    dialog: Option<(Roles, Vec<Group>)>,
     blocks: Arc<Vec<CodeBlock>>,
 }
 
@@ -184,17 +186,12 @@ pub fn compile<H: Home>(home: &Programs<H>, request: &Program) -> Result<Compile
         .collect();
     let name = home.admit(loaded, |loaded, name| {
         // A changed program has another name than the earlier one, and so in all that is asked for by its block.
-        let mut table = Table { name: name.clone(), ..loaded.table.clone() };
-        table.docs += &roles::dialog(home, &table, &blocks, &compiled.parts);
-        let guid = loaded.guid();
-        // A dialog that does not fit the table would be a program without one, no error of its author.
-        if dialog::read(&table).is_err() {
-            table.docs = loaded.table.docs.clone();
-        }
-        let interface = Interface::linked(table, &guid)?;
+        let table = Table { name: name.clone(), ..loaded.table.clone() };
+        let dialog = roles::dialog(home, &table, &blocks, &compiled.parts);
+        let interface = Interface::linked(table, &loaded.guid())?;
         let description = Arc::new(ModelDescription::from_interface(&interface)?.description());
         let table = Arc::new(interface.table);
-        Ok(Kept { name, manifest, sources, loaded, table, description, blocks: blocks.clone() })
+        Ok(Kept { name, manifest, sources, loaded, table, description, dialog, blocks: blocks.clone() })
     })?;
     compiled.fmu = Some(name);
     Ok(compiled)

@@ -11,6 +11,7 @@ use modeldescription::{Description, Table, shortened};
 use parameters::{BlockType, Loop, Source};
 use program::{Loaded, Program};
 use run::component::{Component, Force, Type};
+use run::dialog::{Group, Roles};
 use run::fmus::Fmus;
 use scl::watch::CodeBlock;
 use std::cell::RefCell;
@@ -101,6 +102,11 @@ impl<H: Home> Fmus for Programs<H> {
 
     fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>> {
         self.find(fmu).map_or_else(|| self.home.table(fmu), |kept| Ok(Some(kept.table.clone())))
+    }
+
+    fn dialog(&self, fmu: &str, table: &Table) -> Result<(Roles, Vec<Group>)> {
+        let known = self.find(fmu).and_then(|kept| kept.dialog.clone());
+        known.map_or_else(|| self.home.dialog(fmu, table), Ok)
     }
 
     fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>> {

@@ -5,46 +5,14 @@ use super::Instance;
 use crate::home::Home;
 use blocks::{Kind, Role};
 use modeldescription::{Row, Table};
-use run::dialog::{self, MANUAL_MODE, Roles};
+use run::dialog::{self, Group, MANUAL_MODE, Roles};
 use scl::watch::{Called, CodeBlock};
-use std::fmt::Write;
 
-/// The dialog of a program, as a block's documentation would have it; empty if nothing is known.
-pub fn dialog(home: &dyn Home, table: &Table, blocks: &[CodeBlock], parts: &[Instance]) -> String {
-    let Some(roles) = roles(home, table, blocks, parts) else { return String::new() };
-    let is_plain = |row: &&Row| !row.name.contains(',');
-    let names = |is_of: fn(Role) -> bool| {
-        let rows = table.rows.iter().filter(|row| is_of(row.role));
-        rows.map(|row| row.name.as_str()).collect::<Vec<_>>()
-    };
-    // Commas are between the names of a dialog.
-    if !table.rows.iter().all(|row| is_plain(&row)) {
-        return String::new();
-    }
-    let mut text = String::from("\n```dialog\n");
-    let mut role = |name: &str, of: &Option<String>| {
-        if let Some(of) = of {
-            let _ = writeln!(text, "{name}: {of}");
-        }
-    };
-    role("setpoint", &roles.setpoint);
-    role("process value", &roles.process_value);
-    role("manipulated value", &roles.manipulated_value);
-    for (meaning, name) in &roles.signals {
-        let _ = writeln!(text, "signal {meaning}: {name}");
-    }
-    if let Some((on, value)) = &roles.manual {
-        let _ = writeln!(text, "manual: {on}, {value}");
-    }
-    for (title, names) in [
-        ("Inputs", names(|role| role == Role::Input)),
-        ("Settings", names(|role| role.is_settable() && role != Role::Input)),
-    ] {
-        if !names.is_empty() {
-            let _ = writeln!(text, "[{title}]\n{}", names.join("\n"));
-        }
-    }
-    text + "```\n"
+/// The dialog of a program whose documentation has none; `None` if nothing is known.
+pub fn dialog(home: &dyn Home, table: &Table, blocks: &[CodeBlock], parts: &[Instance]) -> Option<(Roles, Vec<Group>)> {
+    let (own, _) = dialog::read(table).ok()?;
+    let roles = roles(home, table, blocks, parts).filter(|_| own == Roles::default())?;
+    Some((roles, dialog::groups(table, "Settings")))
 }
 
 /// The roles by the first call of a controller in the program's own block that tells any.
