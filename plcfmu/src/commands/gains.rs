@@ -6,7 +6,7 @@ use anyhow::{Context, Result, anyhow, ensure};
 use blocks::Value;
 use blocks::table::number::number;
 use clap::ArgGroup;
-use clap::builder::PossibleValue;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use control::gains::{Controller, Form, Settings, shown};
 use std::fmt::Write as _;
 use std::str::FromStr;
@@ -65,8 +65,8 @@ pub struct Options {
     #[arg(long, value_name = NUMBERS, value_delimiter = ',', group = "source")]
     from: Vec<Given>,
     /// The form to convert to
-    #[arg(long, value_name = "FORM", value_enum, default_value = "plc")]
-    to: Target,
+    #[arg(long, value_name = "FORM", value_parser = forms(), default_value = "plc")]
+    to: Form,
     /// CYCLE of the block in seconds
     ///
     /// The block raises TI to at least CYCLE / 2, TD to CYCLE and TM_LAG to CYCLE / 2; remarks say which. With --to and another
@@ -103,27 +103,11 @@ impl FromStr for Given {
     }
 }
 
-/// The form to convert to, as an argument.
-#[derive(Clone, Copy, Debug)]
-struct Target(Form);
-
-impl clap::ValueEnum for Target {
-    fn value_variants<'a>() -> &'a [Target] {
-        const ALL: [Target; Form::ALL.len()] = {
-            let mut all = [Target(Form::Plc); Form::ALL.len()];
-            let mut place = 0;
-            while place < all.len() {
-                all[place] = Target(Form::ALL[place]);
-                place += 1;
-            }
-            all
-        };
-        &ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.0.name()).help(self.0.formula()))
-    }
+/// The forms to convert to, with their formulas in the help.
+fn forms() -> impl TypedValueParser<Value = Form> {
+    let value = |form: &Form| PossibleValue::new(form.name()).help(form.formula());
+    let form = |name: String| Form::ALL.iter().copied().find(|form| form.name() == name).unwrap_or(Form::Plc);
+    PossibleValuesParser::new(Form::ALL.iter().map(value)).map(form)
 }
 
 /// Converts and prints.
@@ -137,7 +121,7 @@ pub fn run(options: &Options) -> Result<()> {
     if let Some(cycle) = options.cycle {
         ensure!(cycle > 0.0 && cycle.is_finite(), "--cycle {cycle} is not a time: CYCLE is longer than 0 s");
     }
-    let (values, remarks) = match (options.to.0, options.cycle) {
+    let (values, remarks) = match (options.to, options.cycle) {
         (Form::Plc, cycle) => {
             let (settings, mut remarks) = controller.settings().map_err(anyhow::Error::msg)?;
             remarks.extend(cycle.map(|cycle| settings.computed(cycle).1).into_iter().flatten());
