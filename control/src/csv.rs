@@ -195,8 +195,7 @@ impl CsvTable {
     pub fn column(&self, name: &str) -> Result<&Column> {
         let names = || self.columns.iter().map(|column| column.name.as_str());
         let found = self.find(name).with_context(|| {
-            let near =
-                run::plan::near(name, names()).map_or_else(String::new, |near| format!("; did you mean {near}?"));
+            let near = run::plan::suggestion(name, names());
             let list: Vec<_> = names().take(20).collect();
             format!("the file has no column {name}, only {}{near}", list.join(", "))
         })?;

@@ -20,7 +20,7 @@
 //! A block without the fence has a group for its inputs and one for its parameters, and no roles.
 
 use crate::fmus::LoopRole;
-use crate::plan::near;
+use crate::plan::suggestion;
 use anyhow::{Context, Result, bail};
 use blocks::Role;
 use modeldescription::Table;
@@ -170,8 +170,7 @@ fn known(table: &Table, name: &str) -> Result<String> {
     if table.find(name).is_some() {
         return Ok(name.into());
     }
-    let hint = near(name, table.rows.iter().map(|row| row.name.as_str()))
-        .map_or_else(String::new, |near| format!("; did you mean {near}?"));
+    let hint = suggestion(name, table.rows.iter().map(|row| row.name.as_str()));
     bail!("there is no variable {name:?}{hint}")
 }
 

@@ -27,7 +27,7 @@
 
 mod write;
 
-use crate::plan::near;
+use crate::plan::{near, suggestion};
 use crate::subject::Key;
 use crate::system::{Connection, EXACT, Exchange, FilePosition, Member, Recorded, Setting, System, Value, whole};
 use anyhow::{Context, Error, Result, anyhow, bail};
@@ -395,8 +395,7 @@ impl<'a> Reader<'a> {
         if names.contains(&wrong.as_str()) {
             return Ok(());
         }
-        let hint =
-            near(wrong, names.iter().copied()).map_or_else(String::new, |near| format!("; did you mean {near}?"));
+        let hint = suggestion(wrong, names.iter().copied());
         bail!("{}: there is no {wrong}, only {}{hint}", self.place(name.span()), names.join(", "))
     }
 
@@ -538,8 +537,8 @@ pub fn plain(message: &str) -> String {
     let message = message.trim().replace('\n', "; ");
     if let Some((name, expected)) = message.strip_prefix("unknown ").and_then(|rest| rest.split_once(", expected ")) {
         let name = name.split('`').nth(1).unwrap_or_default();
-        let near = near(name, expected.split('`').skip(1).step_by(2));
-        return near.map_or_else(|| message.clone(), |near| format!("{message}; did you mean {near}?"));
+        let hint = suggestion(name, expected.split('`').skip(1).step_by(2));
+        return message.clone() + &hint;
     }
     let wrong = ["invalid type: ", "invalid value: "].iter().find_map(|kind| message.strip_prefix(kind));
     let Some((found, expected)) = wrong.and_then(|rest| rest.rsplit_once(", expected ")) else { return message };

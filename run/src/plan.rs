@@ -666,8 +666,7 @@ impl<'a> Names<'a> {
             if let Some(member) = self.with_variable(name) {
                 bail!("{name} does not name its FMU: write {member}.{name}");
             }
-            let hint = near(first, self.members.iter().copied())
-                .map_or_else(String::new, |near| format!("; did you mean {near}?"));
+            let hint = suggestion(first, self.members.iter().copied());
             bail!("{name} names no FMU of this run, write FMU.VARIABLE; there is {known}{hint}");
         };
         Ok((member, rest(member).unwrap_or_default()))
@@ -728,6 +727,11 @@ impl<'a> Names<'a> {
     pub fn full(&self, reference: &Reference) -> String {
         format!("{}.{}", self.members[reference.member], reference.variable.name)
     }
+}
+
+/// The end of a message about a wrong name: the most similar one, if any is similar enough.
+pub fn suggestion<'a>(wrong: &str, names: impl Iterator<Item = &'a str>) -> String {
+    near(wrong, names).map_or_else(String::new, |near| format!("; did you mean {near}?"))
 }
 
 /// The name most similar to a wrong one, ignoring case, if any is similar enough.

@@ -301,12 +301,16 @@ fn subject(text: &str, figures: &[Quantity]) -> Result<(Of, usize)> {
 }
 
 fn unknown(name: &str, figures: &[Quantity]) -> anyhow::Error {
+    anyhow::anyhow!("the study has no figure {name}; {}", instead(name, figures))
+}
+
+/// The figure most similar to a wrong name, or all of them, as the end of a message.
+pub(crate) fn instead(name: &str, figures: &[Quantity]) -> String {
     let names = || figures.iter().map(|figure| figure.name.as_str());
-    let help = match near(name, names()) {
+    match near(name, names()) {
         Some(near) => format!("did you mean {near}?"),
         None => format!("there are {}", names().collect::<Vec<_>>().join(", ")),
-    };
-    anyhow::anyhow!("the study has no figure {name}; {help}")
+    }
 }
 
 /// Parses a number, optionally followed by the figure's unit.

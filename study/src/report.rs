@@ -4,7 +4,7 @@
 mod what;
 
 use crate::envelope::Envelope;
-use crate::expect::{Expectation, MOST_RUNS, Of, Verdict, runs_text, with_unit};
+use crate::expect::{Expectation, MOST_RUNS, Of, Verdict, instead, runs_text, with_unit};
 use crate::finished::RunsTable;
 use crate::interval;
 use crate::pictures::{self, Coordinate};
@@ -23,7 +23,6 @@ use modeldescription::digits::{short, within};
 use modeldescription::units;
 use run::bail_at;
 use run::master::Recording;
-use run::plan::near;
 use serde::{Serialize, Serializer};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -81,14 +80,7 @@ pub fn main_figure(job: &Job, figures: &[Quantity]) -> Result<Option<usize>> {
     if let Some(figure) = find(main) {
         return Ok(Some(figure));
     }
-    let names = || figures.iter().map(|figure| figure.name.as_str());
-    match near(main, names()) {
-        Some(near) => bail_at!("main", "main = {main:?}: the study has no such figure; did you mean {near}?"),
-        None => {
-            let names = names().collect::<Vec<_>>().join(", ");
-            bail_at!("main", "main = {main:?}: the study has no such figure; there are {names}")
-        }
-    }
+    bail_at!("main", "main = {main:?}: the study has no such figure; {}", instead(main, figures))
 }
 
 /// The runs whose curves a report shows, without duplicates: the worst, the middle and the best.

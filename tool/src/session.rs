@@ -197,8 +197,7 @@ impl Record {
         if let Some(place) = self.places.get(variable) {
             return Ok(*place);
         }
-        let hint = plan::near(variable, self.columns.iter().map(|column| column.name.as_str()))
-            .map_or_else(String::new, |near| format!("; did you mean {near}?"));
+        let hint = plan::suggestion(variable, self.columns.iter().map(|column| column.name.as_str()));
         bail!("run {} has recorded no variable {variable:?}{hint}", self.number)
     }
 

@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail};
 use blocks::table::number::to_value;
 use blocks::{Kind, Role};
 use modeldescription::digits::{ordinal, short};
-use run::plan::near;
+use run::plan::suggestion;
 use std::collections::BTreeSet;
 
 /// Rows that are so many times farther apart than calls are those of a slower recorder.
@@ -134,7 +134,7 @@ impl Recording {
         for (column, variable) in chosen {
             let names = || block.table.rows.iter().map(|row| row.name.as_str());
             let row = block.table.find(variable).with_context(|| {
-                let hint = near(variable, names()).map_or_else(String::new, |near| format!("; did you mean {near}?"));
+                let hint = suggestion(variable, names());
                 format!("{} has no variable {variable}{hint}", block.table.name)
             })?;
             pairs.push((found(csv, column)?, row));

@@ -11,7 +11,7 @@ use run::dialog::{Group, Roles};
 use run::fmus::Fmus;
 use run::fmus::Member;
 use run::fmus::number_of;
-use run::plan::near;
+use run::plan::suggestion;
 use run::system::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -103,7 +103,7 @@ impl<'a> Block<'a> {
         for (name, value) in &of.values {
             let Some(row) = table.find(name).filter(|row| table.rows[*row].role.is_settable()) else {
                 let names = table.rows.iter().filter(|row| row.role.is_settable()).map(|row| row.name.as_str());
-                let hint = near(name, names).map_or_else(String::new, |near| format!("; did you mean {near}?"));
+                let hint = suggestion(name, names);
                 bail!("{}: {} has no setting {name}{hint}", of.name, of.fmu);
             };
             settings[row] = number_of(*value);
