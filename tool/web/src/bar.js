@@ -17,7 +17,7 @@ export function mount() {
     /** @type {string} */ title,
     /** @type {() => void} */ onclick,
     id = `${title.toLowerCase()}-button`,
-  ) => element("button", { type: "button", id, onclick }, title);
+  ) => element("button", { id, onclick }, title);
   const undo = command("Undo", () => store.undo());
   const redo = command("Redo", () => store.redo());
   const compare = command("Compare", () => toggleDrawer("compare"));
@@ -73,19 +73,19 @@ function showWhat() {
   const held = Object.keys(forced()).length;
   const changed = Object.values(loop.settings).filter((one) => source(one, "sent") === "changed").length;
   const parts = [
-    element("strong", { class: "loop-name" }, loop.name || "(no name)"),
-    loop.notes.title && element("span", { class: "loop-title", title: loop.notes.title }, loop.notes.title),
+    element("strong.loop-name", loop.name || "(no name)"),
+    loop.notes.title && element("span.loop-title", { title: loop.notes.title }, loop.notes.title),
     // A loop without a name of its own has that of its block.
-    loop.name !== loop.description.block && element("span", {}, loop.description.block),
+    loop.name !== loop.description.block && element("span", loop.description.block),
     cycle &&
       loop.settings[cycle] &&
-      element("span", {}, `${cycle} ${shown(loop.settings[cycle].sent, loop.settings[cycle].variable.kind)} s`),
-    element("span", { class: "faint" }, loop.file ? `from ${loop.file}` : "new"),
+      element("span", `${cycle} ${shown(loop.settings[cycle].sent, loop.settings[cycle].variable.kind)} s`),
+    element("span.faint", loop.file ? `from ${loop.file}` : "new"),
     element("span", { class: changed > 0 ? "note" : "faint" }, changed > 0 ? `${changed} changed` : "unchanged"),
     held > 0 &&
       element(
-        "button",
-        { type: "button", class: "is-forced", title: "Release all", onclick: () => release().catch(store.say) },
+        "button.is-forced",
+        { title: "Release all", onclick: () => release().catch(store.say) },
         `${held} forced`,
       ),
   ];
@@ -105,13 +105,9 @@ function notice({ text: sentence, isError }) {
   const made = element(
     "div",
     { class: isError ? "notice row is-error" : "notice row is-note" },
-    element("span", { class: "kind" }, isError ? "Error" : "Note"),
-    element("span", { class: "sentence" }, sentence),
-    element(
-      "button",
-      { type: "button", class: "plain", "aria-label": "Close this message", onclick: () => made.remove() },
-      "Close",
-    ),
+    element("span.kind", isError ? "Error" : "Note"),
+    element("span.sentence", sentence),
+    element("button.plain", { "aria-label": "Close this message", onclick: () => made.remove() }, "Close"),
   );
   notices.append(made);
   if (!isError) setTimeout(() => made.remove(), NOTE);
@@ -129,12 +125,12 @@ function question({ text: sentence, yes, no = "No", act }) {
     }
   };
   const made = element(
-    "div",
-    { class: "notice row", role: "group", "aria-label": "Question" },
-    element("span", { class: "kind" }, "Question"),
-    element("span", { class: "sentence" }, sentence),
-    element("button", { type: "button", class: "primary", onclick: answer }, yes),
-    element("button", { type: "button", onclick: () => made.remove() }, no),
+    "div.notice.row",
+    { role: "group", "aria-label": "Question" },
+    element("span.kind", "Question"),
+    element("span.sentence", sentence),
+    element("button.primary", { onclick: answer }, yes),
+    element("button", { onclick: () => made.remove() }, no),
   );
   byId("notices").append(made);
   made.querySelector("button")?.focus();
@@ -174,13 +170,13 @@ function showLost() {
   };
   byId("notices").prepend(
     element(
-      "div",
-      { id: "lost", class: "row is-error" },
-      element("span", {}, "plcfmu tool does not answer. All that is shown is kept."),
-      element("button", { type: "button", onclick: again }, "Try again"),
+      "div.row.is-error",
+      { id: "lost" },
+      element("span", "plcfmu tool does not answer. All that is shown is kept."),
+      element("button", { onclick: again }, "Try again"),
       hasEngineInPage() &&
         whereIsTheEngine() === "server" &&
-        element("button", { type: "button", class: "primary", onclick: goOn }, "Go on in the page without FMUs"),
+        element("button.primary", { onclick: goOn }, "Go on in the page without FMUs"),
     ),
   );
 }

@@ -25,7 +25,7 @@ export function blockTree({ parts, blocks, sources }, choose) {
   const entry = (/** @type {string} */ text, /** @type {string} */ block, /** @type {string | undefined} */ path) => {
     const at = named(block);
     const title = at && `${sources[at.file].file}, line ${at.line}`;
-    return element("button", { type: "button", class: "plain", title, onclick: () => choose(block, path) }, text);
+    return element("button.plain", { title, onclick: () => choose(block, path) }, text);
   };
   /** Those directly below a path: no other instance lies between. @param {Instance} of @returns {Instance[]} */
   const below = (of) =>
@@ -39,23 +39,21 @@ export function blockTree({ parts, blocks, sources }, choose) {
   const branch = (of) => {
     const inner = below(of);
     const text = of.path ? `${of.path}: ${of.block}` : of.block;
-    return element("li", {}, entry(text, of.block, of.path), inner.length > 0 && list(inner));
+    return element("li", entry(text, of.block, of.path), inner.length > 0 && list(inner));
   };
   /** @param {Instance[]} of @returns {HTMLElement} */
-  const list = (of) => element("ul", {}, of.map(branch));
+  const list = (of) => element("ul", of.map(branch));
   const fold = element(
-    "details",
-    { class: "options block-tree", open: isOpen },
-    element("summary", {}, "Blocks"),
+    "details.options.block-tree",
+    { open: isOpen },
+    element("summary", "Blocks"),
     element(
-      "div",
-      { class: "program-options" },
+      "div.program-options",
       list(own.filter(({ path }) => path === "")),
       others.length > 0 &&
         element(
           "ul",
-          {},
-          others.map(({ name }) => element("li", {}, entry(name, name, undefined))),
+          others.map(({ name }) => element("li", entry(name, name, undefined))),
         ),
     ),
   );

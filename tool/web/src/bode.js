@@ -20,7 +20,7 @@ const [LOWEST_AMPLITUDE, LOWEST_PHASE] = [-40, -360];
  * @param {HTMLElement} place
  */
 export function bodePlot(place) {
-  const [margins, amplitude, phase] = [1, 2, 3].map(() => element("div", {}));
+  const [margins, amplitude, phase] = [1, 2, 3].map(() => element("div"));
   /** @type {(() => void)[]} */
   let ends = [];
   let asked = 0;
@@ -45,7 +45,7 @@ export function bodePlot(place) {
       if (mine !== asked) return;
       clear();
       const names = ["in force", rule];
-      fill(place, element("h3", {}, "Open loop"), margins, amplitude, phase);
+      fill(place, element("h3", "Open loop"), margins, amplitude, phase);
       fill(margins, marginsTable(names, loops));
       ends = [
         draw(amplitude, chart(names, frequencies, loops, "amplitude")),
@@ -55,7 +55,7 @@ export function bodePlot(place) {
       if (mine !== asked) return;
       clear();
       const why = error instanceof Error ? error.message : String(error);
-      fill(place, element("p", { class: "faint" }, `No Bode plot: ${why}.`));
+      fill(place, element("p.faint", `No Bode plot: ${why}.`));
     }
   };
   return { show, clear };
@@ -80,20 +80,17 @@ function marginsTable(names, loops) {
     ];
     return element(
       "tr",
-      {},
       element("th", { scope: "row" }, names[at]),
-      cells.map((cell) => element("td", { class: "number" }, cell)),
+      cells.map((cell) => element("td.number", cell)),
     );
   });
   const head = ["", "Ms", "gain margin", "phase margin"];
   return element(
-    "div",
-    { class: "wide" },
+    "div.wide",
     element(
-      "table",
-      { class: "margins" },
+      "table.margins",
       tableHead(head, (at) => at > 0),
-      element("tbody", {}, rows),
+      element("tbody", rows),
     ),
   );
 }

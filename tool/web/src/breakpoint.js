@@ -17,7 +17,7 @@ export function breakpointField() {
     ...{ id: "breakpoint", placeholder: "level > 95, valve, NOT valve", spellcheck: "false", autocomplete: "off" },
     ...{ list: "watch-names", "aria-describedby": "breakpoint-said" },
   });
-  const said = element("span", { id: "breakpoint-said", class: "error", role: "alert" });
+  const said = element("span.error", { id: "breakpoint-said", role: "alert" });
   const show = () => {
     input.value = store.loop?.notes.breakpoint?.text ?? "";
     text(said, "");
@@ -35,7 +35,7 @@ export function breakpointField() {
   });
   store.on("loop", show);
   show();
-  return element("label", { class: "row", for: "breakpoint" }, "Pause when", input, said);
+  return element("label.row", { for: "breakpoint" }, "Pause when", input, said);
 }
 
 /** The condition that is in force. @returns {Until | undefined} */

@@ -10,7 +10,7 @@ const [WIDTH, HEIGHT, LEFT, BOTTOM, TOP] = [330, 190, 38, 30, 8];
 
 /** @param {HTMLElement} after */
 export function mount(after) {
-  const within = element("div", { class: "characteristics" });
+  const within = element("div.characteristics");
   after.append(within);
   let asked = 0;
   const update = async () => {
@@ -58,13 +58,9 @@ function chart(sweep) {
   for (const part of [0, 0.25, 0.5, 0.75, 1]) {
     const [across, up] = [low + part * (high - low), least + part * (most - least)];
     grid.push(
-      svg("path", { class: "grid", d: `M${x(across)} ${TOP}V${HEIGHT - BOTTOM}M${LEFT} ${y(up)}H${WIDTH - 10}` }),
-      svg(
-        "text",
-        { class: "axis", x: x(across), y: HEIGHT - BOTTOM + 14, "text-anchor": "middle" },
-        rounded(across, "", 3),
-      ),
-      svg("text", { class: "axis", x: LEFT - 5, y: y(up) + 4, "text-anchor": "end" }, rounded(up, "", 3)),
+      svg("path.grid", { d: `M${x(across)} ${TOP}V${HEIGHT - BOTTOM}M${LEFT} ${y(up)}H${WIDTH - 10}` }),
+      svg("text.axis", { x: x(across), y: HEIGHT - BOTTOM + 14, "text-anchor": "middle" }, rounded(across, "", 3)),
+      svg("text.axis", { x: LEFT - 5, y: y(up) + 4, "text-anchor": "end" }, rounded(up, "", 3)),
     );
   }
   const unit = sweep.unit ? ` in ${unitText(sweep.unit)}` : "";
@@ -76,26 +72,19 @@ function chart(sweep) {
   );
   const label = `${sweep.title}: ${sweep.outputs.map(([name]) => name).join(", ")} over ${sweep.variable}`;
   return element(
-    "figure",
-    { class: "characteristic" },
+    "figure.characteristic",
     svg(
       "svg",
       { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": label },
       ...grid,
       ...lines,
-      svg(
-        "text",
-        { class: "axis", x: (LEFT + WIDTH) / 2, y: HEIGHT - 3, "text-anchor": "middle" },
-        sweep.variable + unit,
-      ),
+      svg("text.axis", { x: (LEFT + WIDTH) / 2, y: HEIGHT - 3, "text-anchor": "middle" }, sweep.variable + unit),
     ),
     element(
       "figcaption",
-      {},
       sweep.title,
       element(
-        "span",
-        { class: "row" },
+        "span.row",
         sweep.outputs.map(([name], at) =>
           element("span", { class: `key curve-${at + 1}` }, `${at === 0 ? "\u2500" : "\u2504"} ${name}`),
         ),

@@ -269,7 +269,7 @@ export function ranged(unit, more = () => [Infinity, -Infinity], room = 4) {
  * @param {boolean} [isDashed]
  */
 export function swatch(colour, isDashed = false) {
-  const made = element("i", { class: "swatch" });
+  const made = element("i.swatch");
   made.style.borderTop = `3px ${isDashed ? "dashed" : "solid"} ${colour}`;
   return made;
 }
@@ -303,8 +303,8 @@ function drawMarks(plot, marks) {
 export function draw(within, drawing) {
   /** @type {uPlot | undefined} */
   let plot;
-  const place = element("div", { role: "img", "aria-label": drawing.title, class: "small-chart" });
-  const legend = element("p", { class: "chart-legend" });
+  const place = element("div.small-chart", { role: "img", "aria-label": drawing.title });
+  const legend = element("p.chart-legend");
   fill(within, place, legend);
 
   const make = () => {
@@ -360,7 +360,6 @@ export function draw(within, drawing) {
       drawing.lines.map((line, at) =>
         element(
           "span",
-          {},
           swatch(colour(line, at) ?? ink, line.isDashed),
           `${line.name}${line.unit ? ` in ${line.unit}` : ""}`,
         ),

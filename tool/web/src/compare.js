@@ -17,11 +17,7 @@ export function mount(content) {
 /** @param {HTMLElement} content */
 function show(content) {
   const loop = store.loop;
-  const close = element(
-    "button",
-    { type: "button", class: "close", onclick: () => toggleDrawer("compare", false) },
-    "Close",
-  );
+  const close = element("button.close", { onclick: () => toggleDrawer("compare", false) }, "Close");
   if (!loop) return fill(content, close);
   const settings = Object.entries(loop.settings);
   const base = (/** @type {import("./store.js").Setting} */ one) => one.file ?? one.start;
@@ -31,33 +27,26 @@ function show(content) {
   const what = loop.file ? `the file ${loop.file}` : "the block's start values";
   const title = document.getElementById("compare-title");
   if (title) title.textContent = `Compare with ${what}`;
-  if (different.length === 0) return fill(content, close, element("p", {}, `Nothing differs from ${what}.`));
+  if (different.length === 0) return fill(content, close, element("p", `Nothing differs from ${what}.`));
   const takeAll = () => store.edit(Object.fromEntries(different.map(([name, one]) => [name, base(one)])));
-  const back = element("span", { class: "visually-hidden" }, "Back");
+  const back = element("span.visually-hidden", "Back");
   const columns = ["Setting", loop.file ? "File" : "Start", "Field", "In force", "Unit", back];
   fill(
     content,
     close,
-    element("p", {}, `${different.length} of ${settings.length} settings differ from ${what}.`),
+    element("p", `${different.length} of ${settings.length} settings differ from ${what}.`),
     element(
-      "div",
-      { class: "wide" },
+      "div.wide",
       element(
         "table",
-        {},
         tableHead(columns, (at) => at > 0 && at < 4),
         element(
           "tbody",
-          {},
           different.map(([name, one]) => row(name, one, base(one))),
         ),
       ),
     ),
-    element(
-      "button",
-      { type: "button", onclick: takeAll },
-      loop.file ? "Restore all values of the file" : "Restore all start values",
-    ),
+    element("button", { onclick: takeAll }, loop.file ? "Restore all values of the file" : "Restore all start values"),
   );
 }
 
@@ -73,20 +62,14 @@ function row(name, one, base) {
   const title = isFromFile ? one.origin : "the block's start value";
   return element(
     "tr",
-    {},
-    element("td", {}, element("button", { type: "button", class: "plain name", onclick: () => goTo(name) }, name)),
-    element("td", { class: "number", title }, shown(base, kind)),
-    element("td", { class: "number" }, shown(one.value, kind)),
-    element("td", { class: "number" }, shown(one.sent, kind)),
-    element("td", {}, unit ?? (kind === "TIME" ? "s" : "")),
+    element("td", element("button.plain.name", { onclick: () => goTo(name) }, name)),
+    element("td.number", { title }, shown(base, kind)),
+    element("td.number", shown(one.value, kind)),
+    element("td.number", shown(one.sent, kind)),
+    element("td", unit ?? (kind === "TIME" ? "s" : "")),
     element(
       "td",
-      {},
-      element(
-        "button",
-        { type: "button", class: "plain", "aria-label": `Restore ${shown(base, kind)} in ${name}`, onclick: take },
-        "Restore",
-      ),
+      element("button.plain", { "aria-label": `Restore ${shown(base, kind)} in ${name}`, onclick: take }, "Restore"),
     ),
   );
 }

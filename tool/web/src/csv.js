@@ -56,7 +56,7 @@ function decoded(bytes) {
  * @param {(error: unknown) => void} fail
  */
 export function chooser(id, label, take, fail) {
-  const input = element("input", { type: "file", accept: ".csv,.txt,.tsv,text/csv", id, class: "visually-hidden" });
+  const input = element("input.visually-hidden", { type: "file", accept: ".csv,.txt,.tsv,text/csv", id });
   /** @param {File | undefined} file */
   const read = async (file) => {
     if (!file) return;
@@ -69,12 +69,12 @@ export function chooser(id, label, take, fail) {
     input.value = "";
   };
   input.addEventListener("change", () => read(input.files?.[0]));
-  const button = element("label", { class: "button drop", for: id }, label);
+  const button = element("label.button.drop", { for: id }, label);
   button.addEventListener("dragover", (event) => event.preventDefault());
   button.addEventListener("drop", (event) => {
     event.preventDefault();
     event.stopPropagation();
     read(event.dataTransfer?.files[0]);
   });
-  return element("span", { class: "chooser" }, input, button);
+  return element("span.chooser", input, button);
 }

@@ -178,13 +178,13 @@ function build(content) {
     { onchange: () => follow(Number(windowing.value)) },
     WINDOWS.map(([name, seconds]) => element("option", { value: seconds }, name)),
   );
-  following = element("button", { type: "button", onclick: () => follow() }, "Follow");
+  following = element("button", { onclick: () => follow() }, "Follow");
   adding = element("select", { onchange: add });
-  sheet = element("div", { class: "plot" });
-  thinned = element("span", { class: "thinned faint" });
-  nothing = element("div", { class: "no-run" });
-  legend = element("div", { class: "earlier faint", "aria-label": "Earlier runs" });
-  spoken = element("p", { class: "visually-hidden", role: "status", "aria-live": "polite" });
+  sheet = element("div.plot");
+  thinned = element("span.thinned.faint");
+  nothing = element("div.no-run");
+  legend = element("div.earlier.faint", { "aria-label": "Earlier runs" });
+  spoken = element("p.visually-hidden", { role: "status", "aria-live": "polite" });
   place = element(
     "div",
     {
@@ -195,30 +195,28 @@ function build(content) {
     sheet,
     legend,
   );
-  readout = element("div", { class: "readout" });
+  readout = element("div.readout");
   readout.addEventListener("copy", copyInFull);
   fill(
     content,
     element(
-      "div",
-      { class: "curves-head" },
+      "div.curves-head",
       readout,
       element(
-        "div",
-        { class: "row curves-bar" },
-        element("label", {}, element("span", { class: "visually-hidden" }, "Window "), windowing),
+        "div.row.curves-bar",
+        element("label", element("span.visually-hidden", "Window "), windowing),
         following,
-        element("button", { type: "button", title: "Zoom out (-)", onclick: () => zoomBy(2) }, "−"),
-        element("button", { type: "button", title: "Zoom in (+)", onclick: () => zoomBy(0.5) }, "+"),
-        element("label", { class: "adding" }, element("span", { class: "visually-hidden" }, "Add "), adding),
+        element("button", { title: "Zoom out (-)", onclick: () => zoomBy(2) }, "−"),
+        element("button", { title: "Zoom in (+)", onclick: () => zoomBy(0.5) }, "+"),
+        element("label.adding", element("span.visually-hidden", "Add "), adding),
       ),
     ),
     place,
     nothing,
     thinned,
     element(
-      "p",
-      { id: "curves-keys", class: "visually-hidden" },
+      "p.visually-hidden",
+      { id: "curves-keys" },
       "Drag to zoom, double click to follow again. Keys: ← → cursor, Shift ten times as far, Home, End, + −, Esc.",
     ),
     spoken,
@@ -587,8 +585,8 @@ function showEarlier() {
   const { curves: palette, runs } = theme();
   fill(
     legend,
-    drawn.map(({ name, colour }) => element("span", {}, swatch(runs[colour % runs.length]), name)),
-    tried && element("span", { class: "ghost" }, swatch(palette[1], true), tried),
+    drawn.map(({ name, colour }) => element("span", swatch(runs[colour % runs.length]), name)),
+    tried && element("span.ghost", swatch(palette[1], true), tried),
   );
 }
 
@@ -670,7 +668,7 @@ function showNothing() {
   const test = stepTest(loop);
   const ready = test ? "Ready: run the loop, or make a step test to tune it." : "Ready: run the loop.";
   const words = hasPlant ? ready : "No plant is connected yet. Choose one:";
-  fill(nothing, element("p", {}, words), hasPlant ? test : plants(loop));
+  fill(nothing, element("p", words), hasPlant ? test : plants(loop));
 }
 
 /** The test that tunes the loop, in one click. @param {import("tool/store.js").Work} loop */
@@ -680,7 +678,7 @@ function stepTest(loop) {
     store.emit("show", "tune");
     document.getElementById("step-test")?.click();
   };
-  return element("button", { type: "button", class: "primary", onclick: make }, "Make a step test");
+  return element("button.primary", { onclick: make }, "Make a step test");
 }
 
 /** The plants that this controller drives in an example; the generic one drives with any. @param {import("tool/store.js").Work} loop */
@@ -692,9 +690,7 @@ function plants(loop) {
   );
   return offered
     .filter(({ name }) => name !== CHAIN.fmu)
-    .map(({ name, summary }) =>
-      element("button", { type: "button", title: summary, onclick: () => takePlant(name) }, name),
-    );
+    .map(({ name, summary }) => element("button", { title: summary, onclick: () => takePlant(name) }, name));
 }
 
 /** AUTO or MANUAL, as the run is now. */

@@ -39,12 +39,12 @@ let within = "";
 
 /** @param {HTMLElement} content */
 export function mount(content) {
-  const sheet = element("div", { class: "sheet" });
-  const note = element("p", { class: "faint" });
+  const sheet = element("div.sheet");
+  const note = element("p.faint");
   /** @type {["Fit", "Full size"]} */
   const sizes = ["Fit", "Full size"];
   const buttons = sizes.map((size) =>
-    element("button", { type: "button", "aria-pressed": "false", onclick: () => resize(size) }, size),
+    element("button", { "aria-pressed": "false", onclick: () => resize(size) }, size),
   );
   const resize = (/** @type {string} */ size) => {
     content.dataset.size = size.split(" ")[0].toLowerCase();
@@ -60,7 +60,7 @@ export function mount(content) {
     text(note, "Click a switch to throw it, a value to go to its field.");
   };
   content.append(
-    element("div", { class: "row sizes", role: "group", "aria-label": "Size of the diagram" }, buttons, note),
+    element("div.row.sizes", { role: "group", "aria-label": "Size of the diagram" }, buttons, note),
     sheet,
   );
   mountInside(content);
@@ -84,7 +84,7 @@ export function mount(content) {
       if (made && loop) {
         prepare(made, inside ? descriptionInside(loop, inside.path) : loop.description);
         fill(sheet, made);
-      } else fill(sheet, element("p", { class: "faint" }, loop ? `${loop.description.block} has no diagram.` : ""));
+      } else fill(sheet, element("p.faint", loop ? `${loop.description.block} has no diagram.` : ""));
     }
     due();
   });

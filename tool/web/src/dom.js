@@ -2,28 +2,26 @@
  * Elements of the page. Text goes in as text and never as markup: names and titles come from files of other people.
  *
  * @typedef {Node | string | number | null | undefined | false} Child
+ * @typedef {Record<string, string | number | boolean | null | undefined | Function>} Attributes
  */
 
 /**
- * A new element.
+ * A new element, with its attributes if it has any, then its children: `element("p.faint", "No run yet")`.
  *
- * A property that begins with `on` is a listener; `class`, `data-...`, `aria-...` and all else are attributes, where `true` is
- * an empty attribute and `false`, `null` and `undefined` none.
+ * Points of the tag begin classes. An attribute that begins with `on` is a listener; `true` is an empty attribute, and `false`,
+ * `null` and `undefined` none. A button submits no form unless its `type` says so.
  *
  * @template {keyof HTMLElementTagNameMap} Tag
- * @param {Tag} tag
- * @param {Record<string, any>} [attributes]
+ * @param {Tag | `${Tag}.${string}`} tag
+ * @param {Attributes | Child | Child[]} [first]
  * @param {...(Child | Child[])} children
  * @returns {HTMLElementTagNameMap[Tag]}
  */
-export function element(tag, attributes = {}, ...children) {
-  const made = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
-    else attribute(made, name, value);
-  }
-  append(made, children);
-  return made;
+export function element(tag, first, ...children) {
+  const [name, ...classes] = tag.split(".");
+  const made = /** @type {HTMLElementTagNameMap[Tag]} */ (document.createElement(name));
+  if (name === "button") made.setAttribute("type", "button");
+  return complete(made, classes, first, children);
 }
 
 /**
@@ -34,23 +32,37 @@ export function element(tag, attributes = {}, ...children) {
  */
 export function tableHead(titles, isNumber = () => false) {
   const cells = titles.map((title, at) => element("th", { scope: "col", class: isNumber(at) && "number" }, title));
-  return element("thead", {}, element("tr", {}, cells));
+  return element("thead", element("tr", cells));
 }
 
 /**
- * A new element of SVG; attributes as in {@link element}.
+ * A new element of SVG; all else as in {@link element}.
  *
  * @param {string} tag
- * @param {Record<string, any>} [attributes]
+ * @param {Attributes | Child | Child[]} [first]
  * @param {...(Child | Child[])} children
- * @returns {SVGElement}
  */
-export function svg(tag, attributes = {}, ...children) {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
-    else attribute(made, name, value);
-  }
+export function svg(tag, first, ...children) {
+  const [name, ...classes] = tag.split(".");
+  return complete(document.createElementNS("http://www.w3.org/2000/svg", name), classes, first, children);
+}
+
+/**
+ * @template {Element} Made
+ * @param {Made} made
+ * @param {string[]} classes
+ * @param {Attributes | Child | Child[]} first
+ * @param {(Child | Child[])[]} children
+ */
+function complete(made, classes, first, children) {
+  if (classes.length > 0) made.setAttribute("class", classes.join(" "));
+  if (typeof first !== "object" || first === null || first instanceof Node || Array.isArray(first))
+    children.unshift(first);
+  else
+    for (const [name, value] of Object.entries(first)) {
+      if (typeof value === "function") made.addEventListener(name.slice(2), /** @type {EventListener} */ (value));
+      else attribute(made, name, value);
+    }
   append(made, children);
   return made;
 }

@@ -26,9 +26,9 @@ let shownRun;
 
 /** @param {HTMLElement} content */
 export function mount(content) {
-  heading = element("p", { class: "faint" });
-  remarks = element("ul", { class: "remarks faint" });
-  body = element("dl", { class: "figures" });
+  heading = element("p.faint");
+  remarks = element("ul.remarks.faint");
+  body = element("dl.figures");
   fill(content, heading, body, remarks);
   for (const what of ["state", "run", "loop"]) store.on(what, update);
   show(undefined);
@@ -93,11 +93,11 @@ function show(figures, why) {
   // An element that is made anew under the pointer loses its title.
   if (all.length !== places.size || all.some(({ key }) => !places.has(key))) {
     places.clear();
-    for (const { key } of all) places.set(key, element("dd", {}));
+    for (const { key } of all) places.set(key, element("dd"));
     fill(
       body,
       all.map(({ key, title, meaning }) =>
-        element("div", { title: meaning }, element("dt", {}, title), /** @type {HTMLElement} */ (places.get(key))),
+        element("div", { title: meaning }, element("dt", title), /** @type {HTMLElement} */ (places.get(key))),
       ),
     );
   }
@@ -111,7 +111,7 @@ function show(figures, why) {
   if (remarks.textContent !== sentences.join("")) {
     fill(
       remarks,
-      sentences.map((remark) => element("li", {}, remark)),
+      sentences.map((remark) => element("li", remark)),
     );
   }
 }
@@ -211,7 +211,7 @@ function glance(figures) {
       element(
         "div",
         { title: `${title}: ${meaning}` },
-        element("dt", {}, name),
+        element("dt", name),
         element("dd", { "data-full": String(value) }, valueText(value, unit)),
       ),
     ),

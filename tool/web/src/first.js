@@ -73,14 +73,8 @@ export function cards(open) {
   });
   return element(
     "div",
-    {},
-    element("ul", { class: "cards" }, first, programCard()),
-    element(
-      "details",
-      { class: "all-examples" },
-      element("summary", {}, `${all.length} more examples`),
-      element("ul", { class: "cards" }, all),
-    ),
+    element("ul.cards", first, programCard()),
+    element("details.all-examples", element("summary", `${all.length} more examples`), element("ul.cards", all)),
   );
 }
 
@@ -97,14 +91,13 @@ function programCard() {
   const about = { title: "Drop your .scl anywhere; a click runs an oven with a ramp and a trip", onclick: openExample };
   return element(
     "li",
-    {},
     element(
       "button",
-      { type: "button", class: "card", id: "program-card", ...about },
-      element("span", { class: "spark" }, picture),
-      element("strong", { class: "card-question" }, "Does my own program work?"),
-      element("span", { class: "card-title" }, "Your own program (.scl)"),
-      element("span", { class: "faint" }, "SCL + HEATER"),
+      { class: "card", id: "program-card", ...about },
+      element("span.spark", picture),
+      element("strong.card-question", "Does my own program work?"),
+      element("span.card-title", "Your own program (.scl)"),
+      element("span.faint", "SCL + HEATER"),
     ),
   );
 }
@@ -120,14 +113,13 @@ function card(task, known, open, question) {
   const about = { title: [`${task}: ${known.title}`, known.about].join(". "), onclick: () => open(known) };
   return element(
     "li",
-    {},
     element(
       "button",
-      { type: "button", class: "card", ...about },
-      element("span", { class: "spark", "data-known": known.name }, pictures.get(known.name)?.cloneNode(true) ?? null),
-      question && element("strong", { class: "card-question" }, question),
-      element("span", { class: "card-title" }, title),
-      element("span", { class: "faint" }, known.setup.members.map(({ fmu }) => fmu).join(" + ")),
+      { class: "card", ...about },
+      element("span.spark", { "data-known": known.name }, pictures.get(known.name)?.cloneNode(true) ?? null),
+      question && element("strong.card-question", question),
+      element("span.card-title", title),
+      element("span.faint", known.setup.members.map(({ fmu }) => fmu).join(" + ")),
     ),
   );
 }
@@ -324,11 +316,11 @@ function paint(place, view, which, { time, from, values }) {
   const titles = ["SP", "PV", "LMN"];
   const units = ["°C", "°C", "%"];
   const told = which.map((role, at) => {
-    const dot = element("i", { class: "dot" });
+    const dot = element("i.dot");
     dot.style.background = curves[role];
-    const value = element("strong", {});
+    const value = element("strong");
     text(value, rounded(values[at], "LREAL", 3));
-    return element("span", {}, dot, `${titles[role]} `, value, ` ${units[role]}`);
+    return element("span", dot, `${titles[role]} `, value, ` ${units[role]}`);
   });
   const together = which.flatMap((role, at) => (role < 2 ? view.values[at].slice(2) : [])).filter((of) => of !== null);
   const [low, high] = [Math.min(...together), Math.max(...together)];
@@ -336,18 +328,16 @@ function paint(place, view, which, { time, from, values }) {
     element("span", { class: `mark is-${where} faint` }, label);
   fill(
     place,
-    element("figcaption", {}, told, element("span", { class: "faint" }, `${Math.round(time)} s`)),
+    element("figcaption", told, element("span.faint", `${Math.round(time)} s`)),
     element(
-      "div",
-      { class: "plot" },
+      "div.plot",
       picture(view, which, [WIDTH, HEIGHT], MARGIN, [from, from + WINDOW]),
       mark("high", `${rounded(high, "LREAL", 3)} ${units[0]}`),
       mark("low", `${rounded(low, "LREAL", 3)} ${units[0]}`),
     ),
     element(
-      "div",
-      { class: "times faint" },
-      [0, 1, 2, 3].map((part) => element("span", {}, `${Math.round(from + (part * WINDOW) / 3)} s`)),
+      "div.times.faint",
+      [0, 1, 2, 3].map((part) => element("span", `${Math.round(from + (part * WINDOW) / 3)} s`)),
     ),
   );
 }

@@ -20,7 +20,7 @@ let isAsking = false;
  * @returns {HTMLElement}
  */
 export function forecast() {
-  const place = element("div", { class: "forecast", "aria-live": "polite" });
+  const place = element("div.forecast", { "aria-live": "polite" });
   store.on("figures", async (/** @type {Figures} */ figures) => {
     next = figures;
     if (isAsking) return;
@@ -49,29 +49,26 @@ async function show(place, { step, figures }) {
   const row = (/** @type {string} */ name, /** @type {(one: typeof both[number]) => number | null} */ value) =>
     element(
       "tr",
-      {},
       element("th", { scope: "row" }, name),
-      both.map((one) => element("td", { class: "number" }, valueText(value(one) ?? 0, one.unit))),
+      both.map((one) => element("td.number", valueText(value(one) ?? 0, one.unit))),
     );
   fill(
     place,
-    element("p", { class: "faint" }, `The step from ${stepText(step)}, with ${of.settings}:`),
+    element("p.faint", `The step from ${stepText(step)}, with ${of.settings}:`),
     element(
-      "div",
-      { class: "wide", tabindex: 0, role: "region", "aria-label": "Predicted and run" },
+      "div.wide",
+      { tabindex: 0, role: "region", "aria-label": "Predicted and run" },
       element(
         "table",
-        {},
         tableHead(["", ...both.map(({ title }) => title)], (at) => at > 0),
         element(
           "tbody",
-          {},
           row("predicted", ({ key }) => of.figures[key]),
           row("run", ({ value }) => value),
         ),
       ),
     ),
     // The step is not over while calls are being made.
-    store.isRunning ? null : element("p", {}, of.verdict),
+    store.isRunning ? null : element("p", of.verdict),
   );
 }

@@ -25,18 +25,16 @@ const KEYS = [
 
 /** @param {HTMLElement} content */
 export function mount(content) {
-  const about = element("div", { class: "about" });
+  const about = element("div.about");
   content.append(
-    element("button", { type: "button", class: "close", onclick: () => toggleDrawer("help", false) }, "Close"),
-    element("h3", {}, "Keys"),
-    element("p", { class: "faint" }, "They work wherever the cursor is not in a field."),
+    element("button.close", { onclick: () => toggleDrawer("help", false) }, "Close"),
+    element("h3", "Keys"),
+    element("p.faint", "They work wherever the cursor is not in a field."),
     element(
-      "table",
-      { class: "keys" },
+      "table.keys",
       element(
         "tbody",
-        {},
-        KEYS.map(([key, what]) => element("tr", {}, element("th", { scope: "row" }, key), element("td", {}, what))),
+        KEYS.map(([key, what]) => element("tr", element("th", { scope: "row" }, key), element("td", what))),
       ),
     ),
     about,
@@ -47,7 +45,7 @@ export function mount(content) {
     if (!loop) return;
     const asset = await assetOf(loop.description.name);
     if (loop !== store.loop) return;
-    fill(about, element("h3", {}, loop.description.block), element("p", {}, loop.description.summary));
+    fill(about, element("h3", loop.description.block), element("p", loop.description.summary));
     if (asset?.about) about.append(html(asset.about));
   };
   store.on("loop", show);
@@ -77,17 +75,17 @@ export async function fieldHelp(names, row, field) {
   const asset = await assetOf(loop.description.name);
   const texts = [names].flat().map((name) => {
     const { variable } = loop.settings[name];
-    const of = element("div", {}, element("h4", {}, element("span", { class: "name" }, name), ` ${variable.kind}`));
-    of.append(element("p", {}, variable.description || "There is no text on it."));
+    const of = element("div", element("h4", element("span.name", name), ` ${variable.kind}`));
+    of.append(element("p", variable.description || "There is no text on it."));
     if (asset?.help[name]) of.append(html(asset.help[name]));
-    of.append(element("p", { class: "faint" }, limits(variable)));
+    of.append(element("p.faint", limits(variable)));
     return of;
   });
   box = element(
-    "div",
-    { class: "field-help", role: "region", "aria-label": `Help on ${[names].flat().join(", ")}` },
+    "div.field-help",
+    { role: "region", "aria-label": `Help on ${[names].flat().join(", ")}` },
     texts,
-    element("button", { type: "button", onclick: () => close() }, "Close"),
+    element("button", { onclick: () => close() }, "Close"),
   );
   box.addEventListener("keydown", (event) => {
     if (/** @type {KeyboardEvent} */ (event).key !== "Escape") return;

@@ -28,7 +28,7 @@ let drawn = "";
 
 /** @param {HTMLElement} within */
 export function mount(within) {
-  const group = element("section", { class: "group inputs", "aria-labelledby": "inputs-title", hidden: true });
+  const group = element("section.group.inputs", { "aria-labelledby": "inputs-title", hidden: true });
   within.append(group);
   const update = () => show(group);
   for (const what of ["loop", "plant", "program"]) store.on(what, update);
@@ -121,11 +121,7 @@ function boolean(loop, of, group) {
   };
   const control = isButton ? push(loop, of) : toggle(loop, of);
   const turn = isButton ? `Make ${of.name} a switch that stays` : `Make ${of.name} a push button`;
-  return row(
-    of,
-    control,
-    element("button", { type: "button", class: "plain ask", "aria-label": turn, title: turn, onclick: other }, "⇄"),
-  );
+  return row(of, control, element("button.plain.ask", { "aria-label": turn, title: turn, onclick: other }, "⇄"));
 }
 
 /**
@@ -135,9 +131,9 @@ function boolean(loop, of, group) {
  */
 function row(of, control, more = null) {
   const { name, description } = of;
-  const moment = element("span", { class: "at-moment", hidden: true });
+  const moment = element("span.at-moment", { hidden: true });
   moments.set(name, [of, moment]);
-  return element("div", { class: "input", "data-input": name, title: description }, control, more, moment);
+  return element("div.input", { "data-input": name, title: description }, control, more, moment);
 }
 
 /**
@@ -149,13 +145,13 @@ function row(of, control, more = null) {
 function toggle(loop, { name }) {
   const box = element("input", { type: "checkbox", role: "switch" });
   box.addEventListener("change", () => act(name, box.checked));
-  const state = element("span", { class: "state" });
+  const state = element("span.state");
   fields.set(name, (value) => {
     box.checked = value === true;
     text(state, shown(value, "BOOL"));
   });
   fields.get(name)?.(loop.settings[name].sent);
-  return element("label", {}, box, " ", element("span", { class: "name" }, name), " ", state);
+  return element("label", box, " ", element("span.name", name), " ", state);
 }
 
 /**
@@ -165,7 +161,7 @@ function toggle(loop, { name }) {
  * @param {Variable} of
  */
 function push(loop, { name }) {
-  const button = element("button", { type: "button", class: "push" }, element("span", { class: "name" }, name));
+  const button = element("button.push", element("span.name", name));
   let isDown = false;
   /** The run and its calls when it had taken the press. @type {{ run: number | undefined, calls: number } | undefined} */
   let taken;
@@ -222,7 +218,7 @@ function push(loop, { name }) {
 function numeric(loop, of) {
   const { name, kind, min, max } = of;
   const value = loop.settings[name].sent;
-  const label = element("span", { class: "name" }, name);
+  const label = element("span.name", name);
   const field = numberField("", `input-${name}`, of, value, (next) => act(name, next));
   field.row.prepend(label);
   if (min === null || max === null) {

@@ -64,8 +64,8 @@ let isDue = false;
  * @param {HTMLElement} content
  */
 export function mountInside(content) {
-  const head = element("div", { class: "row inside" });
-  body = element("div", { class: "inside" });
+  const head = element("div.row.inside");
+  body = element("div.inside");
   content.prepend(head);
   content.append(body);
   store.on("loop", () => show(head));
@@ -112,7 +112,7 @@ async function show(head) {
   const open = element(
     "button",
     {
-      ...{ type: "button", onclick: () => openAlone(loop, one.path, one.block) },
+      ...{ onclick: () => openAlone(loop, one.path, one.block) },
       title:
         "Its values, the plant and the connections are taken over; what is tuned there goes back into the source by hand",
     },
@@ -136,20 +136,20 @@ function parameters(loop, path, of, group) {
     const variable = of.variables.find((one) => one.name === name);
     const own = loop.description.variables.find((one) => one.name === `${path}.${name}`);
     if (!variable || !own) return [];
-    const place = element("td", { class: "number" });
+    const place = element("td.number");
     values.set(own.name, { kind: own.kind, place });
     const line = lineOf(loop, path, name);
     return element(
       "tr",
       { title: variable.description },
-      element("td", { class: "name" }, name),
+      element("td.name", name),
       place,
-      element("td", { class: "faint" }, line ? `line ${line}` : ""),
+      element("td.faint", line ? `line ${line}` : ""),
     );
   });
   return rows.length === 0
     ? null
-    : element("details", { open: true }, element("summary", {}, group.title), element("table", {}, rows));
+    : element("details", { open: true }, element("summary", group.title), element("table", rows));
 }
 
 /**

@@ -55,16 +55,11 @@ export function ladder(of, wayTo) {
   if (block?.name !== of.name) selected = undefined;
   block = of;
   told = undefined;
-  bar = element("div", { class: "row ladder-bar", role: "status" });
-  const list = element("div", {
-    class: "networks",
-    tabindex: 0,
-    role: "region",
-    "aria-label": `Networks of ${of.name}`,
-  });
+  bar = element("div.row.ladder-bar", { role: "status" });
+  const list = element("div.networks", { tabindex: 0, role: "region", "aria-label": `Networks of ${of.name}` });
   fill(list, of.networks.map(network));
   showBar();
-  return element("div", { class: "ladder" }, bar, list);
+  return element("div.ladder", bar, list);
 }
 
 /** Shows what is known of a call. @param {Told} now */
@@ -97,13 +92,13 @@ function network(of) {
     ...{ role: "group", "aria-label": `Network ${of.number}` },
   });
   if (rail) {
-    const line = svg("path", { class: "rail", d: `M${RAIL} ${rail[0]}V${rail[1]}` });
+    const line = svg("path.rail", { d: `M${RAIL} ${rail[0]}V${rail[1]}` });
     followers.push((now) => look(line, isRun(now) || undefined));
     drawing.append(line);
   }
   for (const { from, path, dots } of wires) {
-    const line = svg("path", { class: "wire", d: path });
-    const marks = dots.map(([cx, cy]) => svg("circle", { class: "dot", cx, cy, r: 2.5 }));
+    const line = svg("path.wire", { d: path });
+    const marks = dots.map(([cx, cy]) => svg("circle.dot", { cx, cy, r: 2.5 }));
     followers.push((now) => {
       for (const one of [line, ...marks]) look(one, truth(from, now));
     });
@@ -112,12 +107,12 @@ function network(of) {
   for (const one of placed) drawing.append(...part(one, truth));
   const title = `Network ${of.number}${of.title ? `: ${of.title}` : ""}`;
   return element(
-    "section",
-    { class: "network", "data-network": of.number },
-    element("h3", {}, title),
-    of.comment && element("p", { class: "faint" }, of.comment),
-    of.labels.length > 0 && element("p", {}, of.labels.map((label) => `${label}:`).join(" ")),
-    element("div", { class: "wide" }, drawing),
+    "section.network",
+    { "data-network": of.number },
+    element("h3", title),
+    of.comment && element("p.faint", of.comment),
+    of.labels.length > 0 && element("p", of.labels.map((label) => `${label}:`).join(" ")),
+    element("div.wide", drawing),
   );
 }
 
@@ -157,8 +152,7 @@ function part(of, truth) {
     ? `M${left + 6} ${flow - 11}a14 14 0 0 0 0 22M${right - 6} ${flow - 11}a14 14 0 0 1 0 22`
     : `M${left} ${flow - 11}v22M${right} ${flow - 11}v22`;
   const symbol = svg(
-    "g",
-    { class: "symbol" },
+    "g.symbol",
     svg("path", { d: shape }),
     part.sign === "/" && !isCoil
       ? svg("path", { d: `M${middle - 6} ${flow + 10}L${middle + 6} ${flow - 10}` })
@@ -168,7 +162,7 @@ function part(of, truth) {
     `M${x} ${flow}H${isCoil ? left + 1 : left}`,
     `M${isCoil ? right - 1 : right} ${flow}H${x + of.width}`,
   ];
-  const [lead, trail] = [svg("path", { class: "wire", d: before }), svg("path", { class: "wire", d: after })];
+  const [lead, trail] = [svg("path.wire", { d: before }), svg("path.wire", { d: after })];
   const input = of.inputs[0]?.input;
   const out = of.outputs[0]?.output;
   const isLast = isCoil && !out;
@@ -210,22 +204,22 @@ function box(of) {
   const [from, to] = [x + left, x + left + inner];
   const top = y + FLOW - 28;
   const drawn = [
-    svg("rect", { class: "box", x: from, y: top, width: inner, height: y + height - top, rx: 3 }),
-    svg("text", { class: "box-title", x: (from + to) / 2, y: top + 13, "text-anchor": "middle" }, cut(part.sign)),
+    svg("rect.box", { x: from, y: top, width: inner, height: y + height - top, rx: 3 }),
+    svg("text.box-title", { x: (from + to) / 2, y: top + 13, "text-anchor": "middle" }, cut(part.sign)),
     ...(part.above ? name(part.above, (from + to) / 2, y + 12, "middle", true) : []),
   ];
   for (const { y: at, input } of of.inputs) {
     if (!input) continue;
     const level = y + at;
-    drawn.push(svg("text", { class: "pin", x: from + 5, y: level + 4 }, input.pin.toLowerCase()));
-    if (input.is_negated) drawn.push(svg("circle", { class: "negation", cx: from - 3, cy: level, r: 3 }));
+    drawn.push(svg("text.pin", { x: from + 5, y: level + 4 }, input.pin.toLowerCase()));
+    if (input.is_negated) drawn.push(svg("circle.negation", { cx: from - 3, cy: level, r: 3 }));
     for (const operand of operandsOf(input).slice(0, 1)) drawn.push(...name(operand, from - 6, level - 1, "end"));
   }
   for (const { y: at, output } of of.outputs) {
     if (!output) continue;
     const level = y + at;
-    drawn.push(svg("text", { class: "pin", x: to - 5, y: level + 4, "text-anchor": "end" }, output.pin.toLowerCase()));
-    if (output.is_negated) drawn.push(svg("circle", { class: "negation", cx: to + 3, cy: level, r: 3 }));
+    drawn.push(svg("text.pin", { x: to - 5, y: level + 4, "text-anchor": "end" }, output.pin.toLowerCase()));
+    if (output.is_negated) drawn.push(svg("circle.negation", { cx: to + 3, cy: level, r: 3 }));
     for (const operand of output.targets.slice(0, 1)) drawn.push(...name(operand, to + 6, level - 1, "start"));
   }
   return drawn;
@@ -242,10 +236,10 @@ function box(of) {
  * @returns {SVGElement[]}
  */
 function name(operand, x, y, anchor, isInline = false) {
-  const label = svg("text", { x, y, "text-anchor": anchor, class: "operand" }, cut(operand.text));
-  label.append(svg("title", {}, operand.text));
+  const label = svg("text.operand", { x, y, "text-anchor": anchor }, cut(operand.text));
+  label.append(svg("title", operand.text));
   if (!operand.path) return [label];
-  const value = svg("text", { x, y: y + 14, "text-anchor": anchor, class: "value" });
+  const value = svg("text.value", { x, y: y + 14, "text-anchor": anchor });
   const choose = () => {
     selected = operand;
     showBar();
@@ -277,7 +271,7 @@ function name(operand, x, y, anchor, isInline = false) {
 function showBar() {
   const path = selected?.path;
   if (!selected || !path) {
-    fill(bar, element("span", { class: "faint" }, "Click a name: why it has its value, where it is used."));
+    fill(bar, element("span.faint", "Click a name: why it has its value, where it is used."));
     return;
   }
   const go = (/** @type {number} */ number) =>

@@ -35,7 +35,7 @@ let shownFiles = [];
 /** @param {HTMLElement} content */
 export function mount(content) {
   mountOpening();
-  const list = element("div", {});
+  const list = element("div");
   const search = element("input", {
     type: "search",
     placeholder: "Filter by name, title or block",
@@ -46,7 +46,7 @@ export function mount(content) {
       showRows(list, search);
     },
   });
-  const problems = element("div", { class: "problems" });
+  const problems = element("div.problems");
   content.append(search, list, problems);
   const update = () => {
     byId("loops").classList.toggle("has-files", store.files.length > 0);
@@ -90,10 +90,10 @@ function mountOpening() {
       await openFiles(files);
     },
   });
-  const choose = element("label", { class: "files" }, element("span", {}, "Open files"), input);
+  const choose = element("label.files", element("span", "Open files"), input);
   const kinds = element(
-    "p",
-    { id: "open-kinds", class: "faint" },
+    "p.faint",
+    { id: "open-kinds" },
     "Or drop them anywhere: a program (.scl, .udt); AWL, SCL, .db, Openness XML, JSON, SSV, .fmu; a recorded CSV. Nothing leaves this computer.",
   );
   const name = element("input", {
@@ -104,8 +104,8 @@ function mountOpening() {
     spellcheck: "false",
   });
   const block = element("select", { id: "new-block" });
-  const summary = element("p", { class: "faint", id: "new-summary" });
-  const make = element("button", { type: "submit", class: "primary", disabled: true }, "New loop");
+  const summary = element("p.faint", { id: "new-summary" });
+  const make = element("button.primary", { type: "submit", disabled: true }, "New loop");
   const form = element(
     "form",
     {
@@ -121,13 +121,13 @@ function mountOpening() {
         }
       },
     },
-    element("label", {}, element("span", {}, "Name"), name),
-    element("label", {}, element("span", {}, "Block"), block),
+    element("label", element("span", "Name"), name),
+    element("label", element("span", "Block"), block),
     make,
   );
-  const living = element("figure", { class: "living" });
+  const living = element("figure.living");
   showRecorded(living);
-  const examples = element("div", { class: "examples" });
+  const examples = element("div.examples");
   const show = () => {
     const controllers = store.catalogue.fmus.filter(isController);
     make.disabled = controllers.length === 0;
@@ -142,11 +142,10 @@ function mountOpening() {
   block.addEventListener("change", showSummary);
   store.on("catalogue", show);
   const promise = element(
-    "p",
-    { class: "promise" },
+    "p.promise",
     "Your S7 controller (FB 41, FB 42, FB 43, or your own SCL), bit for bit, in the browser. Run the loop, tune it, and export the settings to STEP 7 or TIA Portal.",
   );
-  const begin = element("div", { class: "begin" }, promise, living, choose, kinds, form, summary);
+  const begin = element("div.begin", promise, living, choose, kinds, form, summary);
   byId("opening").querySelector(".content")?.append(begin, examples);
   // What was under work before a reload comes first.
   store.on("ready", () => live(living));
@@ -169,7 +168,7 @@ function showExamples(within) {
     within,
     doors(),
     recent(within),
-    element("h2", {}, "Examples: click one, and it runs"),
+    element("h2", "Examples: click one, and it runs"),
     cards((known) => openKnown(known).catch(store.say)),
   );
 }
@@ -192,27 +191,22 @@ function doors() {
   });
   const first = store.catalogue.loops.find(({ name }) => name === FIRST_EXAMPLE);
   const words = (/** @type {string} */ name, /** @type {string} */ about) => [
-    element("strong", {}, name),
-    element("span", { class: "faint" }, about),
+    element("strong", name),
+    element("span.faint", about),
   ];
   const run = () => first && openKnown(first).catch(store.say);
   return element(
-    "div",
-    { class: "doors" },
+    "div.doors",
+    element("button.door", { onclick: run }, words("Try a loop", "A furnace runs at once: change GAIN, run it again")),
     element(
-      "button",
-      { type: "button", class: "door", onclick: run },
-      words("Try a loop", "A furnace runs at once: change GAIN, run it again"),
-    ),
-    element(
-      "label",
-      { class: "door button", for: "open-files" },
+      "label.door.button",
+      { for: "open-files" },
       words("Open my file", "AWL, SCL, XML, JSON, SSV, FMU, or a recorded CSV"),
     ),
     program,
     element(
-      "label",
-      { class: "door button", for: "open-program" },
+      "label.door.button",
+      { for: "open-program" },
       words("Run my program", "SCL, LAD, FBD, or a whole project: drop its folder or zip"),
     ),
   );
@@ -227,27 +221,20 @@ function recent(within) {
     showExamples(within);
   };
   return element(
-    "div",
-    { class: "recent" },
-    element("h2", {}, "Go on where you were"),
+    "div.recent",
+    element("h2", "Go on where you were"),
     element(
       "ul",
-      {},
       sessions.map((session) =>
         element(
-          "li",
-          { class: "row" },
-          element("button", { type: "button", class: "plain session", onclick: () => goOn(session) }, session.title),
-          element("span", { class: "faint" }, new Date(session.time).toLocaleString()),
-          element(
-            "button",
-            { type: "button", class: "plain", "aria-label": `Forget ${session.title}`, onclick: again(session.id) },
-            "Forget",
-          ),
+          "li.row",
+          element("button.plain.session", { onclick: () => goOn(session) }, session.title),
+          element("span.faint", new Date(session.time).toLocaleString()),
+          element("button.plain", { "aria-label": `Forget ${session.title}`, onclick: again(session.id) }, "Forget"),
         ),
       ),
     ),
-    element("p", { class: "faint" }, "The last five are kept in this browser, on this computer."),
+    element("p.faint", "The last five are kept in this browser, on this computer."),
   );
 }
 
@@ -420,21 +407,19 @@ function head(list, search) {
       showRows(list, search);
     };
     const order = !isOwn ? "none" : sorting?.isDown ? "descending" : "ascending";
-    const button = { type: "button", class: "plain sort", "data-row": `by ${title}`, onclick: turn };
+    const button = { class: "plain sort", "data-row": `by ${title}`, onclick: turn };
     const mark = isOwn ? (sorting?.isDown ? " ▼" : " ▲") : "";
     return element("th", { scope: "col", class: look, "aria-sort": order }, element("button", button, title, mark));
   };
   return element(
     "thead",
-    {},
     element(
       "tr",
-      {},
       cell("Loop", false),
       COLUMNS.map(({ title, isNumber, isWide }) =>
         cell(title, [isNumber && "number", isWide && "of-wide"].filter(Boolean).join(" ") || false),
       ),
-      element("th", { scope: "col" }, element("span", { class: "visually-hidden" }, "State")),
+      element("th", { scope: "col" }, element("span.visually-hidden", "State")),
     ),
   );
 }
@@ -472,24 +457,21 @@ function showRows(list, search) {
     list,
     all.length > 0 &&
       element(
-        "table",
-        { class: "loops" },
+        "table.loops",
         head(list, search),
         element(
           "tbody",
-          {},
           shown.map((row, index) => showRow(row, from + index)),
         ),
       ),
     pages > 1 &&
       element(
-        "p",
-        { class: "row pages" },
+        "p.row.pages",
         pageButton(list, search, "Previous", -1, page > 0),
-        element("span", {}, `${from + 1} to ${from + shown.length} of ${found.length}`),
+        element("span", `${from + 1} to ${from + shown.length} of ${found.length}`),
         pageButton(list, search, "Next", 1, page < pages - 1),
       ),
-    all.length > 0 && found.length === 0 && element("p", { class: "faint" }, "No loop has this name or block."),
+    all.length > 0 && found.length === 0 && element("p.faint", "No loop has this name or block."),
   );
   if (focused) /** @type {HTMLElement | null} */ (list.querySelector(`[data-row="${focused}"]`))?.focus();
 }
@@ -506,7 +488,7 @@ function pageButton(list, search, title, by, isThere) {
     page += by;
     showRows(list, search);
   };
-  return element("button", { type: "button", "data-row": title, disabled: !isThere, onclick: turn }, title);
+  return element("button", { "data-row": title, disabled: !isThere, onclick: turn }, title);
 }
 
 /**
@@ -523,15 +505,15 @@ function showRow(row, number) {
     }
   };
   const name = element(
-    "button",
-    { type: "button", class: "plain loop", "data-row": number, "aria-current": isShown ? "true" : null, onclick: open },
+    "button.plain.loop",
+    { "data-row": number, "aria-current": isShown ? "true" : null, onclick: open },
     row.name || "(no name)",
   );
   const under = [row.file, row.title].filter(Boolean).join(": ");
   return element(
     "tr",
     { class: isShown && "is-shown" },
-    element("td", {}, name, under ? element("span", { class: "row-title faint", title: under }, under) : null),
+    element("td", name, under ? element("span.row-title.faint", { title: under }, under) : null),
     COLUMNS.map(({ isNumber, isWide, of }) =>
       element(
         "td",
@@ -588,15 +570,10 @@ function showProblems(within) {
         "div",
         { class: file.isRefused ? "file is-refused" : "file" },
         element(
-          "p",
-          { class: "row" },
-          element("span", { class: "file-name" }, file.name),
+          "p.row",
+          element("span.file-name", file.name),
           element("span", { class: file.isRefused ? "error" : "faint" }, file.isRefused ? "not opened" : count),
-          element(
-            "button",
-            { type: "button", class: "plain", "aria-label": `Close ${file.name}`, onclick: close },
-            "Close",
-          ),
+          element("button.plain", { "aria-label": `Close ${file.name}`, onclick: close }, "Close"),
         ),
         file.problems.length > 0 && problems(file),
         file.isRefused && again(file),
@@ -647,14 +624,13 @@ function problems(file) {
   const list = [
     element(
       "ul",
-      {},
       file.problems.slice(0, MOST_PROBLEMS).map((one) => problem(file, one)),
     ),
-    length > MOST_PROBLEMS && element("p", { class: "faint" }, `and ${length - MOST_PROBLEMS} more`),
+    length > MOST_PROBLEMS && element("p.faint", `and ${length - MOST_PROBLEMS} more`),
   ];
-  if (file.isRefused) return element("div", {}, list);
+  if (file.isRefused) return element("div", list);
   const title = length === 1 ? "1 remark" : `${length} remarks`;
-  return element("details", { open: store.loops.length === 0 }, element("summary", {}, title), list);
+  return element("details", { open: store.loops.length === 0 }, element("summary", title), list);
 }
 
 /**
@@ -665,9 +641,8 @@ function problem(file, one) {
   const place = one.place ? `${file.name}, line ${one.place[0]}, column ${one.place[1]}: ` : "";
   return element(
     "li",
-    {},
     element("span", { class: file.isRefused ? "error" : "note" }, place + one.message),
-    one.help && element("span", { class: "help" }, ` Help: ${one.help}`),
+    one.help && element("span.help", ` Help: ${one.help}`),
   );
 }
 
@@ -680,7 +655,6 @@ function again(file) {
   if (!file.problems.some((one) => one.asks_for_block)) return null;
   const choice = element(
     "select",
-    {},
     store.catalogue.fmus
       .filter((one) => isController(one) && !one.is_foreign)
       .map((one) => element("option", { value: one.name }, one.name)),
@@ -693,9 +667,8 @@ function again(file) {
     }
   };
   return element(
-    "p",
-    { class: "row" },
-    element("label", {}, "Read it as parameters of ", choice),
-    element("button", { type: "button", onclick: read }, "Read again"),
+    "p.row",
+    element("label", "Read it as parameters of ", choice),
+    element("button", { onclick: read }, "Read again"),
   );
 }

@@ -92,9 +92,9 @@ let drawn = "";
 
 /** @param {HTMLElement} content */
 export function mount(content) {
-  body = element("div", { class: "program" });
+  body = element("div.program");
   why = whyPanel();
-  usage = element("div", { class: "row usage", role: "status", hidden: true });
+  usage = element("div.row.usage", { role: "status", hidden: true });
   content.append(body);
   for (const what of ["loop", "program"]) store.on(what, show);
   for (const what of ["state", "run", "moment"]) store.on(what, due);
@@ -170,10 +170,7 @@ function draw() {
   if (!showing) {
     drawn = "";
     lines = sections = [];
-    fill(
-      body,
-      element("p", { class: "faint" }, "The loop's controller is a block. Drop the sources of a program (.scl)."),
-    );
+    fill(body, element("p.faint", "The loop's controller is a block. Drop the sources of a program (.scl)."));
     return;
   }
   const stop = stopped();
@@ -194,7 +191,7 @@ function draw() {
   const top = sheet?.isConnected ? topLine() : -1;
   const networked = withNetworks();
   drawnBlock = asText.has(source.file) || stop || refused() ? undefined : networked;
-  sheet = element("div", { class: "source", tabindex: 0, role: "region", "aria-label": `Source ${source.file}` });
+  sheet = element("div.source", { tabindex: 0, role: "region", "aria-label": `Source ${source.file}` });
   const texts = source.text.split(/\r\n|\n|\r/);
   const looks = coloured(texts);
   const own = compiled.blocks.filter((one) => one.file === file);
@@ -209,8 +206,7 @@ function draw() {
   for (let from = 0; from < lines.length; from += SECTION) {
     const some = lines.slice(from, from + SECTION);
     const box = element(
-      "div",
-      { class: "source-section" },
+      "div.source-section",
       some.flatMap(({ row }, at) => [row, ...notesOf(source.file, from + at + 1)]),
     );
     box.style.setProperty("--lines", String(some.length));
@@ -243,7 +239,7 @@ function draw() {
 
 /** What is above the source: which source, which instance, what else can be chosen. */
 function head() {
-  badge = element("span", { class: "mode" });
+  badge = element("span.mode");
   const { compiled, program } = /** @type {NonNullable<typeof showing>} */ (showing);
   const isRefused = compiled.fmu === null;
   const files = element(
@@ -258,11 +254,7 @@ function head() {
     draw();
   });
   const choices = compiled.candidates.map((name) =>
-    element(
-      "button",
-      { type: "button", class: "primary", onclick: () => again({ ...program, run: name }) },
-      `Run ${name}`,
-    ),
+    element("button.primary", { onclick: () => again({ ...program, run: name }) }, `Run ${name}`),
   );
   // Each with each other as its plant, which is a click then.
   const pairs = compiled.candidates.flatMap((machine) =>
@@ -271,16 +263,15 @@ function head() {
   const both = (pairs.length === 2 ? pairs : []).map(([machine, plant]) =>
     element(
       "button",
-      { type: "button", onclick: () => openWith(program, machine, plant).catch(store.say) },
+      { onclick: () => openWith(program, machine, plant).catch(store.say) },
       `Run ${machine} with ${plant} as its plant`,
     ),
   );
   return element(
-    "div",
-    { class: "row program-head" },
-    element("strong", {}, isRefused ? (choices.length > 0 ? "Which block runs?" : "Not translated") : compiled.block),
+    "div.row.program-head",
+    element("strong", isRefused ? (choices.length > 0 ? "Which block runs?" : "Not translated") : compiled.block),
     compiled.sources.filter((one) => !isText(one)).length < 2
-      ? element("span", { class: "faint" }, compiled.sources[0]?.file)
+      ? element("span.faint", compiled.sources[0]?.file)
       : files,
     isRefused ? null : blockTree(compiled, look),
     isRefused ? null : instances(compiled),
@@ -292,7 +283,7 @@ function head() {
     isRefused &&
       element(
         "button",
-        { type: "button", onclick: () => forgetRefused() },
+        { onclick: () => forgetRefused() },
         store.loop && programOf(store.loop) ? "Back to the program that runs" : "Close",
       ),
   );
@@ -331,7 +322,7 @@ function textButton(name) {
     draw();
     due();
   };
-  return element("button", { type: "button", "aria-pressed": String(isShown), onclick: change }, "Text");
+  return element("button", { "aria-pressed": String(isShown), onclick: change }, "Text");
 }
 
 /** @param {Program} program */
@@ -395,22 +386,16 @@ function problems(all) {
   const title = errors > 0 ? count(errors, "error") : count(all.length, "remark");
   const item = (/** @type {Finding} */ one) => {
     const place = one.place ? `${one.file}, line ${one.place[0]}: ` : "";
-    const help = one.help ? element("span", { class: "help" }, ` ${one.help}`) : null;
+    const help = one.help ? element("span.help", ` ${one.help}`) : null;
     const words = [element("span", { class: one.is_error ? "error" : "note" }, place + one.message), help];
-    return element(
-      "li",
-      {},
-      one.place
-        ? element("button", { type: "button", class: "plain finding", onclick: () => goTo(one) }, ...words)
-        : words,
-    );
+    return element("li", one.place ? element("button.plain.finding", { onclick: () => goTo(one) }, ...words) : words);
   };
   return element(
-    "details",
-    { class: "findings", open: errors > 0 },
+    "details.findings",
+    { open: errors > 0 },
     element("summary", { class: errors > 0 ? "error" : "note" }, title),
-    element("ul", {}, all.slice(0, MOST_PROBLEMS).map(item)),
-    all.length > MOST_PROBLEMS && element("p", { class: "faint" }, `and ${all.length - MOST_PROBLEMS} more`),
+    element("ul", all.slice(0, MOST_PROBLEMS).map(item)),
+    all.length > MOST_PROBLEMS && element("p.faint", `and ${all.length - MOST_PROBLEMS} more`),
   );
 }
 
@@ -526,7 +511,7 @@ function keyOfName(event) {
 function line(text, at, look, block, names) {
   const { compiled } = /** @type {NonNullable<typeof showing>} */ (showing);
   const found = compiled.problems.filter((one) => one.place?.[0] === at && one.file === compiled.sources[file].file);
-  const values = element("span", { class: "values" });
+  const values = element("span.values");
   const row = element(
     "div",
     {
@@ -535,7 +520,7 @@ function line(text, at, look, block, names) {
         .join(" "),
       "data-line": at,
     },
-    element("span", { class: "line-number" }, at),
+    element("span.line-number", at),
     element("code", { title: text.length > 60 ? text.trim() : null }, found.length > 0 ? marked(text, found) : look),
     values,
   );
@@ -574,12 +559,7 @@ function notesOf(name, at) {
   const { compiled } = /** @type {NonNullable<typeof showing>} */ (showing);
   const own = compiled.problems.filter((one) => one.is_error && one.file === name && one.place?.[0] === at);
   const told = own.map((one) =>
-    element(
-      "p",
-      { class: "line-note" },
-      element("span", { class: "error" }, one.message),
-      one.help && element("span", { class: "help" }, ` ${one.help}`),
-    ),
+    element("p.line-note", element("span.error", one.message), one.help && element("span.help", ` ${one.help}`)),
   );
   const stop = stopped();
   if (stop?.file === name && stop.line === at) {
@@ -593,10 +573,9 @@ function notesOf(name, at) {
     };
     told.push(
       element(
-        "p",
-        { class: "line-note is-stop" },
-        element("span", { class: "error" }, `Stopped here: ${stop.text} `),
-        element("button", { type: "button", class: "restart", onclick: restart }, "Restart"),
+        "p.line-note.is-stop",
+        element("span.error", `Stopped here: ${stop.text} `),
+        element("button.restart", { onclick: restart }, "Restart"),
       ),
     );
   }
@@ -759,7 +738,7 @@ function showValues(one, state, isNext) {
           "data-name": name || null,
         },
         // Beside a NOT, a value without its name reads as that of the condition.
-        element("span", { class: "faint" }, `${lastName(path)} `),
+        element("span.faint", `${lastName(path)} `),
         text,
       );
     }),

@@ -52,6 +52,6 @@ export function numberField(label, id, of, value, set) {
     check();
   };
   const unit = unitText(of.unit);
-  const row = element("label", { for: id }, label, " ", input, unit && element("span", { class: "faint" }, ` ${unit}`));
+  const row = element("label", { for: id }, label, " ", input, unit && element("span.faint", ` ${unit}`));
   return { row, input, check, enter, follow };
 }

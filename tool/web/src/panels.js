@@ -29,11 +29,7 @@ let shown = narrow.matches ? FIRST_NARROW : FIRST;
 
 export function mount() {
   const tabs = TABS.map(([id, title]) =>
-    element(
-      "button",
-      { type: "button", role: "tab", id: `tab-${id}`, "aria-controls": id, onclick: () => showTab(id) },
-      title,
-    ),
+    element("button", { role: "tab", id: `tab-${id}`, "aria-controls": id, onclick: () => showTab(id) }, title),
   );
   const list = byId("tabs");
   list.append(...tabs);

@@ -52,21 +52,13 @@ const USUAL = 4;
 
 /** @param {HTMLElement} content */
 export function mount(content) {
-  const send = element(
-    "button",
-    { type: "button", class: "primary", id: "send", onclick: () => store.send() },
-    "Apply",
-  );
-  const back = element(
-    "button",
-    { type: "button", id: "take-back", onclick: () => store.takeBack(store.edited()) },
-    "Discard",
-  );
-  const count = element("span", { id: "edited-count", class: "faint", role: "status" });
-  const bar = element("div", { class: "row send" }, send, back, count);
-  const warnings = element("ul", { class: "warnings" });
+  const send = element("button.primary", { id: "send", onclick: () => store.send() }, "Apply");
+  const back = element("button", { id: "take-back", onclick: () => store.takeBack(store.edited()) }, "Discard");
+  const count = element("span.faint", { id: "edited-count", role: "status" });
+  const bar = element("div.row.send", send, back, count);
+  const warnings = element("ul.warnings");
   const list = element("div", { id: "fields" });
-  const acting = element("div", {});
+  const acting = element("div");
   content.append(bar, warnings, acting, list);
   inputs(acting);
   characteristic(content);
@@ -150,9 +142,9 @@ function build(list) {
     const names = group.fields.map((field) => field.name).filter((name) => name in loop.settings);
     if (names.length === 0) continue;
     const id = `group-${groups.length}`;
-    const used = element("div", { class: "fields" });
-    const folded = element("div", { class: "fields" });
-    const summary = element("summary", {});
+    const used = element("div.fields");
+    const folded = element("div.fields");
+    const summary = element("summary");
     const key = `${loop.description.name} ${group.title}`;
     const fold = element("details", { open: unfolded.has(key) }, summary, folded);
     fold.addEventListener("toggle", () => {
@@ -161,8 +153,8 @@ function build(list) {
       place();
     });
     const box = element(
-      "section",
-      { class: "group", "aria-labelledby": id },
+      "section.group",
+      { "aria-labelledby": id },
       // Those of a program that are set by hand stand above: these are what the plant gives.
       element("h3", { id }, programOf(loop) && group.title === "Inputs" ? "Connected inputs" : group.title),
       used,
@@ -291,15 +283,13 @@ function makeRow(loop, name, group, folded) {
     place();
   });
   input.addEventListener("keydown", (event) => keys(event, name, input));
-  const tag = element("span", { class: "tag", id: `${id}-tag` });
-  const grey = element("span", { class: "grey faint", id: `${id}-grey` });
-  const remark = element("span", { class: "remark", id: `${id}-remark`, "aria-live": "polite" });
+  const tag = element("span.tag", { id: `${id}-tag` });
+  const grey = element("span.grey.faint", { id: `${id}-grey` });
+  const remark = element("span.remark", { id: `${id}-remark`, "aria-live": "polite" });
   const unit = variable.unit === null ? (isTime(variable.kind) ? "s" : "") : unitText(variable.unit);
   const help = element(
-    "button",
+    "button.plain.ask",
     {
-      type: "button",
-      class: "plain ask",
       "aria-label": `Help on ${name}`,
       "aria-expanded": "false",
       onclick: () => fieldHelp(name, row, input),
@@ -313,9 +303,9 @@ function makeRow(loop, name, group, folded) {
       "data-name": name,
       title: variable.description,
     },
-    element("label", { for: id, class: "name" }, broken(name)),
-    element("span", { class: "value" }, input),
-    element("span", { class: "unit", id: `${id}-unit` }, unit),
+    element("label.name", { for: id }, broken(name)),
+    element("span.value", input),
+    element("span.unit", { id: `${id}-unit` }, unit),
     tag,
     help,
     grey,
@@ -503,24 +493,18 @@ function makeStructure(loop) {
     }
   });
   const row = element(
-    "div",
-    { class: "field of-structure", "data-name": names[0] },
+    "div.field.of-structure",
+    { "data-name": names[0] },
     element("label", { for: "structure" }, "Structure"),
-    element("span", { class: "value" }, select),
-    element("span", {}),
-    element("span", { class: "tag", id: "structure-tag" }),
+    element("span.value", select),
+    element("span"),
+    element("span.tag", { id: "structure-tag" }),
     element(
-      "button",
-      {
-        type: "button",
-        class: "plain ask",
-        "aria-label": "Help on the structure",
-        "aria-expanded": "false",
-        onclick: () => fieldHelp(names, row, select),
-      },
+      "button.plain.ask",
+      { "aria-label": "Help on the structure", "aria-expanded": "false", onclick: () => fieldHelp(names, row, select) },
       "?",
     ),
-    element("span", { class: "grey faint", id: "structure-grey" }, names.join(", ")),
+    element("span.grey.faint", { id: "structure-grey" }, names.join(", ")),
   );
   return row;
 }

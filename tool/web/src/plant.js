@@ -48,7 +48,7 @@ let drawn = "";
 
 /** @param {HTMLElement} content */
 export function mount(content) {
-  body = element("div", {});
+  body = element("div");
   fill(content, body);
   for (const what of ["catalogue", "loop", "plant"]) store.on(what, show);
   store.on("settings", keepCycle);
@@ -300,7 +300,7 @@ function chooser(loop, plant) {
         true,
       );
   });
-  return element("p", { class: "row" }, element("label", { for: "plant-choice" }, "Plant"), list);
+  return element("p.row", element("label", { for: "plant-choice" }, "Plant"), list);
 }
 
 /** @param {Work} loop */
@@ -310,10 +310,10 @@ function isOwn(loop) {
 
 /** What is shown as long as there is no plant. @returns {Promise<HTMLElement[]>} */
 async function unconnected() {
-  const sentence = element("p", {}, "No plant is connected. You can run the controller open loop, or choose a plant.");
+  const sentence = element("p", "No plant is connected. You can run the controller open loop, or choose a plant.");
   if (!store.catalogue.fmus.some((entry) => entry.name === GENERIC)) return [sentence];
   const generic = await store.describe(GENERIC);
-  const problem = element("p", { class: "error", role: "alert" });
+  const problem = element("p.error", { role: "alert" });
   const inputs = THREE_NUMBERS.flatMap(([name, title]) => {
     const variable = generic.variables.find((one) => one.name === name);
     if (!variable) return [];
@@ -334,12 +334,11 @@ async function unconnected() {
     return {
       variable,
       input,
-      row: element("span", { class: "entry" }, label, input, unit && element("span", { class: "faint" }, unit)),
+      row: element("span.entry", label, input, unit && element("span.faint", unit)),
     };
   });
   const form = element(
-    "form",
-    { class: "row" },
+    "form.row",
     inputs.map(({ row }) => row),
     element("button", { type: "submit" }, "Use this plant"),
   );
@@ -363,8 +362,7 @@ async function unconnected() {
     choose(GENERIC, values);
   });
   const about = element(
-    "p",
-    { class: "faint" },
+    "p.faint",
     "The generic plant: a lag with dead time. Its gain is what the process value moves for 1 % of the manipulated value.",
   );
   return [sentence, form, problem, about];
@@ -385,7 +383,7 @@ async function connected(loop, plant) {
       const variable = description.variables.find((one) => one.name === name);
       return variable ? field(loop, plant, variable, title) : [];
     });
-    parts.push(element("div", { class: "entries" }, main));
+    parts.push(element("div.entries", main));
   }
   if (sensor) {
     const { variables } = await store.describe(sensor.fmu);
@@ -393,14 +391,14 @@ async function connected(loop, plant) {
     const fields = [];
     if (noise) fields.push(field(loop, sensor, noise, "Measuring noise"));
     if (steps) fields.push(field(loop, sensor, steps, "Resolution, steps"));
-    parts.push(element("div", { class: "entries" }, fields));
+    parts.push(element("div.entries", fields));
   }
   const isThere = store.catalogue.fmus.some(({ name }) => name === CHAIN.fmu);
   if (sensor || (isThere && measured(loop, plant, description) >= 0)) {
     const onclick = () => (sensor ? withoutSensor(loop, sensor) : withSensor(loop, plant, description));
     const title = "A sensor between plant and controller, with noise and the steps of an analog input";
     const words = sensor ? "Remove the sensor" : "Measure through a sensor";
-    parts.push(element("p", {}, element("button", { type: "button", id: "sensor", title, onclick }, words)));
+    parts.push(element("p", element("button", { id: "sensor", title, onclick }, words)));
   }
   for (const member of loop.members) parts.push(await settings(loop, member));
   return parts;
@@ -442,38 +440,30 @@ async function sentences(loop, plant) {
     );
     list.addEventListener("change", () => rewire(loop, to, list.value));
     const reason = possible.find((wire) => wire.from === from && wire.to === to)?.reason;
-    const goes = element("span", {}, " goes to ", element("span", { class: "name" }, called(loop, to)));
-    return element(
-      "li",
-      {},
-      list,
-      goes,
-      reason && reason !== common && element("span", { class: "faint reason" }, reason),
-    );
+    const goes = element("span", " goes to ", element("span.name", called(loop, to)));
+    return element("li", list, goes, reason && reason !== common && element("span.faint.reason", reason));
   };
   const free = inputs.filter((to) => !isThere(to));
   const open = proposal.open.filter(({ input }) => !isThere(input));
   const hint = "No output clearly belongs to an input: choose below.";
   const said = [...(loop.connections.length === 0 ? [hint] : []), ...open.map((one) => one.text), ...proposal.remarks];
-  const remarks = said.map((remark) => element("li", { class: "note" }, remark));
+  const remarks = said.map((remark) => element("li.note", remark));
   return element(
     "div",
-    {},
     element(
-      "ul",
-      { class: "sentences" },
+      "ul.sentences",
       inputs.filter(isThere).map(row),
-      common && element("li", { class: "faint" }, `All of them: ${common}`),
-      element("li", { class: "faint", id: "exchange" }, EXCHANGES[loop.exchange]),
-      loop.step !== null && element("li", { class: "faint", id: "step" }, `The communication step is ${loop.step} s.`),
+      common && element("li.faint", `All of them: ${common}`),
+      element("li.faint", { id: "exchange" }, EXCHANGES[loop.exchange]),
+      loop.step !== null && element("li.faint", { id: "step" }, `The communication step is ${loop.step} s.`),
       remarks,
     ),
     free.length > 0 &&
       element(
         "details",
         { id: "free-inputs", open: open.some(({ input }) => free.includes(input)) },
-        element("summary", {}, `${free.length} more ${free.length === 1 ? "input" : "inputs"} that can be connected`),
-        element("ul", { class: "sentences" }, free.map(row)),
+        element("summary", `${free.length} more ${free.length === 1 ? "input" : "inputs"} that can be connected`),
+        element("ul.sentences", free.map(row)),
       ),
   );
 }
@@ -518,15 +508,13 @@ async function settings(loop, member) {
   return element(
     "details",
     { id: `settings-${member.name}` },
-    element("summary", {}, `Settings of ${member.name}: ${member.fmu}${count > 0 ? `, ${count} set` : ""}`),
+    element("summary", `Settings of ${member.name}: ${member.fmu}${count > 0 ? `, ${count} set` : ""}`),
     groups.map((group) =>
       element(
         "fieldset",
-        {},
-        element("legend", {}, group.title),
+        element("legend", group.title),
         element(
-          "div",
-          { class: "entries" },
+          "div.entries",
           group.fields.flatMap(({ name }) => {
             const variable = byName.get(name);
             return variable && isSettable(variable) ? field(loop, member, variable, undefined, "all-") : [];
@@ -551,7 +539,7 @@ function field(loop, member, variable, title, prefix = "") {
   const id = `${prefix}field-${full}`;
   const source = loop.connections.find(([, to]) => to === full)?.[0];
   const value = member.values[variable.name] ?? variable.start;
-  const problem = element("span", { class: "error", id: `${id}-problem`, role: "alert" });
+  const problem = element("span.error", { id: `${id}-problem`, role: "alert" });
   const isFollowing = member.fmu !== "" && variable.role === "cycle";
   const common = { id, disabled: source !== undefined || isFollowing, "aria-describedby": `${id}-problem` };
   /** @param {Value} next */
@@ -614,15 +602,10 @@ function field(loop, member, variable, title, prefix = "") {
           .filter(Boolean)
           .join("  ");
   return element(
-    "div",
-    { class: "entry" },
-    element(
-      "label",
-      { for: id, title: variable.description },
-      title ?? element("span", { class: "name" }, variable.name),
-    ),
+    "div.entry",
+    element("label", { for: id, title: variable.description }, title ?? element("span.name", variable.name)),
     control,
-    element("span", { class: "faint hint" }, hint),
+    element("span.faint.hint", hint),
     problem,
   );
 }

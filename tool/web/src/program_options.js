@@ -33,9 +33,13 @@ let isOpen = false;
  * @param {(program: Program) => void} translate
  */
 export function optionsForm(program, compiled, translate) {
-  const problem = element("p", { class: "error", role: "alert" });
+  const problem = element("p.error", { role: "alert" });
   const cycle = element("input", {
-    ...{ class: "number", size: 8, value: String(compiled.cycle), id: "program-cycle", autocomplete: "off" },
+    class: "number",
+    size: 8,
+    value: String(compiled.cycle),
+    id: "program-cycle",
+    autocomplete: "off",
   });
   const cpu = element(
     "select",
@@ -65,17 +69,16 @@ export function optionsForm(program, compiled, translate) {
     return { key, title, between, example, input };
   });
   const field = (/** @type {string} */ title, /** @type {HTMLElement} */ input) =>
-    element("label", { class: "option" }, element("span", {}, title), input);
+    element("label.option", element("span", title), input);
   const form = element(
-    "form",
-    { class: "program-options" },
+    "form.program-options",
     field("Called every (s, or 100 ms)", cycle),
     field("What is run", run),
     field("CPU", cpu),
     lists.map(({ title, input }) => field(title, input)),
     pairs.map(({ title, input }) => field(title, input)),
     problem,
-    element("button", { type: "submit", class: "primary" }, "Translate"),
+    element("button.primary", { type: "submit" }, "Translate"),
   );
   form.addEventListener("submit", (event) => {
     event.preventDefault();
@@ -100,7 +103,7 @@ export function optionsForm(program, compiled, translate) {
     text(problem, "");
     translate(next);
   });
-  const fold = element("details", { class: "options", open: isOpen }, element("summary", {}, "Options"), form);
+  const fold = element("details.options", { open: isOpen }, element("summary", "Options"), form);
   fold.addEventListener("toggle", () => {
     isOpen = fold.open;
   });

@@ -18,13 +18,12 @@ export function surveyTable({ survey, sources, fmu, assumptions }) {
   const count = sources.filter(({ file }) => !/\.s7res$/i.test(file)).length;
   if (survey.length === 0 || (count < 2 && assumptions.length === 0)) return null;
   return element(
-    "details",
-    { class: "survey", open: fmu === null },
-    element("summary", {}, `The project: ${count} ${count === 1 ? "source" : "sources"}`),
+    "details.survey",
+    { open: fmu === null },
+    element("summary", `The project: ${count} ${count === 1 ? "source" : "sources"}`),
     element(
       "table",
-      {},
-      survey.map(([name, text]) => element("tr", {}, element("th", { scope: "row" }, name), element("td", {}, text))),
+      survey.map(([name, text]) => element("tr", element("th", { scope: "row" }, name), element("td", text))),
     ),
   );
 }
@@ -68,10 +67,9 @@ function proposed(program, { assumptions }, before, translate) {
     const go = () => place && store.emit("line", { file: place[0], place: [place[1], 1] });
     const head = element(
       "p",
-      {},
-      element("strong", {}, name),
+      element("strong", name),
       ` is ${what} `,
-      at && element("button", { type: "button", class: "plain", onclick: go }, at),
+      at && element("button.plain", { onclick: go }, at),
     );
     return { head, input, title: `// ${name}: ${what}` };
   });
@@ -79,7 +77,7 @@ function proposed(program, { assumptions }, before, translate) {
   return form(
     `${count} without a declaration: what can be assumed`,
     true,
-    rows.map(({ head, input }) => element("div", { class: "assumption" }, head, input)),
+    rows.map(({ head, input }) => element("div.assumption", head, input)),
     `Assume ${rows.length === 1 ? "it" : `these ${rows.length}`}`,
     () =>
       translate(withAssumed(program, before + rows.map(({ title, input }) => `${title}\n${input.value}\n`).join(""))),
@@ -95,11 +93,11 @@ function proposed(program, { assumptions }, before, translate) {
  */
 function form(title, isOpen, content, button, act) {
   return element(
-    "details",
-    { class: "assumptions", open: isOpen },
-    element("summary", {}, title),
-    element("div", { class: "assumption-list" }, content),
-    element("button", { type: "button", class: "primary", onclick: act }, button),
+    "details.assumptions",
+    { open: isOpen },
+    element("summary", title),
+    element("div.assumption-list", content),
+    element("button.primary", { onclick: act }, button),
   );
 }
 

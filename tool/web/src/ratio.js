@@ -19,7 +19,7 @@ import { rounded } from "tool/values.js";
 export function ratioRow(loop, kept, model) {
   const factor = loop.description.roles.pulse_former[2];
   if (!factor) return null;
-  const row = element("div", { class: "row" });
+  const row = element("div.row");
   const result = element("span", { "aria-live": "polite" });
   /** @param {"heating" | "cooling"} which */
   const take = (which) => {
@@ -40,8 +40,8 @@ export function ratioRow(loop, kept, model) {
       fill(
         result,
         `${factor} ${rounded(ratio.ratio, "REAL", 5)} `,
-        element("button", { type: "button", onclick: () => store.edit({ [factor]: ratio.ratio }) }, "Apply"),
-        ...ratio.remarks.map((remark) => element("span", { class: "faint" }, ` ${remark}`)),
+        element("button", { onclick: () => store.edit({ [factor]: ratio.ratio }) }, "Apply"),
+        ...ratio.remarks.map((remark) => element("span.faint", ` ${remark}`)),
       );
     } catch (error) {
       text(result, error instanceof Error ? error.message : String(error));
@@ -50,11 +50,11 @@ export function ratioRow(loop, kept, model) {
   const show = () => {
     fill(
       row,
-      element("span", { class: "what", title: factor }, factor.slice(factor.lastIndexOf(".") + 1)),
-      element("button", { type: "button", onclick: () => take("heating") }, "This model is heating"),
-      element("span", { class: "faint" }, gain(kept.heating)),
-      element("button", { type: "button", onclick: () => take("cooling") }, "This model is cooling"),
-      element("span", { class: "faint" }, gain(kept.cooling)),
+      element("span.what", { title: factor }, factor.slice(factor.lastIndexOf(".") + 1)),
+      element("button", { onclick: () => take("heating") }, "This model is heating"),
+      element("span.faint", gain(kept.heating)),
+      element("button", { onclick: () => take("cooling") }, "This model is cooling"),
+      element("span.faint", gain(kept.cooling)),
       result,
     );
     compute();

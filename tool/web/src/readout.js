@@ -19,26 +19,22 @@ import { attribute, element, fill, text } from "tool/dom.js";
  */
 export function makeReadout(within, curves, { isShown, toggle, remove }) {
   const { curves: palette } = theme();
-  const badge = element("span", { class: "mode" });
+  const badge = element("span.mode");
   const cells = curves.map((curve) => {
-    const value = element("span", { class: "value number" });
+    const value = element("span.value.number");
     const name = element(
       "button",
       {
-        ...{ type: "button", class: "curve-name", "aria-pressed": String(isShown(curve)) },
+        ...{ class: "curve-name", "aria-pressed": String(isShown(curve)) },
         ...{ onclick: () => toggle(curve), title: isShown(curve) ? `Hide ${curve.name}` : `Show ${curve.name}` },
       },
       swatch(isShown(curve) ? palette[curve.colour % palette.length] : "transparent", curve.isDashed),
-      element("span", { class: "name" }, curve.label),
+      element("span.name", curve.label),
     );
     const gone = curve.isOfChoice
-      ? element(
-          "button",
-          { type: "button", class: "plain remove", "aria-label": `Remove ${curve.name}`, onclick: () => remove(curve) },
-          "×",
-        )
+      ? element("button.plain.remove", { "aria-label": `Remove ${curve.name}`, onclick: () => remove(curve) }, "×")
       : null;
-    const unit = element("span", { class: "unit faint" }, curve.unit);
+    const unit = element("span.unit.faint", curve.unit);
     return {
       curve,
       value,

@@ -49,17 +49,12 @@ const MOST_REPORTED = 4;
 
 /** @param {HTMLElement} content */
 export function mount(content) {
-  body = element("div", {});
-  mapping = element("div", {});
+  body = element("div");
+  mapping = element("div");
   result = element("div", { "aria-live": "polite" });
-  stage = element("div", {
-    class: "replay-stage",
-    role: "region",
-    "aria-label": "Recorded and computed",
-    hidden: true,
-  });
+  stage = element("div.replay-stage", { role: "region", "aria-label": "Recorded and computed", hidden: true });
   byId("curves").querySelector(".content")?.append(stage);
-  stale = element("p", { class: "note", hidden: true });
+  stale = element("p.note", { hidden: true });
   fill(content, body, mapping, stale, result);
   store.on("csv", open);
   store.on("loop", show);
@@ -118,13 +113,12 @@ function show() {
     : "Open or make a loop first: a recording is replayed through its block.";
   fill(
     body,
-    element("p", { class: "faint" }, about),
+    element("p.faint", about),
     element(
-      "div",
-      { class: "row" },
+      "div.row",
       chooser("replay-file", recorded ? "Another CSV" : "Choose or drop a CSV", open, (error) => store.say(error)),
-      recorded && element("span", {}, recorded.name),
-      recorded && loop && element("button", { type: "button", onclick: again }, "Replay"),
+      recorded && element("span", recorded.name),
+      recorded && loop && element("button", { onclick: again }, "Replay"),
       recorded && suspectsBox(),
       recorded && toleranceField(),
     ),
@@ -136,24 +130,18 @@ function suspectsBox() {
   box.addEventListener("change", () => {
     trySuspects = box.checked;
   });
-  return element("label", {}, box, " Look for likely causes");
+  return element("label", box, " Look for likely causes");
 }
 
 function toleranceField() {
-  const input = element("input", {
-    class: "number",
-    size: 6,
-    value: tolerance,
-    placeholder: "auto",
-    inputmode: "decimal",
-  });
+  const input = element("input.number", { size: 6, value: tolerance, placeholder: "auto", inputmode: "decimal" });
   input.addEventListener("input", () => {
     tolerance = input.value.trim().replace(",", ".");
     const isWrong = tolerance !== "" && !(Number(tolerance) >= 0);
     if (isWrong) input.setAttribute("aria-invalid", "true");
     else input.removeAttribute("aria-invalid");
   });
-  return element("label", {}, "equal within ", input);
+  return element("label", "equal within ", input);
 }
 
 /** @param {boolean} [isGoingOn] whether values of the last replay were applied, which the report tells, too */
@@ -167,7 +155,7 @@ async function replay(isGoingOn = false) {
   const used = loop.description.roles.controller.filter((name) => !loop.checked?.unused.includes(name));
   const values = Object.fromEntries(used.map((name) => [name, loop.settings[name].value]));
   shownWith = settings(values);
-  fill(result, element("p", {}, "Replaying …"));
+  fill(result, element("p", "Replaying …"));
   running.abort();
   const own = new AbortController();
   running = own;
@@ -188,7 +176,7 @@ async function replay(isGoingOn = false) {
     // Another replay has begun.
     if (error instanceof Stopped) return;
     showMapping(columns ?? []);
-    fill(result, element("p", { class: "error" }, error instanceof Error ? error.message : String(error)));
+    fill(result, element("p.error", error instanceof Error ? error.message : String(error)));
   }
 }
 
@@ -214,13 +202,7 @@ async function causes(request, known, own) {
   );
   fill(
     result,
-    element(
-      "p",
-      { class: "row" },
-      `${first ?? ""}Looking for the cause …`,
-      progress,
-      element("button", { type: "button", onclick: stop }, "Stop"),
-    ),
+    element("p.row", `${first ?? ""}Looking for the cause …`, progress, element("button", { onclick: stop }, "Stop")),
   );
   show();
   const timer = setInterval(show, 500);
@@ -281,7 +263,7 @@ function showMapping(found) {
       });
       replay();
     });
-    return element("div", { class: "entry" }, element("label", { for: list.id }, column), list);
+    return element("div.entry", element("label", { for: list.id }, column), list);
   });
   const wasOpen = mapping.querySelector("details")?.open ?? found.length === 0;
   const named = (/** @type {[string, string]} */ [column, name]) => (column === name ? name : `${column} is ${name}`);
@@ -292,10 +274,9 @@ function showMapping(found) {
       { open: wasOpen },
       element(
         "summary",
-        {},
         `Columns: ${found.slice(0, MOST_NAMED).map(named).join(", ") || "none found"}${found.length > MOST_NAMED ? ` and ${found.length - MOST_NAMED} more` : ""}`,
       ),
-      element("div", { class: "entries" }, changed),
+      element("div.entries", changed),
     ),
   );
 }
@@ -323,20 +304,19 @@ function showResult(replayed, allowed) {
     element(
       "p",
       { class: isSame ? "verdict good" : "verdict note", tabindex: -1 },
-      element("strong", {}, told.headline),
+      element("strong", told.headline),
       ` ${told.details.join(" ")}`,
     ),
-    found.length > 0 && element("p", { class: "row" }, useButton(values, "primary")),
+    found.length > 0 && element("p.row", useButton(values, "primary")),
     element(
-      "ul",
-      { class: "remarks" },
-      replayed.remarks.map((remark) => element("li", {}, remark)),
+      "ul.remarks",
+      replayed.remarks.map((remark) => element("li", remark)),
     ),
     replayed.outputs.length > 0 &&
       table(
         ["Output", "First difference", "Cycles that differ", "Largest difference"],
         replayed.outputs.map((output) => [
-          element("span", { class: "name" }, output.variable),
+          element("span.name", output.variable),
           output.first ? `cycle ${output.first[0]}, ${rounded(output.first[1], "REAL")} s` : "none",
           `${output.different} of ${replayed.calls}`,
           `${rounded(output.largest, "LREAL", 6)} ${unitText(kind(output.variable)?.unit)}`,
@@ -346,12 +326,12 @@ function showResult(replayed, allowed) {
       element(
         "details",
         { open: !fits },
-        element("summary", {}, `What was tried: ${replayed.suspects.length}`),
+        element("summary", `What was tried: ${replayed.suspects.length}`),
         table(
           ["Change", "Values that still differ", "Largest difference", "Settings"],
           replayed.suspects.map((suspect) => [
             `${changed(suspect, block)}.`,
-            suspect.fits ? element("strong", { class: "good" }, "none: it fits") : String(suspect.different),
+            suspect.fits ? element("strong.good", "none: it fits") : String(suspect.different),
             rounded(suspect.largest, "LREAL", 6),
             // What leaves a difference is no value to go on with, and a later value of several is none for the whole recording. The likeliest
             // is offered above.
@@ -372,11 +352,7 @@ function showResult(replayed, allowed) {
 /** @param {import("./messages").Values} values @param {string} [kind] */
 function useButton(values, kind = "") {
   const title = "In force from the next cycle on, and the recording is replayed with them; Undo takes them back";
-  return element(
-    "button",
-    { type: "button", class: kind, title, onclick: () => take(values) },
-    `Apply ${settings(values)}`,
-  );
+  return element("button", { class: kind, title, onclick: () => take(values) }, `Apply ${settings(values)}`);
 }
 
 /** @param {import("./messages").Values} values */
@@ -403,11 +379,10 @@ async function take(values) {
  * @param {Replayed} replayed
  */
 function chooseOutput(replayed) {
-  const chart = element("div", {});
+  const chart = element("div");
   const worst = replayed.outputs.reduce((one, other) => (other.different > one.different ? other : one));
   const list = element(
     "select",
-    {},
     replayed.outputs.map((output) => element("option", { selected: output === worst }, output.variable)),
   );
   drawCurve = () => {
@@ -435,7 +410,7 @@ function chooseOutput(replayed) {
     });
   };
   list.addEventListener("change", () => drawCurve?.());
-  fill(stage, element("label", { class: "row" }, "Recorded and computed: ", list), chart);
+  fill(stage, element("label.row", "Recorded and computed: ", list), chart);
   showStage();
 }
 
@@ -445,20 +420,17 @@ function chooseOutput(replayed) {
  */
 function table(titles, rows) {
   return element(
-    "div",
-    { class: "wide", tabindex: 0, role: "region", "aria-label": titles[0] },
+    "div.wide",
+    { tabindex: 0, role: "region", "aria-label": titles[0] },
     element(
       "table",
-      {},
       tableHead(titles),
       element(
         "tbody",
-        {},
         rows.map((row) =>
           element(
             "tr",
-            {},
-            row.map((cell) => element("td", {}, cell)),
+            row.map((cell) => element("td", cell)),
           ),
         ),
       ),

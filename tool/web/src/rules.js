@@ -56,7 +56,7 @@ export function rulesTable(loop, rows, present, chosen, units, choose) {
     const { predicted, sensitivity, values } = tuned;
     const given = settings.map((one) => {
       const value = values[one];
-      return element("td", { class: "number" }, typeof value === "number" ? rounded(value, "LREAL", 3) : "");
+      return element("td.number", typeof value === "number" ? rounded(value, "LREAL", 3) : "");
     });
     const metrics = [
       ...[number(sensitivity), number(predicted.overshoot, " %"), number(predicted.settling, " s")],
@@ -73,10 +73,10 @@ export function rulesTable(loop, rows, present, chosen, units, choose) {
   };
   const body = rows.map(({ rule, name, tuned, refusal }) => {
     const pressed = String(rule === chosen);
-    const of = { type: "button", class: "plain", title: name, "aria-pressed": pressed, "data-rule": rule };
-    const button = element("td", {}, element("button", { ...of, onclick: () => choose(rule) }, name));
+    const of = { class: "plain", title: name, "aria-pressed": pressed, "data-rule": rule };
+    const button = element("td", element("button", { ...of, onclick: () => choose(rule) }, name));
     if (!tuned) {
-      return element("tr", {}, button, element("td", { class: "faint", colspan: 12, title: refusal }, refusal ?? ""));
+      return element("tr", button, element("td.faint", { colspan: 12, title: refusal }, refusal ?? ""));
     }
     return element("tr", { class: rule === chosen && "is-now" }, button, cells(tuned));
   });
@@ -85,20 +85,16 @@ export function rulesTable(loop, rows, present, chosen, units, choose) {
   const missing = missingMetrics(rows);
   return element(
     "div",
-    {},
     element(
       "table",
-      {},
       head,
-      present &&
-        element("tbody", { class: "present" }, element("tr", {}, element("td", {}, "in force"), cells(present))),
-      element("tbody", { class: "all" }, body),
+      present && element("tbody.present", element("tr", element("td", "in force"), cells(present))),
+      element("tbody.all", body),
     ),
     missing.length > 0 &&
       element(
-        "ul",
-        { class: "remarks missing" },
-        missing.map((line) => element("li", {}, line)),
+        "ul.remarks.missing",
+        missing.map((line) => element("li", line)),
       ),
   );
 }
@@ -134,15 +130,14 @@ export function applyRow(rule, answer, next) {
   const numbers = Object.entries(answer.values).flatMap(([name, value]) =>
     typeof value === "number" ? [`${name.slice(name.lastIndexOf(".") + 1)} ${rounded(value, "LREAL", 5)}`] : [],
   );
-  const buttons = next.map(({ name, title, act }) => element("button", { type: "button", title, onclick: act }, name));
+  const buttons = next.map(({ name, title, act }) => element("button", { title, onclick: act }, name));
   const about = element("span", { class: isStable ? "faint" : "error" });
   text(about, isStable ? "" : "The loop would be unstable: choose another rule or structure.");
   const row = element(
-    "p",
-    { class: "row" },
-    element("span", { class: "what" }, "Settings"),
+    "p.row",
+    element("span.what", "Settings"),
     buttons,
-    element("span", {}, `${rule}: ${numbers.join(", ")}`),
+    element("span", `${rule}: ${numbers.join(", ")}`),
     about,
   );
   const show = (/** @type {number} */ now, /** @type {string} */ words) => {
@@ -168,15 +163,14 @@ export function settingsTable(loop, answer, units) {
     const kind = setting?.variable.kind ?? "LREAL";
     return element(
       "tr",
-      {},
-      element("th", { scope: "row", class: "name" }, name),
-      element("td", { class: "number" }, setting ? shown(setting.value, kind) : ""),
+      element("th.name", { scope: "row" }, name),
+      element("td.number", setting ? shown(setting.value, kind) : ""),
       element(
-        "td",
-        { class: "number strong", title: String(value) },
+        "td.number.strong",
+        { title: String(value) },
         typeof value === "boolean" ? shown(value, kind) : rounded(value, kind, 5),
       ),
-      element("td", { class: "faint" }, unitText(setting?.variable.unit)),
+      element("td.faint", unitText(setting?.variable.unit)),
     );
   });
   const { predicted } = answer;
@@ -205,17 +199,14 @@ export function settingsTable(loop, answer, units) {
   ]);
   return element(
     "div",
-    {},
     element(
       "table",
-      {},
       tableHead(["Setting", "now", "rule", "unit"], (at) => at === 1 || at === 2),
-      element("tbody", {}, rows),
+      element("tbody", rows),
     ),
     element(
-      "dl",
-      { class: "figures" },
-      facts.map(([name, title, value]) => element("div", { title }, element("dt", {}, name), element("dd", {}, value))),
+      "dl.figures",
+      facts.map(([name, title, value]) => element("div", { title }, element("dt", name), element("dd", value))),
     ),
   );
 }

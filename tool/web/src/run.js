@@ -74,24 +74,19 @@ const speeds = new Map();
 
 /** @param {HTMLElement} content */
 export function mount(content) {
-  runButton = element(
-    "button",
-    { type: "button", class: "primary", id: "run-go", onclick: runOrPause, title: "Space" },
-    "Run",
-  );
+  runButton = element("button.primary", { id: "run-go", onclick: runOrPause, title: "Space" }, "Run");
   const again = { class: "primary", hidden: true, id: "run-again", "aria-label": "Run again with these values" };
   againButton = element(
     "button",
     {
-      type: "button",
       ...again,
       onclick: runAgain,
       title: "The same test from the start, as long, with the new settings",
     },
     "Run again",
-    element("span", { class: "long" }, " with these values"),
+    element("span.long", " with these values"),
   );
-  status = element("span", { class: "status" });
+  status = element("span.status");
   duration = element("input", {
     ...{ class: "number", id: "run-for", placeholder: "–", inputmode: "decimal", autocomplete: "off" },
     ...{ title: "How long to run; empty is until Pause, at max until the loop has settled", oninput: checkDuration },
@@ -99,7 +94,7 @@ export function mount(content) {
   duration.addEventListener("keydown", (event) => {
     if (event.key === "Enter" && !running) runOrPause();
   });
-  controls = element("div", { class: "row controls" });
+  controls = element("div.row.controls");
   for (const [name, factor] of /** @type {[string, Speed][]} */ ([
     ["×1", 1],
     ["×10", 10],
@@ -109,49 +104,30 @@ export function mount(content) {
       factor === 1 ? "As fast as the clock" : factor === 10 ? "Ten times as fast" : "As fast as this computer can";
     speeds.set(
       factor,
-      element(
-        "button",
-        { type: "button", title, "aria-pressed": String(factor === speed), onclick: () => setSpeed(factor) },
-        name,
-      ),
+      element("button", { title, "aria-pressed": String(factor === speed), onclick: () => setSpeed(factor) }, name),
     );
   }
-  const more = element(
-    "button",
-    { type: "button", class: "more", "aria-expanded": "false", "aria-controls": "run-more" },
-    "More",
-  );
+  const more = element("button.more", { "aria-expanded": "false", "aria-controls": "run-more" }, "More");
   more.addEventListener("click", () => {
     const isOpen = byId("run").classList.toggle("is-open");
     attribute(more, "aria-expanded", String(isOpen));
   });
-  goal = element("span", { class: "goal" });
+  goal = element("span.goal");
   fill(
     content,
     element(
-      "div",
-      { class: "row run-main" },
+      "div.row.run-main",
       againButton,
       runButton,
-      element("button", { type: "button", class: "rare", onclick: oneCall, title: "." }, "One cycle"),
-      element("span", { class: "speeds", role: "group", "aria-label": "Speed" }, ...speeds.values()),
-      element(
-        "label",
-        { for: "run-for", class: "run-for" },
-        "for ",
-        duration,
-        element("span", { class: "faint" }, " s"),
-      ),
-      element(
-        "button",
-        { type: "button", class: "rare reset", onclick: reset, title: "Begin a new run; this one stays in the list" },
-        "Reset",
-      ),
+      element("button.rare", { onclick: oneCall, title: "." }, "One cycle"),
+      element("span.speeds", { role: "group", "aria-label": "Speed" }, ...speeds.values()),
+      element("label.run-for", { for: "run-for" }, "for ", duration, element("span.faint", " s")),
+      element("button.rare.reset", { onclick: reset, title: "Begin a new run; this one stays in the list" }, "Reset"),
       status,
       goal,
       more,
     ),
-    element("div", { class: "row run-more", id: "run-more" }, controls, element("dl", { id: "glance" })),
+    element("div.row.run-more", { id: "run-more" }, controls, element("dl", { id: "glance" })),
   );
   done = byId("done").querySelector(".content") ?? content;
   store.on("loop", () => {
@@ -559,7 +535,7 @@ function setpointControl(loop, name) {
   const setting = loop.settings[name];
   if (!setting) return null;
   const source = wiredTo(loop, name);
-  if (source) return element("span", { class: "control faint" }, `${name} comes from ${called(loop, source)}`);
+  if (source) return element("span.control.faint", `${name} comes from ${called(loop, source)}`);
   const field = numberField("SP", "setpoint", setting.variable, setting.sent, (value) => now({ [name]: value }));
   fields.set(name, field.follow);
   const duration = numberField("in", "ramp-time", { name: "the ramp", kind: "LREAL", unit: "s" }, 10, () => ramp());
@@ -577,20 +553,19 @@ function setpointControl(loop, name) {
     }
   };
   return element(
-    "span",
-    { class: "control" },
+    "span.control",
     field.row,
-    element("button", { type: "button", onclick: field.enter, title: "Set it at once (Enter)" }, "Step"),
-    element("button", { type: "button", onclick: ramp, title: "Move it evenly" }, "Ramp"),
+    element("button", { onclick: field.enter, title: "Set it at once (Enter)" }, "Step"),
+    element("button", { onclick: ramp, title: "Move it evenly" }, "Ramp"),
     duration.row,
   );
 }
 
 /** @param {Awaited<ReturnType<typeof disturbances>>} disturbing */
 function disturbanceControl(disturbing) {
-  const place = element("span", {});
+  const place = element("span");
   // A button says what it is.
-  const word = element("span", {}, "Disturbance ");
+  const word = element("span", "Disturbance ");
   let at = 0;
   const list = element(
     "select",
@@ -623,18 +598,14 @@ function disturbanceControl(disturbing) {
     const field = numberField("", "disturbance", variable, value, (next) => now({ [name]: next }, true));
     attribute(field.input, "aria-label", `Disturbance ${name}`);
     follow = field.follow;
-    fill(
-      place,
-      field.row,
-      element("button", { type: "button", onclick: field.enter, title: "Set it at once (Enter)" }, "Disturb"),
-    );
+    fill(place, field.row, element("button", { onclick: field.enter, title: "Set it at once (Enter)" }, "Disturb"));
   };
   list.addEventListener("change", () => {
     at = Number(list.value);
     showOne();
   });
   showOne();
-  return element("span", { class: "control" }, word, list, place);
+  return element("span.control", word, list, place);
 }
 
 /** @param {import("./messages").Member} sensor */
@@ -647,7 +618,7 @@ async function noiseControl(sensor) {
     now({ [name]: value }),
   );
   fields.set(name, field.follow);
-  return element("span", { class: "control" }, field.row);
+  return element("span.control", field.row);
 }
 
 /**
@@ -679,8 +650,7 @@ function switchBox(loop, name, word, title) {
  */
 function pulseControl(loop, [onName, [up, down]]) {
   return element(
-    "span",
-    { class: "control" },
+    "span.control",
     switchBox(loop, onName, "Manual", "M"),
     switchBox(loop, up, "Up", up),
     switchBox(loop, down, "Down", down),
@@ -710,17 +680,12 @@ function manualControl(loop, [onName, valueName]) {
     if (present !== undefined) now({ [valueName]: present });
   };
   return element(
-    "span",
-    { class: "control" },
+    "span.control",
     switchBox(loop, onName, "Manual", "M"),
     field.row,
-    element("button", { type: "button", onclick: field.enter, title: "Set it at once (Enter)" }, "Set"),
+    element("button", { onclick: field.enter, title: "Set it at once (Enter)" }, "Set"),
     output &&
-      element(
-        "button",
-        { type: "button", onclick: take, title: `Uses the present ${output}, so that nothing jumps` },
-        `= ${output}`,
-      ),
+      element("button", { onclick: take, title: `Uses the present ${output}, so that nothing jumps` }, `= ${output}`),
   );
 }
 
@@ -743,10 +708,7 @@ async function showDone() {
   const loop = store.loop;
   if (!loop || !store.isLive()) {
     store.emit("marks", []);
-    fill(
-      done,
-      element("p", { class: "faint" }, "Lists what you set while the loop runs; it can be repeated and saved."),
-    );
+    fill(done, element("p.faint", "Lists what you set while the loop runs; it can be repeated and saved."));
     return;
   }
   let events;
@@ -770,24 +732,22 @@ async function showDone() {
   fill(
     done,
     element(
-      "div",
-      { class: "row" },
+      "div.row",
       element(
         "span",
-        {},
         lines.length === 0
           ? "Nothing was set in this run."
           : `${lines.length} ${lines.length === 1 ? "thing" : "things"} in this run.`,
       ),
       againButtons(),
-      element("button", { type: "button", onclick: () => download({ what: "description" }) }, "Save as TOML"),
+      element("button", { onclick: () => download({ what: "description" }) }, "Save as TOML"),
       maker.button,
     ),
     maker.place,
     lines.length > 0 &&
       element(
-        "ol",
-        { class: "done-list", tabindex: 0, "aria-label": "What was done" },
+        "ol.done-list",
+        { tabindex: 0, "aria-label": "What was done" },
         lines.slice(-MOST_EVENTS).map((line) => {
           const of = kinds.get(line.variable);
           const unit = unitText(of?.unit);
@@ -798,8 +758,7 @@ async function showDone() {
               : `at ${rounded(line.time, "REAL")} s`;
           return element(
             "li",
-            {},
-            element("span", { class: "name" }, called(loop, line.variable)),
+            element("span.name", called(loop, line.variable)),
             ` ${line.count > 1 ? "moved to " : ""}${line.act === "release" ? "released" : value} ${when}${TOLD[line.act] ?? ""}`,
           );
         }),

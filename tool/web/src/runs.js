@@ -35,7 +35,7 @@ let body;
 
 /** @param {HTMLElement} content */
 export function mount(content) {
-  body = element("div", { class: "runs" });
+  body = element("div.runs");
   fill(content, body);
   store.on("run", begin);
   store.on("figures", (/** @type {import("./messages").Figures} */ { figures, step }) => {
@@ -142,16 +142,13 @@ export function againButtons() {
     onclick: tried(() => repeated("same_bits")),
     title: "The same record: the same start, the same settings, bit for bit. Undo restores the present settings",
   };
-  return [
-    element("button", { type: "button", ...test }, "Same test"),
-    element("button", { type: "button", ...bits }, "Repeat exactly"),
-  ];
+  return [element("button", { ...test }, "Same test"), element("button", { ...bits }, "Repeat exactly")];
 }
 
 /** Makes an earlier run again. @param {Kept} kept */
 function bitsButton({ run, name }) {
   const onclick = tried(() => store.repeat("same_bits", run));
-  const button = element("button", { type: "button", class: "plain", onclick }, "Repeat");
+  const button = element("button.plain", { onclick }, "Repeat");
   attributeOf(button, `Repeat ${name} exactly`);
   return button;
 }
@@ -276,10 +273,7 @@ function show() {
   if (!body || document.body.dataset.tab !== "runs") return;
   const list = runsOf(loop);
   if (!loop || list.length === 0) {
-    fill(
-      body,
-      element("p", { class: "faint" }, "Lists each run with its settings and metrics, to compare. Press Run."),
-    );
+    fill(body, element("p.faint", "Lists each run with its settings and metrics, to compare. Press Run."));
     return;
   }
   if (body.contains(document.activeElement) && document.activeElement instanceof HTMLInputElement) return;
@@ -295,7 +289,7 @@ function show() {
       kept.isShown = box.checked;
       store.emit("runs");
     });
-    const name = element("input", { class: "run-name", value: kept.name, maxlength: 40 });
+    const name = element("input.run-name", { value: kept.name, maxlength: 40 });
     attributeOf(name, `Name of ${kept.name}`);
     name.addEventListener("change", () => {
       kept.name = name.value.trim() || kept.name;
@@ -310,15 +304,15 @@ function show() {
       const figure = kept.figures.find((one) => one.key === key);
       const there = isComparable && figure && figure.value !== null;
       const text = there ? `${rounded(figure.value, "LREAL", 3)} ${shownUnit(figure.unit)}`.trimEnd() : "";
-      return element("td", { class: "number", "data-full": there ? String(figure.value) : null }, text);
+      return element("td.number", { "data-full": there ? String(figure.value) : null }, text);
     });
     const why = "Another step, or another time, than the last run: its metrics cannot be compared";
     const colour = isNow ? theme().curves[1] : runs[kept.colour % runs.length];
     return element(
       "tr",
       { class: isNow && "is-now" },
-      element("td", {}, element("span", { class: "row" }, box, swatch(colour), name)),
-      element("td", { class: "name" }, values.join(", ") || (isNow ? "now" : "")),
+      element("td", element("span.row", box, swatch(colour), name)),
+      element("td.name", values.join(", ") || (isNow ? "now" : "")),
       element(
         "td",
         { class: isComparable ? "name" : "name faint", title: isComparable ? null : why },
@@ -326,25 +320,18 @@ function show() {
         isComparable || !kept.step ? "" : " (not comparable)",
       ),
       cells,
-      element("td", {}, isNow || !loop.runs.includes(kept.run) ? null : bitsButton(kept)),
+      element("td", isNow || !loop.runs.includes(kept.run) ? null : bitsButton(kept)),
     );
   });
   fill(
     body,
+    element("div.row", againButtons(), element("span.faint", `${list.length} of at most ${MOST} runs`)),
     element(
-      "div",
-      { class: "row" },
-      againButtons(),
-      element("span", { class: "faint" }, `${list.length} of at most ${MOST} runs`),
-    ),
-    element(
-      "div",
-      { class: "wide" },
+      "div.wide",
       element(
         "table",
-        {},
         tableHead(["Run", "Settings that differ", "Step", ...titles.values(), "Again"], (at) => at > 2),
-        element("tbody", {}, rows),
+        element("tbody", rows),
       ),
     ),
   );

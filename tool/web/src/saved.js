@@ -62,50 +62,44 @@ export function showSaved(within, loops, withTried) {
     within,
     unsent.length > 0 &&
       element(
-        "div",
-        { class: "unsent note" },
+        "div.unsent.note",
         element(
           "ul",
-          {},
           unsent.slice(0, MOST).map(({ loop, name, one }) => {
             const kept = shown(one.sent, one.variable.kind);
             const edit = one.wrong ?? shown(one.value, one.variable.kind);
             const what = `${title(loop, name)} has an edit (${edit}) that is not applied and will not be saved; `;
-            return element("li", {}, `${what}the file gets ${kept}.`);
+            return element("li", `${what}the file gets ${kept}.`);
           }),
         ),
-        element("button", { type: "button", onclick: apply }, "Apply all edits"),
+        element("button", { onclick: apply }, "Apply all edits"),
       ),
     changed.length === 0
-      ? element("p", { class: "faint" }, "No setting differs from the file or the block's start values.")
+      ? element("p.faint", "No setting differs from the file or the block's start values.")
       : element(
-          "table",
-          { class: "to-save" },
+          "table.to-save",
           tableHead(
             ["Setting", loops.some(({ file }) => file) ? "In the file" : "Start value", "Saved"],
             (at) => at > 0,
           ),
           element(
             "tbody",
-            {},
             changed
               .slice(0, MOST)
               .map(({ loop, name, one: { variable, file, start, sent } }) =>
                 element(
                   "tr",
-                  {},
-                  element("td", { class: "name" }, title(loop, name)),
-                  element("td", { class: "number" }, shown(file ?? start, variable.kind)),
-                  element("td", { class: "number" }, shown(sent, variable.kind)),
+                  element("td.name", title(loop, name)),
+                  element("td.number", shown(file ?? start, variable.kind)),
+                  element("td.number", shown(sent, variable.kind)),
                 ),
               ),
           ),
         ),
-    changed.length > MOST && element("p", { class: "faint" }, `and ${changed.length - MOST} more`),
+    changed.length > MOST && element("p.faint", `and ${changed.length - MOST} more`),
     manual.length > 0 &&
       element(
-        "ul",
-        { class: "note" },
+        "ul.note",
         manual.slice(0, MOST).map((loop) => {
           const { manual, manual_pulses: pulses } = loop.description.roles;
           const outputs = (manual?.slice(1) ?? pulses?.[1] ?? []).map((name) => {
@@ -115,7 +109,6 @@ export function showSaved(within, loops, withTried) {
           const mode = title(loop, manualSwitch(loop) ?? "");
           return element(
             "li",
-            {},
             `${mode} is TRUE in the saved file: the controller begins in manual mode, with ${outputs.join(" and ")}.`,
           );
         }),

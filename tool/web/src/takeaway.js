@@ -32,8 +32,8 @@ let remarks;
 
 /** @param {HTMLElement} content */
 export function mount(content) {
-  body = element("div", {});
-  remarks = element("ul", { class: "remarks", role: "status" });
+  body = element("div");
+  remarks = element("ul.remarks", { role: "status" });
   fill(content, body, remarks);
   for (const what of ["loop", "loops", "run", "home", "files"]) store.on(what, show);
   store.on("loop", () => fill(remarks));
@@ -53,8 +53,8 @@ export async function download(what, rename = (/** @type {string} */ name) => na
     save(exported.file, new Blob([fromBase64(exported.content)], { type: exported.media_type }));
     fill(
       remarks,
-      element("li", { class: "good" }, `${exported.file} was saved where this browser puts downloads.`),
-      exported.remarks.map((remark) => element("li", {}, remark)),
+      element("li.good", `${exported.file} was saved where this browser puts downloads.`),
+      exported.remarks.map((remark) => element("li", remark)),
     );
   } catch (error) {
     store.say(error);
@@ -97,9 +97,9 @@ function show() {
   );
   // What the loop was tried with is no setting of the PLC, unless the user says so.
   const stimuli = element("input", { type: "checkbox" });
-  const names = element("span", {});
-  const tried = element("label", {}, stimuli, names);
-  const content = element("div", { class: "content-of-file" });
+  const names = element("span");
+  const tried = element("label", stimuli, names);
+  const content = element("div.content-of-file");
   const source = sourceOf(loop);
   const ofFile = () => (source ? store.loops.filter(({ file }) => file === loop.file) : [loop]);
   const chosen = () => (which.value === "all" ? store.loops : [loop]);
@@ -132,7 +132,7 @@ function show() {
   const copy = async () => {
     try {
       await navigator.clipboard.writeText(await linkOfLoop());
-      fill(remarks, element("li", { class: "good" }, `The link is in the clipboard. ${WHO_OPENS}`));
+      fill(remarks, element("li.good", `The link is in the clipboard. ${WHO_OPENS}`));
     } catch (error) {
       store.say(error);
     }
@@ -142,47 +142,42 @@ function show() {
     // The address of plcfmu tool is for this machine alone.
     whereIsTheEngine() === "page" &&
       element(
-        "div",
-        { class: "row" },
-        element("span", { class: "what" }, "Link"),
-        element("button", { type: "button", onclick: copy }, "Copy link"),
-        element("span", { class: "faint" }, "the loop, its settings and this run, in the address itself"),
+        "div.row",
+        element("span.what", "Link"),
+        element("button", { onclick: copy }, "Copy link"),
+        element("span.faint", "the loop, its settings and this run, in the address itself"),
       ),
     programOf(loop)
       ? sources(loop)
       : [
           element(
-            "div",
-            { class: "row" },
-            element("span", { class: "what" }, "Parameters"),
+            "div.row",
+            element("span.what", "Parameters"),
             which,
             format,
-            element("button", { type: "button", onclick: parameters }, "Save parameters"),
+            element("button", { onclick: parameters }, "Save parameters"),
             tried,
           ),
           source &&
             element(
-              "div",
-              { class: "row" },
-              element("span", { class: "what" }, "File"),
-              element("button", { type: "button", class: "primary", onclick: whole }, `Save ${source.name}`),
-              element("span", { class: "faint" }, "as it was opened, with the changed values and nothing else"),
+              "div.row",
+              element("span.what", "File"),
+              element("button.primary", { onclick: whole }, `Save ${source.name}`),
+              element("span.faint", "as it was opened, with the changed values and nothing else"),
             ),
           preset(loop),
           content,
         ],
     element(
-      "div",
-      { class: "row" },
-      element("span", { class: "what" }, "This run"),
+      "div.row",
+      element("span.what", "This run"),
       button("Save as TOML", noRun, () => download({ what: "description" })),
       button("CSV of the curves", noRun, curves),
       button("CSV of everything", noRun, everything),
     ),
     element(
-      "div",
-      { class: "row" },
-      element("span", { class: "what" }, "Document"),
+      "div.row",
+      element("span.what", "Document"),
       button("Picture (SVG)", noRun, () => savePicture("svg")),
       button("Picture (PNG)", noRun, () => savePicture("png")),
       button("Report (HTML)", noRun, () => report(loop)),
@@ -197,7 +192,7 @@ function show() {
  * @param {() => void} action
  */
 function button(name, why, action) {
-  return element("button", { type: "button", disabled: why !== undefined, title: why, onclick: action }, name);
+  return element("button", { disabled: why !== undefined, title: why, onclick: action }, name);
 }
 
 /**
@@ -210,39 +205,33 @@ function sources(loop) {
   const files = program?.files ?? [];
   const milliseconds = Math.round((compiled?.cycle ?? 0) * 1000);
   return element(
-    "div",
-    { class: "row" },
-    element("span", { class: "what" }, "Program"),
+    "div.row",
+    element("span.what", "Program"),
     files.map(({ file, content }) =>
       button(`Save ${file}`, undefined, () => save(file, new Blob([fromBase64(content)], { type: "text/plain" }))),
     ),
-    element("span", { class: "faint" }, "As an FMU:"),
-    element("code", {}, `plcfmu build ${files.map(({ file }) => file).join(" ")}`),
-    element("span", { class: "faint" }, `with the source's start values, and ${milliseconds} ms as its cycle time`),
+    element("span.faint", "As an FMU:"),
+    element("code", `plcfmu build ${files.map(({ file }) => file).join(" ")}`),
+    element("span.faint", `with the source's start values, and ${milliseconds} ms as its cycle time`),
   );
 }
 
 /** @param {import("tool/store.js").Work} loop */
 function preset(loop) {
-  const title = element("span", { class: "what" }, "FMU");
+  const title = element("span.what", "FMU");
   const block = loop.description.block;
   if (whereIsTheEngine() === "server") {
     const give = () => download({ what: "preset", of: asLoop(loop) });
-    return element(
-      "div",
-      { class: "row" },
-      title,
-      button(`Save ${block} with these values as an FMU`, undefined, give),
-    );
+    return element("div.row", title, button(`Save ${block} with these values as an FMU`, undefined, give));
   }
-  const input = element("input", { type: "file", accept: ".fmu", id: "preset-fmu", class: "visually-hidden" });
+  const input = element("input.visually-hidden", { type: "file", accept: ".fmu", id: "preset-fmu" });
   /** @param {File | undefined} file */
   const take = async (file) => {
     if (file) await savePreset(loop, file);
     input.value = "";
   };
   input.addEventListener("change", () => take(input.files?.[0]));
-  const label = element("label", { class: "button drop", for: "preset-fmu" }, `Choose or drop ${block}.fmu`);
+  const label = element("label.button.drop", { for: "preset-fmu" }, `Choose or drop ${block}.fmu`);
   label.addEventListener("dragover", (event) => event.preventDefault());
   label.addEventListener("drop", (event) => {
     event.preventDefault();
@@ -250,15 +239,10 @@ function preset(loop) {
     take(event.dataTransfer?.files[0]);
   });
   return element(
-    "div",
-    { class: "row" },
+    "div.row",
     title,
-    element("span", { class: "chooser" }, input, label),
-    element(
-      "span",
-      { class: "faint" },
-      "Returns a copy of this FMU that starts with the run's settings, mode and setpoint",
-    ),
+    element("span.chooser", input, label),
+    element("span.faint", "Returns a copy of this FMU that starts with the run's settings, mode and setpoint"),
   );
 }
 
@@ -289,8 +273,8 @@ async function savePreset(loop, fmu) {
     save(name, await rezipped(fmu, changed, isLeftOut));
     fill(
       remarks,
-      element("li", { class: "good" }, `${name} was saved where this browser puts downloads.`),
-      preset.remarks.map((remark) => element("li", {}, remark)),
+      element("li.good", `${name} was saved where this browser puts downloads.`),
+      preset.remarks.map((remark) => element("li", remark)),
     );
   } catch (error) {
     const reason = error instanceof Error ? error.message : String(error);
@@ -305,7 +289,7 @@ async function savePicture(format) {
   const content = svg ? new Blob([svg], { type: "image/svg+xml" }) : await pngPicture();
   if (!content) return;
   save(name, content);
-  fill(remarks, element("li", { class: "good" }, `${name} was saved where this browser puts downloads.`));
+  fill(remarks, element("li.good", `${name} was saved where this browser puts downloads.`));
 }
 
 /** @param {import("tool/store.js").Work} loop */

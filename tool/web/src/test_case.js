@@ -32,8 +32,8 @@ const BITS = /** @type {Record<string, number>} */ ({ BYTE: 8, WORD: 16, DWORD: 
 
 /** The button that shows the list, and the place of the list. */
 export function testMaker() {
-  const place = element("div", { class: "test-maker" });
-  const button = element("button", { type: "button", onclick: () => open(place).catch(store.say) }, "Save as test");
+  const place = element("div.test-maker");
+  const button = element("button", { onclick: () => open(place).catch(store.say) }, "Save as test");
   button.hidden = !programOf(store.loop);
   return { button, place };
 }
@@ -61,30 +61,28 @@ async function open(place) {
   const told = items.slice(0, LISTED).map((item, at) => {
     const values = [...item.values].map(([of, value]) => `${of.name} ${text(of, value)}`).join(", ");
     const time = `${seconds(item.call)} s`;
-    if (item.isSet) return element("li", {}, element("span", { class: "faint" }, `at ${time} set `), values);
+    if (item.isSet) return element("li", element("span.faint", `at ${time} set `), values);
     const until = item.until > item.call ? ` to ${seconds(item.until)} s` : "";
-    return element("li", {}, element("label", {}, boxes[at], ` at ${time}${until} expect ${values}`));
+    return element("li", element("label", boxes[at], ` at ${time}${until} expect ${values}`));
   });
   fill(
     place,
     element(
-      "div",
-      { class: "row" },
+      "div.row",
       element("label", { for: "test-name" }, "Name of the case ", name),
-      element("button", { type: "button", class: "primary", onclick: write }, `Save ${file}`),
-      element("button", { type: "button", onclick: all(true) }, "Keep all"),
-      element("button", { type: "button", onclick: all(false) }, "Strike out all"),
-      element("button", { type: "button", onclick: () => fill(place) }, "Close"),
+      element("button.primary", { onclick: write }, `Save ${file}`),
+      element("button", { onclick: all(true) }, "Keep all"),
+      element("button", { onclick: all(false) }, "Strike out all"),
+      element("button", { onclick: () => fill(place) }, "Close"),
     ),
     element(
-      "p",
-      { class: "faint" },
+      "p.faint",
       `Keep what is expected of the program. Then: plcfmu test ${file}, ${
         loop.notes.isFolder ? "in the program's folder" : `beside ${of.program.files.map((one) => one.file).join(", ")}`
       }.`,
     ),
-    element("ul", { class: "test-steps" }, told),
-    items.length > LISTED && element("p", { class: "faint" }, `and ${items.length - LISTED} more, which are kept.`),
+    element("ul.test-steps", told),
+    items.length > LISTED && element("p.faint", `and ${items.length - LISTED} more, which are kept.`),
   );
   name.focus();
 }

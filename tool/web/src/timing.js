@@ -90,8 +90,8 @@ let isPointed = false;
 
 /** @param {HTMLElement} content of the curves, in whose place the diagram stands */
 export function mount(content) {
-  list = element("div", { class: "timing-rows", tabindex: -1 });
-  axis = svg("svg", { class: "timing-axis" });
+  list = element("div.timing-rows", { tabindex: -1 });
+  axis = svg("svg.timing-axis");
   slider = element(
     "div",
     {
@@ -101,30 +101,25 @@ export function mount(content) {
     },
     axis,
   );
-  line = element("div", { class: "timing-cursor", hidden: true });
-  selection = element("div", { class: "timing-selection", hidden: true });
-  hint = element("p", { class: "timing-hint faint" });
-  diagram = element("div", { class: "timing" }, list, slider, line, selection, hint);
-  badge = element("span", { class: "mode timing-moment", role: "status" });
+  line = element("div.timing-cursor", { hidden: true });
+  selection = element("div.timing-selection", { hidden: true });
+  hint = element("p.timing-hint.faint");
+  diagram = element("div.timing", list, slider, line, selection, hint);
+  badge = element("span.mode.timing-moment", { role: "status" });
   views = [
     ["Diagram", true],
     ["Curves", false],
   ].map(([title, isTiming]) =>
-    element("button", { type: "button", onclick: () => choose(isTiming === true) }, /** @type {string} */ (title)),
+    element("button", { onclick: () => choose(isTiming === true) }, /** @type {string} */ (title)),
   );
   const repeat = () => sameAgain().catch(store.say);
   again = element(
-    "button",
-    {
-      type: "button",
-      class: "same-again",
-      onclick: repeat,
-      title: "What was set in the last run, with the program as it is now",
-    },
+    "button.same-again",
+    { onclick: repeat, title: "What was set in the last run, with the program as it is now" },
     "Same again",
   );
-  verdict = element("span", { class: "timing-verdict", role: "status" });
-  const group = element("span", { class: "speeds timing-views", role: "group", "aria-label": "View" }, ...views);
+  verdict = element("span.timing-verdict", { role: "status" });
+  const group = element("span.speeds.timing-views", { role: "group", "aria-label": "View" }, ...views);
   choosing = chooser(() => rebuild());
   const head = content.querySelector(".curves-head");
   head?.prepend(group, again, badge, verdict);
@@ -210,23 +205,19 @@ function build(shown) {
  */
 function row(signals, palette) {
   const [{ kind, unit }] = signals;
-  const values = signals.map(() => element("span", { class: "value number" }));
+  const values = signals.map(() => element("span.value.number"));
   const labels = signals.map(({ label, name, colour, isDashed }, at) =>
     element(
-      "div",
-      { class: "timing-label", title: name, "data-signal": name },
+      "div.timing-label",
+      { title: name, "data-signal": name },
       kind === "panel" && swatch(palette[colour % palette.length], isDashed),
-      element(
-        "button",
-        { type: "button", class: "plain name", "aria-label": `Why ${label}?`, onclick: () => store.emit("why", name) },
-        label,
-      ),
+      element("button.plain.name", { "aria-label": `Why ${label}?`, onclick: () => store.emit("why", name) }, label),
       values[at],
     ),
   );
-  const plot = svg("svg", { class: "timing-plot", "aria-hidden": "true" });
-  const head = kind === "panel" ? element("div", { class: "timing-unit faint" }, unit || "without a unit") : null;
-  const made = element("div", { class: `timing-row is-${kind}` }, element("div", {}, head, labels), plot);
+  const plot = svg("svg.timing-plot", { "aria-hidden": "true" });
+  const head = kind === "panel" ? element("div.timing-unit.faint", unit || "without a unit") : null;
+  const made = element("div", { class: `timing-row is-${kind}` }, element("div", head, labels), plot);
   return { signals, row: made, values, plot };
 }
 
@@ -297,7 +288,7 @@ function draw() {
     const height = kind === "panel" ? Math.max(PANEL, LANE * (one.signals.length + 1)) : LANE;
     attribute(one.plot, "width", across);
     attribute(one.plot, "height", height);
-    const grid = svg("path", { class: "grid", d: lines.map((time) => `M${fixed(x(time))} 0V${height}`).join("") });
+    const grid = svg("path.grid", { d: lines.map((time) => `M${fixed(x(time))} 0V${height}`).join("") });
     if (kind === "panel") fill(one.plot, grid, panel(one, x, height, across));
     else fill(one.plot, grid, lane(one.signals[0], { from, to, step, x, near: NEAR / (scale * step) }));
     one.plot.append(...held(one, x, step, height), ...different(one, x, step, height));
@@ -326,7 +317,7 @@ function held({ signals }, x, step, height) {
   return signals.flatMap(({ name }) =>
     forcedSpans(name).map(([first, last]) => {
       const [left, right] = [first, Math.min(last, end)].map((call) => fixed(x(timeOf(0) + call * step)));
-      return svg("path", { class: "held", d: `M${left} ${height - 2}H${Math.max(right, left)}` });
+      return svg("path.held", { d: `M${left} ${height - 2}H${Math.max(right, left)}` });
     }),
   );
 }
@@ -345,7 +336,7 @@ function different({ signals }, x, step, height) {
   return signals.flatMap(({ name, kind }) => {
     const at = first?.get(name);
     if (at === undefined) return [];
-    if (kind === "panel") return [svg("path", { class: "differs", d: `M${place(at)} 0V${height}` })];
+    if (kind === "panel") return [svg("path.differs", { d: `M${place(at)} 0V${height}` })];
     const [one, other] = [known.get(name), before.get(name)];
     if (!one || !other) return [];
     const ends = [...new Set([...one.calls, ...other.calls, calls])]
@@ -357,7 +348,7 @@ function different({ signals }, x, step, height) {
       const next = ends[place_ + 1];
       if (!isSame && next !== undefined) marks += `M${place(call)} 1H${Math.max(place(next), place(call) + 1)}`;
     }
-    return marks ? [svg("path", { class: "differs", d: marks })] : [];
+    return marks ? [svg("path.differs", { d: marks })] : [];
   });
 }
 
@@ -377,12 +368,12 @@ function drawAxis(lines, x, across, length) {
   const numbers = lines.filter((time) => x(time) < across - unit.length * LETTER - 2 * LETTER);
   const written = numbers.map((time, at) =>
     svg(
-      "text",
-      { class: "axis", x: fixed(x(time)), y: 14, "text-anchor": at === 0 && x(time) < 8 ? "start" : "middle" },
+      "text.axis",
+      { x: fixed(x(time)), y: 14, "text-anchor": at === 0 && x(time) < 8 ? "start" : "middle" },
       clock(time, length),
     ),
   );
-  fill(axis, written, svg("text", { class: "axis", x: across - 2, y: 14, "text-anchor": "end" }, unit));
+  fill(axis, written, svg("text.axis", { x: across - 2, y: 14, "text-anchor": "end" }, unit));
 }
 
 /**
@@ -462,19 +453,14 @@ function panel({ signals }, x, height, across) {
     const { stroke, fill } = outline(at, values, { isExact, isStepped }, x, y);
     const dash = isDashed ? { "stroke-dasharray": "5 3" } : {};
     const style = `color: ${palette[colour % palette.length]}`;
-    return svg(
-      "g",
-      { style },
-      svg("path", { class: "area", d: fill }),
-      svg("path", { class: "curve", d: stroke, ...dash }),
-    );
+    return svg("g", { style }, svg("path.area", { d: fill }), svg("path", { class: "curve", d: stroke, ...dash }));
   });
   const marks = choices[0].filter((value) => y(value) >= MARGIN - 1 && y(value) <= height - MARGIN + 1);
   const grid = marks.map((value) => `M0 ${fixed(y(value))}H${across}`).join("");
   const written = ticks(marks).map((number, at) =>
-    svg("text", { class: "axis", x: 2, y: fixed(y(marks[at]) + 4) }, number ?? ""),
+    svg("text.axis", { x: 2, y: fixed(y(marks[at]) + 4) }, number ?? ""),
   );
-  return [svg("path", { class: "grid", d: grid }), ...lines, ...written];
+  return [svg("path.grid", { d: grid }), ...lines, ...written];
 }
 
 /** @param {number} value */

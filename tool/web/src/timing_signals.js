@@ -116,10 +116,10 @@ export function valueText(value, { type, kind, names }, isNamed = true) {
  */
 export function chooser(changed) {
   const search = element("input", { type: "search", placeholder: "Part of a name", "aria-label": "Search signals" });
-  const list = element("div", { class: "choices" });
-  const form = element("div", { class: "chooser-form" }, search, list);
-  const summary = element("summary", { class: "button" }, "Signals");
-  const fold = element("details", { class: "options signals-chooser" }, summary, form);
+  const list = element("div.choices");
+  const form = element("div.chooser-form", search, list);
+  const summary = element("summary.button", "Signals");
+  const fold = element("details.options.signals-chooser", summary, form);
   const show = async () => {
     const loop = store.loop;
     if (!loop || !fold.open) return;
@@ -147,16 +147,16 @@ export function chooser(changed) {
         "label",
         { title: variable.description },
         box,
-        element("span", { class: "name" }, called(loop, name)),
-        element("span", { class: "faint" }, about),
+        element("span.name", called(loop, name)),
+        element("span.faint", about),
       );
     };
     const left = sorted.length - MOST_LISTED;
     fill(
       list,
       sorted.slice(0, MOST_LISTED).map(choice),
-      sorted.length === 0 && element("p", { class: "faint" }, "No signal has this in its name or comment."),
-      left > 0 && element("p", { class: "faint" }, `${left} more: type a part of the name.`),
+      sorted.length === 0 && element("p.faint", "No signal has this in its name or comment."),
+      left > 0 && element("p.faint", `${left} more: type a part of the name.`),
     );
   };
   search.addEventListener("input", show);

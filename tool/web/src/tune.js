@@ -97,7 +97,7 @@ let fit;
 
 /** @param {HTMLElement} content */
 export function mount(content) {
-  body = element("div", {});
+  body = element("div");
   forecastPlace = forecast();
   fill(content, body);
   store.on("loop", show);
@@ -147,19 +147,19 @@ function show() {
     return;
   }
   if (!isTunable) {
-    fill(body, element("p", { class: "faint" }, `${loop.description.block} has no gain and no integral time to tune.`));
+    fill(body, element("p.faint", `${loop.description.block} has no gain and no integral time to tune.`));
     return;
   }
-  csvPlace = element("div", {});
+  csvPlace = element("div");
   identifiedPlace = element("div", { "aria-live": "polite" });
   resultPlace = element("div", { "aria-live": "polite" });
-  const bodePlace = element("div", { class: "bode" });
+  const bodePlace = element("div.bode");
   bode = bodePlot(bodePlace);
-  ratioPlace = element("div", {});
-  fitPlace = element("div", {});
-  fit = element("span", { class: "fit" });
-  const fields = element("div", {}, identifyRow(), csvPlace, modelRow(), identifiedPlace, ruleRow());
-  fill(body, element("div", { class: "tuning" }, fields, resultPlace), bodePlace, ratioPlace, fitPlace);
+  ratioPlace = element("div");
+  fitPlace = element("div");
+  fit = element("span.fit");
+  const fields = element("div", identifyRow(), csvPlace, modelRow(), identifiedPlace, ruleRow());
+  fill(body, element("div.tuning", fields, resultPlace), bodePlace, ratioPlace, fitPlace);
   showCsv();
   showRatio();
   tune();
@@ -172,14 +172,13 @@ function identifyRow() {
     identifyAgain();
   });
   return element(
-    "div",
-    { class: "row" },
-    element("span", { class: "what" }, "Plant"),
+    "div.row",
+    element("span.what", "Plant"),
     ...testButtons(),
     element(
       "button",
       {
-        ...{ type: "button", onclick: () => identifyRun() },
+        ...{ onclick: () => identifyRun() },
         title: "From the last step of the manipulated value in this run: settled, in manual, one step, wait",
       },
       "Identify from this step",
@@ -258,13 +257,11 @@ function testButtons() {
   const aboutRelay = "Manual, and the manipulated value switches up and down by the size: the ultimate gain and period";
   return [
     element(
-      "span",
-      { class: "control" },
-      element("button", { type: "button", class: "primary", id: "step-test", onclick: step, title }, "Step test"),
+      "span.control",
+      element("button.primary", { id: "step-test", onclick: step, title }, "Step test"),
       size,
-      element("span", { class: "faint" }, unitOfManipulatedValue()),
-      hasValue &&
-        element("button", { type: "button", id: "relay-test", onclick: relay, title: aboutRelay }, "Relay test"),
+      element("span.faint", unitOfManipulatedValue()),
+      hasValue && element("button", { id: "relay-test", onclick: relay, title: aboutRelay }, "Relay test"),
     ),
   ];
 }
@@ -334,7 +331,6 @@ function showCsv() {
   const column = (which, title) =>
     element(
       "label",
-      {},
       `${title} `,
       choice(
         `tune-${which}`,
@@ -349,14 +345,13 @@ function showCsv() {
   fill(
     csvPlace,
     element(
-      "div",
-      { class: "row" },
-      element("span", { class: "what" }, ""),
-      element("span", {}, of.name),
+      "div.row",
+      element("span.what", ""),
+      element("span", of.name),
       column("time", "Time"),
       column("input", "Manipulated value"),
       column("output", "Process value"),
-      element("button", { type: "button", onclick: () => identify(true) }, "Identify"),
+      element("button", { onclick: () => identify(true) }, "Identify"),
     ),
   );
 }
@@ -406,7 +401,7 @@ function refuse(why) {
     input.removeAttribute("aria-invalid");
   }
   tune();
-  fill(identifiedPlace, element("p", { class: "error" }, why));
+  fill(identifiedPlace, element("p.error", why));
 }
 
 /** @param {Identified} identified */
@@ -483,7 +478,7 @@ function unitsOfFigures() {
 
 /** @type {HTMLElement} */
 let gainUnit;
-const stepUnit = element("span", { class: "faint" });
+const stepUnit = element("span.faint");
 
 function showUnits() {
   text(stepUnit, unitOfProcessValue());
@@ -496,7 +491,7 @@ function showUnits() {
 
 function modelRow() {
   const kept = notes();
-  gainUnit = element("span", { class: "faint" });
+  gainUnit = element("span.faint");
   modelFields = new Map();
   const fields = /** @type {[string, string, string][]} */ ([
     ["gain", "K", ""],
@@ -525,7 +520,7 @@ function modelRow() {
       `${label} `,
       input,
       " ",
-      name === "gain" ? gainUnit : element("span", { class: "faint" }, unit),
+      name === "gain" ? gainUnit : element("span.faint", unit),
     );
   });
   showUnits();
@@ -537,8 +532,8 @@ function modelRow() {
     if (isFromCsv === undefined) tune();
     else identifyAgain();
   });
-  const integrating = element("label", {}, box, " integrating");
-  return element("div", { class: "row" }, element("span", { class: "what" }, "Model"), fields, integrating, fit);
+  const integrating = element("label", box, " integrating");
+  return element("div.row", element("span.what", "Model"), fields, integrating, fit);
 }
 
 /**
@@ -591,7 +586,7 @@ function ruleRow() {
     },
     "λ ",
     closed,
-    element("span", { class: "faint" }, " s, larger is calmer"),
+    element("span.faint", " s, larger is calmer"),
   );
   const slider = element("input", {
     ...{ type: "range", id: "tune-speed", min: 0, max: 1, step: 0.02, value: kept.pace ?? 1 },
@@ -603,13 +598,7 @@ function ruleRow() {
     kept.closedLoop = closed.value = "";
     tune();
   });
-  const speed = element(
-    "span",
-    { class: "control" },
-    element("span", { class: "faint" }, "calm"),
-    slider,
-    element("span", { class: "faint" }, "fast"),
-  );
+  const speed = element("span.control", element("span.faint", "calm"), slider, element("span.faint", "fast"));
   closed.addEventListener("input", () => {
     kept.closedLoop = closed.value.trim().replace(",", ".");
     kept.pace = null;
@@ -625,7 +614,7 @@ function ruleRow() {
       kept.structure = value;
       tune();
     });
-    return element("label", {}, radio, ` ${name}`);
+    return element("label", radio, ` ${name}`);
   });
   stepFields = { from: field("tune-from", kept.from), to: field("tune-to", kept.to) };
   for (const end of /** @type {("from" | "to")[]} */ (["from", "to"])) {
@@ -635,17 +624,16 @@ function ruleRow() {
     });
   }
   return element(
-    "div",
-    { class: "row" },
-    element("span", { class: "what" }, "Rules"),
-    element("span", { class: "row", role: "radiogroup", "aria-label": "Structure" }, structures),
+    "div.row",
+    element("span.what", "Rules"),
+    element("span.row", { role: "radiogroup", "aria-label": "Structure" }, structures),
     speed,
     closedLabel,
     element(
-      "span",
-      { class: "control", title: "The setpoint step that is predicted; if nothing is typed, that of the run" },
-      element("label", {}, "Step from ", stepFields.from),
-      element("label", {}, " to ", stepFields.to),
+      "span.control",
+      { title: "The setpoint step that is predicted; if nothing is typed, that of the run" },
+      element("label", "Step from ", stepFields.from),
+      element("label", " to ", stepFields.to),
       stepUnit,
     ),
   );
@@ -694,7 +682,7 @@ async function tune() {
     tuned = undefined;
     store.predict(undefined);
     showBode();
-    fill(resultPlace, element("p", { class: "error" }, error instanceof Error ? error.message : String(error)));
+    fill(resultPlace, element("p.error", error instanceof Error ? error.message : String(error)));
   }
 }
 
@@ -747,16 +735,11 @@ function showRules(rows, chosen, place, present) {
     answer ? nextRow(loop, chosen?.name ?? "", answer, place === "") : null,
     forecastPlace,
     remarksOf([...stale(loop, kept), ...(answer?.remarks ?? [])]),
-    place === ""
-      ? null
-      : element("p", { class: "faint" }, `Start and target are both ${place}. Enter a different start or target.`),
+    place === "" ? null : element("p.faint", `Start and target are both ${place}. Enter a different start or target.`),
     element(
-      "div",
-      { class: "tuned" },
-      answer
-        ? settingsTable(loop, answer, units)
-        : element("p", { class: "error" }, chosen?.refusal ?? "Choose a rule."),
-      element("div", { class: "rules wide" }, table),
+      "div.tuned",
+      answer ? settingsTable(loop, answer, units) : element("p.error", chosen?.refusal ?? "Choose a rule."),
+      element("div.rules.wide", table),
     ),
   );
   const again = focused && resultPlace.querySelector(`[data-rule="${focused}"]`);
@@ -877,8 +860,7 @@ function showRatio() {
 /** @param {string[]} remarks */
 function remarksOf(remarks) {
   return element(
-    "ul",
-    { class: "remarks" },
-    remarks.map((remark) => element("li", {}, remark)),
+    "ul.remarks",
+    remarks.map((remark) => element("li", remark)),
   );
 }

@@ -126,17 +126,17 @@ export function showUsage(bar, text, found, ways) {
     store.emit("show", "watch");
   };
   const button = (/** @type {Way} */ { label, title, go }) =>
-    element("button", { type: "button", class: "plain", title, "aria-label": title, onclick: go }, label);
+    element("button.plain", { title, "aria-label": title, onclick: go }, label);
   fill(
     bar,
-    element("strong", {}, text),
-    found ? element("span", {}, found.text) : null,
-    name && element("button", { type: "button", onclick: () => store.emit("why", name) }, "Why"),
-    name && element("button", { type: "button", onclick: watch }, "Watch"),
+    element("strong", text),
+    found ? element("span", found.text) : null,
+    name && element("button", { onclick: () => store.emit("why", name) }, "Why"),
+    name && element("button", { onclick: watch }, "Watch"),
     ways.flatMap(([word, all]) => [
-      element("span", { class: "faint" }, `${word} ${all.length > 0 ? "in" : "nowhere"}`),
+      element("span.faint", `${word} ${all.length > 0 ? "in" : "nowhere"}`),
       ...all.slice(0, MOST_LISTED).map(button),
-      all.length > MOST_LISTED && element("span", { class: "faint" }, `and ${all.length - MOST_LISTED} more`),
+      all.length > MOST_LISTED && element("span.faint", `and ${all.length - MOST_LISTED} more`),
     ]),
   );
 }

@@ -43,10 +43,10 @@ export function mount(content) {
     ...{ autocomplete: "off", spellcheck: "false" },
   });
   adding.addEventListener("change", add);
-  releaseAll = element("button", { type: "button", class: "release-all", onclick: () => tried(release) });
-  head = element("span", { class: "faint" });
-  body = element("div", { class: "wide" });
-  fill(content, element("div", { class: "row" }, adding, offers, releaseAll, breakpointField(), head), body);
+  releaseAll = element("button.release-all", { onclick: () => tried(release) });
+  head = element("span.faint");
+  body = element("div.wide");
+  fill(content, element("div.row", adding, offers, releaseAll, breakpointField(), head), body);
   for (const what of ["loop", "plant"]) store.on(what, build);
   for (const what of ["state", "moment", "forced"]) store.on(what, refresh);
   build();
@@ -105,16 +105,11 @@ async function build() {
   fill(
     body,
     shownRows.length === 0
-      ? element(
-          "p",
-          { class: "faint" },
-          "Lists any variables of the program with their values; each can be set or forced.",
-        )
+      ? element("p.faint", "Lists any variables of the program with their values; each can be set or forced.")
       : element(
-          "table",
-          { class: "watch" },
+          "table.watch",
           tableHead(["Variable", "Value", "Unit", "New value", ""], (column) => column === 1),
-          element("tbody", {}, shownRows),
+          element("tbody", shownRows),
         ),
   );
   refresh();
@@ -135,14 +130,13 @@ function refresh() {
 
 /** @param {Work} loop @param {Signal} signal */
 function row(loop, { name, member, variable }) {
-  const value = element("td", { class: "number value" });
+  const value = element("td.number.value");
   const field = isSwitch(variable)
     ? element(
         "select",
-        {},
         ["FALSE", "TRUE"].map((one) => element("option", { value: one }, one)),
       )
-    : element("input", { class: "number", size: 9, autocomplete: "off" });
+    : element("input.number", { size: 9, autocomplete: "off" });
   attribute(field, "aria-label", `New value of ${called(loop, name)}`);
   const wire = loop.connections.find(([, to]) => to === name)?.[0];
   const given = () => {
@@ -167,13 +161,9 @@ function row(loop, { name, member, variable }) {
   field.addEventListener("keydown", (event) => {
     if (event instanceof KeyboardEvent && event.key === "Enter") set();
   });
-  const setting = element("button", { type: "button", onclick: set, title: "Once, before the next cycle" }, "Set");
-  const holding = element(
-    "button",
-    { type: "button", onclick: hold, title: "In every cycle, until it is released" },
-    "Force",
-  );
-  const releasing = element("button", { type: "button", onclick: () => tried(() => release([name])) }, "Release");
+  const setting = element("button", { onclick: set, title: "Once, before the next cycle" }, "Set");
+  const holding = element("button", { onclick: hold, title: "In every cycle, until it is released" }, "Force");
+  const releasing = element("button", { onclick: () => tried(() => release([name])) }, "Release");
   const remove = () => keep(watched(loop).filter((one) => one !== name));
   const made = element(
     "tr",
@@ -182,24 +172,15 @@ function row(loop, { name, member, variable }) {
       "td",
       { title: variable.description },
       element(
-        "button",
-        {
-          type: "button",
-          class: "plain name",
-          "aria-label": `Why ${called(loop, name)}?`,
-          onclick: () => store.emit("why", name),
-        },
+        "button.plain.name",
+        { "aria-label": `Why ${called(loop, name)}?`, onclick: () => store.emit("why", name) },
         called(loop, name),
       ),
     ),
     value,
-    element("td", { class: "faint" }, unitText(variable.unit)),
-    element("td", {}, element("div", { class: "row" }, field, setting, holding, releasing)),
-    element(
-      "td",
-      {},
-      element("button", { type: "button", class: "plain", "aria-label": `Remove ${name}`, onclick: remove }, "×"),
-    ),
+    element("td.faint", unitText(variable.unit)),
+    element("td", element("div.row", field, setting, holding, releasing)),
+    element("td", element("button.plain", { "aria-label": `Remove ${name}`, onclick: remove }, "×")),
   );
   rows.push(() => {
     const now = momentValues()[name];

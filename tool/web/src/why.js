@@ -54,7 +54,7 @@ let marked;
 
 /** The place of the answer. */
 export function whyPanel() {
-  place = element("section", { class: "why", "aria-live": "polite", hidden: true });
+  place = element("section.why", { "aria-live": "polite", hidden: true });
   store.on("why", (/** @type {string} */ name) => {
     asked = [];
     store.emit("show", "program");
@@ -103,11 +103,10 @@ async function answer(name, of) {
     fill(
       place,
       element(
-        "div",
-        { class: "row" },
-        asked.length > 1 && element("button", { type: "button", onclick: back }, "Back"),
+        "div.row",
+        asked.length > 1 && element("button", { onclick: back }, "Back"),
         told[0],
-        element("button", { type: "button", class: "plain", "aria-label": "Close the answer", onclick: close }, "×"),
+        element("button.plain", { "aria-label": "Close the answer", onclick: close }, "×"),
       ),
       ...told.slice(1),
     );
@@ -135,9 +134,9 @@ async function explained(loop, name, call) {
   const fmu = member === loop.member ? loop.description.name : loop.members.find((one) => one.name === member)?.fmu;
   const variable = fmu ? (await store.describe(fmu)).variables.find((one) => one.name === own) : undefined;
   const title = `Why is ${called(loop, name)} ${plcText(now[name], variable?.kind ?? "")} at ${timeOf(call)} s?`;
-  const heading = element("strong", {}, title);
+  const heading = element("strong", title);
   const since = changed ? ` since ${timeOf(changed)} s` : " since the beginning of the run";
-  const says = (/** @type {(string | HTMLElement)[]} */ ...parts) => [heading, element("p", {}, ...parts)];
+  const says = (/** @type {(string | HTMLElement)[]} */ ...parts) => [heading, element("p", ...parts)];
   const span = forcedSpans(name).findLast(([first, end]) => first <= call && call < end);
   if (span) return says(`It is forced since ${timeOf(span[0])} s.`);
   const wire = loop.connections.find(([, to]) => to === name);
@@ -157,7 +156,7 @@ async function explained(loop, name, call) {
   const others = all.filter((one) => !ran.includes(one) && guardsOf(one.write, false).length > 0);
   const answers = [heading];
   const nothing = `No statement has written it${changed ? "" : " in this run: it has its start value"}.`;
-  if (ran.length === 0) answers.push(element("p", {}, nothing));
+  if (ran.length === 0) answers.push(element("p", nothing));
   for (const [place, one] of ran.slice(0, MOST_LISTED).entries())
     answers.push(
       statement(loop, member, one, at, place === 0 ? `At ${timeOf(at.call)} s this wrote it:` : "Before it:", name),
@@ -167,8 +166,7 @@ async function explained(loop, name, call) {
   mark(ran[0] ?? others[0], at);
   answers.push(
     element(
-      "p",
-      { class: "faint" },
+      "p.faint",
       "Booleans of a condition are as it found them, the variable itself as its first statement found it; other values are those at the end of the cycle.",
     ),
   );
@@ -266,18 +264,16 @@ function statement(loop, member, of, at, title, name) {
     apart(operands(loop, member, of, names, at, decision, name), decision);
   const line = (/** @type {number} */ line, /** @type {string} */ text) =>
     element(
-      "button",
-      { type: "button", class: "plain", onclick: () => store.emit("line", { file, place: [line, 1] }) },
+      "button.plain",
+      { onclick: () => store.emit("line", { file, place: [line, 1] }) },
       `${networkOrLine(of, line)}: `,
-      element("code", {}, text.replace(/\s+/g, " ")),
+      element("code", text.replace(/\s+/g, " ")),
     );
   return element(
-    "div",
-    { class: "why-statement" },
-    element("p", {}, `${title} `, line(write.line, write.text), " ", reads(write.reads, value)),
+    "div.why-statement",
+    element("p", `${title} `, line(write.line, write.text), " ", reads(write.reads, value)),
     element(
       "ul",
-      {},
       guardsOf(write, ran).map((guard) => {
         const decision = decisions?.guards[write.guards.indexOf(guard)];
         // What has run had its condition: that was calculated once more after that. Of a loop it is what ended it.
@@ -285,7 +281,6 @@ function statement(loop, member, of, at, title, name) {
         const isEnd = isAgain && (guard.of === "while" || guard.of === "until");
         return element(
           "li",
-          {},
           wordOf(guard),
           line(guard.line, guard.text),
           isEnd ? ", which ended the loop: " : " ",
@@ -320,8 +315,7 @@ function apart(all, decision) {
   if (decision.truth === null)
     return [
       element(
-        "span",
-        { class: "part" },
+        "span.part",
         "what decided is not known: ",
         all.map(({ shown }) => shown),
       ),
@@ -391,7 +385,7 @@ function operands(loop, member, { write, prefix, constants }, names, at, decisio
 
 /** A value that cannot be asked any further. @param {string} text @param {string} [title] */
 function value(text, title) {
-  return element("span", { class: "value", title }, text);
+  return element("span.value", { title }, text);
 }
 
 /**
@@ -410,12 +404,7 @@ function operand(loop, name, values, call, was) {
   const look = typeof value === "boolean" ? (value ? " is-true" : " is-false") : "";
   return element(
     "button",
-    {
-      type: "button",
-      class: `operand value${look}`,
-      title: `Why ${called(loop, name)}?`,
-      onclick: () => answer(name, call),
-    },
+    { class: `operand value${look}`, title: `Why ${called(loop, name)}?`, onclick: () => answer(name, call) },
     `${called(loop, name)} ${plcText(value, kind ?? "")}`,
   );
 }
