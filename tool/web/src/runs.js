@@ -134,23 +134,12 @@ const tried = (action) => async () => {
 
 /** The two buttons that make the present run again. */
 export function againButtons() {
-  const test = {
-    onclick: tried(() => repeated("same_test")),
-    title: "The same setpoints, manual values and disturbances, with the present settings",
-  };
-  const bits = {
-    onclick: tried(() => repeated("same_bits")),
-    title: "The same record: the same start, the same settings, bit for bit. Undo restores the present settings",
-  };
-  return [element("button", { ...test }, "Same test"), element("button", { ...bits }, "Repeat exactly")];
-}
-
-/** Makes an earlier run again. @param {Kept} kept */
-function bitsButton({ run, name }) {
-  const onclick = tried(() => store.repeat("same_bits", run));
-  const button = element("button.plain", { onclick }, "Repeat");
-  attributeOf(button, `Repeat ${name} exactly`);
-  return button;
+  const test = "The same setpoints, manual values and disturbances, with the present settings";
+  const bits = "The same record: the same start, the same settings, bit for bit. Undo restores the present settings";
+  return [
+    element("button", { onclick: tried(() => repeated("same_test")), title: test }, "Same test"),
+    element("button", { onclick: tried(() => repeated("same_bits")), title: bits }, "Repeat exactly"),
+  ];
 }
 
 /**
@@ -277,67 +266,66 @@ function show() {
     return;
   }
   if (body.contains(document.activeElement) && document.activeElement instanceof HTMLInputElement) return;
-  const { runs } = theme();
   const all = list.map((kept) => settingsOf(loop, kept));
   const differing = differingOf(loop, all);
   const titles = new Map(list.flatMap(({ figures }) => figures.map(({ key, title }) => [key, title])));
+  const head = ["Run", "Settings that differ", "Step", ...titles.values(), "Again"];
   const rows = list.map((kept, at) => {
-    const isNow = store.isLive() && kept.run === store.state?.run;
-    const box = element("input", { type: "checkbox", checked: kept.isShown || isNow, disabled: isNow });
-    attributeOf(box, `Show ${kept.name}`);
-    box.addEventListener("change", () => {
-      kept.isShown = box.checked;
-      store.emit("runs");
-    });
-    const name = element("input.run-name", { value: kept.name, maxlength: 40 });
-    attributeOf(name, `Name of ${kept.name}`);
-    name.addEventListener("change", () => {
-      kept.name = name.value.trim() || kept.name;
-    });
     const values = differing.map((setting) => {
       const { kind } = loop.settings[setting].variable;
       const had = (all[at].get(setting) ?? []).map((value) => shown(value, kind));
       return `${setting} ${had.join(", then ")}`;
     });
-    const isComparable = kept === list.at(-1) || areComparable(kept.step, list.at(-1)?.step);
-    const cells = [...titles.keys()].map((key) => {
-      const figure = kept.figures.find((one) => one.key === key);
-      const there = isComparable && figure && figure.value !== null;
-      const text = there ? `${rounded(figure.value, "LREAL", 3)} ${shownUnit(figure.unit)}`.trimEnd() : "";
-      return element("td.number", { "data-full": there ? String(figure.value) : null }, text);
-    });
-    const why = "Another step, or another time, than the last run: its metrics cannot be compared";
-    const colour = isNow ? theme().curves[1] : runs[kept.colour % runs.length];
-    return element(
-      "tr",
-      { class: isNow && "is-now" },
-      element("td", element("span.row", box, swatch(colour), name)),
-      element("td.name", values.join(", ") || (isNow ? "now" : "")),
-      element(
-        "td",
-        { class: isComparable ? "name" : "name faint", title: isComparable ? null : why },
-        kept.step ? stepText(kept.step) : "",
-        isComparable || !kept.step ? "" : " (not comparable)",
-      ),
-      cells,
-      element("td", isNow || !loop.runs.includes(kept.run) ? null : bitsButton(kept)),
-    );
+    return row(loop, kept, values.join(", "), [...titles.keys()]);
   });
-  fill(
-    body,
-    element("div.row", againButtons(), element("span.faint", `${list.length} of at most ${MOST} runs`)),
-    element(
-      "div.wide",
-      element(
-        "table",
-        tableHead(["Run", "Settings that differ", "Step", ...titles.values(), "Again"], (at) => at > 2),
-        element("tbody", rows),
-      ),
-    ),
+  const table = element(
+    "table",
+    tableHead(head, (at) => at > 2),
+    element("tbody", rows),
   );
+  const count = element("span.faint", `${list.length} of at most ${MOST} runs`);
+  fill(body, element("div.row", againButtons(), count), element("div.wide", table));
 }
 
-/** @param {Element} of @param {string} label */
-function attributeOf(of, label) {
-  of.setAttribute("aria-label", label);
+/**
+ * @param {Work} loop
+ * @param {Kept} kept
+ * @param {string} values of the settings that differ
+ * @param {string[]} metrics keys
+ */
+function row(loop, kept, values, metrics) {
+  const { curves, runs } = theme();
+  const { name, run, step } = kept;
+  const isNow = store.isLive() && run === store.state?.run;
+  const last = runsOf(loop).at(-1);
+  const isComparable = kept === last || areComparable(step, last?.step);
+  const isShown = { checked: kept.isShown || isNow, disabled: isNow, "aria-label": `Show ${name}` };
+  const box = element("input", { type: "checkbox", ...isShown });
+  box.addEventListener("change", () => {
+    kept.isShown = box.checked;
+    store.emit("runs");
+  });
+  const field = element("input.run-name", { value: name, maxlength: 40, "aria-label": `Name of ${name}` });
+  field.addEventListener("change", () => {
+    kept.name = field.value.trim() || kept.name;
+  });
+  const repeat = { "aria-label": `Repeat ${name} exactly`, onclick: tried(() => store.repeat("same_bits", run)) };
+  const cells = metrics.map((key) => {
+    const figure = kept.figures.find((one) => one.key === key);
+    if (!isComparable || !figure || figure.value === null) return element("td.number");
+    const text = `${rounded(figure.value, "LREAL", 3)} ${shownUnit(figure.unit)}`.trimEnd();
+    return element("td.number", { "data-full": figure.value }, text);
+  });
+  const why = "Another step, or another time, than the last run: its metrics cannot be compared";
+  return element(
+    "tr",
+    { class: isNow && "is-now" },
+    element("td", element("span.row", box, swatch(isNow ? curves[1] : runs[kept.colour % runs.length]), field)),
+    element("td.name", values || (isNow ? "now" : "")),
+    isComparable
+      ? element("td.name", step && stepText(step))
+      : element("td.name.faint", { title: why }, step && `${stepText(step)} (not comparable)`),
+    cells,
+    element("td", !isNow && loop.runs.includes(run) && element("button.plain", repeat, "Repeat")),
+  );
 }
