@@ -116,13 +116,9 @@ function notice({ text: sentence, isError }) {
 
 /** @param {{ text: string, yes: string, no?: string, act: () => Promise<void> }} asked */
 function question({ text: sentence, yes, no = "No", act }) {
-  const answer = async () => {
+  const answer = () => {
     made.remove();
-    try {
-      await act();
-    } catch (error) {
-      store.say(error);
-    }
+    act().catch(store.say);
   };
   const made = element(
     "div.notice.row",
@@ -140,14 +136,7 @@ function question({ text: sentence, yes, no = "No", act }) {
 function showLost() {
   document.getElementById("lost")?.remove();
   if (!store.isLost) return;
-  const again = async () => {
-    try {
-      await ask({ do: "catalogue" });
-      found();
-    } catch (error) {
-      store.say(error);
-    }
-  };
+  const again = () => ask({ do: "catalogue" }).then(found).catch(store.say);
   const found = () => {
     store.isLost = false;
     store.live = undefined;

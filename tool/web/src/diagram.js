@@ -217,11 +217,7 @@ function prepareSwitch(of, group) {
     const loop = store.loop;
     if (!loop || wiredTo(loop, of.name)) return;
     const now = runValue(loop, of.name) ?? loop.settings[of.name].sent;
-    try {
-      await store.now({ [of.name]: !now });
-    } catch (error) {
-      store.say(error);
-    }
+    await store.now({ [of.name]: !now }).catch(store.say);
   };
   group.addEventListener("click", turn);
   group.addEventListener("keydown", (event) => {

@@ -50,13 +50,7 @@ export async function openFiles(files) {
     });
   }
   const left = sources.filter(({ name }) => !taken.has(name));
-  if (left.length > 0) {
-    try {
-      await openSources(left);
-    } catch (error) {
-      store.say(error);
-    }
-  }
+  if (left.length > 0) await openSources(left).catch(store.say);
   for (const file of others.filter((one) => !isDescription(one))) await attempt(file, () => open(file));
 }
 

@@ -88,7 +88,10 @@ function programCard() {
     line("M4 10h60M12 20h74M12 30h46M4 40h30", { "stroke-opacity": 0.35, "stroke-width": 3 }),
     line("M100 42h12L140 14h26", { "stroke-width": 2 }),
   );
-  const about = { title: "Drop your .scl anywhere; a click runs an oven with a ramp and a trip", onclick: openExample };
+  const about = {
+    title: "Drop your .scl anywhere; a click runs an oven with a ramp and a trip",
+    onclick: () => openExample().catch(store.say),
+  };
   return element(
     "li",
     element(
@@ -138,20 +141,16 @@ function isFree() {
  * @param {HTMLElement} place where that is shown
  */
 export async function live(place) {
-  try {
-    const living = store.catalogue.loops.find(({ name }) => name === LIVING);
-    if (living && isFree()) await begin(place, living);
-    for (const known of store.catalogue.loops) {
-      if (!isFree()) return;
-      const made = await small(known);
-      if (!made) return;
-      pictures.set(known.name, made);
-      for (const spark of document.querySelectorAll(`[data-known="${known.name}"]`)) fill(spark, made.cloneNode(true));
-    }
-    if (living && isFree()) await run(place, living);
-  } catch (error) {
-    store.say(error);
+  const living = store.catalogue.loops.find(({ name }) => name === LIVING);
+  if (living && isFree()) await begin(place, living);
+  for (const known of store.catalogue.loops) {
+    if (!isFree()) return;
+    const made = await small(known);
+    if (!made) return;
+    pictures.set(known.name, made);
+    for (const spark of document.querySelectorAll(`[data-known="${known.name}"]`)) fill(spark, made.cloneNode(true));
   }
+  if (living && isFree()) await run(place, living);
 }
 
 /** The signals of a known loop that are drawn: setpoint, process value, manipulated value. @param {KnownLoop} known */

@@ -16,14 +16,9 @@ export function onceAFrame(work) {
     requestAnimationFrame(async () => {
       isScheduled = isStale = false;
       isBusy = true;
-      try {
-        await work();
-      } catch (error) {
-        store.say(error);
-      } finally {
-        isBusy = false;
-        if (isStale) soon();
-      }
+      await work().catch(store.say);
+      isBusy = false;
+      if (isStale) soon();
     });
   };
   return soon;

@@ -112,7 +112,7 @@ async function show(head) {
   const open = element(
     "button",
     {
-      ...{ onclick: () => openAlone(loop, one.path, one.block) },
+      ...{ onclick: () => openAlone(loop, one.path, one.block).catch(store.say) },
       title:
         "Its values, the plant and the connections are taken over; what is tuned there goes back into the source by hand",
     },
@@ -196,41 +196,37 @@ function update() {
  * @param {string} block
  */
 async function openAlone(loop, path, block) {
-  try {
-    const description = await store.describe(block);
-    /** @type {import("./messages").Values} */
-    const now = {};
-    for (const { name, role, start } of description.variables) {
-      const value = runValue(loop, `${path}.${name}`) ?? startOf(loop, `${path}.${name}`);
-      if (role !== "output" && role !== "local" && value !== undefined && value !== start) now[name] = value;
-    }
-    const cycle = loop.settings[loop.description.cycle ?? ""]?.sent;
-    if (description.cycle && cycle !== undefined) now[description.cycle] = cycle;
-    const { members, step, exchange } = loop;
-    const connections = loop.connections;
-    const made = await store.add(`${loop.name}.${path}`, block);
-    store.edit(now);
-    await store.send();
-    beginWith(made);
-    // The ends at the program are those of the block that the program passes them to.
-    const own = (/** @type {string} */ end) => {
-      if (!end.startsWith(`${loop.member}.`)) return end;
-      const name = end.slice(loop.member.length + 1).toUpperCase();
-      const all = description.variables.filter((one) => passed(loop, path, one.name)?.path?.toUpperCase() === name);
-      return all.length > 0 ? `${made.member}.${all[0].name}` : undefined;
-    };
-    const wires = connections.flatMap(([from, to]) => {
-      const ends = [own(from), own(to)];
-      return ends.every((end) => end !== undefined) ? [/** @type {[string, string]} */ (ends)] : [];
-    });
-    const copies = members.map((member) => ({ ...member, values: { ...member.values } }));
-    await store.connect({ members: copies, connections: wires, step, exchange });
-    store.say(
-      `${made.name} is ${path} of ${loop.name} with the values that it has now. The program does not change with it.`,
-    );
-  } catch (error) {
-    store.say(error);
+  const description = await store.describe(block);
+  /** @type {import("./messages").Values} */
+  const now = {};
+  for (const { name, role, start } of description.variables) {
+    const value = runValue(loop, `${path}.${name}`) ?? startOf(loop, `${path}.${name}`);
+    if (role !== "output" && role !== "local" && value !== undefined && value !== start) now[name] = value;
   }
+  const cycle = loop.settings[loop.description.cycle ?? ""]?.sent;
+  if (description.cycle && cycle !== undefined) now[description.cycle] = cycle;
+  const { members, step, exchange } = loop;
+  const connections = loop.connections;
+  const made = await store.add(`${loop.name}.${path}`, block);
+  store.edit(now);
+  await store.send();
+  beginWith(made);
+  // The ends at the program are those of the block that the program passes them to.
+  const own = (/** @type {string} */ end) => {
+    if (!end.startsWith(`${loop.member}.`)) return end;
+    const name = end.slice(loop.member.length + 1).toUpperCase();
+    const all = description.variables.filter((one) => passed(loop, path, one.name)?.path?.toUpperCase() === name);
+    return all.length > 0 ? `${made.member}.${all[0].name}` : undefined;
+  };
+  const wires = connections.flatMap(([from, to]) => {
+    const ends = [own(from), own(to)];
+    return ends.every((end) => end !== undefined) ? [/** @type {[string, string]} */ (ends)] : [];
+  });
+  const copies = members.map((member) => ({ ...member, values: { ...member.values } }));
+  await store.connect({ members: copies, connections: wires, step, exchange });
+  store.say(
+    `${made.name} is ${path} of ${loop.name} with the values that it has now. The program does not change with it.`,
+  );
 }
 
 /** @param {Work} loop @param {string} name */

@@ -148,7 +148,7 @@ function mountOpening() {
   const begin = element("div.begin", promise, living, choose, kinds, form, summary);
   byId("opening").querySelector(".content")?.append(begin, examples);
   // What was under work before a reload comes first.
-  store.on("ready", () => live(living));
+  store.on("ready", () => live(living).catch(store.say));
   store.on("loops", () => {
     if (store.loops.length === 0) opening.hidden = false;
   });

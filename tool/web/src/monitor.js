@@ -326,12 +326,8 @@ function textButton(name) {
 }
 
 /** @param {Program} program */
-async function again(program) {
-  try {
-    await translate(program, programOf(store.loop) ? store.loop : undefined);
-  } catch (error) {
-    store.say(error);
-  }
+function again(program) {
+  return translate(program, programOf(store.loop) ? store.loop : undefined).catch(store.say);
 }
 
 /**
@@ -563,14 +559,7 @@ function notesOf(name, at) {
   );
   const stop = stopped();
   if (stop?.file === name && stop.line === at) {
-    const restart = async () => {
-      try {
-        await store.begin();
-        draw();
-      } catch (error) {
-        store.say(error);
-      }
-    };
+    const restart = () => store.begin().then(draw).catch(store.say);
     told.push(
       element(
         "p.line-note.is-stop",

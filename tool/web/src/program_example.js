@@ -83,18 +83,14 @@ END_FUNCTION_BLOCK
 
 /** Opens the program with its plant, and runs it. */
 export async function openExample() {
-  try {
-    const program = { files: [{ file: FILE, content: toBase64(new TextEncoder().encode(SOURCE)) }] };
-    const loop = await translate(/** @type {import("./messages").Program} */ (program));
-    if (!loop) return;
-    await choose(PLANT);
-    const step = loop.step ?? 1;
-    const events = EVENTS.map(([time, name, value]) => {
-      const call = Math.round(time / step);
-      return { call, time, variable: `${loop.member}.${name}`, value };
-    });
-    await remake(loop, { setup: store.setup(), events, calls: Math.round(STOP / step) });
-  } catch (error) {
-    store.say(error);
-  }
+  const program = { files: [{ file: FILE, content: toBase64(new TextEncoder().encode(SOURCE)) }] };
+  const loop = await translate(/** @type {import("./messages").Program} */ (program));
+  if (!loop) return;
+  await choose(PLANT);
+  const step = loop.step ?? 1;
+  const events = EVENTS.map(([time, name, value]) => {
+    const call = Math.round(time / step);
+    return { call, time, variable: `${loop.member}.${name}`, value };
+  });
+  await remake(loop, { setup: store.setup(), events, calls: Math.round(STOP / step) });
 }

@@ -80,7 +80,7 @@ export function mount(content) {
     "button",
     {
       ...again,
-      onclick: runAgain,
+      onclick: () => runAgain().catch(store.say),
       title: "The same test from the start, as long, with the new settings",
     },
     "Run again",
@@ -339,11 +339,7 @@ function breath() {
 async function oneCall() {
   if (!store.loop) return;
   pause();
-  try {
-    await store.calls(1);
-  } catch (error) {
-    store.say(error);
-  }
+  await store.calls(1).catch(store.say);
 }
 
 /** @param {boolean} next whether settings that were applied would make the run another one */
@@ -370,24 +366,16 @@ function showFormer() {
 
 async function runAgain() {
   pause();
-  try {
-    // What is typed is part of "these values".
-    if (!(await isApplied())) return;
-    await repeated("same_test");
-    if (byId("run").contains(document.activeElement) || document.activeElement === document.body) runButton.focus();
-  } catch (error) {
-    store.say(error);
-  }
+  // What is typed is part of "these values".
+  if (!(await isApplied())) return;
+  await repeated("same_test");
+  if (byId("run").contains(document.activeElement) || document.activeElement === document.body) runButton.focus();
 }
 
 async function reset() {
   if (!store.loop) return;
   pause();
-  try {
-    await store.begin();
-  } catch (error) {
-    store.say(error);
-  }
+  await store.begin().catch(store.say);
 }
 
 /** The speed that this tab had before a reload. @returns {Speed} */
@@ -539,18 +527,13 @@ function setpointControl(loop, name) {
   const field = numberField("SP", "setpoint", setting.variable, setting.sent, (value) => now({ [name]: value }));
   fields.set(name, field.follow);
   const duration = numberField("in", "ramp-time", { name: "the ramp", kind: "LREAL", unit: "s" }, 10, () => ramp());
-  const ramp = async () => {
+  const ramp = () => {
     const [to, seconds] = [field.check(), duration.check()];
     if (to === undefined || seconds === undefined) {
       (to === undefined ? field : duration).input.reportValidity();
       return;
     }
-    try {
-      await store.ramp(name, to, seconds);
-      scheduleDone();
-    } catch (error) {
-      store.say(error);
-    }
+    store.ramp(name, to, seconds).then(scheduleDone).catch(store.say);
   };
   return element(
     "span.control",

@@ -139,18 +139,12 @@ export async function resume() {
   for (const program of kept.programs ?? []) await admit(program).catch(store.say);
   store.files = kept.files;
   store.emit("files");
-  for (const one of kept.loops) {
-    try {
-      await resumeLoop(one);
-    } catch (error) {
-      store.say(error);
-    }
-  }
+  for (const one of kept.loops) await resumeLoop(one).catch(store.say);
   const shown = store.loops[kept.shown];
   if (shown) store.show(shown);
   // What is not made again is not in the list of runs either.
   for (const [at, loop] of store.loops.entries()) if (at !== kept.run?.of) delete loop.notes.runs;
-  if (kept.run && store.loops[kept.run.of]) await resumeRun(kept.run);
+  if (kept.run && store.loops[kept.run.of]) await resumeRun(kept.run).catch(store.say);
 }
 
 /** @param {any} one */
@@ -172,17 +166,13 @@ async function resumeLoop(one) {
 /** @param {{ of: number } & import("tool/remake.js").Made} run */
 async function resumeRun(run) {
   const loop = store.loops[run.of];
-  try {
-    // The engine numbers them anew.
-    const before = runsOf(loop).splice(0);
-    for (const kept of before.slice(0, -1)) {
-      if (kept.calls > MOST_CALLS) continue;
-      await remake(loop, kept);
-      Object.assign(runsOf(loop).at(-1) ?? {}, { name: kept.name, colour: kept.colour, isShown: kept.isShown });
-    }
-    await remake(loop, run);
-    Object.assign(runsOf(loop).at(-1) ?? {}, { name: before.at(-1)?.name, colour: before.at(-1)?.colour });
-  } catch (error) {
-    store.say(error);
+  // The engine numbers them anew.
+  const before = runsOf(loop).splice(0);
+  for (const kept of before.slice(0, -1)) {
+    if (kept.calls > MOST_CALLS) continue;
+    await remake(loop, kept);
+    Object.assign(runsOf(loop).at(-1) ?? {}, { name: kept.name, colour: kept.colour, isShown: kept.isShown });
   }
+  await remake(loop, run);
+  Object.assign(runsOf(loop).at(-1) ?? {}, { name: before.at(-1)?.name, colour: before.at(-1)?.colour });
 }

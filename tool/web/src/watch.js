@@ -43,7 +43,7 @@ export function mount(content) {
     ...{ autocomplete: "off", spellcheck: "false" },
   });
   adding.addEventListener("change", add);
-  releaseAll = element("button.release-all", { onclick: () => tried(release) });
+  releaseAll = element("button.release-all", { onclick: () => release().catch(store.say) });
   head = element("span.faint");
   body = element("div.wide");
   fill(content, element("div.row", adding, offers, releaseAll, breakpointField(), head), body);
@@ -55,15 +55,6 @@ export function mount(content) {
 /** The names that are watched, in their order. @param {Work} loop @returns {string[]} */
 function watched(loop) {
   return loop.notes.watch ?? [];
-}
-
-/** @param {() => Promise<unknown>} action */
-async function tried(action) {
-  try {
-    await action();
-  } catch (error) {
-    store.say(error);
-  }
 }
 
 /** @param {string[]} names */
@@ -150,20 +141,19 @@ function row(loop, { name, member, variable }) {
     if (!values) return;
     // What a user may set is set where it has a field.
     const isInput = isSettable(variable) && variable.is_tunable && !wire && !isForced(name);
-    tried(() =>
-      isInput ? store.now(member === loop.member ? { [split(name)[1]]: values[name] } : values) : write(values),
-    );
+    const own = member === loop.member ? { [split(name)[1]]: values[name] } : values;
+    (isInput ? store.now(own) : write(values)).catch(store.say);
   };
   const hold = () => {
     const values = given();
-    if (values) tried(() => force(values));
+    if (values) force(values).catch(store.say);
   };
   field.addEventListener("keydown", (event) => {
     if (event instanceof KeyboardEvent && event.key === "Enter") set();
   });
   const setting = element("button", { onclick: set, title: "Once, before the next cycle" }, "Set");
   const holding = element("button", { onclick: hold, title: "In every cycle, until it is released" }, "Force");
-  const releasing = element("button", { onclick: () => tried(() => release([name])) }, "Release");
+  const releasing = element("button", { onclick: () => release([name]).catch(store.say) }, "Release");
   const remove = () => keep(watched(loop).filter((one) => one !== name));
   const made = element(
     "tr",
