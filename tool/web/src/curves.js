@@ -24,7 +24,7 @@
  */
 
 import { onTheme, paperTheme, swatch, theme } from "tool/charts.js";
-import { attribute, byId, element, fill, text } from "tool/dom.js";
+import { attribute, byId, element, fill, press, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { onceAFrame } from "tool/frame.js";
 import { ghostText } from "tool/ghost.js";
@@ -186,9 +186,9 @@ function build(content) {
   legend = element("div.earlier.faint", { "aria-label": "Earlier runs" });
   spoken = element("p.visually-hidden", { role: "status", "aria-live": "polite" });
   place = element(
-    "div",
+    "div.chart",
     {
-      ...{ class: "chart", tabindex: 0, role: "slider", "aria-label": "Cursor in the curves", "aria-valuemin": 0 },
+      ...{ tabindex: 0, role: "slider", "aria-label": "Cursor in the curves", "aria-valuemin": 0 },
       ...{ "aria-valuemax": 0, "aria-valuenow": 0, "aria-valuetext": "no run yet", onkeydown: key },
       "aria-describedby": "curves-keys",
     },
@@ -423,8 +423,7 @@ function brief(loop, name) {
 /** @param {KeyboardEvent} event */
 function key(event) {
   const far = event.shiftKey ? 10 : 1;
-  /** @type {Record<string, () => void>} */
-  const keys = {
+  press(event, {
     ArrowLeft: () => move(-far),
     ArrowRight: () => move(far),
     ArrowDown: () => move(-far),
@@ -436,12 +435,7 @@ function key(event) {
     "+": () => zoomBy(0.5),
     "-": () => zoomBy(2),
     Escape: () => follow(),
-  };
-  const action = keys[event.key];
-  if (!action || event.ctrlKey || event.altKey || event.metaKey) return;
-  event.preventDefault();
-  event.stopPropagation();
-  action();
+  });
 }
 
 /** Moves the cursor by this many calls that are drawn. @param {number} by */

@@ -6,6 +6,7 @@
 
 import { assetOf, drawing } from "tool/assets.js";
 import { attribute, element, fill, text } from "tool/dom.js";
+import { onceAFrame } from "tool/frame.js";
 import { chosenInside, descriptionInside, mountInside } from "tool/inside.js";
 import { goTo } from "tool/parameters.js";
 import { runValue, store, wiredTo } from "tool/store.js";
@@ -31,7 +32,6 @@ const SIZE = "plcfmu-diagram";
 
 /** @type {Part[]} */
 let parts = [];
-let isDue = false;
 /** @type {string} */
 let shownOf = "";
 /** Where in the program the block is that is shown, with a point behind it; empty of a loop's own block. */
@@ -100,14 +100,7 @@ function kept() {
   }
 }
 
-function due() {
-  if (isDue) return;
-  isDue = true;
-  requestAnimationFrame(() => {
-    isDue = false;
-    update();
-  });
-}
+const due = onceAFrame(update);
 
 /**
  * Finds the parts of a drawing and makes them answer.

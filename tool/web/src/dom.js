@@ -103,6 +103,20 @@ export function text(within, text) {
 }
 
 /**
+ * Does what a key stands for, unless it is pressed with another one.
+ *
+ * @param {KeyboardEvent} event
+ * @param {Record<string, () => void>} actions by the key
+ */
+export function press(event, actions) {
+  const action = actions[event.key];
+  if (!action || event.ctrlKey || event.altKey || event.metaKey) return;
+  event.preventDefault();
+  event.stopPropagation();
+  action();
+}
+
+/**
  * The element with an id.
  *
  * @param {string} id

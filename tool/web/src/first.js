@@ -95,8 +95,8 @@ function programCard() {
   return element(
     "li",
     element(
-      "button",
-      { class: "card", id: "program-card", ...about },
+      "button.card",
+      { id: "program-card", ...about },
       element("span.spark", picture),
       element("strong.card-question", "Does my own program work?"),
       element("span.card-title", "Your own program (.scl)"),
@@ -117,8 +117,8 @@ function card(task, known, open, question) {
   return element(
     "li",
     element(
-      "button",
-      { class: "card", ...about },
+      "button.card",
+      { ...about },
       element("span.spark", { "data-known": known.name }, pictures.get(known.name)?.cloneNode(true) ?? null),
       question && element("strong.card-question", question),
       element("span.card-title", title),

@@ -5,7 +5,7 @@ import { store } from "tool/store.js";
 /**
  * A function that does some work in the next frame; once more after it, if it is called meanwhile.
  *
- * @param {() => Promise<void>} work
+ * @param {() => unknown} work
  */
 export function onceAFrame(work) {
   let [isScheduled, isBusy, isStale] = [false, false, false];
@@ -16,7 +16,7 @@ export function onceAFrame(work) {
     requestAnimationFrame(async () => {
       isScheduled = isStale = false;
       isBusy = true;
-      await work().catch(store.say);
+      await (async () => work())().catch(store.say);
       isBusy = false;
       if (isStale) soon();
     });

@@ -8,6 +8,7 @@
 
 import { assetOf } from "tool/assets.js";
 import { element, fill, text } from "tool/dom.js";
+import { onceAFrame } from "tool/frame.js";
 import { programOf } from "tool/program.js";
 import { beginWith, runValue, store } from "tool/store.js";
 import { isTime, plcTime, shown } from "tool/values.js";
@@ -56,7 +57,6 @@ export function descriptionInside(loop, path) {
 let body;
 /** The fields of values that are shown, by the variable's name in the program. @type {Map<string, { kind: string, place: HTMLElement }>} */
 let values = new Map();
-let isDue = false;
 
 /**
  * Mounts the choice of the block above the diagram, and its parameters below it.
@@ -70,16 +70,8 @@ export function mountInside(content) {
   content.append(body);
   store.on("loop", () => show(head));
   store.on("plant", () => show(head));
-  for (const what of ["state", "run"]) {
-    store.on(what, () => {
-      if (isDue || values.size === 0) return;
-      isDue = true;
-      requestAnimationFrame(() => {
-        isDue = false;
-        update();
-      });
-    });
-  }
+  const due = onceAFrame(update);
+  for (const what of ["state", "run"]) store.on(what, () => values.size > 0 && due());
 }
 
 /** @param {HTMLElement} head */

@@ -5,6 +5,7 @@ import { EngineError } from "tool/engine.js";
 import { describedBlock, openFiles, readAgain, take, underWork } from "tool/files.js";
 import { cards, live, showRecorded } from "tool/first.js";
 import { dropped } from "tool/folder.js";
+import { onceAFrame } from "tool/frame.js";
 import { forget, keptSessions } from "tool/kept.js";
 import { openKnown } from "tool/known.js";
 import { goOn } from "tool/session.js";
@@ -60,15 +61,10 @@ export function mount(content) {
     if (await learnRoles()) showRows(list, search);
   };
   for (const what of ["catalogue", "files", "loops"]) store.on(what, learn);
-  let isDue = false;
-  store.on("settings", () => {
-    if (isDue) return;
-    isDue = true;
-    requestAnimationFrame(() => {
-      isDue = false;
-      showRows(list, search);
-    });
-  });
+  store.on(
+    "settings",
+    onceAFrame(() => showRows(list, search)),
+  );
   store.on("files", () => {
     // The list is in sight: the drawer would cover it.
     if (store.loop) byId("opening").hidden = true;
@@ -107,9 +103,8 @@ function mountOpening() {
   const summary = element("p.faint", { id: "new-summary" });
   const make = element("button.primary", { type: "submit", disabled: true }, "New loop");
   const form = element(
-    "form",
+    "form.new",
     {
-      class: "new",
       onsubmit: async (/** @type {Event} */ event) => {
         event.preventDefault();
         try {

@@ -10,6 +10,7 @@
 
 import { mount as characteristic } from "tool/characteristic.js";
 import { attribute, byId, element, fill, text } from "tool/dom.js";
+import { onceAFrame } from "tool/frame.js";
 import { fieldHelp } from "tool/help.js";
 import { actingInputs, mount as inputs } from "tool/inputs.js";
 import { programOf } from "tool/program.js";
@@ -87,22 +88,16 @@ export function mount(content) {
     );
     for (const name of rows.keys()) showField(name);
   });
-  for (const what of ["plant", "run"]) {
-    store.on(what, () => {
-      findActing();
-      for (const name of rows.keys()) showField(name);
-      showGroups();
-    });
-  }
-  let isDue = false;
-  store.on("state", () => {
-    if (isDue) return;
-    isDue = true;
-    requestAnimationFrame(() => {
-      isDue = false;
-      for (const name of rows.keys()) if (store.loop && wiredTo(store.loop, name)) showField(name);
-    });
+  const showAll = () => {
+    findActing();
+    for (const name of rows.keys()) showField(name);
+    showGroups();
+  };
+  for (const what of ["plant", "run"]) store.on(what, showAll);
+  const showWired = onceAFrame(() => {
+    for (const name of rows.keys()) if (store.loop && wiredTo(store.loop, name)) showField(name);
   });
+  store.on("state", showWired);
 }
 
 /**

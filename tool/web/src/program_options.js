@@ -34,8 +34,7 @@ let isOpen = false;
  */
 export function optionsForm(program, compiled, translate) {
   const problem = element("p.error", { role: "alert" });
-  const cycle = element("input", {
-    class: "number",
+  const cycle = element("input.number", {
     size: 8,
     value: String(compiled.cycle),
     id: "program-cycle",

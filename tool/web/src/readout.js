@@ -23,9 +23,9 @@ export function makeReadout(within, curves, { isShown, toggle, remove }) {
   const cells = curves.map((curve) => {
     const value = element("span.value.number");
     const name = element(
-      "button",
+      "button.curve-name",
       {
-        ...{ class: "curve-name", "aria-pressed": String(isShown(curve)) },
+        ...{ "aria-pressed": String(isShown(curve)) },
         ...{ onclick: () => toggle(curve), title: isShown(curve) ? `Hide ${curve.name}` : `Show ${curve.name}` },
       },
       swatch(isShown(curve) ? palette[curve.colour % palette.length] : "transparent", curve.isDashed),

@@ -87,8 +87,8 @@ export function mount(content) {
     element("span.long", " with these values"),
   );
   status = element("span.status");
-  duration = element("input", {
-    ...{ class: "number", id: "run-for", placeholder: "–", inputmode: "decimal", autocomplete: "off" },
+  duration = element("input.number", {
+    ...{ id: "run-for", placeholder: "–", inputmode: "decimal", autocomplete: "off" },
     ...{ title: "How long to run; empty is until Pause, at max until the loop has settled", oninput: checkDuration },
   });
   duration.addEventListener("keydown", (event) => {

@@ -14,7 +14,7 @@
  */
 
 import { clock, numberings, onTheme, swatch, TIME_STEPS, theme, ticks, timeUnit } from "tool/charts.js";
-import { attribute, byId, element, fill, svg, text } from "tool/dom.js";
+import { attribute, byId, element, fill, press, svg, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { forcedSpans, isForced } from "tool/force.js";
 import { onceAFrame } from "tool/frame.js";
@@ -93,9 +93,9 @@ export function mount(content) {
   list = element("div.timing-rows", { tabindex: -1 });
   axis = svg("svg.timing-axis");
   slider = element(
-    "div",
+    "div.timing-slider",
     {
-      ...{ class: "timing-slider", role: "slider", tabindex: 0, "aria-label": "Cursor in the timing diagram" },
+      ...{ role: "slider", tabindex: 0, "aria-label": "Cursor in the timing diagram" },
       ...{ "aria-valuemin": 0, "aria-valuemax": 0, "aria-valuenow": 0, onkeydown: key },
       title: "← → a call, Shift ten; Page keys the next change; + − zoom; Esc now",
     },
@@ -453,7 +453,7 @@ function panel({ signals }, x, height, across) {
     const { stroke, fill } = outline(at, values, { isExact, isStepped }, x, y);
     const dash = isDashed ? { "stroke-dasharray": "5 3" } : {};
     const style = `color: ${palette[colour % palette.length]}`;
-    return svg("g", { style }, svg("path.area", { d: fill }), svg("path", { class: "curve", d: stroke, ...dash }));
+    return svg("g", { style }, svg("path.area", { d: fill }), svg("path.curve", { d: stroke, ...dash }));
   });
   const marks = choices[0].filter((value) => y(value) >= MARGIN - 1 && y(value) <= height - MARGIN + 1);
   const grid = marks.map((value) => `M0 ${fixed(y(value))}H${across}`).join("");
@@ -569,8 +569,7 @@ function point() {
 /** @param {KeyboardEvent} event */
 function key(event) {
   const far = event.shiftKey ? 10 : 1;
-  /** @type {Record<string, () => void>} */
-  const keys = {
+  press(event, {
     ArrowLeft: () => move(-far),
     ArrowRight: () => move(far),
     ArrowDown: () => list.scrollBy(0, LANE),
@@ -582,12 +581,7 @@ function key(event) {
     "+": () => zoomBy(0.5),
     "-": () => zoomBy(2),
     Escape: () => follow(),
-  };
-  const action = keys[event.key];
-  if (!action || event.ctrlKey || event.altKey || event.metaKey) return;
-  event.preventDefault();
-  event.stopPropagation();
-  action();
+  });
 }
 
 /** The call at the cursor, or the last one. */

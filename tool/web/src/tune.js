@@ -212,8 +212,8 @@ function testButtons() {
   const { manual, manual_pulses: pulses, manipulated_value: output } = loop?.description.roles ?? {};
   const hasValue = manual && output;
   if (!loop || !(hasValue || pulses)) return [];
-  const size = element("input", {
-    ...{ class: "number", id: "step-size", value: kept.step, inputmode: "decimal", autocomplete: "off" },
+  const size = element("input.number", {
+    ...{ id: "step-size", value: kept.step, inputmode: "decimal", autocomplete: "off" },
     ...{ "aria-label": `Size of the step in ${unitOfManipulatedValue()}` },
   });
   /** @param {(size: number) => Promise<void>} test @param {string} what */
@@ -500,8 +500,8 @@ function modelRow() {
     ["dead_time", "L", "s"],
   ]).map(([name, label, unit]) => {
     const written = kept.model[name] ?? (name === "second_time_constant" ? "0" : "");
-    const input = element("input", {
-      ...{ class: "number", size: 7, inputmode: "decimal", autocomplete: "off", id: `model-${name}` },
+    const input = element("input.number", {
+      ...{ size: 7, inputmode: "decimal", autocomplete: "off", id: `model-${name}` },
       value: written === "" ? "" : rounded(Number(written), "LREAL", 4),
     });
     input.dataset.full = written;
@@ -575,7 +575,7 @@ function ruleRow() {
   const kept = notes();
   /** @param {string} id @param {string} value */
   const field = (id, value) =>
-    element("input", { ...{ class: "number", size: 6, id, value }, inputmode: "decimal", autocomplete: "off" });
+    element("input.number", { ...{ size: 6, id, value }, inputmode: "decimal", autocomplete: "off" });
   const closed = field("tune-lambda", kept.closedLoop);
   closedField = closed;
   const closedLabel = element(

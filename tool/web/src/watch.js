@@ -10,6 +10,7 @@
 import { breakpointField } from "tool/breakpoint.js";
 import { attribute, element, fill, tableHead, text } from "tool/dom.js";
 import { force, forced, isForced, release, write } from "tool/force.js";
+import { onceAFrame } from "tool/frame.js";
 import { cursorTime, momentText, momentValues } from "tool/moment.js";
 import { programOf } from "tool/program.js";
 import { called, isSwitch, signals, unitText } from "tool/signals.js";
@@ -33,7 +34,6 @@ let offers;
 let available = [];
 /** How each row is shown anew. @type {(() => void)[]} */
 let rows = [];
-let isScheduled = false;
 
 /** @param {HTMLElement} content */
 export function mount(content) {
@@ -106,18 +106,13 @@ async function build() {
   refresh();
 }
 
-function refresh() {
-  if (isScheduled) return;
-  isScheduled = true;
-  requestAnimationFrame(() => {
-    isScheduled = false;
-    for (const show of rows) show();
-    const count = Object.keys(forced()).length;
-    text(releaseAll, `Release all ${count}`);
-    releaseAll.hidden = count === 0;
-    text(head, cursorTime() === undefined ? "" : `Values ${momentText()}`);
-  });
-}
+const refresh = onceAFrame(() => {
+  for (const show of rows) show();
+  const count = Object.keys(forced()).length;
+  text(releaseAll, `Release all ${count}`);
+  releaseAll.hidden = count === 0;
+  text(head, cursorTime() === undefined ? "" : `Values ${momentText()}`);
+});
 
 /** @param {Work} loop @param {Signal} signal */
 function row(loop, { name, member, variable }) {
