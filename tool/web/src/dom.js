@@ -36,6 +36,22 @@ export function tableHead(titles, isNumber = () => false) {
 }
 
 /**
+ * A choice from a list.
+ *
+ * @template {string} T
+ * @param {Attributes} attributes
+ * @param {string[][]} options each a value and, if it has another one, its name
+ * @param {T} [now] the value that is chosen; the first one without it
+ * @param {(next: T) => unknown} [take] what a change does
+ */
+export function choice(attributes, options, now, take) {
+  const all = options.map(([value, name = value]) => element("option", { value, selected: value === now }, name));
+  const list = element("select", attributes, all);
+  list.addEventListener("change", () => take?.(/** @type {T} */ (list.value)));
+  return list;
+}
+
+/**
  * A new element of SVG; all else as in {@link element}.
  *
  * @param {string} tag

@@ -7,7 +7,7 @@
  */
 
 import { assetOf } from "tool/assets.js";
-import { element, fill, text } from "tool/dom.js";
+import { choice, element, fill, text } from "tool/dom.js";
 import { onceAFrame } from "tool/frame.js";
 import { programOf } from "tool/program.js";
 import { beginWith, runValue, store } from "tool/store.js";
@@ -92,13 +92,9 @@ async function show(head) {
     fill(body);
     return;
   }
-  const list = element(
-    "select",
-    { id: "inside-choice" },
-    all.map(({ path, block }) => element("option", { value: path, selected: path === one.path }, `${path}: ${block}`)),
-  );
-  list.addEventListener("change", () => {
-    loop.notes.inside = list.value;
+  const paths = all.map(({ path, block }) => [path, `${path}: ${block}`]);
+  const list = choice({ id: "inside-choice" }, paths, one.path, (path) => {
+    loop.notes.inside = path;
     store.emit("loop");
   });
   const open = element(

@@ -1,6 +1,6 @@
 /** Opening files, new loops, and the table of all loops. */
 
-import { byId, element, fill, text } from "tool/dom.js";
+import { byId, choice, element, fill, text } from "tool/dom.js";
 import { EngineError } from "tool/engine.js";
 import { describedBlock, openFiles, readAgain, take, underWork } from "tool/files.js";
 import { cards, live, showRecorded } from "tool/first.js";
@@ -648,22 +648,19 @@ function problem(file, one) {
  */
 function again(file) {
   if (!file.problems.some((one) => one.asks_for_block)) return null;
-  const choice = element(
-    "select",
-    store.catalogue.fmus
-      .filter((one) => isController(one) && !one.is_foreign)
-      .map((one) => element("option", { value: one.name }, one.name)),
-  );
+  const own = store.catalogue.fmus.filter((one) => isController(one) && !one.is_foreign);
+  const names = own.map(({ name }) => [name]);
+  const list = choice({}, names);
   const read = async () => {
     try {
-      await readAgain(file, choice.value);
+      await readAgain(file, list.value);
     } catch (error) {
       store.say(error instanceof EngineError ? error : new EngineError(String(error)));
     }
   };
   return element(
     "p.row",
-    element("label", "Read it as parameters of ", choice),
+    element("label", "Read it as parameters of ", list),
     element("button", { onclick: read }, "Read again"),
   );
 }

@@ -20,7 +20,7 @@
  */
 
 import { blockTree } from "tool/block_tree.js";
-import { byId, element, fill, text } from "tool/dom.js";
+import { byId, choice, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { isForced } from "tool/force.js";
 import { follow, ladder } from "tool/ladder.js";
@@ -242,15 +242,9 @@ function head() {
   badge = element("span.mode");
   const { compiled, program } = /** @type {NonNullable<typeof showing>} */ (showing);
   const isRefused = compiled.fmu === null;
-  const files = element(
-    "select",
-    { "aria-label": "Source" },
-    compiled.sources.map((one, at) =>
-      isText(one) ? null : element("option", { value: at, selected: at === file }, one.file),
-    ),
-  );
-  files.addEventListener("change", () => {
-    file = Number(files.value);
+  const sources = compiled.sources.flatMap((one, at) => (isText(one) ? [] : [[String(at), one.file]]));
+  const files = choice({ "aria-label": "Source" }, sources, String(file), (at) => {
+    file = Number(at);
     draw();
   });
   const choices = compiled.candidates.map((name) =>
@@ -340,13 +334,10 @@ function instances(compiled) {
   return compiled.blocks.flatMap((block) => {
     const own = parts.filter((part) => same(part.block, block.name));
     if (block.file !== file || own.length < 2) return [];
-    const list = element(
-      "select",
-      { "aria-label": `Instance of ${block.name}`, title: `Which ${block.name} is watched` },
-      own.map(({ path }) => element("option", { value: path, selected: path === instanceOf(block) }, path)),
-    );
-    list.addEventListener("change", () => {
-      chosen.set(block.name.toUpperCase(), list.value);
+    const about = { "aria-label": `Instance of ${block.name}`, title: `Which ${block.name} is watched` };
+    const paths = own.map(({ path }) => [path]);
+    const list = choice(about, paths, instanceOf(block), (path) => {
+      chosen.set(block.name.toUpperCase(), path);
       lines.find((one) => one.block === block)?.row.scrollIntoView({ block: "start" });
       due();
     });

@@ -10,7 +10,7 @@
  * @typedef {import("tool/store.js").Work} Work
  */
 
-import { element, fill, text } from "tool/dom.js";
+import { choice, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { programNamed } from "tool/program.js";
 import { called, isSwitch, unitText } from "tool/signals.js";
@@ -284,16 +284,9 @@ function chooser(loop, plant) {
       name !== CHAIN.fmu,
   );
   entries.sort((one, other) => Number(other.name === GENERIC) - Number(one.name === GENERIC));
-  const list = element(
-    "select",
-    { id: "plant-choice" },
-    element("option", { value: "" }, "no plant"),
-    entries.map((entry) =>
-      element("option", { value: entry.name, selected: entry.name === plant?.fmu }, `${entry.name}: ${entry.summary}`),
-    ),
-  );
-  list.addEventListener("change", () => {
-    if (list.value) choose(list.value);
+  const plants = entries.map(({ name, summary }) => [name, `${name}: ${summary}`]);
+  const list = choice({ id: "plant-choice" }, [["", "no plant"], ...plants], plant?.fmu, (fmu) => {
+    if (fmu) choose(fmu);
     else
       store.connect(
         { members: [], connections: loop.connections.filter(isOwn(loop)), step: null, exchange: "sequential" },
@@ -432,13 +425,9 @@ async function sentences(loop, plant) {
       choices.push(`${sensor.name}.${CHAIN.to}`);
     if (from && !choices.includes(from)) choices.push(from);
     const id = `wire-to-${to}`;
-    const list = element(
-      "select",
-      { id, "aria-label": `What goes to ${called(loop, to)}` },
-      element("option", { value: "" }, "nothing"),
-      choices.map((one) => element("option", { value: one, selected: one === from }, called(loop, one))),
-    );
-    list.addEventListener("change", () => rewire(loop, to, list.value));
+    const about = { id, "aria-label": `What goes to ${called(loop, to)}` };
+    const outputs = choices.map((one) => [one, called(loop, one)]);
+    const list = choice(about, [["", "nothing"], ...outputs], from, (next) => rewire(loop, to, next));
     const reason = possible.find((wire) => wire.from === from && wire.to === to)?.reason;
     const goes = element("span", " goes to ", element("span.name", called(loop, to)));
     return element("li", list, goes, reason && reason !== common && element("span.faint.reason", reason));

@@ -6,7 +6,7 @@
  * @typedef {import("./messages").Compiled} Compiled
  */
 
-import { element, text } from "tool/dom.js";
+import { choice, element, text } from "tool/dom.js";
 import { read } from "tool/values.js";
 
 const CPUS = ["300", "1200", "1500"];
@@ -40,12 +40,8 @@ export function optionsForm(program, compiled, translate) {
     id: "program-cycle",
     autocomplete: "off",
   });
-  const cpu = element(
-    "select",
-    { id: "program-cpu" },
-    element("option", { value: "" }, "as the sources tell"),
-    CPUS.map((one) => element("option", { value: one, selected: one === program.cpu }, `S7-${one}`)),
-  );
+  const cpus = CPUS.map((one) => [one, `S7-${one}`]);
+  const cpu = choice({ id: "program-cpu" }, [["", "as the sources tell"], ...cpus], program.cpu ?? "");
   const run = element("input", {
     ...{
       id: "program-run",

@@ -7,7 +7,7 @@
 
 import { draw } from "tool/charts.js";
 import { chooser } from "tool/csv.js";
-import { byId, element, fill, tableHead, text } from "tool/dom.js";
+import { byId, choice, element, fill, tableHead, text } from "tool/dom.js";
 import { askAside, Stopped } from "tool/engine.js";
 import { changed, fitting, verdict } from "tool/replay_words.js";
 import { manualSwitch, unitText } from "tool/signals.js";
@@ -247,16 +247,10 @@ function showMapping(found) {
   if (!loop || !recorded) return;
   const names = recorded.columns;
   const variables = loop.description.variables.map((one) => one.name);
+  const uses = ["", "time", ...variables].map((name) => [name, name || "not used"]);
   const changed = names.map((column, at) => {
     const now = found.find(([name]) => name === column)?.[1] ?? "";
-    const list = element(
-      "select",
-      { id: `replay-column-${at}` },
-      ["", "time", ...variables].map((name) =>
-        element("option", { value: name, selected: name === now }, name || "not used"),
-      ),
-    );
-    list.addEventListener("change", () => {
+    const list = choice({ id: `replay-column-${at}` }, uses, now, () => {
       columns = names.flatMap((name, one) => {
         const chosen = /** @type {HTMLSelectElement} */ (document.getElementById(`replay-column-${one}`)).value;
         return chosen ? [/** @type {[string, string]} */ ([name, chosen])] : [];

@@ -5,7 +5,7 @@
  * @typedef {import("./messages").Value} Value
  */
 
-import { attribute, byId, element, fill, text } from "tool/dom.js";
+import { attribute, byId, choice, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { leaveStep, repeated } from "tool/moment.js";
 import { numberField } from "tool/number_field.js";
@@ -550,14 +550,14 @@ function disturbanceControl(disturbing) {
   // A button says what it is.
   const word = element("span", "Disturbance ");
   let at = 0;
-  const list = element(
-    "select",
-    { "aria-label": "Disturbance", title: "Disturbance" },
-    disturbing.map(({ name }, number) => {
-      const isOnly = disturbing.every((one) => one.name === name || split(one.name)[1] !== split(name)[1]);
-      return element("option", { value: number }, isOnly ? split(name)[1] : name);
-    }),
-  );
+  const names = disturbing.map(({ name }, number) => {
+    const isOnly = disturbing.every((one) => one.name === name || split(one.name)[1] !== split(name)[1]);
+    return [String(number), isOnly ? split(name)[1] : name];
+  });
+  const list = choice({ "aria-label": "Disturbance", title: "Disturbance" }, names, "0", (number) => {
+    at = Number(number);
+    showOne();
+  });
   /** @type {(value: Value) => void} */
   let follow = () => {};
   for (const one of disturbing) {
@@ -583,10 +583,6 @@ function disturbanceControl(disturbing) {
     follow = field.follow;
     fill(place, field.row, element("button", { onclick: field.enter, title: "Set it at once (Enter)" }, "Disturb"));
   };
-  list.addEventListener("change", () => {
-    at = Number(list.value);
-    showOne();
-  });
   showOne();
   return element("span.control", word, list, place);
 }

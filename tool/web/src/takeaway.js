@@ -5,7 +5,7 @@
  */
 
 import { shownNames } from "tool/curves.js";
-import { element, fill } from "tool/dom.js";
+import { choice, element, fill } from "tool/dom.js";
 import { ask, EngineError, fromBase64, toBase64, whereIsTheEngine } from "tool/engine.js";
 import { sourceOf } from "tool/files.js";
 import { linkOfLoop } from "tool/link.js";
@@ -84,11 +84,7 @@ function show() {
     return;
   }
   const isAlive = store.isLive();
-  const format = element(
-    "select",
-    { "aria-label": "Format of the parameter file" },
-    store.catalogue.formats.map(([value, name]) => element("option", { value }, name)),
-  );
+  const format = choice({ "aria-label": "Format of the parameter file" }, store.catalogue.formats);
   const which = element(
     "select",
     { "aria-label": "Which loops" },

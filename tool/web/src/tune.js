@@ -12,7 +12,7 @@
 import { bodePlot } from "tool/bode.js";
 import { draw } from "tool/charts.js";
 import { chooser } from "tool/csv.js";
-import { attribute, element, fill, text } from "tool/dom.js";
+import { attribute, choice, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { forecast } from "tool/forecast.js";
 import { zoomToStep } from "tool/moment.js";
@@ -167,7 +167,7 @@ function show() {
 
 function identifyRow() {
   const kept = notes();
-  const method = choice("tune-method", METHODS, kept.method, (next) => {
+  const method = choice({ id: "tune-method" }, METHODS, kept.method, (next) => {
     kept.method = next;
     identifyAgain();
   });
@@ -186,23 +186,6 @@ function identifyRow() {
     chooser("tune-file", "Identify from a CSV", openAndIdentify, (error) => store.say(error)),
     element("label", { for: "tune-method" }, "by ", method),
   );
-}
-
-/**
- * @template {string} T
- * @param {string} id
- * @param {[T, string][]} from
- * @param {T} now
- * @param {(next: T) => void} take
- */
-function choice(id, from, now, take) {
-  const list = element(
-    "select",
-    { id },
-    from.map(([value, name]) => element("option", { value, selected: value === now }, name)),
-  );
-  list.addEventListener("change", () => take(/** @type {T} */ (list.value)));
-  return list;
 }
 
 /** The step test and the relay test, each in one button, with the size of the step. */
@@ -327,20 +310,16 @@ function openAndIdentify(recording) {
 function showCsv() {
   if (!recorded || !csvPlace) return;
   const of = recorded;
+  const columns = [["", "by its name"], ...of.columns.map((name) => [name])];
   /** @param {"time" | "input" | "output"} which @param {string} title */
   const column = (which, title) =>
     element(
       "label",
       `${title} `,
-      choice(
-        `tune-${which}`,
-        /** @type {[string, string][]} */ ([["", "by its name"], ...of.columns.map((name) => [name, name])]),
-        of[which],
-        (next) => {
-          of[which] = next;
-          identify(true);
-        },
-      ),
+      choice({ id: `tune-${which}` }, columns, of[which], (next) => {
+        of[which] = next;
+        identify(true);
+      }),
     );
   fill(
     csvPlace,

@@ -8,7 +8,7 @@
  */
 
 import { breakpointField } from "tool/breakpoint.js";
-import { attribute, element, fill, tableHead, text } from "tool/dom.js";
+import { attribute, choice, element, fill, tableHead, text } from "tool/dom.js";
 import { force, forced, isForced, release, write } from "tool/force.js";
 import { onceAFrame } from "tool/frame.js";
 import { cursorTime, momentText, momentValues } from "tool/moment.js";
@@ -118,10 +118,7 @@ const refresh = onceAFrame(() => {
 function row(loop, { name, member, variable }) {
   const value = element("td.number.value");
   const field = isSwitch(variable)
-    ? element(
-        "select",
-        ["FALSE", "TRUE"].map((one) => element("option", { value: one }, one)),
-      )
+    ? choice({}, [["FALSE"], ["TRUE"]])
     : element("input.number", { size: 9, autocomplete: "off" });
   attribute(field, "aria-label", `New value of ${called(loop, name)}`);
   const wire = loop.connections.find(([, to]) => to === name)?.[0];
