@@ -160,12 +160,6 @@ export function shownPicture(isRunOnly = false) {
   };
 }
 
-/** What part of the run is shown. @returns {{ from: number, to: number }} */
-export function shownPart() {
-  const [from, to] = range();
-  return { from, to };
-}
-
 /** The curves that are shown, by their names in the engine. */
 export function shownNames() {
   return curves.filter(isShown).map((curve) => curve.name);

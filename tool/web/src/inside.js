@@ -18,7 +18,7 @@ import { isTime, plcTime, shown } from "tool/values.js";
  *
  * @param {Work} loop
  */
-export async function blocksInside(loop) {
+async function blocksInside(loop) {
   const natives = programOf(loop)?.compiled.parts.filter((part) => part.is_native) ?? [];
   const known = await Promise.all(
     natives.map(async (part) => ((await assetOf(part.block))?.diagram && isInCatalogue(part.block) ? part : undefined)),

@@ -51,7 +51,7 @@ export const RAIL = 8;
 const LETTER = 6.7;
 /** How much wider a letter of a title is. */
 const BOLD = 1.25;
-export const MOST_LETTERS = 20;
+const MOST_LETTERS = 20;
 const SYMBOL = 28;
 /** Room for the value of an operand. */
 const LEAST = 76;

@@ -66,7 +66,7 @@ export function mount() {
  *
  * @param {string} id of its panel
  */
-export function showTab(id) {
+function showTab(id) {
   shown = id;
   const visible = id === "side" && !narrow.matches ? FIRST : id;
   document.body.dataset.tab = visible;
