@@ -35,6 +35,11 @@ export function tableHead(titles, isNumber = () => false) {
   return element("thead", element("tr", cells));
 }
 
+/** A field that a number is typed into. @param {Attributes} attributes */
+export function numberInput(attributes) {
+  return element("input.number", { inputmode: "decimal", autocomplete: "off", ...attributes });
+}
+
 /**
  * A choice from a list.
  *

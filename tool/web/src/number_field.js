@@ -4,7 +4,7 @@
  * @typedef {import("./messages").Value} Value
  */
 
-import { attribute, element } from "tool/dom.js";
+import { attribute, element, numberInput } from "tool/dom.js";
 import { unitText } from "tool/signals.js";
 import { number, read, shown } from "tool/values.js";
 
@@ -18,9 +18,7 @@ import { number, read, shown } from "tool/values.js";
  * @param {(value: number) => void} set
  */
 export function numberField(label, id, of, value, set) {
-  const input = element("input", {
-    ...{ id, class: "number", size: 7, value: shown(value, of.kind), inputmode: "decimal", autocomplete: "off" },
-  });
+  const input = numberInput({ id, size: 7, value: shown(value, of.kind) });
   const check = () => {
     const got = read(input.value, of);
     const why = "why" in got ? got.why : undefined;

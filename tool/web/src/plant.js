@@ -10,7 +10,7 @@
  * @typedef {import("tool/store.js").Work} Work
  */
 
-import { choice, element, fill, text } from "tool/dom.js";
+import { choice, element, fill, numberInput, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { programNamed } from "tool/program.js";
 import { called, isSwitch, unitText } from "tool/signals.js";
@@ -310,15 +310,8 @@ async function unconnected() {
   const inputs = THREE_NUMBERS.flatMap(([name, title]) => {
     const variable = generic.variables.find((one) => one.name === name);
     if (!variable) return [];
-    const input = element("input", {
-      ...{
-        class: "number",
-        size: 7,
-        value: typed[name] ?? shown(variable.start, variable.kind),
-        id: `generic-${name}`,
-      },
-      ...{ inputmode: "decimal", autocomplete: "off" },
-    });
+    const start = typed[name] ?? shown(variable.start, variable.kind);
+    const input = numberInput({ size: 7, value: start, id: `generic-${name}` });
     input.addEventListener("input", () => {
       typed[name] = input.value;
     });
@@ -554,10 +547,7 @@ function field(loop, member, variable, title, prefix = "") {
     box.addEventListener("change", () => set(box.checked));
     control = box;
   } else {
-    const input = element("input", {
-      ...common,
-      ...{ class: "number", size: 9, value: shown(value, variable.kind), inputmode: "decimal", autocomplete: "off" },
-    });
+    const input = numberInput({ ...common, size: 9, value: shown(value, variable.kind) });
     input.addEventListener("change", () => {
       const got = read(input.value, variable);
       if ("why" in got) {

@@ -5,7 +5,7 @@
  * @typedef {import("./messages").Value} Value
  */
 
-import { attribute, byId, choice, element, fill, text } from "tool/dom.js";
+import { attribute, byId, choice, element, fill, numberInput, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { leaveStep, repeated } from "tool/moment.js";
 import { numberField } from "tool/number_field.js";
@@ -87,10 +87,8 @@ export function mount(content) {
     element("span.long", " with these values"),
   );
   status = element("span.status");
-  duration = element("input.number", {
-    ...{ id: "run-for", placeholder: "–", inputmode: "decimal", autocomplete: "off" },
-    ...{ title: "How long to run; empty is until Pause, at max until the loop has settled", oninput: checkDuration },
-  });
+  const aboutDuration = "How long to run; empty is until Pause, at max until the loop has settled";
+  duration = numberInput({ id: "run-for", placeholder: "–", title: aboutDuration, oninput: checkDuration });
   duration.addEventListener("keydown", (event) => {
     if (event.key === "Enter" && !running) runOrPause();
   });

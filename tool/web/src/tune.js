@@ -12,7 +12,7 @@
 import { bodePlot } from "tool/bode.js";
 import { draw } from "tool/charts.js";
 import { chooser } from "tool/csv.js";
-import { attribute, choice, element, fill, text } from "tool/dom.js";
+import { attribute, choice, element, fill, numberInput, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { forecast } from "tool/forecast.js";
 import { zoomToStep } from "tool/moment.js";
@@ -195,10 +195,8 @@ function testButtons() {
   const { manual, manual_pulses: pulses, manipulated_value: output } = loop?.description.roles ?? {};
   const hasValue = manual && output;
   if (!loop || !(hasValue || pulses)) return [];
-  const size = element("input.number", {
-    ...{ id: "step-size", value: kept.step, inputmode: "decimal", autocomplete: "off" },
-    ...{ "aria-label": `Size of the step in ${unitOfManipulatedValue()}` },
-  });
+  const about = `Size of the step in ${unitOfManipulatedValue()}`;
+  const size = numberInput({ id: "step-size", value: kept.step, "aria-label": about });
   /** @param {(size: number) => Promise<void>} test @param {string} what */
   const made = (test, what) => async () => {
     const got = read(size.value, { name: "the step", kind: "LREAL" });
@@ -479,10 +477,8 @@ function modelRow() {
     ["dead_time", "L", "s"],
   ]).map(([name, label, unit]) => {
     const written = kept.model[name] ?? (name === "second_time_constant" ? "0" : "");
-    const input = element("input.number", {
-      ...{ size: 7, inputmode: "decimal", autocomplete: "off", id: `model-${name}` },
-      value: written === "" ? "" : rounded(Number(written), "LREAL", 4),
-    });
+    const value = written === "" ? "" : rounded(Number(written), "LREAL", 4);
+    const input = numberInput({ size: 7, id: `model-${name}`, value });
     input.dataset.full = written;
     input.dataset.rounded = input.value;
     input.addEventListener("input", () => {
@@ -553,8 +549,7 @@ let showClosed = () => {};
 function ruleRow() {
   const kept = notes();
   /** @param {string} id @param {string} value */
-  const field = (id, value) =>
-    element("input.number", { ...{ size: 6, id, value }, inputmode: "decimal", autocomplete: "off" });
+  const field = (id, value) => numberInput({ size: 6, id, value });
   const closed = field("tune-lambda", kept.closedLoop);
   closedField = closed;
   const closedLabel = element(
