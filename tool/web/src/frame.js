@@ -16,7 +16,7 @@ export function onceAFrame(work) {
     requestAnimationFrame(async () => {
       isScheduled = isStale = false;
       isBusy = true;
-      await (async () => work())().catch(store.say);
+      await Promise.resolve().then(work).catch(store.say);
       isBusy = false;
       if (isStale) soon();
     });
