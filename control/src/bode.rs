@@ -28,7 +28,7 @@ pub struct BodeRequest {
     pub model: Model,
     /// The controller with the settings of the first loop.
     pub controller: Member,
-    /// What the settings of each further loop have otherwise, such as those of a rule.
+    /// The settings in which each further loop differs, such as those of a rule.
     pub others: Vec<Values>,
 }
 
@@ -64,9 +64,8 @@ pub struct OpenLoop {
 
 /// Computes the open loops of a controller with a plant.
 ///
-/// # Errors
-/// The model is not that of a plant, the FMU is not a controller or lacks such a setting, or its P action is off; the
-/// message names what works.
+/// # Errors The model is not that of a plant, the FMU is not a controller or lacks a setting, or its P action is off;
+/// the message names what works.
 pub fn bode(home: &dyn Fmus, request: &BodeRequest) -> Result<Bode> {
     request.model.check()?;
     let mut plotted = Vec::new();

@@ -39,7 +39,7 @@ pub struct Characteristics {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Sweep {
-    /// What it shows.
+    /// Its title.
     pub title: String,
     /// The variable of the horizontal axis.
     pub variable: String,

@@ -30,7 +30,7 @@ const STAY: f64 = 0.1;
 /// The end of the reason why a figure is absent.
 const NOT_FINITE: &str = "is NaN in some calls";
 
-/// The reason why there is no step.
+/// The reason if the setpoint does not step.
 const NO_CHANGE: &str = "the setpoint does not change in this part of the run";
 
 /// A figure of a loop. The lowest value is the best.
@@ -192,7 +192,7 @@ pub static SETTLING: Figure = Figure {
     of: |window| window.settling(),
 };
 
-/// The reason why there are no figures of a disturbance.
+/// The reason if no disturbance occurs.
 const NO_DISTURBANCE: &str = "nothing disturbs the loop in this part of the run";
 
 const NO_CALL: &str = "there is no call in this part of the run";

@@ -43,7 +43,7 @@ const MOST_POINTS: usize = 2000;
 /// The maximum movement of a settled process value in the last fifth of the record, relative to the response.
 const SETTLED: f64 = 0.02;
 
-/// What to identify from.
+/// The data to identify a plant from, and how.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
@@ -113,10 +113,10 @@ pub enum Method {
 
 /// A plant: a lag with dead time, or an integrator with dead time.
 ///
-/// The gain is that between the manipulated value that leaves the controller and the process value that the controller compares
-/// with the setpoint. A model that is identified from a loop's signals has this gain: factors and offsets of the process value
-/// that the block applies (PV_FAC) are in it. What the block applies to the manipulated value inside (LMN_FAC) is not;
-/// [`tune`](crate::tune) takes it into account.
+/// The gain is that between the manipulated value that leaves the controller and the process value that the controller
+/// compares with the setpoint. A model identified from a loop's signals has this gain: it includes the factors and
+/// offsets that the block applies to the process value (PV_FAC). It does not include those applied to the manipulated
+/// value inside the block (LMN_FAC); [`tune`](crate::tune) takes them into account.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
@@ -149,7 +149,7 @@ pub struct Identified {
     pub measured: Vec<f64>,
     /// The model's process value.
     pub modelled: Vec<f64>,
-    /// What the user should know, a sentence each.
+    /// Remarks for the user, a sentence each.
     pub remarks: Vec<String>,
 }
 

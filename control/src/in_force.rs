@@ -1,4 +1,4 @@
-//! What the settings in force lead to with a plant's model, beside what the rules would: the same margins, step and load.
+//! Margins, step and load response with the settings in force and a plant's model, computed as for the rules.
 
 use crate::bode;
 use crate::margins::{self, Plant};

@@ -50,7 +50,7 @@ impl Margins {
     }
 }
 
-/// The control law: what a controller computes from the error in each call.
+/// The control law: the controller's output as a function of the error, call by call.
 ///
 /// ```text
 /// LMN = p + i + d    p = GAIN e

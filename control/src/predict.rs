@@ -1,20 +1,22 @@
 //! The simulated loop: the real block with a plant's model, after a step of the setpoint.
 //!
-//! The block is called as in a run of the tool: every CYCLE, before the plant, which then advances by one CYCLE with the
-//! manipulated value held. First the loop is brought to rest in manual mode, with a manual value of 50 % where the block has one
-//! and the user names no other; what the block gives then is where the plant is at rest. Then the controller goes to automatic
-//! mode, and the setpoint steps. By default the step is 10 % times the plant's gain: in the end the manipulated value moves by as
-//! much. Of an integrating plant it is 10 % divided by GAIN: at first the manipulated value moves by as much.
+//! The block is called as in a run of the tool: every CYCLE, before the plant, which then advances by one CYCLE with
+//! the manipulated value held. First the loop is brought to rest in manual mode, with a manual value of 50 % if the
+//! block has one and the user specifies no other; the plant starts at rest with the resulting output of the block. Then
+//! the controller goes to automatic mode, and the setpoint steps. By default the step is 10 % times the plant's gain,
+//! so that the manipulated value finally moves by 10 %. For an integrating plant it is 10 % divided by GAIN, so that
+//! the manipulated value moves by 10 % at first.
 //!
-//! After a load the loop has recovered within the band that a run of it has: that of its last step, which the request names. Without a run
-//! it is that of the default step, so that no other step that is predicted changes what a load does.
+//! After a load, the loop has recovered once it stays in the band used for a run: that of the run's last step, which
+//! the request contains. Without a run it is that of the default step, so that the size of the predicted step does not
+//! affect the figures of a load.
 //!
-//! The rows are those of a run of the loop. Where all members act at once, a row has what the controller has put out in the call before
-//! it, beside the setpoint of its own: a run of this loop is late by that call against the plant, and so is the prediction. That the plant
-//! gets the manipulated value a call later, too, is in the dead time of a model that was identified in the loop.
+//! The rows are those of a run of the loop. Where all members act at once, a row holds the controller's output of the
+//! previous call beside the setpoint of the current one: a run of this loop lags the plant by that call, and so does
+//! the prediction. A model identified in the loop also contains this delay of one call in its dead time.
 //!
-//! Pulses drive the model as they are, as 100 % or 0 or -100 %. The pulses of a step controller move a valve, which takes the motor
-//! time from stop to stop and begins in the middle.
+//! Pulses drive the model directly, as 100 %, 0 or -100 %. The pulses of a step controller move a valve, which starts
+//! in the middle and takes the motor time from stop to stop.
 
 use crate::extremes;
 use crate::figures::{BAND, OVERSHOOT, SETTLING, Signals, Span, Window, find};
@@ -41,7 +43,7 @@ const STEP: f64 = 10.0;
 const LOAD: f64 = 10.0;
 /// At most this many calls are simulated.
 const MOST_CALLS: usize = 200_000;
-/// How many times longer the loop is simulated if it has not come to rest, one after the other.
+/// Factors by which the simulated time is extended, one after the other, until the loop is at rest.
 const LONGER: [usize; 6] = [2, 4, 8, 16, 32, 64];
 /// Up to how many times longer in any case: beyond, only as long as the plant itself is slower.
 const SURELY_LONGER: usize = 4;
@@ -77,7 +79,7 @@ struct Plant {
     level: f64,
     /// How a process value becomes a word of an analog input: word = (value - offset) / factor.
     scaling: Option<(f64, f64)>,
-    /// How long a valve takes from stop to stop; without it the input is what the model gets.
+    /// The time in which a valve moves from stop to stop; `None` if the input acts on the model directly.
     motor_time: Option<f64>,
     /// From when on a load is added to the input, and how large it is.
     load: Option<(f64, f64)>,
@@ -90,7 +92,7 @@ struct Plant {
 }
 
 impl Plant {
-    /// What drives the model from `time` on; moves the valve.
+    /// Moves the valve; returns the input of the model from `time` on.
     fn drive(&mut self, size: f64) -> f64 {
         let pulses = 100.0 * (self.values[UP as usize] - self.values[DOWN as usize]);
         let Some(motor_time) = self.motor_time else {
@@ -184,7 +186,7 @@ fn description() -> Description {
     }
 }
 
-/// When what happens, in calls.
+/// The times of the events, in calls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Schedule {
     cycle: f64,
@@ -229,7 +231,7 @@ impl Schedule {
         Ok(Schedule { cycle, automatic: rest, step, calls: step + wanted })
     }
 
-    /// The schedule of a step that was measured for so many seconds.
+    /// The schedule of a step whose response lasts this many seconds.
     ///
     /// # Errors
     /// It was measured for too long.
@@ -248,7 +250,7 @@ impl Schedule {
     }
 }
 
-/// What the user should know of a prediction.
+/// Remarks on a prediction for the user.
 #[derive(Debug, Default)]
 pub struct Told {
     /// A sentence each.
@@ -289,9 +291,9 @@ pub fn predict(
     Ok((predicted, told))
 }
 
-/// What is made of the loop over the usual time; if it does not rest then, over the first longer time in which it does. A calm loop takes
-/// longer after a load than after its own step, and a fast one at the limit of its manipulated value as long as its plant; one
-/// that swings does not rest in any time.
+/// Evaluates the loop over the usual time or, if it is not at rest by then, over the first longer time in which it
+/// comes to rest. A calm loop takes longer after a load than after a setpoint step, and a fast one at the limit of its
+/// manipulated value takes as long as its plant; one that oscillates never comes to rest.
 fn resting<'a, T>(
     request: &TuneRequest,
     simulate: impl Fn(usize) -> Result<Simulation<'a>>,
@@ -327,7 +329,7 @@ pub struct Forecast {
     pub manipulated_value: Vec<f64>,
     /// The time between two calls in seconds.
     pub cycle: f64,
-    /// Its figures by their keys, those that there are.
+    /// Its figures by key, as far as they exist.
     pub figures: Vec<(&'static str, f64)>,
 }
 
@@ -373,7 +375,7 @@ pub fn forecast_load(
     Ok(figures_after(&simulation.load(size)?, &schedule, simulation.band))
 }
 
-/// The loop as it is simulated.
+/// A simulation of the loop.
 struct Simulation<'a> {
     home: &'a dyn Fmus,
     controller: &'a Controller,
@@ -395,7 +397,7 @@ struct Simulation<'a> {
 }
 
 impl<'a> Simulation<'a> {
-    /// The loop over so many times the usual time.
+    /// The loop over a multiple of the usual time.
     fn longer(
         home: &'a dyn Fmus,
         controller: &'a Controller,
@@ -551,8 +553,8 @@ fn unrecovered(rows: &[[f64; 3]], controller: &Controller) -> String {
     find("recovery").map(|figure| figure.absent).unwrap_or_default().into()
 }
 
-/// The default step of the setpoint, in units of the process value: the tenth of what the process value does over 100 % of the
-/// manipulated value; of an integrating plant as much as moves the manipulated value by 10 % at first.
+/// The default step of the setpoint, in units of the process value: a tenth of the change of the process value over 100
+/// % of the manipulated value; for an integrating plant, the step that moves the manipulated value by 10 % at first.
 fn usual_height(request: &TuneRequest, gain: Option<&Value>) -> f64 {
     match gain {
         Some(Value::Number(gain)) if request.model.is_integrating => STEP / gain,
@@ -598,7 +600,7 @@ impl Terminal {
         Ok(Terminal { name: (*name).clone(), is_word, switches })
     }
 
-    /// What to say of switches that are set for the simulation alone.
+    /// A remark on switches that are set for the simulation only.
     fn remark(&self) -> Option<String> {
         let state = |(name, is_on): &(String, bool)| format!("{name} = {}", if *is_on { "TRUE" } else { "FALSE" });
         let switches: Vec<String> = self.switches.iter().map(state).collect();
@@ -612,7 +614,7 @@ fn setting(name: &str, value: Value) -> Setting {
     Setting { variable: format!("{CONTROLLER}.{name}"), value, time: None, is_preliminary: false, place: None }
 }
 
-/// The loop with all settings but the step of the setpoint.
+/// The loop with all settings except the step of the setpoint.
 fn system(
     controller: &Controller,
     values: &Values,
@@ -623,7 +625,7 @@ fn system(
     let mut all = controller.member.values.clone();
     all.extend(values.clone());
     all.extend(terminal.switches.iter().map(|(name, is_on)| (name.clone(), Value::Boolean(*is_on))));
-    // Outputs and what is connected are not settings.
+    // Outputs and connected variables are not settings.
     all.retain(|name, _| *name != terminal.name && controller.role(name) != Some(Role::Output));
     let mut events = Vec::new();
     if let Some((switch, value)) = &controller.roles.manual {
@@ -676,7 +678,7 @@ fn simulate(plan: &Plan, components: Vec<Box<dyn Component>>) -> Result<Vec<[f64
     Ok(rows)
 }
 
-/// What the page draws: from shortly before the step on.
+/// The rows that the page draws: from shortly before the step on.
 fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height: f64) -> (Predicted, Told) {
     let begin = schedule.automatic;
     let manipulated_value = averaged(rows, controller.period_in_calls(schedule.cycle)).split_off(begin);
@@ -729,7 +731,7 @@ fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height
     (predicted, Told { remarks, absent })
 }
 
-/// The manipulated value as the mean of so many calls up to and with each; fewer at the beginning.
+/// The manipulated value averaged over the last `length` calls; fewer at the beginning.
 fn averaged(rows: &[[f64; 3]], length: usize) -> Vec<f64> {
     let mean = |end: usize| {
         let part = &rows[(end + 1).saturating_sub(length)..=end];
@@ -808,8 +810,8 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// The factor between the value that GAIN acts on and the manipulated value that leaves the block, as it is in manual mode; none if
-/// the block has no manual mode or gives pulses.
+/// The factor between the value that GAIN acts on and the manipulated value that leaves the block, measured in manual
+/// mode; `None` if the block has no manual mode or outputs pulses.
 ///
 /// # Errors
 /// The FMU refuses.

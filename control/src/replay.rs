@@ -1,21 +1,22 @@
-//! A file recorded on the plant through the block: does it do what the plant's did?
+//! Replays a file recorded on the plant through the block: does the block compute what the plant's block did?
 //!
-//! Each row of the file is a call: what the file has of the block's inputs and parameters is set before it, what it has of the
-//! outputs is compared after it. A value is equal if it has the same bits as REAL. If not, it may be off by half of the
-//! last digit that its column has, since nobody knows the digits that were not written: 0.0005 of a column with three decimals; and by
-//! 16 times what REAL resolves of its largest value, since each call rounds.
-//! The inputs in the file are rounded in the same way, and the block amplifies and integrates that. So what a change of the
-//! measured inputs by half of their last digit does to the outputs, computed by the block itself, is allowed as well.
-//! Whoever gives a tolerance gets that and nothing else.
+//! Each row of the file is a call: the recorded inputs and parameters of the block are set before it, the recorded
+//! outputs are compared after it. A value is equal if it has the same bits as REAL. Otherwise two deviations are
+//! allowed: half of the last digit of its column (0.0005 in a column with three decimals), because the digits beyond
+//! are unknown; and 16 times the resolution of REAL at its largest value, because each call rounds. The inputs in the
+//! file are rounded in the same way, and the block amplifies and integrates that. So the effect on the outputs of
+//! changing the measured inputs by half of their last digit, computed by the block itself, is allowed as well. A
+//! tolerance in the request replaces all of this.
 //!
-//! If they differ, the cause is looked for in this order: the mode, if the recording does not say it; the time between two calls, if the
-//! times of the recording disagree with it, and with that from there on where they leave no other; then one setting, then two, whose
-//! values are estimated with the block itself; then a setting that was changed while the recording was made. An explanation is sure if
-//! it is the only one and its values could not be others; otherwise the conclusion is that the recording does not tell.
+//! If they differ, the cause is searched for in this order: the mode, if it was not recorded; the time between two
+//! calls, if the recorded times disagree with it, which is then used for the rest of the search if they leave no
+//! alternative; then one setting, then two, with values estimated by means of the block itself; then a setting that was
+//! changed during the recording. An explanation is certain if it is the only one and its values are unambiguous;
+//! otherwise the conclusion is that the recording does not reveal the cause.
 //!
-//! What the block did before the first row is in its memory and not in the file. If the file begins with a restart (COM_RST is
-//! TRUE), that is row 0. If it does not say so, the block is brought to the recorded manipulated value in manual, or begins with
-//! a restart, whatever fits better.
+//! The history of the block before the first row is in its memory and not in the file. If the file begins with a
+//! restart (COM_RST is TRUE), that is row 0. If it does not say so, the block is brought to the recorded manipulated
+//! value in manual mode, or begins with a restart, whichever fits better.
 
 mod change;
 mod columns;
@@ -40,19 +41,20 @@ use serde::{Deserialize, Serialize};
 /// The most values of outputs that are compared, rows times columns.
 const MOST_VALUES: usize = 8 << 20;
 
-/// Pulses of which another value leaves only one in so many different are not told by the digits alone.
+/// If a different setting reduces the number of differing pulses by this factor, the last digits alone do not explain
+/// them.
 const CLEARER: usize = 4;
 
-/// What leaves more than so many times half of the last digit is accepted only if a change by hand does not come nearer.
+/// A deviation above this many halves of the last digit is accepted only if a change by hand is not closer.
 const FAR: f64 = 4.0;
 
 /// Another last digit of a measured value may look like a setting that differs by this part of it.
 const LARGE: f64 = 0.05;
 
-/// At most this many rows of a curve are answered.
+/// The maximum number of rows of a curve in the answer.
 const MOST_POINTS: usize = 8_000;
 
-/// What to replay.
+/// The recording to replay, and the block.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
@@ -82,29 +84,32 @@ pub struct Replayed {
     pub calls: usize,
     /// One for each output that the file has.
     pub outputs: Vec<Compared>,
-    /// The settings that the recording has otherwise than the loop: it was replayed with those of the recording.
+    /// The settings in which the recording differs from the loop: it was replayed with the recorded ones.
     pub settings: Vec<Change>,
-    /// The settings that change in the recording and end with another value than in the loop: the recording's values counted.
+    /// The settings that change during the recording and end with a value other than the loop's: the recorded values
+    /// were used.
     pub moving: Vec<Moving>,
-    /// What was tried, the best first.
+    /// The explanations tried, the best first.
     pub suspects: Vec<Suspect>,
     /// The conclusion.
     pub conclusion: Conclusion,
-    /// Why equal outputs say nothing about the controller's settings; none if the recording depends on them.
+    /// The reason why equal outputs prove nothing about the controller's settings; `None` if the recording depends on
+    /// them.
     pub doubt: Option<Doubt>,
-    /// What the user should know, a sentence each.
+    /// Remarks for the user, a sentence each.
     pub remarks: Vec<String>,
 }
 
-/// What a recording says of a block.
+/// The conclusion from a recording about a block.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub enum Conclusion {
-    /// It does what the recording has.
+    /// The block computes the recorded outputs.
     #[default]
     Equal,
-    /// The pulses differ in no more rows than other last digits of the measured values change: nothing says that a setting differs.
+    /// The pulses differ in no more rows than a change of the measured values' last digits explains: no sign of a
+    /// different setting.
     Rounded,
     /// It does something else, and no cause was looked for.
     Differs,
@@ -114,7 +119,7 @@ pub enum Conclusion {
     LikelyCause,
     /// More than one change explains everything: the recording cannot tell them apart.
     Ambiguous,
-    /// Calls lie between the rows: the recording tells nothing of the settings.
+    /// There are calls between the rows: the recording reveals nothing about the settings.
     Coarse,
     /// Nothing that was tried explains everything.
     Unexplained,
@@ -134,14 +139,14 @@ pub struct Compared {
     pub largest: f64,
     /// How far a value may be off at most and counts as equal.
     pub allowed: f64,
-    /// The noise of the recorded or of the computed values, whichever is larger: the standard deviation of what changes from row to row
-    /// without a trend. 0 of a switch.
+    /// The noise of the recorded or the computed values, whichever is larger: the standard deviation of the changes
+    /// from row to row without a trend. 0 for a switch.
     pub noise: f64,
     /// To draw: times in seconds.
     pub times: Vec<f64>,
     /// The recorded values.
     pub recorded: Vec<f64>,
-    /// What the block computes.
+    /// The values computed by the block.
     pub computed: Vec<f64>,
 }
 
@@ -149,23 +154,23 @@ pub struct Compared {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Suspect {
-    /// What was changed, from the start on.
+    /// The changes from the start on.
     pub changes: Vec<Change>,
-    /// What was changed besides, while the recording was made.
+    /// The change made during the recording, if any.
     pub since: Option<Since>,
     /// From where to where the value of the only number among them explains the recording as well.
     pub range: Option<(f64, f64)>,
     /// Other settings with which it would have another value and explain the recording as well.
     pub confused: Vec<String>,
-    /// The settings that were changed, as they are in the loop then; at the end of the recording, if one changed in it.
+    /// The changed settings with their values in the loop; at the end of the recording, if one changed during it.
     pub values: Values,
-    /// How many calls still differ.
+    /// The number of calls that still differ.
     pub different: usize,
     /// The largest difference.
     pub largest: f64,
     /// Whether nothing differs any more.
     pub fits: bool,
-    /// Whether the recording tells it: nothing else that was tried explains everything, and its values could not be others.
+    /// Whether it is certain: no other explanation covers everything, and its values are unambiguous.
     pub is_sure: bool,
     /// Whether it fits only if the last row, which repeats all outputs, is no call.
     pub ends_without_call: bool,
@@ -173,8 +178,7 @@ pub struct Suspect {
 
 /// Replays a recording.
 ///
-/// # Errors
-/// There is no such block; the file cannot be read; nothing of it belongs to the block; a value that the block does not take.
+/// # Errors No such block; the file cannot be read or has no column of the block; the block rejects a value.
 pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     let fmu = &request.controller.fmu;
     let table = home.table(fmu)?;
@@ -240,7 +244,7 @@ pub fn replay(home: &dyn Fmus, request: &ReplayRequest) -> Result<Replayed> {
     Ok(Replayed { columns, calls, outputs, settings, moving, conclusion, doubt, suspects, remarks })
 }
 
-/// What a recording says, read in one way.
+/// A recording, read in one way, with its conclusion.
 struct Reading {
     recording: Recording,
     base: compare::Outcome,
@@ -252,7 +256,7 @@ struct Reading {
 }
 
 impl Reading {
-    /// Whether nothing differs, or settings explain what does.
+    /// Whether nothing differs, or settings explain the differences.
     fn is_explained(&self) -> bool {
         self.base.different() == 0 || self.suspects.iter().any(is_of_settings)
     }
@@ -303,7 +307,7 @@ fn read_otherwise(
     // A switch that the last digit of an input moves by a call is as near as a switch can be.
     let is_any_near = tolerance.is_some() || has_switches_only;
     let allowed = if is_any_near { f64::INFINITY } else { FAR * reading.recording.resolution() };
-    // A call without a row comes less near, since nobody has recorded its inputs.
+    // A call without a row is not closer, since its inputs were not recorded.
     let is_near = |suspect: &Suspect| suspect.fits && (suspect.largest <= allowed || !is_of_settings(suspect));
     let is_open = request.try_suspects && !reading.recording.is_coarse && reading.base.different() > 0;
     if !is_open || reading.suspects.iter().any(is_near) {
@@ -350,8 +354,8 @@ fn by_hand(block: &Block, csv: &Csv, request: &ReplayRequest, largest: f64) -> R
     }))
 }
 
-/// The recording with each output in the row of its call. What a recorder calls the process value may be the block's input or its output:
-/// whatever explains more.
+/// The recording with each output in the row of its call. The recorded process value may be the block's input or its
+/// output: the choice that explains more is used.
 fn late(block: &Block, csv: &Csv, request: &ReplayRequest, has_to_explain: bool) -> Result<Reading> {
     let of = |has_late_process_value: bool, has_to_explain: bool| -> Result<Option<Reading>> {
         let recording = Recording::new(block, csv, &request.columns, &mut Vec::new())?;
@@ -363,7 +367,7 @@ fn late(block: &Block, csv: &Csv, request: &ReplayRequest, has_to_explain: bool)
         let (base, suspects) = explained(&comparison, has_to_explain)?;
         Ok(Some(Reading { recording, base, suspects, is_late: true, is_rounded: false }))
     };
-    // What is equal as it is needs no cause.
+    // If everything is equal already, no cause is needed.
     let plain = of(false, false)?.context("the input is always there")?;
     let shifted = of(true, false)?;
     if plain.is_explained() {
@@ -384,7 +388,7 @@ fn late(block: &Block, csv: &Csv, request: &ReplayRequest, has_to_explain: bool)
     Ok(of(true, has_to_explain)?.filter(Reading::is_explained).unwrap_or(best))
 }
 
-/// The recording as it is, and with each output in the row of its call.
+/// The recording unchanged, and with each output in the row of its call.
 fn readings(block: &Block, csv: &Csv, request: &ReplayRequest) -> Result<Vec<Recording>> {
     let plain = || Recording::new(block, csv, &request.columns, &mut Vec::new());
     let has_unclear = plain()?.has_unclear_process_value(block);
@@ -415,7 +419,7 @@ fn plainer(first: &mut [Suspect], second: &mut [Suspect]) -> bool {
     (other.changes.len(), digits(other)) < (own.changes.len(), digits(own))
 }
 
-/// The setting that a change gives a number, and the number.
+/// The setting to which a change assigns a number, and the number.
 fn value_of(change: &Change) -> Option<(&str, f64)> {
     match change {
         Change::Setting { name, value, .. } => Some((name, number_of(*value))),
@@ -447,7 +451,7 @@ fn is_large(suspect: &Suspect) -> bool {
     is_of_settings(suspect) && suspect.since.is_none() && suspect.changes.iter().all(is_far)
 }
 
-/// The run of the block as it is and, if it differs, what explains that.
+/// The run of the unchanged block and, if it differs, the explanations.
 fn explained(comparison: &Comparison, has_to_explain: bool) -> Result<(compare::Outcome, Vec<Suspect>)> {
     let recording = comparison.recording;
     let variant = Variant { skipped: recording.between.clone(), ..Variant::default() };
@@ -532,7 +536,7 @@ fn compared(recording: &Recording, run: &compare::Outcome, output: usize, tolera
     }
 }
 
-/// The noise of values. Those that bend one way for a while have none, however much they bend.
+/// The noise of values. Smooth curves have none, however strongly they bend.
 fn noise_of(values: &[f64]) -> f64 {
     let bends: Vec<f64> = values.windows(3).map(|three| three[0] - 2.0 * three[1] + three[2]).collect();
     let products = || bends.windows(2).map(|pair| pair[0] * pair[1]);
@@ -540,7 +544,7 @@ fn noise_of(values: &[f64]) -> f64 {
     if same > other { 0.0 } else { noise(values) }
 }
 
-/// Why equal outputs say nothing about a controller's settings.
+/// The reason why equal outputs prove nothing about a controller's settings.
 fn doubt(block: &Block, recording: &Recording) -> Option<Doubt> {
     let roles = block.roles;
     if roles.controller.is_empty() {
@@ -557,7 +561,7 @@ fn doubt(block: &Block, recording: &Recording) -> Option<Doubt> {
     })
 }
 
-/// What follows from what was tried.
+/// The conclusion from the explanations tried.
 fn conclusion(
     block: &Block,
     recording: &Recording,

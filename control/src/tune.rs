@@ -1,4 +1,4 @@
-//! Settings of a controller for a plant's model, by the known rules, and what they lead to.
+//! Settings of a controller for a plant's model by the known rules, with the resulting margins and responses.
 //!
 //! The [`rules`] know a plant with gain, lag and dead time. Here their result takes the form of a block:
 //!
@@ -6,8 +6,9 @@
 //!   pulse former if there is one. For a block that runs its controller in each n-th call, n calls are the period.
 //! - GAIN is divided by the factor that the block applies to its manipulated value inside (LMN_FAC), which is measured in manual
 //!   mode. The model's gain has all the other factors in it, see [`Model`].
-//! - TI, TD and TM_LAG are whole milliseconds, and not below what the block raises them to: half the time between two calls of the
-//!   controller, TD all of it. TM_LAG is a tenth of TD ([`rules::FILTER`]). All of them and GAIN have [`DIGITS`] digits.
+//! - TI, TD and TM_LAG are whole milliseconds, and not below the values to which the block raises them: half the time
+//!   between two calls of the controller, for TD all of it. TM_LAG is a tenth of TD ([`rules::FILTER`]). All of them
+//!   and GAIN have [`DIGITS`] digits.
 //! - The switches of the actions are set for P, PI or PID. A step controller has PI only; the time of its motor is no lag of the
 //!   plant.
 //!
@@ -46,7 +47,7 @@ const CALMER: f64 = 1.5;
 /// The range of RATIOFAC.
 const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 
-/// What to tune.
+/// The controller to tune, the plant's model and the rule.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
@@ -88,14 +89,14 @@ pub struct TuneRequest {
 pub struct Step {
     /// The setpoint before it; that of the controller without it.
     pub from: Option<f64>,
-    /// By how much it changes, below 0 for down; without it so much that the manipulated value moves by 10 % in the end, or at first
-    /// if the plant integrates.
+    /// The size of the step, below 0 for down; by default, the step that moves the manipulated value by 10 % in the
+    /// end, or at first if the plant integrates.
     pub size: Option<f64>,
     /// The manual value at which the plant rests before it, in percent; 50 without it.
     pub manual: Option<f64>,
 }
 
-/// Settings and what they lead to.
+/// Settings and their predicted effects.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Tuned {
@@ -105,7 +106,7 @@ pub struct Tuned {
     pub dead_time: f64,
     /// The time constant of the closed loop that the rule was given, if it takes one.
     pub closed_loop: Option<f64>,
-    /// The same as a place on a scale from calm, 0, to fast, 1, as the request may give it.
+    /// The same as a position on a scale from calm, 0, to fast, 1, as the request may specify it.
     pub pace: Option<f64>,
     /// The largest sensitivity.
     pub sensitivity: Option<f64>,
@@ -119,11 +120,11 @@ pub struct Tuned {
     /// and `deviation`, `recovery` and `iae` of the load.
     #[serde(default)]
     pub absent: BTreeMap<String, String>,
-    /// What the user should know, a sentence each.
+    /// Remarks for the user, a sentence each.
     pub remarks: Vec<String>,
 }
 
-/// A rule with what it leads to.
+/// A rule and its predicted effects.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct RuleOutcome {
@@ -133,7 +134,7 @@ pub struct RuleOutcome {
     pub name: String,
     /// The settings, and the prediction for the same step as those of all other rows.
     pub tuned: Option<Tuned>,
-    /// Why there are none.
+    /// The reason why there are no settings.
     pub refusal: Option<String>,
 }
 
@@ -156,7 +157,7 @@ pub struct Ratio {
     pub ratio: f64,
     /// The model to tune the controller with: the weaker gain, the longer dead time.
     pub model: Model,
-    /// What the user should know, a sentence each.
+    /// Remarks for the user, a sentence each.
     pub remarks: Vec<String>,
 }
 
@@ -178,7 +179,7 @@ pub struct Predicted {
     pub settling: Option<f64>,
     /// How far the manipulated value moves in all, from the step on.
     pub travel: Option<f64>,
-    /// What a disturbance does: a load of 10 % of the manipulated value that comes at the plant's input, from the same rest.
+    /// The effect of a disturbance: a load of 10 % of the manipulated value at the plant's input, from the same rest.
     pub load: Option<Load>,
 }
 
@@ -186,8 +187,8 @@ pub struct Predicted {
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Load {
-    /// What is added at the plant's input, in percent of the manipulated value: to the side that leaves the manipulated value more room
-    /// to make up for it.
+    /// The load at the plant's input, in percent of the manipulated value, with the sign that leaves the manipulated
+    /// value more room to compensate for it.
     pub size: f64,
     /// The largest deviation from the setpoint, in its unit.
     pub deviation: f64,
@@ -214,8 +215,7 @@ pub struct Controller {
 impl Controller {
     /// Returns the controller of a request.
     ///
-    /// # Errors
-    /// There is no such FMU, it is not a controller with known settings, or it has no setting of this name.
+    /// # Errors No such FMU, not a controller with known settings, or no setting of this name.
     pub fn new(home: &dyn Fmus, member: &Member) -> Result<Controller> {
         let fmu = &member.fmu;
         let table = home.table(fmu)?.with_context(|| {
@@ -276,15 +276,16 @@ impl Controller {
         self.roles.manipulated_value.is_none() && !self.roles.pulses.is_empty() && self.roles.pulse_former.is_empty()
     }
 
-    /// Returns the period of its own pulse former in seconds, which is set as a time, or as a number of calls with one
-    /// call of the controller.
+    /// Returns the period of the controller's own pulse former in seconds. It is set as a time, or as a number of calls
+    /// with one call of the controller.
     pub fn own_period(&self) -> Option<f64> {
         let name = self.roles.pulse_former.first().filter(|_| !self.roles.pulses.is_empty())?;
         let value = self.value(name);
         Some(if self.kind(name) == Some(Kind::Time) { value } else { value.max(1.0) * self.cycle() })
     }
 
-    /// Returns the calls in a period of its own pulses, if a call is made every so many seconds; 1 of a controller without.
+    /// Returns the number of calls in a period of the controller's own pulses, with `step` seconds between calls; 1
+    /// without pulses.
     pub fn period_in_calls(&self, step: f64) -> usize {
         self.own_period().map_or(1, |period| (period / step).round().max(1.0) as usize)
     }
@@ -349,25 +350,25 @@ impl Controller {
     }
 }
 
-/// A GAIN that is more than so many times the one in force is worth a warning.
+/// A GAIN more than this many times the one in force is worth a warning.
 const MOST_TIMES: f64 = 10.0;
 /// And one that moves the manipulated value by 100 % at this part of the step.
 const LEAST_DEVIATION: f64 = 0.1;
-/// By a λ that nobody has chosen, the manipulated value at first moves at most so many times as far as in the end.
+/// With a λ that the user did not choose, the manipulated value at first moves at most this many times as far as in the
+/// end.
 const MOST_AT_FIRST: f64 = 10.0;
 /// So much of the way of the manipulated value on the other side of 0 counts.
 const CROSSED: f64 = 0.05;
 
 /// Computes settings by a rule, in the form of the block, with their effects.
 ///
-/// # Errors
-/// The FMU is not a controller, or the rule has no formula for the plant or the structure; the error names what works.
+/// # Errors The FMU is not a controller, or the rule has no formula for the plant or the structure; the error names a
+/// rule that works.
 pub fn tune(home: &dyn Fmus, request: &TuneRequest) -> Result<Tuned> {
     tune_calmer(home, request, None)
 }
 
-/// Like [`tune`], but for a loop that is calmer by a factor than the rule makes it, if the request does not specify the
-/// speed.
+/// Like [`tune`], but calmer by a factor than the rule's loop, unless the request specifies the speed.
 fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> Result<Tuned> {
     let controller = Controller::new(home, &request.controller)?;
     controller.require(request.structure)?;
@@ -433,7 +434,7 @@ fn tune_calmer(home: &dyn Fmus, request: &TuneRequest, calmer: Option<f64>) -> R
             Predicted::default()
         }
     };
-    // Without a predicted step, a GAIN far above the one in force is told all the same.
+    // Without a predicted step, a GAIN far above the one in force is still reported.
     let height = predicted.setpoint.last().zip(predicted.setpoint.first()).map_or(0.0, |(to, from)| to - from);
     remarks.extend(nervousness(&controller, &settings, (factor, height), closed_loop.is_some()));
     Ok(Tuned {
@@ -567,8 +568,8 @@ fn robustness(margins: &margins::Margins) -> Option<String> {
     }
 }
 
-/// Returns the remark that a GAIN is far above the one in force, or moves the manipulated value from limit to limit at a small part of
-/// the step: what the rule does not know of then moves it, too.
+/// Returns the remark that a GAIN is far above the one in force, or moves the manipulated value from limit to limit at
+/// a small part of the step: noise and dynamics unknown to the rule then move it, too.
 fn nervousness(
     controller: &Controller,
     settings: &Settings,

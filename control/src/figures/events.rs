@@ -9,18 +9,18 @@ use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// What begins a part of a run.
+/// The event that begins a part of a run.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub enum Cause {
-    /// The run, with a process value that is far from the setpoint.
+    /// The start of the run, with a process value far from the setpoint.
     Start,
     /// A change of the setpoint, in manual mode as soon as automatic mode begins.
     Setpoint,
     /// Automatic mode, with a process value that is far from the setpoint.
     Automatic,
-    /// What disturbs the loop.
+    /// A disturbance of the loop.
     Disturbance,
 }
 
@@ -45,7 +45,7 @@ pub struct Wiring<'a> {
     pub setpoint: String,
     /// The names of the members, the controller first.
     pub members: Vec<&'a str>,
-    /// The roles of the members' variables, as far as they are known.
+    /// The roles of the members' variables, where known.
     pub roles: Vec<Option<Roles>>,
     /// The connections from an output to an input.
     pub connections: Vec<(&'a str, &'a str)>,
@@ -136,7 +136,7 @@ impl<'a> Wiring<'a> {
         let own = roles.compared_process_value().map(|name| full(self.members[0], name));
         let input = roles.process_value.as_ref().map(|name| full(self.members[0], name));
         let source = self.connections.iter().find(|(_, to)| Some(*to) == input.as_deref());
-        // The setpoint of a ramp generator is in other units than what its drive does.
+        // The setpoint of a ramp generator has other units than the output of its drive.
         let plants = self.members.iter().zip(&self.roles).skip(1).filter(|_| roles.compared_process_value().is_some());
         let given = plants.filter_map(|(member, roles)| Some(full(member, roles.as_ref()?.process_value.as_ref()?)));
         let named = own.into_iter().chain([self.setpoint.clone()]).chain(source.map(|(from, _)| from.to_string()));

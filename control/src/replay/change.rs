@@ -1,5 +1,5 @@
-//! What a replay concludes, as data: what was changed, why just that, and why equal outputs prove nothing. Whoever shows it puts it into
-//! words.
+//! The conclusions of a replay as data: what was changed, why, and why equal outputs prove nothing. The caller puts
+//! them into words.
 
 use run::system::Value;
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,7 @@ pub enum Change {
         /// Why this value was tried; none if it was searched for.
         why: Option<Why>,
     },
-    /// The block is called so many times from row to row.
+    /// The block is called this many times from row to row.
     Calls(usize),
     /// A row of the recording is no call.
     LeftOut {
@@ -29,7 +29,7 @@ pub enum Change {
         /// Its time in seconds.
         time: f64,
     },
-    /// There is a call before a row that has no row of its own.
+    /// A call before a row that has no row itself.
     Added {
         /// The line of the row in the file.
         line: usize,
@@ -71,17 +71,17 @@ pub enum Why {
     Milliseconds,
     /// The rows have this spacing.
     Spacing,
-    /// The outputs change only once in so many rows.
+    /// The outputs change only once in this many rows.
     Rhythm(usize),
     /// There the recording stays.
     Stays,
-    /// There is no dead band.
+    /// No dead band.
     NoDeadBand,
     /// Within it the recording rests.
     Rests,
 }
 
-/// A setting that changes in a recording: what is compared was computed with the recording's values, not with that of the loop.
+/// A setting that changes during a recording: the comparison uses the recorded values instead of the loop's.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Moving {
@@ -91,11 +91,11 @@ pub struct Moving {
     pub first: Value,
     /// Its last value there.
     pub last: Value,
-    /// What it is in the loop.
+    /// Its value in the loop.
     pub before: Value,
 }
 
-/// Why equal outputs say nothing about a controller's settings.
+/// The reason why equal outputs prove nothing about a controller's settings.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]

@@ -12,7 +12,7 @@ use modeldescription::digits::{ordinal, short};
 use run::plan::suggestion;
 use std::collections::BTreeSet;
 
-/// Rows that are so many times farther apart than calls are those of a slower recorder.
+/// Rows this many times farther apart than calls are those of a slower recorder.
 const COARSE: f64 = 1.5;
 
 /// A recording, as far as it belongs to the block.
@@ -23,17 +23,17 @@ pub(super) struct Recording {
     pub(super) times: Vec<f64>,
     /// The line of the file of each.
     pub(super) lines: Vec<usize>,
-    /// How far the rows are apart in seconds, as far as the file says; most of them.
+    /// The most frequent interval between rows in seconds, if the file has times.
     pub(super) spacing: Option<f64>,
     /// Whether that is so much more than the time between two calls that calls must lie between the rows.
     pub(super) is_coarse: bool,
-    /// What is set before the calls.
+    /// The signals set before the calls.
     pub(super) inputs: Vec<Signal>,
-    /// What is compared after them.
+    /// The signals compared after the calls.
     pub(super) outputs: Vec<Signal>,
     /// Column and variable.
     pub(super) matched: Vec<(String, String)>,
-    /// Whether it begins with a restart and says so.
+    /// Whether it begins with a recorded restart.
     pub(super) says_restart: bool,
     /// The last row, if it repeats all outputs of the row before it: a run's last row has the values at its end and is no call.
     pub(super) end: Option<usize>,
@@ -41,7 +41,7 @@ pub(super) struct Recording {
     pub(super) between: BTreeSet<usize>,
     /// The settings that have another value in the recording than in the loop, all the time.
     pub(super) settings: Vec<Change>,
-    /// The settings that change in the recording, and end with another value than in the loop.
+    /// The settings that change during the recording and end with a value other than the loop's.
     pub(super) moving: Vec<Moving>,
 }
 
@@ -52,18 +52,18 @@ pub(super) struct Signal {
     /// Its name.
     pub(super) name: String,
     pub(super) kind: Kind,
-    /// Its values; those of a TIME in seconds. What is missing of an input has the value before it.
+    /// Its values; those of a TIME in seconds. A missing value of an input is the one before it.
     pub(super) values: Vec<f64>,
     pub(super) is_boolean: bool,
     /// Whether it can be set between calls.
     pub(super) is_tunable: bool,
-    /// Whether it changes from row to row as what is measured, so that its last digit is rounded.
+    /// Whether it changes from row to row like a measured value, so that its last digit is rounded.
     pub(super) is_measured: bool,
     /// Whether it is an input, such as the setpoint, that stays for many rows.
     is_held: bool,
     /// How the column is written; without its values.
     written: Column,
-    /// From what is written to `values`.
+    /// The factor from the text to `values`.
     scale: f64,
     /// What REAL leaves open of its largest value.
     pub(super) rounding: f64,
@@ -71,7 +71,7 @@ pub(super) struct Signal {
     is_output_column: bool,
 }
 
-/// A manipulated value that is the same in so many rows stands still.
+/// A manipulated value that is the same in this many rows stands still.
 const STANDS_STILL: usize = 10;
 
 /// How much of an output's largest value counts as rounding: 16 times what REAL resolves, since each call rounds again.
@@ -92,15 +92,16 @@ impl Signal {
         self.values.iter().any(|value| (self.is_measured || self.is_cut(*value)) && is_open(value))
     }
 
-    /// Whether a value that is held looks as if digits of it were cut off: it uses the last of three or more decimals, which nobody types
-    /// into a setpoint.
+    /// Whether a held value looks truncated: it uses the last of three or more decimals, which no one types for a
+    /// setpoint.
     pub(super) fn is_cut(&self, value: f64) -> bool {
         let digits = value / self.scale * 10f64.powi(self.written.decimals);
         let has_last = self.written.decimals >= 3 && (digits.round() % 10.0 != 0.0);
         self.is_held && has_last
     }
 
-    /// How far a computed value may be off: what the digits of the recording leave open, and never less than REAL does.
+    /// The allowed deviation of a computed value: the unknown digits of the recording, and never less than the
+    /// resolution of REAL.
     pub(super) fn tolerance(&self, value: f64) -> f64 {
         self.resolution(value).max(self.rounding)
     }
@@ -232,9 +233,10 @@ impl Recording {
         self
     }
 
-    /// Where the manipulated value stands still while the computed one moves by more than other last digits explain, the controller may have
-    /// been in manual mode, unless that looks like a limit: one of the loop, or the lowest or highest recorded value. Takes it so and gives
-    /// the times; none if the recording says the mode, or nothing stands still.
+    /// Where the manipulated value stands still while the computed one moves by more than the last digits explain, the
+    /// controller may have been in manual mode, unless the value looks like a limit: one of the loop, or the lowest or
+    /// highest recorded value. Assumes manual mode there and returns the times; `None` if the mode was recorded or
+    /// nothing stands still.
     pub(super) fn take_for_manual(
         &mut self,
         block: &Block,
@@ -276,7 +278,7 @@ impl Recording {
         times
     }
 
-    /// Whether the manipulated value stays below, or above, what it is at a time, from then on: as at a limit.
+    /// Whether the manipulated value stays below, or above, its value at `from` from then on, as at a limit.
     pub(super) fn stays_on_one_side(&self, block: &Block, from: f64) -> bool {
         let Some(output) = block.manipulated(self) else { return false };
         let start = self.times.partition_point(|time| *time < from);
@@ -398,7 +400,7 @@ impl Recording {
         Ok(())
     }
 
-    /// What follows from what is there.
+    /// Adds inputs that were not recorded but follow from those that were.
     fn complete(&mut self, block: &Block, remarks: &mut Vec<String>) {
         let has = |recording: &Recording, row: usize| recording.inputs.iter().any(|input| input.row == row);
         let restart =
@@ -484,7 +486,7 @@ impl Recording {
         };
         self.times = times.seconds;
         if !times.is_unit_known {
-            // The cycle tells seconds from milliseconds.
+            // The cycle distinguishes seconds from milliseconds.
             let values = &csv.columns[time].values;
             let far = |scale: f64| (step(values) * scale / cycle).log10().abs();
             let (scale, unit) = if far(1e-3) < far(1.0) { (1000.0, "milliseconds") } else { (1.0, "seconds") };
@@ -544,7 +546,7 @@ fn found(csv: &Csv, name: &str) -> Result<usize> {
 fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<String>) -> Vec<(usize, usize)> {
     let mut pairs: Vec<(usize, usize)> = Vec::new();
     let mut left = Vec::new();
-    // Where columns name the loop, GAIN of another member is none of its settings.
+    // If columns name the loop, GAIN of another member is not a setting of it.
     let is_own = |name: &str| {
         let mut owners = ends(name).filter_map(|end| Some(end.split_once('.')?.0.trim_matches('"')));
         owners.any(|owner| owner.eq_ignore_ascii_case(block.name()))
@@ -573,7 +575,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
         let Some(row) = block.row(role.as_ref()).filter(|row| !pairs.iter().any(|(_, other)| other == row)) else {
             continue;
         };
-        // The process value may be an output of that name too; what a recorder calls PV is what the block was given.
+        // The process value may also be an output of that name; the PV of a recorder is the block's input.
         let is_called = |column: usize| names.contains(&short_name(&csv.columns[column].name).as_str());
         let shown = block.row(roles.shown_process_value.as_ref());
         let is_shown = |column: usize| {
@@ -586,7 +588,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
             && block.peripheral().is_some_and(|(word, _)| pairs.iter().any(|(_, other)| *other == word));
         if let Some(column) = candidate.filter(|_| !has_word) {
             left.retain(|other| *other != column);
-            // What is set cannot be compared with itself.
+            // A variable that is set cannot be compared with itself.
             pairs.retain(|(other, _)| *other != column);
             pairs.push((column, row));
         }
@@ -620,7 +622,7 @@ fn variable_of(block: &Block, column: &str) -> Option<usize> {
     of(last[prefix.len()..].trim_start_matches(['_', '-', ' ', '.']))
 }
 
-/// Whether the columns of TIME are in seconds or in milliseconds, as far as they have no unit: what is nearer to the settings of
+/// Whether the columns of TIME without a unit are in seconds or milliseconds: whichever is closer to the settings of
 /// the loop.
 fn time_scale(block: &Block, csv: &Csv, pairs: &[(usize, usize)]) -> f64 {
     let (mut seconds, mut milliseconds) = (0.0, 0.0);

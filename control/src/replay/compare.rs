@@ -6,25 +6,26 @@ use anyhow::Result;
 use blocks::Kind;
 use modeldescription::digits::short;
 
-/// In this many ways the last digits of the measured values are varied.
+/// Seeds of the variations of the measured values' last digits.
 const SEEDS: [u64; 3] = [1, 2, 3];
 
 /// What these few ways show may be too little by so much.
 const SPREAD: f64 = 3.0;
 
-/// A beginning that agrees for so many rows is no accident either.
+/// A beginning that agrees for this many rows is no accident either.
 const LONG: usize = 20;
 
-/// By so many rows more that agree, it is no accident.
+/// Agreement for this many more rows is no accident.
 pub(super) const CLEARLY: usize = 3;
 
-/// What is compared with what.
+/// A recording and the block it is compared with.
 pub(super) struct Comparison<'a> {
     pub(super) block: &'a Block<'a>,
     pub(super) recording: &'a Recording,
     /// How far a value may be off; by the digits of the recording without it.
     pub(super) tolerance: Option<f64>,
-    /// What the last digits of the inputs may do to each output in each row, where one run judges the others; else each run's own.
+    /// The possible effect of the inputs' last digits on each output in each row, if one run judges the others;
+    /// otherwise each run has its own.
     pub(super) spread: Option<&'a [Vec<f64>]>,
 }
 
@@ -36,7 +37,7 @@ pub(super) struct Outcome {
     pub(super) outputs: Vec<Vec<f64>>,
     /// One for each output.
     pub(super) compared: Vec<Difference>,
-    /// What the last digits of the inputs do to each output up to each row; nothing if it was not looked at.
+    /// The effect of the inputs' last digits on each output up to each row; empty if it was not computed.
     spread: Vec<Vec<f64>>,
 }
 
@@ -52,14 +53,14 @@ pub(super) struct Difference {
 }
 
 impl Outcome {
-    /// Without what was computed, which may be long.
+    /// Drops the computed outputs, which may be long.
     pub(super) fn without_outputs(mut self) -> Outcome {
         self.outputs = Vec::new();
         self.spread = Vec::new();
         self
     }
 
-    /// What the last digits of the inputs may do to an output.
+    /// The possible effect of the inputs' last digits on an output.
     pub(super) fn spread(&self, output: usize) -> f64 {
         self.spread.get(output).and_then(|rows| rows.last()).copied().unwrap_or_default()
     }
@@ -79,8 +80,8 @@ impl Outcome {
         self.compared.iter().filter_map(|of| of.first).min()
     }
 
-    /// Whether no output differs earlier than in another run, and one clearly later. What differs later on is of no account: there a
-    /// setting may have been changed.
+    /// Whether no output differs earlier than in another run, and one differs clearly later. Later differences do not
+    /// count: a setting may have been changed there.
     pub(super) fn agrees_longer_than(&self, other: &Outcome, rows: usize) -> bool {
         let lengths = |of: &Outcome| of.compared.iter().map(|of| of.first.unwrap_or(rows)).collect::<Vec<_>>();
         let (own, others) = (lengths(self), lengths(other));
@@ -89,7 +90,7 @@ impl Outcome {
         pairs().all(|(own, other)| own + 1 >= *other) && pairs().any(|(own, other)| *own > other + CLEARLY)
     }
 
-    /// What was allowed because of the inputs' last digits.
+    /// The remark on the deviation allowed because of the inputs' last digits.
     pub(super) fn spread_remarks(&self, comparison: &Comparison) -> Option<String> {
         let outputs = &comparison.recording.outputs;
         let shown: Vec<String> = outputs
@@ -150,7 +151,7 @@ impl<'a> Comparison<'a> {
         Ok(best.expect("there is a beginning"))
     }
 
-    /// A run. What the last digits of the inputs do is looked at only if it matters.
+    /// A run. The effect of the inputs' last digits is computed only if it matters.
     pub(super) fn run(&self, variant: &Variant, rows: usize) -> Result<Outcome> {
         let outputs = self.block.simulate(self.recording, variant, rows, None)?;
         let spread = self.spread.map_or_else(Vec::new, <[_]>::to_vec);
@@ -171,7 +172,7 @@ impl<'a> Comparison<'a> {
         Ok(outcome)
     }
 
-    /// What the last digits of the inputs may do to each output up to each row of a run.
+    /// The possible effect of the inputs' last digits on each output up to each row of a run.
     pub(super) fn spread(&self, variant: &Variant) -> Result<Vec<Vec<f64>>> {
         let rows = self.recording.rows;
         let outputs = self.block.simulate(self.recording, variant, rows, None)?;
@@ -226,7 +227,8 @@ impl<'a> Comparison<'a> {
         outputs.iter().enumerate().map(of_output).collect()
     }
 
-    /// Compares an output; `others` are what it is with other last digits of the inputs, and `spread` is what these do up to each row.
+    /// Compares an output; `others` are its values with other last digits of the inputs, and `spread` is their effect
+    /// up to each row.
     fn difference(&self, of: &Signal, computed: &[f64], others: &[&[f64]], spread: &[f64]) -> Difference {
         let mut difference = Difference::default();
         for (row, (now, recorded)) in computed.iter().zip(&of.values).enumerate() {
@@ -280,7 +282,8 @@ impl<'a> Comparison<'a> {
     }
 }
 
-/// Whether a difference is more than what is allowed. The limit itself is a decimal number, which the subtraction does not hit exactly.
+/// Whether a deviation exceeds the allowed one. The limit itself is a decimal number, which the subtraction does not
+/// hit exactly.
 fn is_beyond(off: f64, allowed: f64) -> bool {
     off.is_nan() || off > allowed * (1.0 + 1e-5)
 }

@@ -1,5 +1,5 @@
-//! Which values of settings make the block do what a recording has: searched for with the block itself, which gets the recorded inputs
-//! and whose outputs are compared with the recorded ones.
+//! Estimates the values of settings with which the block reproduces a recording: the block itself gets the recorded
+//! inputs, and its outputs are compared with the recorded ones.
 //!
 //! One setting is searched on a grid and by golden section, two by least squares (Levenberg and Marquardt). Switches count by how often
 //! they were TRUE so far: so a pulse that comes late costs little, and one that does not come costs more and more.
@@ -16,11 +16,11 @@ use std::cell::Cell;
 
 /// The factors of the grid, both ways.
 const FACTORS: [f64; 9] = [1.1, 1.25, 1.5, 2.0, 3.0, 4.5, 7.0, 12.0, 30.0];
-/// The grid of a setting that is 0, as parts of how far the recorded values move.
+/// The grid for a setting that is 0, as fractions of the range of the recorded values.
 const PARTS: [f64; 6] = [0.002, 0.01, 0.05, 0.1, 0.25, 0.5];
 /// How often an interval is divided.
 const DIVISIONS: usize = 24;
-/// The points of a grid where an interval cannot be divided.
+/// The number of points of a grid where an interval cannot be divided.
 const POINTS: usize = 40;
 /// The points of a grid of two settings, in each of them.
 const PAIR_POINTS: i32 = 11;
@@ -34,7 +34,7 @@ const STEPS: usize = 14;
 const DIGITS: usize = 6;
 /// Values that differ by less than this part are one value.
 const NEAR: f64 = 0.02;
-/// A setting changes nothing if the error changes by less than this part of it.
+/// A setting is without effect if the error changes by less than this fraction.
 const INSENSITIVE: f64 = 1e-9;
 
 /// A search with the first rows of a recording.
@@ -45,7 +45,7 @@ pub(super) struct Search<'a> {
     left: Cell<usize>,
     /// How many a run makes.
     calls: usize,
-    /// By how much an output is divided.
+    /// The divisor of each output.
     scales: Vec<f64>,
 }
 
@@ -53,7 +53,7 @@ pub(super) struct Search<'a> {
 #[derive(Clone)]
 pub(super) struct Found {
     pub(super) variant: Variant,
-    /// The mean square of what differs.
+    /// The mean square of the residuals.
     pub(super) error: f64,
 }
 
@@ -83,7 +83,7 @@ impl<'a> Search<'a> {
         self.left.set(self.left.get().saturating_sub(runs * self.calls));
     }
 
-    /// What differs, row by row.
+    /// The residuals, row by row.
     fn residuals(&self, variant: &Variant) -> Option<Vec<f64>> {
         self.spend(1);
         let recording = self.comparison.recording;
@@ -102,12 +102,12 @@ impl<'a> Search<'a> {
         Some(all)
     }
 
-    /// The mean square of what differs.
+    /// The mean square of the residuals.
     pub(super) fn error(&self, variant: &Variant) -> f64 {
         self.residuals(variant).map_or(f64::INFINITY, |all| square(&all))
     }
 
-    /// Whether nothing differs but what the digits of the recording leave open.
+    /// Whether the unknown digits of the recording explain all differences.
     pub(super) fn fits(&self, variant: &Variant) -> bool {
         self.spend(4);
         self.comparison.run(variant, self.rows).is_ok_and(|outcome| outcome.different() == 0)
@@ -149,7 +149,7 @@ impl<'a> Search<'a> {
         let is_candidate = |row: &usize| {
             let of = &block.table.rows[*row];
             let is_setting = matches!(of.role, Role::Parameter | Role::Fixed | Role::Input)
-                // What changes while it runs may be any input: a disturbance that was not recorded acts as LMN_OFF does.
+                // A change during the run may affect any input: a disturbance that was not recorded acts like LMN_OFF.
                 && (base.variant.later.is_some() || !block.roles.is_stimulus(&of.name, of.role == Role::Input));
             let is_number = !matches!(of.kind, Kind::Bool | Kind::Word | Kind::Byte | Kind::DWord | Kind::LWord);
             let is_recorded = recording.inputs.iter().any(|input| input.row == *row);
@@ -350,7 +350,7 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// How the residuals change with a setting: by how much it was changed, and what that did.
+    /// The sensitivity of the residuals to a setting: the change of the setting and its effect.
     fn slope(&self, from: &Found, row: usize, here: &[f64]) -> Option<(f64, Vec<f64>)> {
         let own = self.value(&from.variant, row);
         let kind = self.comparison.block.table.rows[row].kind;
@@ -384,8 +384,8 @@ impl<'a> Search<'a> {
         all.iter().filter_map(|digits| with_digits(digits)).find(good).unwrap_or(found)
     }
 
-    /// The other settings that the recording does not tell apart from this one: with another value of theirs the block still does what
-    /// was recorded, if this one has another value too.
+    /// The other settings that the recording cannot distinguish from this one: the block still reproduces the recording
+    /// if both have other values.
     pub(super) fn confused(&self, found: &Found, row: usize, others: &[usize]) -> Vec<usize> {
         let is_confused = |other: &&usize| {
             let own = self.value(&found.variant, **other);

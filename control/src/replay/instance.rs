@@ -44,12 +44,12 @@ pub(super) enum Beginning {
     Held,
 }
 
-/// What is done otherwise than the file says.
+/// The deviations of a run from the file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Variant {
     /// The values of variables, by their rows in the table.
     pub(super) values: BTreeMap<usize, f64>,
-    /// What is changed while the block runs.
+    /// The change while the block runs.
     pub(super) later: Option<Later>,
     pub(super) beginning: Beginning,
     /// The rows in which the block is not called.
@@ -76,7 +76,7 @@ impl Variant {
         later.or_else(|| self.values.get(&row)).copied()
     }
 
-    /// Gives a variable a value: from the row on if something is changed while the block runs, else from the start.
+    /// Sets a variable: from the row on if something is changed while the block runs, otherwise from the start.
     pub(super) fn set(&mut self, row: usize, value: f64) {
         let values = self.later.as_mut().map_or(&mut self.values, |later| &mut later.values);
         values.insert(row, value);
@@ -169,8 +169,8 @@ impl<'a> Block<'a> {
         self.table.rows[row].role == Role::Input
     }
 
-    /// Makes the calls of the first rows and gives what each output computes. `jitter` moves the measured and the cut values by what
-    /// their last digit leaves open, in one of many ways.
+    /// Makes the calls of the first rows and returns the computed values of each output. `jitter` selects a variation
+    /// of the measured and truncated values within their last digit.
     pub(super) fn simulate(
         &self,
         recording: &Recording,
@@ -223,7 +223,7 @@ impl<'a> Block<'a> {
             if is_called {
                 let context = || format!("line {} of the recording", recording.lines[row]);
                 if row > 0 && variant.doubled.contains(&row) {
-                    // Nobody has written what was measured then: something between the rows.
+                    // The values between the rows were not recorded: interpolates measured ones.
                     for &(number, of) in written.iter().filter(|(_, of)| of.is_measured) {
                         let share = jitter.map_or(0.5, |seed| 0.5 + 0.5 * sign(seed, row, number));
                         let (before, after) = (input(number, row - 1), input(number, row));
@@ -262,7 +262,7 @@ impl<'a> Block<'a> {
     }
 }
 
-/// An instance at work.
+/// A running instance.
 struct Calls<'b, 'a> {
     block: &'b Block<'a>,
     component: Box<dyn Component>,
@@ -325,7 +325,7 @@ impl Calls<'_, '_> {
         let Some((switch, manual)) = self.block.manual() else { return Ok(()) };
         let recorded = |row: usize| recording.inputs.iter().find(|of| of.row == row).map(|of| of.values[0]);
         if recorded(switch) == Some(1.0) && recorded(manual).is_some() {
-            // What the block remembers of earlier calls is settled after some.
+            // The block's memory of earlier calls settles after a few.
             for _ in 0..4 {
                 self.step()?;
             }
@@ -357,7 +357,7 @@ impl Calls<'_, '_> {
         Ok(())
     }
 
-    /// Back to what the settings say of manual mode; what the file has of it is set with the row.
+    /// Returns to the mode that the settings specify; the recorded mode is set with the row.
     fn release(&mut self, recording: &Recording, variant: &Variant) -> Result<()> {
         let Some((switch, manual)) = self.block.manual() else { return Ok(()) };
         for row in [switch, manual] {

@@ -1,10 +1,10 @@
-//! A setting that was changed by hand while the recording was made: the block does what was recorded with one value up to a row, and with
-//! another one from there on.
+//! A setting that was changed by hand during the recording: the block reproduces it with one value up to a row, and
+//! with another from there on.
 //!
-//! The value before the change is that of the loop, if the block agrees for a while, or is searched for in the first rows; it counts only if
-//! it explains more rows than those. The value after it and the row of the change are searched for together. Each way to read the recording
-//! is judged by the rows before the change, where the one that is nearest wins, and each setting by what the digits leave open for the one
-//! that is nearest. Only an answer that explains every row is one.
+//! The value before the change is that of the loop, if the block agrees for a while, or is searched for in the first
+//! rows; it counts only if it explains more rows than those. The value after it and the row of the change are searched
+//! for together. Each way to read the recording is judged by the rows before the change, where the closest one wins,
+//! and each setting by the tolerance of the closest one. Only an answer that explains every row counts.
 
 use super::Suspect;
 use super::change::{Change, Since};
@@ -18,22 +18,22 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Fewer rows before a change or from it on prove nothing.
 const FEWEST: usize = 8;
 
-/// In this many rows from the first difference on the value before the change is searched for.
+/// The value before the change is searched for in this many rows from the first difference on.
 const BEFORE: usize = 40;
 
-/// In this many rows from the change on the value after it is searched for.
+/// The value after the change is searched for in this many rows from the change on.
 const AFTER: usize = 600;
 
 /// This many calls may be spent on each search.
 const MOST_CALLS: usize = 6_000_000;
 
-/// The row of the change is searched for with so many settings, the nearest ones.
+/// The row of the change is searched for with this many settings, the closest ones.
 const MOST_MOVED: usize = 6;
 
 /// The first step with which the row of a change is searched for.
 const STRIDE: usize = 16;
 
-/// A reading is worse than another one if the mean square of what differs is so many times larger.
+/// A reading is worse than another if its mean square residual is this many times larger.
 const WORSE: f64 = 2.0;
 
 /// A beginning that explains the first rows of a reading of the recording.
@@ -47,7 +47,7 @@ struct Start<'a> {
     first: usize,
 }
 
-/// What a change by hand explains.
+/// The explanation by a change by hand.
 pub(super) struct Midway {
     /// Which of the readings of the recording it is.
     pub(super) reading: usize,
@@ -78,7 +78,8 @@ pub(super) fn midway(readings: &[Comparison]) -> Result<Option<Midway>> {
     answer(before)
 }
 
-/// What these starts tell with the fewest settings, the nearest of them first. It is not sure if another start tells something with as few.
+/// The answer of these starts with the fewest settings, the closest first. It is uncertain if another start has an
+/// answer with as few.
 fn answer(starts: Vec<Start>) -> Result<Option<Midway>> {
     let mut best: Option<(usize, Midway)> = None;
     for start in judged(starts) {
@@ -113,8 +114,8 @@ fn settings(suspect: &Suspect) -> usize {
     names.collect::<BTreeSet<_>>().len()
 }
 
-/// The starts that come nearest to what was recorded, in the rows that all of them explain, the nearest first. One that leaves more open
-/// reaches further, and is no better for that.
+/// The starts closest to the recording, in the rows that all of them explain, the closest first. One with a larger
+/// tolerance reaches further but is not better for that.
 fn judged(mut starts: Vec<Start>) -> Vec<Start> {
     let farthest = starts.iter().map(|start| start.first).max().unwrap_or_default();
     starts.retain(|start| start.first >= farthest / 2);
@@ -256,7 +257,7 @@ fn moved(search: &Search, from: &Found, row: usize) -> Found {
     best
 }
 
-/// The same setting, changed as early or as late as what was recorded allows.
+/// The same setting, changed as early or as late as the recording allows.
 fn edge(search: &Search, from: &Found, row: usize, is_earlier: bool) -> Found {
     let mut edge = from.clone();
     let mut stride = 1;
@@ -273,7 +274,7 @@ fn edge(search: &Search, from: &Found, row: usize, is_earlier: bool) -> Found {
     edge
 }
 
-/// The same setting, changed so many rows later, with the value that comes nearest then.
+/// The same setting, changed this many rows later, with the closest value there.
 fn at(search: &Search, of: &Found, row: usize, by: isize) -> Option<Found> {
     let mut variant = of.variant.clone();
     let later = variant.later.as_mut()?;

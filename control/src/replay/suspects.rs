@@ -1,4 +1,4 @@
-//! What is the matter when a recording and a block do not agree: known slips are tried, numbers are searched for.
+//! Explanations for a difference between a recording and a block: known slips are tried, numbers are searched for.
 
 use super::Suspect;
 use super::change::{Change, Why};
@@ -13,7 +13,7 @@ use blocks::Kind;
 use run::fmus::{Values, number_of};
 use std::collections::BTreeSet;
 
-/// This many rows behind the first difference tell whether a suspect is worth a full run.
+/// This many rows after the first difference show whether a suspect is worth a full run.
 const BEHIND: usize = 3_000;
 
 /// This many calls may be spent on trying.
@@ -22,7 +22,7 @@ const MOST_CALLS: usize = 3_000_000;
 /// This many missed calls are looked for.
 const MOST_MISSED: usize = 10;
 
-/// Of this many settings each two are tried together.
+/// Pairs are tried among this many settings.
 const MOST_PAIRED: usize = 6;
 
 /// Far beyond each limit.
@@ -31,16 +31,16 @@ const BEYOND: f64 = 1e6;
 /// The end of a range without one: any value beyond the other end explains the recording.
 pub(super) const OPEN: f64 = f64::MAX;
 
-/// A typed value has so many digits.
+/// A typed value has at most this many digits.
 const FEW: i32 = 4;
 
 /// Two settings that leave more of the error than this part are no explanation.
 const GOOD: f64 = 0.05;
 
-/// A value is told if it could not be another one by this part of it.
+/// A value is certain if it is known to within this fraction.
 const WIDE: f64 = 0.15;
 
-/// At most this many suspects are answered.
+/// The maximum number of suspects in the answer.
 const MOST_SUSPECTS: usize = 8;
 
 /// A suspect to be tried.
@@ -84,7 +84,7 @@ impl Tried {
     }
 }
 
-/// What makes it better, the best first: the mode before all others, then the time, then single settings, then two at once.
+/// The explanations tried, the best first: the mode before all others, then the time, then single settings, then pairs.
 pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspect>> {
     let rows = (base.first().unwrap_or(0) + BEHIND).min(comparison.recording.rows);
     let search = Search::new(comparison, rows, MOST_CALLS);
@@ -156,7 +156,7 @@ pub(super) struct Diagnosis<'a> {
 }
 
 impl Diagnosis<'_> {
-    /// What becomes better with changes that are known beforehand.
+    /// The improvements by changes that are known beforehand.
     fn discrete(&self, start: &Outcome, tries: Vec<Try>, whole: Whole) -> Vec<Tried> {
         let mut better = Vec::new();
         for Try { mut variant, changes } in tries {
@@ -239,7 +239,7 @@ impl Diagnosis<'_> {
             let best = self.pair(base, &found, [a, b])?;
             estimate(&[a, b], &search.snapped(best, &[a, b]))
         };
-        // The settings of the controller first, and with each beginning: one of them alone says little of how it began.
+        // The settings of the controller first, and with each beginning: a beginning alone explains little.
         for beginning in self.comparison.beginnings(base.variant.beginning) {
             let variant = Variant { beginning, ..base.variant.clone() };
             let base = Found { error: search.error(&variant), variant };
@@ -306,11 +306,12 @@ impl Diagnosis<'_> {
         two
     }
 
-    /// Leaves out what changes more than another explanation does: a limit that explains everything needs no second one. Where nothing
-    /// but switches is recorded, it leaves out what needs a tolerance, too, if another explanation needs none.
+    /// Leaves out explanations that change more than another one does: a limit that explains everything needs no second
+    /// one. If only switches are recorded, also leaves out those that need a tolerance, if another explanation needs
+    /// none.
     fn keep_likeliest(&self, tried: &mut Vec<Tried>) {
         let fits = |of: &Tried| of.outcome.different() == 0 && !of.rows.is_empty();
-        // What a setting explains needs no calls that were missed.
+        // An explanation by settings needs no missed calls.
         if tried.iter().any(fits) {
             tried.retain(|of| !of.rows.is_empty() || of.outcome.different() > 0);
         }
@@ -353,8 +354,8 @@ impl Diagnosis<'_> {
         found
     }
 
-    /// Whether the recording tells the values of the explanation that fits, and tells them apart from other settings. Adds what else
-    /// would do.
+    /// Whether the recording determines the values of the explanation that fits and distinguishes them from other
+    /// settings. Adds the alternatives.
     fn is_told(&self, tried: &mut [Tried], candidates: &[usize]) -> bool {
         let (search, block) = (&self.search, self.comparison.block);
         let name = |row: &usize| block.table.rows[*row].name.clone();
@@ -430,8 +431,8 @@ impl Diagnosis<'_> {
         for Tried { outcome, changes, range, confused, .. } in all {
             let total = self.comparison.recording.rows;
             let outcome = if self.rows < total { self.comparison.run(&outcome.variant, total)? } else { outcome };
-            // What makes fewer values differ, and those by more, is not nearer: a limit that rounded values touch is known less
-            // exactly, and would be accepted by what it adds to the tolerance.
+            // A change that leaves fewer but larger differences is not closer: a limit touched by rounded values is
+            // known less exactly, and would be accepted because of the tolerance it adds.
             let is_farther = outcome.largest() > base.largest();
             if rank(&outcome) >= rank(base) || is_farther {
                 continue;
@@ -452,7 +453,7 @@ impl Diagnosis<'_> {
             });
         }
         let block = self.comparison.block;
-        // Somebody has typed the right value: one with few digits.
+        // Typed values have few digits: prefers such a value.
         let rank = |of: &Suspect| (of.different, of.fits && !is_round(of), of.fits && !is_usual(block, of), of.largest);
         suspects.sort_by(|a, b| rank(a).partial_cmp(&rank(b)).expect("finite"));
         if suspects.iter().filter(|suspect| suspect.fits).count() != 1 {
@@ -518,8 +519,8 @@ fn because(mut change: Change, reason: Option<Why>) -> Change {
     change
 }
 
-/// Another mode than that of the loop, where the recording does not say it: a manipulated value that moves by itself is that of automatic
-/// mode, and one that never moves that of manual mode.
+/// A mode other than the loop's, if it was not recorded: a manipulated value that moves by itself indicates automatic
+/// mode, and one that never moves indicates manual mode.
 fn mode(comparison: &Comparison, base: &Outcome) -> Option<Try> {
     let (block, recording) = (comparison.block, comparison.recording);
     let (switch, value) = block.manual()?;
@@ -547,7 +548,7 @@ fn mode(comparison: &Comparison, base: &Outcome) -> Option<Try> {
     None
 }
 
-/// Another time between two calls: only where the time in the recording says so, or there is none.
+/// Another time between two calls: only if the recorded times indicate it, or there are none.
 fn time(comparison: &Comparison) -> Vec<Try> {
     let (block, recording) = (comparison.block, comparison.recording);
     let mut tries = Tries { comparison, tries: Vec::new() };
@@ -643,7 +644,7 @@ struct Tries<'a> {
 }
 
 impl Tries<'_> {
-    /// What a variable is set to now; nothing if the block does not have it or the recording sets it.
+    /// The present value of a variable; `None` if the block does not have it or the recording sets it.
     fn own(&self, row: Option<usize>) -> Option<(usize, f64)> {
         let row = row?;
         let is_recorded =
@@ -689,7 +690,7 @@ fn stays(values: &[f64], extreme: f64) -> bool {
     values.iter().filter(|value| **value == extreme).count() > 1
 }
 
-/// The limits of the manipulated value, where the recording comes to its highest or its lowest value again and again.
+/// The limits of the manipulated value, if it reaches its highest or lowest recorded value repeatedly.
 fn limits(tries: &mut Tries) {
     let (block, recording) = (tries.comparison.block, tries.comparison.recording);
     let Some(manipulated) = block.manipulated(recording) else { return };

@@ -30,7 +30,7 @@ export type BodeRequest = {
 model: Model,
 /** The controller with the settings of the first loop. */
 controller: Member,
-/** What the settings of each further loop have otherwise, such as those of a rule. */
+/** The settings in which each further loop differs, such as those of a rule. */
 others: Array<Values>, };
 
 /** A call of an instance. */
@@ -49,7 +49,7 @@ loops: Array<KnownLoop>,
 /** The kinds of parameter files that can be written: extensions and titles. */
 formats: Array<[string, string]>, };
 
-/** What begins a part of a run. */
+/** The event that begins a part of a run. */
 export type Cause = "start" | "setpoint" | "automatic" | "disturbance";
 
 /** One change of a setting of the block, or of its calls. */
@@ -126,15 +126,15 @@ largest: number,
 /** How far a value may be off at most and counts as equal. */
 allowed: number,
 /**
- * The noise of the recorded or of the computed values, whichever is larger: the standard deviation of what changes from row to row
- * without a trend. 0 of a switch.
+ * The noise of the recorded or the computed values, whichever is larger: the standard deviation of the changes
+ * from row to row without a trend. 0 for a switch.
  */
 noise: number,
 /** To draw: times in seconds. */
 times: Array<number>,
 /** The recorded values. */
 recorded: Array<number>,
-/** What the block computes. */
+/** The values computed by the block. */
 computed: Array<number>, };
 
 /** What has become of sources. */
@@ -164,7 +164,7 @@ survey: Array<[string, string]>,
 /** What can be assumed of the names that no source declares; the program is refused without it. */
 assumptions: Array<Assumption>, };
 
-/** What a recording says of a block. */
+/** The conclusion from a recording about a block. */
 export type Conclusion = "equal" | "rounded" | "differs" | "cause" | "likely_cause" | "ambiguous" | "coarse" | "unexplained";
 
 /**
@@ -241,7 +241,7 @@ roles: Roles,
 /** Its settings in groups, in the order of the dialog. */
 groups: Array<Group>, };
 
-/** Why equal outputs say nothing about a controller's settings. */
+/** The reason why equal outputs prove nothing about a controller's settings. */
 export type Doubt = { "not_recorded": Array<string> } | "manual" | { "manual_in_loop": string };
 
 /** An element. */
@@ -356,7 +356,7 @@ file: string,
 media_type: string,
 /** Its bytes, Base64. */
 content: string,
-/** What the user should know, a sentence each. */
+/** Remarks for the user, a sentence each. */
 remarks: Array<string>, };
 
 /** A setting of a group. */
@@ -492,10 +492,10 @@ times: Array<number>,
 measured: Array<number>,
 /** The model's process value. */
 modelled: Array<number>,
-/** What the user should know, a sentence each. */
+/** Remarks for the user, a sentence each. */
 remarks: Array<string>, };
 
-/** What to identify from. */
+/** The data to identify a plant from, and how. */
 export type IdentifyRequest = {
 /** The recorded step. */
 data: Data,
@@ -526,7 +526,7 @@ is_native: boolean, };
 export type KnownLoop = {
 /** The name of its description, `furnace`. */
 name: string,
-/** What it shows. */
+/** Its title. */
 title: string,
 /** What is special about it, or empty. */
 about: string,
@@ -542,8 +542,8 @@ programs: Array<MadeOf>, };
 /** The loop after a load step at the plant's input. */
 export type Load = {
 /**
- * What is added at the plant's input, in percent of the manipulated value: to the side that leaves the manipulated value more room
- * to make up for it.
+ * The load at the plant's input, in percent of the manipulated value, with the sign that leaves the manipulated
+ * value more room to compensate for it.
  */
 size: number,
 /** The largest deviation from the setpoint, in its unit. */
@@ -570,7 +570,7 @@ settings: Array<LoopValue>,
 /** What the block will do with them where a user may not expect it, and values out of range. */
 warnings: Array<string>, };
 
-/** What an FMU is in a loop. */
+/** The role of an FMU in a loop. */
 export type LoopRole = "controller" | "plant" | "other";
 
 /** A value of a loop. */
@@ -606,7 +606,7 @@ program: Program, };
 export type Member = {
 /** Its name in the loop. */
 name: string,
-/** The FMU's name among those that there are. */
+/** The FMU's name in the catalogue. */
 fmu: string,
 /** Its settings; the others have their start values. */
 values: Values, };
@@ -617,10 +617,10 @@ export type Method = "tangent" | "two_points" | "area" | "least_squares";
 /**
  * A plant: a lag with dead time, or an integrator with dead time.
  *
- * The gain is that between the manipulated value that leaves the controller and the process value that the controller compares
- * with the setpoint. A model that is identified from a loop's signals has this gain: factors and offsets of the process value
- * that the block applies (PV_FAC) are in it. What the block applies to the manipulated value inside (LMN_FAC) is not;
- * [`tune`](crate::tune) takes it into account.
+ * The gain is that between the manipulated value that leaves the controller and the process value that the controller
+ * compares with the setpoint. A model identified from a loop's signals has this gain: it includes the factors and
+ * offsets that the block applies to the process value (PV_FAC). It does not include those applied to the manipulated
+ * value inside the block (LMN_FAC); [`tune`](crate::tune) takes them into account.
  */
 export type Model = {
 /** K in units of the process value per unit of the manipulated value; per second of an integrating plant. */
@@ -649,7 +649,7 @@ wires: Array<[number, boolean]>,
 /** What decided in each of the blocks that were asked for: a row for each of its writes. */
 decided: Array<Array<Decisions>>, };
 
-/** A setting that changes in a recording: what is compared was computed with the recording's values, not with that of the loop. */
+/** A setting that changes during a recording: the comparison uses the recorded values instead of the loop's. */
 export type Moving = {
 /** The setting. */
 name: string,
@@ -657,7 +657,7 @@ name: string,
 first: Value,
 /** Its last value there. */
 last: Value,
-/** What it is in the loop. */
+/** Its value in the loop. */
 before: Value, };
 
 /** A variable that a line names. */
@@ -759,7 +759,7 @@ overshoot: number | null,
 settling: number | null,
 /** How far the manipulated value moves in all, from the step on. */
 travel: number | null,
-/** What a disturbance does: a load of 10 % of the manipulated value that comes at the plant's input, from the same rest. */
+/** The effect of a disturbance: a load of 10 % of the manipulated value at the plant's input, from the same rest. */
 load: Load | null, };
 
 /** What a preset has in place of the original's files. */
@@ -772,7 +772,7 @@ guid: string,
 files: { [key in string]: string },
 /** The files that it does not have. A folder ends with `/`. */
 left_out: Array<string>,
-/** What the user should know, a sentence each. */
+/** Remarks for the user, a sentence each. */
 remarks: Array<string>, };
 
 /** A preset of an FMU that the page has opened. */
@@ -847,7 +847,7 @@ export type Ratio = {
 ratio: number,
 /** The model to tune the controller with: the weaker gain, the longer dead time. */
 model: Model,
-/** What the user should know, a sentence each. */
+/** Remarks for the user, a sentence each. */
 remarks: Array<string>, };
 
 /** A heating and a cooling step. */
@@ -889,7 +889,7 @@ swing: number,
 hysteresis: number,
 /** An integrator with dead time that has this ultimate gain and period: a relay tells a plant at one frequency only. */
 model: Model,
-/** What the user should know, a sentence each. */
+/** Remarks for the user, a sentence each. */
 remarks: Array<string>, };
 
 /** A sentence about settings. */
@@ -901,7 +901,7 @@ text: string,
 /** Whether the FMU will refuse the value. */
 is_error: boolean, };
 
-/** What to replay. */
+/** The recording to replay, and the block. */
 export type ReplayRequest = {
 /** The block with the file's parameters. */
 controller: Member,
@@ -922,17 +922,23 @@ columns: Array<[string, string]>,
 calls: number,
 /** One for each output that the file has. */
 outputs: Array<Compared>,
-/** The settings that the recording has otherwise than the loop: it was replayed with those of the recording. */
+/** The settings in which the recording differs from the loop: it was replayed with the recorded ones. */
 settings: Array<Change>,
-/** The settings that change in the recording and end with another value than in the loop: the recording's values counted. */
+/**
+ * The settings that change during the recording and end with a value other than the loop's: the recorded values
+ * were used.
+ */
 moving: Array<Moving>,
-/** What was tried, the best first. */
+/** The explanations tried, the best first. */
 suspects: Array<Suspect>,
 /** The conclusion. */
 conclusion: Conclusion,
-/** Why equal outputs say nothing about the controller's settings; none if the recording depends on them. */
+/**
+ * The reason why equal outputs prove nothing about the controller's settings; `None` if the recording depends on
+ * them.
+ */
 doubt: Doubt | null,
-/** What the user should know, a sentence each. */
+/** Remarks for the user, a sentence each. */
 remarks: Array<string>, };
 
 /** A recording that was replayed through the block. */
@@ -1036,7 +1042,7 @@ setpoint: number, };
 export type Roles = {
 /** The setpoint that a user changes. */
 setpoint: string | null,
-/** Where a controller takes the process value from (an input), or where a plant gives it (an output). */
+/** The variable of the process value: an input of a controller, an output of a plant. */
 process_value: string | null,
 /** The process value that is drawn, in the setpoint's unit. */
 shown_process_value: string | null,
@@ -1046,7 +1052,7 @@ manipulated_value: string | null,
 manual: [string, string] | null,
 /** The switch to manual mode and the manual pulses, up and down, of a controller without a manual value. */
 manual_pulses: [string, [string, string]] | null,
-/** GAIN, TI, TD and TM_LAG, as far as the block has them. */
+/** GAIN, TI, TD and TM_LAG, or those of them that the block has. */
 controller: Array<string>,
 /** The switches of the P, I and D action. */
 structure: Array<string>,
@@ -1054,7 +1060,7 @@ structure: Array<string>,
 pulses: Array<string>,
 /** The settings of the pulse former: period, shortest pulse, ratio. */
 pulse_former: Array<string>,
-/** What disturbs the loop: inputs of a plant, and what a controller adds to its output. */
+/** The disturbances of the loop: inputs of a plant, and values that a controller adds to its output. */
 disturbances: Array<string>,
 /** The limits of the manipulated value: high, low. */
 limits: [string, string] | null,
@@ -1077,7 +1083,7 @@ signals: Array<[string, string]>, };
 /** A rule. */
 export type Rule = "ziegler_nichols_step" | "ziegler_nichols_ultimate" | "chr_setpoint0" | "chr_setpoint20" | "chr_disturbance0" | "chr_disturbance20" | "simc" | "lambda" | "amigo";
 
-/** A rule with what it leads to. */
+/** A rule and its predicted effects. */
 export type RuleOutcome = {
 /** The rule. */
 rule: Rule,
@@ -1085,7 +1091,7 @@ rule: Rule,
 name: string,
 /** The settings, and the prediction for the same step as those of all other rows. */
 tuned: Tuned | null,
-/** Why there are none. */
+/** The reason why there are no settings. */
 refusal: string | null, };
 
 /** A value that is set while a loop runs. */
@@ -1179,8 +1185,8 @@ export type Step = {
 /** The setpoint before it; that of the controller without it. */
 from?: number | null,
 /**
- * By how much it changes, below 0 for down; without it so much that the manipulated value moves by 10 % in the end, or at first
- * if the plant integrates.
+ * The size of the step, below 0 for down; by default, the step that moves the manipulated value by 10 % in the
+ * end, or at first if the plant integrates.
  */
 size?: number | null,
 /** The manual value at which the plant rests before it, in percent; 50 without it. */
@@ -1216,30 +1222,30 @@ export type Structure = "p" | "pi" | "pid";
 
 /** A change that was tried. */
 export type Suspect = {
-/** What was changed, from the start on. */
+/** The changes from the start on. */
 changes: Array<Change>,
-/** What was changed besides, while the recording was made. */
+/** The change made during the recording, if any. */
 since: Since | null,
 /** From where to where the value of the only number among them explains the recording as well. */
 range: [number, number] | null,
 /** Other settings with which it would have another value and explain the recording as well. */
 confused: Array<string>,
-/** The settings that were changed, as they are in the loop then; at the end of the recording, if one changed in it. */
+/** The changed settings with their values in the loop; at the end of the recording, if one changed during it. */
 values: Values,
-/** How many calls still differ. */
+/** The number of calls that still differ. */
 different: number,
 /** The largest difference. */
 largest: number,
 /** Whether nothing differs any more. */
 fits: boolean,
-/** Whether the recording tells it: nothing else that was tried explains everything, and its values could not be others. */
+/** Whether it is certain: no other explanation covers everything, and its values are unambiguous. */
 is_sure: boolean,
 /** Whether it fits only if the last row, which repeats all outputs, is no call. */
 ends_without_call: boolean, };
 
 /** The mean of variables over an input. */
 export type Sweep = {
-/** What it shows. */
+/** Its title. */
 title: string,
 /** The variable of the horizontal axis. */
 variable: string,
@@ -1257,7 +1263,7 @@ curves: Curves,
 /** Its figures; none of a loop without a setpoint or a process value. */
 figures: Figures | null, };
 
-/** What to tune. */
+/** The controller to tune, the plant's model and the rule. */
 export type TuneRequest = {
 /** The plant. */
 model: Model,
@@ -1286,7 +1292,7 @@ ultimate?: [number, number] | null,
 /** When the loop exchanges its values: the prediction has the rows of such a run. */
 exchange: Exchange, };
 
-/** Settings and what they lead to. */
+/** Settings and their predicted effects. */
 export type Tuned = {
 /** The settings in the block's form, by the block's names, the switches of the structure included. */
 values: Values,
@@ -1294,7 +1300,7 @@ values: Values,
 dead_time: number,
 /** The time constant of the closed loop that the rule was given, if it takes one. */
 closed_loop: number | null,
-/** The same as a place on a scale from calm, 0, to fast, 1, as the request may give it. */
+/** The same as a position on a scale from calm, 0, to fast, 1, as the request may specify it. */
 pace: number | null,
 /** The largest sensitivity. */
 sensitivity: number | null,
@@ -1309,7 +1315,7 @@ predicted: Predicted,
  * and `deviation`, `recovery` and `iae` of the load.
  */
 absent: { [key in string]: string },
-/** What the user should know, a sentence each. */
+/** Remarks for the user, a sentence each. */
 remarks: Array<string>, };
 
 /** What settings were computed from, and what they lead to. */
