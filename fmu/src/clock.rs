@@ -24,8 +24,8 @@
 //! - Accumulated drift up to CYCLE / 4 is corrected; beyond that the clock follows the host, and one step makes a call more
 //!   or less than the others. From 0 on this takes at least 6e7 steps of CYCLE; at |t| / CYCLE = 1e12 (1e9 s at 1 ms) at
 //!   least 2 000.
-//! - An `h` whose error is below the rounding of `tc` cannot be told from the step of a host that adds up. For a 32-bit `h`
-//!   this begins at |t| / CYCLE = 1e8.
+//! - An `h` whose error is below the rounding of `tc` cannot be distinguished from the step of a host that adds up. For
+//!   a 32-bit `h` this begins at |t| / CYCLE = 1e8.
 
 use crate::messages;
 use crate::refusal::Refusal;
@@ -45,7 +45,7 @@ pub(crate) const ROUNDINGS: f64 = 4.0;
 /// The resolution of a double at 1 s, in milliseconds.
 pub(crate) const RESOLUTION: f64 = f64::EPSILON * 1000.0;
 
-/// Up to this fraction of a CYCLE, times that are the same may differ: beyond it, calls could not be told apart.
+/// Equal times may differ by up to this fraction of a CYCLE; beyond it, calls could not be distinguished.
 const MOST_SAME: f64 = 0.125;
 
 /// No step makes more calls than this: a day at 1 ms is 86 million.
@@ -67,8 +67,8 @@ pub struct Clock {
     /// Up to this time, in seconds, a step of one CYCLE can neither reach the stop time nor be beyond what a double
     /// resolves.
     pub(crate) horizon: f64,
-    /// By what part of a time's magnitude it may be off by rounding and still be ordinary, per 1000; below 0 where a step of one
-    /// CYCLE leaves a rounding of its own.
+    /// The relative rounding error, per 1000, up to which a time is still ordinary; below 0 if a step of one CYCLE has
+    /// rounding of its own.
     pub(crate) rounding: f64,
     /// Below this tick, every step of one CYCLE from where the last one ended is an ordinary one.
     pub(crate) ordinary_below: i64,
@@ -95,7 +95,7 @@ pub struct Calls {
 }
 
 impl Clock {
-    /// A clock that stands at `start`; `stop` is infinite if there is none.
+    /// A clock at `start`; `stop` is infinite if there is none.
     pub fn new(start: f64, stop: f64, cycle: Time) -> Clock {
         Clock {
             start,
@@ -115,7 +115,7 @@ impl Clock {
         .with_constants()
     }
 
-    /// Computes what follows from start, stop and cycle.
+    /// Computes constants from start, stop and cycle.
     fn with_constants(mut self) -> Clock {
         self.per_cycle = 1.0 / self.cycle;
         self.period = self.cycle / 1000.0;
@@ -141,20 +141,19 @@ impl Clock {
         self.start + self.next as f64 * self.cycle / 1000.0
     }
 
-    /// Whether the next call is due at the present time, but for rounding.
+    /// Whether the next call is due now, within rounding.
     pub fn is_due(&self) -> bool {
         (self.next - self.tick) as f64 * self.cycle - self.offset <= self.same()
     }
 
-    /// By how many milliseconds times may differ from the present one and still be the same.
+    /// The tolerance in milliseconds within which times count as equal to the present one.
     fn same(&self) -> f64 {
         SAME * self.cycle + ROUNDINGS * RESOLUTION * self.end.abs().max(self.start.abs())
     }
 
-    /// Counts a call that is due as made, and says whether there is one.
+    /// Counts a due call as made; returns whether there was one.
     ///
-    /// # Errors
-    /// The present time is so far from 0 that calls cannot be told apart.
+    /// # Errors The present time is so far from 0 that calls cannot be distinguished.
     pub fn make_due_call(&mut self) -> Result<bool, Refusal> {
         if self.same() > MOST_SAME * self.cycle {
             return Err(messages::no_resolution("the time", self.end, self.period).into());
@@ -167,8 +166,8 @@ impl Clock {
         Ok(is_due)
     }
 
-    /// Goes from `tc` to `tc + h` (seconds) and says which calls lie in between. If `h` is 0, there are none, and the clock
-    /// stays where it is.
+    /// Advances from `tc` to `tc + h` (seconds) and returns the calls in between. If `h` is 0, there are none, and the
+    /// clock does not advance.
     ///
     /// # Errors
     /// `tc` or `h` is not a valid time; `tc` is before the end of the last step, or `tc + h` after the stop time, by more
@@ -224,7 +223,7 @@ impl Clock {
 
         let first = self.next;
         let lead = first as f64 * cycle - present;
-        // A long step has rounding of its own.
+        // A long step has its own rounding.
         let tolerance = (same + ROUNDINGS * f64::EPSILON * step) * self.per_cycle;
         let cycles = (offset + step) * self.per_cycle;
         if cycles + (tick - first) as f64 > MOST_CALLS {

@@ -1,4 +1,4 @@
-//! What a host holds: an instance, the log categories chosen for it, and the states of it that were saved.
+//! The object behind a host's instance pointer: an instance, its selected log categories, and its saved states.
 
 use crate::cyclic::Cyclic;
 use crate::instance::{Events, Instance};
@@ -16,10 +16,11 @@ use std::{iter, ptr};
 /// The address of a saved instance. It is only compared, never followed.
 pub type StateAddress = *mut c_void;
 
-/// What a new instance starts from.
+/// The initial state of a new instance.
 #[derive(Debug)]
 pub struct Origin<B> {
-    /// What the identifier that the host gave is made of: two FMUs have the same only if they start from the same values.
+    /// The hash from which the identifier passed by the host is formed: two FMUs have the same only if they start from
+    /// the same values.
     pub hash: u128,
     /// Which of the forms of the identifier it is, see [`Identity`].
     pub form: usize,
@@ -36,22 +37,22 @@ pub enum Fresh<B> {
     Copy(Box<B>),
 }
 
-/// What a library makes instances of. Every [`Block`] is one.
+/// A library that creates instances. Every [`Block`] is one.
 pub trait Library: 'static {
-    /// What an instance calls.
+    /// The block that an instance calls.
     type Block: Cyclic;
 
-    /// What the instances start from of the FMU with this identifier and these resources, the URI or the path of a folder.
+    /// The initial state of instances of the FMU with this identifier and these resources, the URI or the path of a
+    /// folder.
     ///
-    /// # Errors
-    /// The identifier is missing or that of another FMU; what the resources should hold is missing or damaged.
+    /// # Errors The identifier is missing or belongs to another FMU, or a resource is missing or damaged.
     fn open(identity: Identity, resources: Argument) -> Result<Origin<Self::Block>, Refusal>;
 }
 
 impl<B: Block> Library for B {
     type Block = B;
 
-    /// With another GUID than the library's, it is that of a preset, whose start values are read from the resources.
+    /// A GUID other than the library's is that of a preset, whose start values are read from the resources.
     fn open(identity: Identity, resources: Argument) -> Result<Origin<B>, Refusal> {
         let own = Fingerprint::<B>::HASH;
         if identity.value.is_none() {
@@ -70,9 +71,9 @@ impl<B: Block> Library for B {
 pub struct Component<B> {
     /// The instance.
     pub instance: Instance<B>,
-    /// What is logged.
+    /// The selected log categories.
     pub logged: Selection,
-    /// What the user should know of the present call although it succeeds; to be logged at its end.
+    /// Advice on the present call, which succeeds; logged at its end.
     pub advice: Vec<String>,
     /// The texts that the last call gave out: the host copies them before its next call.
     pub texts: Vec<CString>,
@@ -103,7 +104,7 @@ impl<B: Cyclic> Component<B> {
         }
     }
 
-    /// Selects the named categories, or all without a name; with logging off, none. Earlier selections do not count.
+    /// Selects the named categories, or all if none are named; with logging off, none. Replaces earlier selections.
     ///
     /// # Errors
     /// A category that is NULL or unknown.
@@ -161,7 +162,7 @@ impl<B: Cyclic> Component<B> {
         }
     }
 
-    /// Makes the call that is due in Event Mode, and gives the time of the next one.
+    /// Makes the call that is due in Event Mode; returns the time of the next one.
     ///
     /// # Errors
     /// As [`Instance::update_discrete_states`].
@@ -171,7 +172,7 @@ impl<B: Cyclic> Component<B> {
         next
     }
 
-    /// What the user should know of calls.
+    /// Takes the warnings about calls.
     fn take_warnings(&mut self) {
         if !B::IS_SURE && self.logged.contains(&Category::ADVICE) {
             self.advice = self.instance.take_warnings();
@@ -195,8 +196,7 @@ impl<B: Cyclic> Component<B> {
 
     /// Saves the instance: in the state that the host names or, if that is NULL, in a new one.
     ///
-    /// # Errors
-    /// A state that this component did not give, or that is freed.
+    /// # Errors The state was not saved by this component, or has been freed.
     pub fn get_state(&mut self, state: &mut StateAddress) -> Result<(), Refusal> {
         self.keep(state, self.instance.clone())
     }

@@ -1,17 +1,18 @@
-//! What an instance calls every CYCLE: a block whose table is compiled in, or a program whose table is known at run time only.
+//! The object that an instance calls every CYCLE: a block whose table is compiled in, or a program whose table is known
+//! only at run time.
 
 use crate::layout::Layout;
 use blocks::{Block, LReal, Real, StaticTable, Stored, Table, TableText, Time, Value};
 
 macro_rules! cyclic {
     ($( $(#[$doc:meta])* fn $this:ident.$name:ident($($receiver:tt)+) ($($argument:ident: $type:ty),*) $(-> $result:ty)? = $Trait:ident; )*) => {
-        /// What an instance calls every CYCLE, by row number of its table. Every [`Block`] is one, at no cost: calls are resolved
-        /// while the library is compiled, and the table is a constant then. A PLC program that is read at run time is another
-        /// one, with a table of its own.
+        /// The object that an instance calls every CYCLE, accessed by row number of its table. Every [`Block`] is one,
+        /// at no cost: calls are resolved at compile time, and the table is then a constant. A PLC program that is read
+        /// at run time is another, with its own table.
         ///
         /// A clone is a saved state.
         pub trait Cyclic: Clone + Send + 'static {
-            /// Whether every call comes to its end. A block's does; a program may stop.
+            /// Whether every call completes. A block's does; a program may stop.
             const IS_SURE: bool = true;
 
             /// Whether the table has a `mean` row. A program's has none.
@@ -33,7 +34,7 @@ macro_rules! cyclic {
             fn stopped(&self) -> Option<&str> {
                 None
             }
-            /// What the user should know of the calls since the last time that this was asked.
+            /// Takes the warnings about the calls since this was last called.
             fn take_warnings(&mut self) -> Vec<String> {
                 Vec::new()
             }
@@ -41,11 +42,11 @@ macro_rules! cyclic {
             fn text(&self, _number: usize) -> Option<String> {
                 None
             }
-            /// Writes a text: its characters as [`blocks::TextType::units`] gives them.
+            /// Writes a text: its characters as [`blocks::TextType::units`] returns them.
             fn set_text(&mut self, _number: usize, _units: &[u16]) {}
             /// Appends all values and the memory to `bytes`.
             fn store(&self, bytes: &mut Vec<u8>);
-            /// What [`Cyclic::store`] wrote, as another one of this kind; `None` if there is none in `bytes`.
+            /// The object that [`Cyclic::store`] wrote; `None` if `bytes` does not contain one.
             fn restored(&self, bytes: &mut &[u8]) -> Option<Self>;
             $( $(#[$doc])* fn $name($($receiver)+, $($argument: $type),*) $(-> $result)?; )*
         }

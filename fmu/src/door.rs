@@ -1,6 +1,6 @@
-//! The door through which every call of a host goes: it checks the state, catches panics, and tells the host why a call is
-//! refused. What is behind it may panic and refuse; what is before it, the C functions of a version of the standard, only
-//! turn pointers into references.
+//! The door through which every call of a host passes: it checks the state, catches panics, and logs why a call is
+//! refused. The code behind it may panic and refuse; the code in front of it, the C functions of a version of the
+//! standard, only turns pointers into references.
 
 use crate::component::Component;
 use crate::cyclic::Cyclic;
@@ -30,8 +30,8 @@ pub struct Door<B, H> {
 }
 
 impl<B: Cyclic, H: Host> Door<B, H> {
-    /// A door to what `component` makes. If that refuses or panics, the host is told, whatever it wants to be logged: without
-    /// an instance, this is the only way to say what is wrong.
+    /// A door to the component that `component` creates. If that refuses or panics, the message is always logged,
+    /// whatever the host's log settings: without an instance, this is the only way to report the error.
     pub fn new(
         host: H,
         function: &Function,
@@ -105,7 +105,7 @@ fn panic_refusal(panic: Box<dyn Any + Send>) -> Refusal {
     Refusal::new(Answer::Fatal, reason)
 }
 
-/// Drops what a block made, and catches a panic in doing so.
+/// Drops a block's value and catches a panic in doing so.
 fn discard<T>(value: T) {
     if let Err(panic) = catch_unwind(AssertUnwindSafe(|| drop(value)))
         && let Err(another) = catch_unwind(AssertUnwindSafe(|| drop(panic)))

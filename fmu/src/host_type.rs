@@ -1,4 +1,4 @@
-//! Values as a host passes them: what a version of the standard has to say of each of its types.
+//! Values as a host passes them: the properties of each of its types in a version of the standard.
 
 use crate::cyclic::Cyclic;
 use crate::ordinary;
@@ -9,10 +9,11 @@ pub trait Version {
     /// Its number, as modelDescription.xml has it.
     const NUMBER: &'static str;
 
-    /// What the names of its functions begin with.
+    /// The common prefix of its function names.
     const PREFIX: &'static str;
 
-    /// What the FMUs can do: the attributes of modelDescription.xml and their values. Those that are left out are false.
+    /// The capabilities of the FMUs: attributes of modelDescription.xml and their values. Attributes left out are
+    /// false.
     const CAPABILITIES: &'static [(&'static str, &'static str)];
 
     /// Its name of the type that holds the values of a row, as in the name of the function that sets it.

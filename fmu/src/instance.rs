@@ -47,8 +47,8 @@ impl<B: Cyclic> Instance<B> {
         self.events
     }
 
-    /// Whether the host handles the calls of this block. Those that compute what inputs lead to that are held until the next call
-    /// are made in steps all the same: nothing jumps at them.
+    /// Whether the host handles the calls of this block. Calls of blocks whose outputs are held until the next call are
+    /// nevertheless made in steps: no variable jumps at them.
     pub(crate) fn handled(&self) -> Option<Events> {
         self.events.filter(|_| !B::HOLDS_INPUTS)
     }
@@ -86,8 +86,7 @@ impl<B: Cyclic> Instance<B> {
 
     /// Enters Initialization Mode. `setup` is the function that sets the start time, for the message.
     ///
-    /// # Errors
-    /// There is no start time yet.
+    /// # Errors No start time has been set.
     pub fn enter_initialization_mode(&mut self, setup: &Function) -> Result<(), Refusal> {
         if self.experiment.is_none() {
             return Err(messages::no_start_time(setup.name).into());
@@ -98,8 +97,7 @@ impl<B: Cyclic> Instance<B> {
 
     /// Restarts the block with the values that are set. The first cyclic call is at the start time.
     ///
-    /// # Errors
-    /// CYCLE below 1 ms, or what the block itself refuses.
+    /// # Errors CYCLE is below 1 ms, or the block itself refuses.
     pub fn exit_initialization_mode(&mut self) -> Result<(), Refusal> {
         let (start, stop) = self.experiment.unwrap_or((0.0, f64::INFINITY));
         self.session.restart(start, stop)?;
@@ -124,11 +122,10 @@ impl<B: Cyclic> Instance<B> {
         self.state = State::StepComplete;
     }
 
-    /// Makes the call that is due at this instant, if it was not made yet. Gives the time of the next one in seconds, if it is an
-    /// event.
+    /// Makes the call that is due at this instant, if it has not been made yet. Returns the time of the next one in
+    /// seconds, if it is an event.
     ///
-    /// # Errors
-    /// A program that stops; a time so far from 0 that calls cannot be told apart.
+    /// # Errors The program stops, or the time is so far from 0 that calls cannot be distinguished.
     pub fn update_discrete_states(&mut self) -> Result<Option<f64>, Refusal> {
         if self.handled().is_none() {
             return Ok(None);
@@ -138,7 +135,7 @@ impl<B: Cyclic> Instance<B> {
         Ok(Some(next))
     }
 
-    /// What the block will do with its settings, as far as a user may not expect it.
+    /// Advice on effects of the settings that a user may not expect.
     pub fn advice(&self) -> Vec<String> {
         self.session.block.advice()
     }
@@ -158,7 +155,7 @@ impl<B: Cyclic> Instance<B> {
         self.state = State::Terminated;
     }
 
-    /// Whether the simulation has not begun: there was no restart yet.
+    /// Whether the simulation has not begun: no restart yet.
     pub fn is_before_start(&self) -> bool {
         matches!(self.state, State::Instantiated | State::InitializationMode)
     }
@@ -270,8 +267,8 @@ impl<B: Cyclic> Instance<B> {
         }
     }
 
-    /// Gives time derivatives of Real inputs: in the steps from now on, the block sees the input extrapolated from the
-    /// start of the step. A derivative holds until it is changed; 0 removes it. All slices have the same length.
+    /// Sets time derivatives of Real inputs: in all further steps, the block sees the input extrapolated from the start
+    /// of the step. A derivative holds until it is changed; 0 removes it. All slices have the same length.
     ///
     /// # Errors
     /// A reference that is not a Real input, an order other than 1 to 4, a derivative that is not finite; nothing is
@@ -319,7 +316,7 @@ impl<B: Cyclic> Instance<B> {
         }
     }
 
-    /// What the user should know of the calls since the last time that this was asked.
+    /// Takes the warnings about the calls since this was last called.
     pub fn take_warnings(&mut self) -> Vec<String> {
         self.session.block.take_warnings()
     }
@@ -375,7 +372,7 @@ impl<B: Cyclic> Instance<B> {
     }
 }
 
-/// What a serialized state begins with; the last byte is the version of the format.
+/// The first bytes of a serialized state; the last byte is the version of the format.
 const MAGIC: &[u8] = b"plcfmu\0\x01";
 
 /// The row of the variable with a value reference, which must be of the type `T`. `access` is Get or Set, for the message.

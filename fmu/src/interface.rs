@@ -1,4 +1,4 @@
-//! What the library says of itself, for the packer.
+//! The library's description of itself, for the packer.
 
 use crate::host_type::Version;
 use crate::log::Category;

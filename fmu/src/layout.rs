@@ -3,13 +3,13 @@
 use blocks::table::arrays::{Group, grouped};
 use blocks::{Table, TableText};
 
-/// What each value reference stands for, of the rows and, behind them, the texts.
+/// The variables to which value references refer: the rows, followed by the texts.
 #[derive(Debug)]
 pub struct Layout {
     parts: Vec<Referent>,
 }
 
-/// What a value reference stands for.
+/// The variable to which a value reference refers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Referent {
     /// A single value.
@@ -45,7 +45,7 @@ impl Layout {
         has_arrays.then_some(Layout { parts })
     }
 
-    /// What a value reference stands for; a single value if it is none.
+    /// The variable to which a value reference refers; a single value if it is not part of an array.
     pub fn part(&self, reference: u32) -> &Referent {
         self.parts.get(reference as usize).unwrap_or(&Referent::Single)
     }

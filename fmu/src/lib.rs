@@ -37,15 +37,16 @@
 //!
 //! `cargo xtask fmu -p PACKAGE` packs it.
 //!
-//! The core is what a PLC does around a block, and what a host may ask of it, whatever the version of FMI: [`clock`] says
-//! which calls fall into a step, [`session`] makes them, [`mean`] averages the pulse over them; [`instance`] gives and takes
-//! values by number, [`state`] says what is allowed when, [`component`] saves states, [`preset`] reads other start values,
-//! [`mod@door`] catches panics and logs; [`refusal`] says why a call is refused, and [`interface`] describes the library and [`table`] the block. [`ordinary`] is
-//! the shortcut for what a host does in every cycle, and [`abreast`] the same for several instances at once. [`v2`] is FMI 2.0 for
-//! co-simulation over this core: a table of C functions, which shares its unsafe code with other versions in `pointers`.
+//! The core does what a PLC does around a block, and what a host may request from it, independent of the version of
+//! FMI: [`clock`] determines the calls in a step, [`session`] makes them, [`mean`] averages the pulse over them;
+//! [`instance`] gets and sets values by number, [`state`] defines what is allowed when, [`component`] saves states,
+//! [`preset`] reads other start values, [`mod@door`] catches panics and logs; [`refusal`] states why a call is refused,
+//! and [`interface`] describes the library and [`table`] the block. [`ordinary`] is the shortcut for the calls of every
+//! cycle, and [`abreast`] the same for several instances at once. [`v2`] is FMI 2.0 for co-simulation over this core: a
+//! table of C functions, which shares its unsafe code with other versions in `pointers`.
 //!
-//! Data flows one way: `v2` makes references of pointers, the door checks the state, the session asks the clock, and the
-//! block's law computes. Between the C function and the law there is no dynamic dispatch and no allocation.
+//! Data flows one way: `v2` turns pointers into references, the door checks the state, the session asks the clock, and
+//! the block's law computes. Between the C function and the law there is no dynamic dispatch and no allocation.
 //!
 //! All of this works over [`cyclic::Cyclic`], which every block is. A program that is known at run time only will be another
 //! one, and its library another [`component::Library`].

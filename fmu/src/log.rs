@@ -1,4 +1,4 @@
-//! What is logged: categories, their selection, and the text of a message.
+//! Logging: categories, their selection, and the text of a message.
 
 use crate::messages;
 use crate::refusal::{Answer, Refusal};
@@ -10,7 +10,7 @@ use std::ffi::{CStr, CString};
 pub struct Category {
     /// Its name, in modelDescription.xml and in every message.
     pub name: &'static CStr,
-    /// What its messages tell, for modelDescription.xml.
+    /// A description of its messages, for modelDescription.xml.
     pub description: &'static str,
     bit: u8,
 }
@@ -37,7 +37,7 @@ impl Category {
         bit: 4,
     };
 
-    /// What is allowed but may not be meant.
+    /// Calls that are allowed but may be unintended.
     pub const ADVICE: Category = Category {
         name: c"logAdvice",
         description: "What the block does with its settings where a user may not expect it",
@@ -69,8 +69,8 @@ impl Selection {
     /// Every category.
     pub const ALL: Selection = Selection(15);
 
-    /// Errors and fatal ones: what a new instance logs with logging off. Without them a user would see that a call failed
-    /// and not why.
+    /// Errors and fatal ones: a new instance logs these with logging off. Without them, a user would see that a call
+    /// failed, but not why.
     pub const ERRORS: Selection = Selection(Category::STATUS_ERROR.bit | Category::STATUS_FATAL.bit);
 
     /// Whether a category is selected.

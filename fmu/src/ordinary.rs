@@ -1,5 +1,5 @@
-//! The ordinary case of what a host calls in every control cycle, in fewer instructions: it sets inputs or parameters, makes a
-//! step of one CYCLE from where the last one ended, and reads outputs.
+//! The ordinary case of the calls that a host makes in every control cycle, in fewer instructions: it sets inputs or
+//! parameters, makes a step of one CYCLE from the end of the last one, and reads outputs.
 //!
 //! Nothing here decides anything. The checked functions try these first: each does what the checked one does, where nothing that
 //! that one checks can fail, and says whether it did; if not, nothing has happened, and the checked one does its work. Without this
@@ -79,7 +79,7 @@ where
     }
 }
 
-/// Writes REALs that are given as such, if all may be set at any time and all values are finite.
+/// Writes REALs from 32-bit values, if all may be set at any time and all values are finite.
 #[inline(always)]
 pub fn set_reals<B: Cyclic>(block: &mut B, references: &[u32], values: &[f32]) -> bool {
     set_few_reals(block, references, values) || set_many_reals(block, references, values)
@@ -140,7 +140,7 @@ fn set_lreal<B: Cyclic>(block: &mut B, reference: u32, value: f64) -> bool {
 /// Writes inputs and parameters of one type, if all are of it and all values in range.
 #[inline]
 pub fn set_values<V: Version, B: Cyclic, T: HostType<V>>(block: &mut B, references: &[u32], values: &[T]) -> bool {
-    /// A function of its own: in a loop the compiler would compute the addresses of all variables first.
+    /// A separate function: in a loop the compiler would compute the addresses of all variables first.
     #[inline(never)]
     fn put<B: Cyclic>(block: &mut B, row: usize, value: Value) {
         block.set(row, value);
@@ -203,7 +203,7 @@ fn get_few_reals<B: Cyclic, T: From<Real>>(block: &B, references: &[u32], values
     true
 }
 
-/// Reads REALs as such, if all are.
+/// Reads REALs as 32-bit values; returns false if a variable has another type.
 #[inline(always)]
 pub fn get_reals<B: Cyclic>(block: &B, references: &[u32], values: &mut [f32]) -> bool {
     #[inline(never)]
@@ -223,7 +223,7 @@ pub fn get_reals<B: Cyclic>(block: &B, references: &[u32], values: &mut [f32]) -
     true
 }
 
-/// Reads REALs and LREALs, and any numbers if not all are such.
+/// Reads REALs and LREALs; if a variable has another type, reads any numbers.
 #[inline(never)]
 fn get_many<V: Version, B: Cyclic>(block: &B, references: &[u32], values: &mut [f64]) -> bool
 where
@@ -241,7 +241,7 @@ where
     true
 }
 
-/// A function of its own: in a loop the compiler would compute the addresses of all variables first.
+/// A separate function: in a loop the compiler would compute the addresses of all variables first.
 #[inline(never)]
 fn real_or_lreal<B: Cyclic>(block: &B, row: usize) -> Option<f64> {
     block.real(row).map(f64::from).or_else(|| block.lreal(row))
@@ -250,7 +250,7 @@ fn real_or_lreal<B: Cyclic>(block: &B, row: usize) -> Option<f64> {
 /// Reads variables of one type, if all are of it.
 #[inline]
 pub fn get_values<V: Version, B: Cyclic, T: HostType<V>>(block: &B, references: &[u32], values: &mut [T]) -> bool {
-    /// A function of its own: in a loop the compiler would compute the addresses of all variables first.
+    /// A separate function: in a loop the compiler would compute the addresses of all variables first.
     #[inline(never)]
     fn value<B: Cyclic>(block: &B, row: usize) -> Option<Value> {
         block.get(row)
@@ -277,8 +277,8 @@ pub fn get_values<V: Version, B: Cyclic, T: HostType<V>>(block: &B, references: 
 }
 
 impl<B: Cyclic> Session<B> {
-    /// Makes the ordinary step, which is the one from a call to the next, and says whether it was one. If not, nothing has
-    /// happened, and [`Session::step`] makes it.
+    /// Makes the ordinary step from one call to the next and returns whether it did. If not, nothing has changed, and
+    /// [`Session::step`] makes it.
     #[inline(always)]
     pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
         let is_ordinary = B::IS_SURE
@@ -303,7 +303,7 @@ impl<B: Cyclic> Session<B> {
 }
 
 impl Clock {
-    /// Goes from `tc` to `tc + h` if that is an ordinary step, which holds one call, and says whether it is.
+    /// Advances from `tc` to `tc + h` if that is an ordinary step, which contains one call; returns whether it is.
     #[inline]
     pub fn check_and_make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
         let is_ordinary = self.is_ordinary(tc, h);
@@ -314,7 +314,8 @@ impl Clock {
         is_ordinary
     }
 
-    /// Goes from `tc` to `tc + h` if that is known to be an ordinary step, which holds one call, and says whether it is.
+    /// Advances from `tc` to `tc + h` if that is known to be an ordinary step, which contains one call; returns whether
+    /// it is.
     #[inline(always)]
     pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
         // Bits are compared faster than numbers. Where 0 stands against -0, `advance` makes the step.
@@ -336,10 +337,10 @@ impl Clock {
         self.since += h;
     }
 
-    /// Goes from a tick whose call is made to the next one, and says whether `tc` and `h` ask for that.
+    /// Advances from a tick whose call has been made to the next one; returns whether `tc` and `h` match that step.
     #[inline]
     pub fn make_step_between_calls(&mut self, tc: f64, h: f64) -> bool {
-        // The rounding is below 0 where a step of one CYCLE leaves one of its own, which `advance` keeps.
+        // The rounding is below 0 where a step of one CYCLE has its own rounding, which `advance` keeps.
         let is_ordinary = self.next == self.tick + 1 && self.rounding >= 0.0 && self.is_from_tick_to_tick(tc, h);
         if is_ordinary {
             self.advance_by_a_tick(tc, h);

@@ -1,6 +1,6 @@
-//! What the C functions of every version of the standard share: pointers become slices and references, values go in and out,
-//! and `functions!` makes the functions of a table. What the host has to ensure, and what is recognized, is said in the `ffi` of
-//! each version.
+//! The code shared by the C functions of all versions of the standard: pointers become slices and references, values go
+//! in and out, and `functions!` generates the functions of a table. The `ffi` of each version states what the host must
+//! ensure and what is detected.
 
 #![allow(unsafe_code)]
 // The contract above is the safety section of every function here.
@@ -33,7 +33,7 @@ pub(crate) fn status(answer: Result<(), Answer>) -> Status {
     }
 }
 
-/// What an instance of the host points to; `None` if it is NULL.
+/// The door behind a host's instance pointer; `None` if it is NULL.
 #[inline(always)]
 unsafe fn door<'a, L: Library, H: Host>(instance: *mut c_void) -> Option<&'a mut Door<L::Block, H>> {
     // SAFETY: if it is not NULL, the host's contract says that the library made it.

@@ -1,8 +1,9 @@
-//! Presets: FMUs of the same library with start values of their own.
+//! Presets: FMUs of the same library with their own start values.
 //!
-//! The start values are in `resources/start.txt`, and the preset's GUID is the fingerprint of that file. So the library knows by
-//! the GUID that it gets whether it has the values that modelDescription.xml declares; with its own GUID it reads no file. Which
-//! of several forms the FMU has is told by the identifier of the FMU that the preset is made of, which is in the file.
+//! The start values are in `resources/start.txt`, and the preset's GUID is the fingerprint of that file. So the library
+//! can check by the GUID it receives that it has the values declared in modelDescription.xml; with its own GUID it
+//! reads no file. The file contains the identifier of the FMU from which the preset was made, which determines the form
+//! of the FMU.
 
 use crate::messages;
 use crate::refusal::Refusal;
@@ -13,12 +14,12 @@ use blocks::table::start::{self, FILE, LARGEST, Start};
 use blocks::{Block, Table, TableText, Value};
 use std::ffi::CStr;
 
-/// A text that a host passes, by the name that the standard gives it; `None` stands for NULL.
+/// A text passed by a host, with the name that the standard gives it; `None` stands for NULL.
 #[derive(Clone, Copy, Debug)]
 pub struct Argument<'a> {
     /// Its name, for messages.
     pub name: &'static str,
-    /// What the host passes.
+    /// The text passed by the host.
     pub value: Option<&'a CStr>,
 }
 
@@ -27,9 +28,9 @@ pub struct Argument<'a> {
 pub struct Identity<'a> {
     /// Its name, for messages.
     pub name: &'static str,
-    /// What the host passes.
+    /// The text passed by the host.
     pub value: Option<&'a CStr>,
-    /// What is made of the hash for each form.
+    /// The value formed from the hash for each form.
     pub forms: &'static [fn(u128) -> u128],
 }
 
@@ -37,29 +38,29 @@ impl Identity<'_> {
     /// One form, which is the hash itself.
     pub const GUID: &'static [fn(u128) -> u128] = &[|hash| hash];
 
-    /// The form of this hash that the host passes, by its number, and what is made of the hash for it.
+    /// The form of this hash that the host passes: its number, and the value formed from the hash.
     pub fn form(&self, hash: u128) -> Option<(usize, u128)> {
         let given = self.value?.to_bytes();
         let mut forms = self.forms.iter().map(|form| form(hash)).enumerate();
         forms.find(|(_, hash)| fingerprint::text(*hash) == given)
     }
 
-    /// What a host should pass for this hash, in the first form.
+    /// The text that a host should pass for this hash, in the first form.
     pub fn text(&self, hash: u128) -> String {
         let hash = self.forms.first().map_or(hash, |form| form(hash));
         String::from_utf8_lossy(&fingerprint::text(hash)).into_owned()
     }
 
-    /// What the host passes, for messages.
+    /// The text passed by the host, for messages.
     pub fn shown(&self) -> String {
         self.value.map_or_else(|| "NULL".into(), |given| format!("{:?}", given.to_string_lossy()))
     }
 }
 
-/// What an instance of a preset starts from.
+/// The initial state of an instance of a preset.
 #[derive(Debug)]
 pub struct Preset<B> {
-    /// What the identifier is made of: the fingerprint of the start values.
+    /// The fingerprint of the start values, from which the identifier is formed.
     pub hash: u128,
     /// The number of the form of the FMU that the preset is made of.
     pub form: usize,
@@ -82,10 +83,10 @@ impl<B: Block> Preset<B> {
     }
 }
 
-/// The start values of a preset: the number of its form, what its identifier is made of, and the values by rows.
+/// The start values of a preset: the number of its form, the hash for its identifier, and the values by row.
 pub type Settings = (usize, u128, Vec<(usize, Value)>);
 
-/// The start values of the preset with this identifier, by the rows of a table. `own` is the hash of the FMU of which it is a preset.
+/// The start values of the preset with this identifier, by row of a table. `own` is the hash of the original FMU.
 ///
 /// # Errors
 /// There are no start values, or they are damaged, or those of another preset or library.

@@ -1,6 +1,6 @@
 //! Why a call is refused.
 
-/// What a refused call answers.
+/// The answer of a refused call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// The call is wrong; it changed nothing, and the host can correct and repeat it.
@@ -22,12 +22,12 @@ impl Refusal {
         Refusal(Box::new((answer, reason)))
     }
 
-    /// What the call answers.
+    /// The answer of the call.
     pub fn answer(&self) -> Answer {
         self.0.0
     }
 
-    /// The reason: what is wrong, the value, and what to do.
+    /// The reason: the problem, the value, and the remedy.
     pub fn reason(&self) -> &str {
         &self.0.1
     }

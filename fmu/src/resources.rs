@@ -1,8 +1,8 @@
 //! The FMU's folder `resources`: from the URI that a host passes to the folders that it may mean.
 //!
-//! Hosts write the URI of one folder in many ways: `file:///x`, `file:/x`, `file://localhost/x`, `file:////x`, with or without
-//! percent escapes, with backslashes, with a slash at the end, or as a plain path. Where a text may mean two folders, both are
-//! looked into: what is read there proves itself.
+//! Hosts write the URI of a folder in many ways: `file:///x`, `file:/x`, `file://localhost/x`, `file:////x`, with or
+//! without percent escapes, with backslashes, with a slash at the end, or as a plain path. If a text may refer to two
+//! folders, both are tried: the file's content proves which one is right.
 
 use crate::preset::Argument;
 use std::fs::{self, File};
@@ -22,10 +22,9 @@ enum Style {
     Windows,
 }
 
-/// Reads a file of at most `limit` bytes from the folder with this URI. Gives its path, too.
+/// Reads a file of at most `limit` bytes from the folder with this URI; also returns its path.
 ///
-/// # Errors
-/// What is missing or wrong, as a sentence that can follow "but".
+/// # Errors The problem as a sentence that can follow "but".
 pub fn read(location: Argument, name: &str, limit: u64) -> Result<(String, Vec<u8>), String> {
     let Argument { name: argument, value } = location;
     let location = value.ok_or_else(|| format!("{argument} is NULL"))?.to_bytes();
@@ -39,7 +38,7 @@ pub fn read(location: Argument, name: &str, limit: u64) -> Result<(String, Vec<u
         let location = String::from_utf8_lossy(location);
         return Err(format!("{argument} = {:?} is not the URI of a folder (file:///...)", cut(&location)));
     };
-    // Opening another thing than a file might wait forever.
+    // Opening anything other than a file might wait forever.
     let is_file = |path: &&PathBuf| fs::metadata(path).is_ok_and(|metadata| metadata.is_file());
     let Some(found) = files.iter().find(is_file) else {
         return Err(format!("there is no file {}", shown(first)));
@@ -56,7 +55,7 @@ fn shown(path: &Path) -> String {
     cut(&path.display().to_string())
 }
 
-/// The text in at most [`SHOWN`] characters. The end of a path tells more than its beginning.
+/// The text in at most [`SHOWN`] characters. The end of a path is more informative than its beginning.
 fn cut(text: &str) -> String {
     match text.char_indices().rev().nth(SHOWN) {
         Some((start, character)) => format!("…{}", &text[start + character.len_utf8()..]),
@@ -102,7 +101,7 @@ fn folders(location: &[u8], style: Style) -> Vec<Vec<u8>> {
     folders
 }
 
-/// What follows `file:`, in any case.
+/// The part after `file:`, in any case.
 fn without_scheme(location: &[u8]) -> Option<&[u8]> {
     let (scheme, rest) = location.split_at_checked(5)?;
     scheme.eq_ignore_ascii_case(b"file:").then_some(rest)

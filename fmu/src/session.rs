@@ -1,6 +1,6 @@
 //! One block with its time: restart, steps, inputs that are extrapolated within a step, and the whole as bytes.
 //!
-//! What is refused changes nothing.
+//! A refused call changes nothing.
 
 use crate::clock::Clock;
 use crate::cyclic::Cyclic;
@@ -14,7 +14,7 @@ use std::mem::ManuallyDrop;
 /// How many time derivatives of an input can be given.
 pub const ORDERS: usize = 4;
 
-/// One block with its clock. A clone is a saved state: there are no pointers in it, unless the block has some.
+/// One block with its clock. A clone is a saved state: it contains no pointers, unless the block has some.
 #[derive(Clone, Debug)]
 pub struct Session<B> {
     /// The block; its fields are the values of the rows.
@@ -81,8 +81,7 @@ impl<B: Cyclic> Session<B> {
 
     /// Makes every call from `tc` on before `tc + h`, in seconds.
     ///
-    /// # Errors
-    /// What the [`Clock`] refuses; an extrapolated input that may leave its range. No call is made then.
+    /// # Errors The [`Clock`] refuses, or an extrapolated input may leave its range. No call is made then.
     pub fn step(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
         let mut clock = self.clock.clone();
         let calls = clock.advance(tc, h)?;
@@ -114,9 +113,9 @@ impl<B: Cyclic> Session<B> {
         Ok(())
     }
 
-    /// Makes a step in which calls are events that the host handles between steps. Calls that are due at its begin, which the
-    /// host has not handled, are made. At the next one after them the step ends early if it may; if it may not, calls in
-    /// between are made, but for one at its end.
+    /// Makes a step in which calls are events that the host handles between steps. Calls that are due at its start and
+    /// not handled by the host are made. The step ends early at the next call, if that is allowed; otherwise, calls in
+    /// between are made, except one at its end.
     ///
     /// # Errors
     /// As [`Session::step`].
@@ -139,10 +138,9 @@ impl<B: Cyclic> Session<B> {
         Ok(Reached { end, is_early, is_event: self.clock.is_due() })
     }
 
-    /// Makes the call that is due at the present time, if there is one. Gives the time of the next in seconds.
+    /// Makes the call that is due at the present time, if any. Returns the time of the next one in seconds.
     ///
-    /// # Errors
-    /// The time is so far from 0 that calls cannot be told apart.
+    /// # Errors The time is so far from 0 that calls cannot be distinguished.
     pub fn handle_event(&mut self) -> Result<f64, Refusal> {
         if self.clock.make_due_call()? {
             Self::call_once(&mut self.block);
@@ -192,8 +190,8 @@ impl<B: Cyclic> Session<B> {
         Ok(())
     }
 
-    /// Gives time derivatives of inputs as (row, order, derivative), each checked by [`Session::check_derivative`]: in the
-    /// steps from now on, the block sees the input extrapolated from the start of the step. A derivative holds until it
+    /// Sets time derivatives of inputs as (row, order, derivative), each checked by [`Session::check_derivative`]: in
+    /// all further steps, the block sees the input extrapolated from the start of the step. A derivative holds until it
     /// is changed; 0 removes it.
     pub fn set_derivatives(&mut self, derivatives: impl Iterator<Item = (u32, i32, f64)>) {
         for (row, order, derivative) in derivatives {
@@ -215,7 +213,7 @@ impl<B: Cyclic> Session<B> {
         self.block.store(bytes);
     }
 
-    /// The session of a block like this one that [`Session::store`] wrote; `None` if there is none in `bytes`.
+    /// The session of a block like this one that [`Session::store`] wrote; `None` if `bytes` does not contain one.
     pub fn restored(block: &B, bytes: &mut &[u8]) -> Option<Self> {
         let clock = Clock::read(bytes)?;
         let extrapolations = Vec::<Extrapolation>::read(bytes)?;

@@ -21,13 +21,13 @@ pub struct Guid<B>(PhantomData<B>);
 impl<B: Block> Guid<B> {
     const TEXT_BYTES: [u8; 38] = fingerprint::text(Fingerprint::<B>::HASH);
 
-    /// What stands in its place where hosts choose types: a text for each choice.
+    /// The placeholder where hosts choose types: a text for each choice.
     pub const TOKENS: [[u8; 38]; 2] = [
         fingerprint::text(Types::Native.token(Fingerprint::<B>::HASH)),
         fingerprint::text(Types::Wide.token(Fingerprint::<B>::HASH)),
     ];
 
-    /// The GUID as it stands in modelDescription.xml.
+    /// The GUID as in modelDescription.xml.
     pub const TEXT: &'static str = match std::str::from_utf8(&Self::TEXT_BYTES) {
         Ok(text) => text,
         Err(_) => "",

@@ -1,11 +1,11 @@
-//! What is inside of a program, for tools that show it while it runs.
+//! The inside of a program, for tools that show it while it runs.
 
 use crate::{Loaded, Program};
 use scl::Note;
 use scl::ir::{At, Body, Type, Value, What};
 use std::collections::HashSet;
 
-/// At most this many instances are told.
+/// The maximum number of instances listed.
 const MOST: usize = 2000;
 
 /// An instance of a block inside a program.
@@ -22,12 +22,12 @@ pub struct InnerInstance {
 }
 
 impl Loaded {
-    /// The name of what is run: a function block, or the first of the organization blocks.
+    /// The name of the block that runs: a function block, or the first of the organization blocks.
     pub fn block(&self) -> &str {
         &self.block
     }
 
-    /// The instances of blocks, those inside others behind them; first the program itself.
+    /// The instances of blocks: first the program itself; inner instances follow the one that contains them.
     pub fn parts(&self) -> Vec<InnerInstance> {
         let own = InnerInstance { path: String::new(), block: self.block.clone(), is_native: false, address: 0 };
         let mut found = vec![own];
@@ -96,7 +96,7 @@ impl Loaded {
 }
 
 impl Program {
-    /// The same program, of which [`Program::lines`] can be asked; each call then takes a little longer.
+    /// The same program, ready for [`Program::lines`]; each call then takes a little longer.
     #[must_use]
     pub fn watched(mut self) -> Program {
         self.is_watched = true;
@@ -104,9 +104,9 @@ impl Program {
         self
     }
 
-    /// What the truth values of a block's networks and conditions were when the last call calculated them, in the instance at
-    /// this path; a function has none. Each with the number of its expression in the source; those that were not calculated are
-    /// missing.
+    /// The truth values of a block's networks and conditions when the last call calculated them, in the instance at
+    /// this path (a function has none). Each comes with the number of its expression in the source; those that were not
+    /// calculated are missing.
     pub fn wires(&self, block: &str, path: &str) -> Vec<(u32, bool)> {
         let parts = self.loaded.parts();
         let part = parts.iter().find(|part| part.path == path && part.block.eq_ignore_ascii_case(block));
@@ -134,7 +134,7 @@ impl Program {
         lines
     }
 
-    /// The temporaries of what is run, with their values at the end of the last call: numbers and truth values.
+    /// The temporaries of the block that runs, with their values at the end of the last call: numbers and truth values.
     pub fn temps(&self) -> Vec<(&str, Value)> {
         let Some(body) = self.loaded.body() else { return Vec::new() };
         // Where truth values are noted is no temporary of the author.

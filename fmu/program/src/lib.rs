@@ -1,8 +1,8 @@
-//! A PLC program in SCL as what an FMU calls every CYCLE.
+//! A PLC program in SCL that an FMU calls every CYCLE.
 //!
-//! The FMU holds the sources, in the folder of its resources, and [`Manifest`], which says what is made of them. The library
-//! translates them when an instance is made; the GUID is a hash over all of them, so that no other program is taken for
-//! it.
+//! The FMU's resources contain the sources and the [`Manifest`], which states how to build the program from them. The
+//! library translates them for each new instance; the GUID is a hash over all of them, so that no other program can be
+//! mistaken for it.
 //!
 //! ```text
 //! Manifest, sources --Loaded::new--> Table, Code --Program::new--> Program: a machine with its memory, called by fmu
@@ -44,9 +44,9 @@ pub struct Loaded {
     pub table: Table,
     /// What the GUID is made of.
     pub hash: u128,
-    /// What the author should know, with file and line.
+    /// Warnings for the author, with file and line.
     pub warnings: Vec<Problems>,
-    /// Where a program that is watched notes what its wires carry.
+    /// The places where a watched program records the values of its wires.
     notes: Vec<Note>,
     /// The arrays in the table.
     layout: Option<Layout>,
@@ -56,7 +56,7 @@ pub struct Loaded {
     cycle: usize,
     places: Vec<table::RowMemory>,
     texts: Vec<table::TextPlace>,
-    /// The rows that the host gives of variables that the program writes, too.
+    /// The rows set by the host whose variables the program also writes.
     in_outs: Vec<usize>,
     /// The number of the function that is called once at the start.
     startup: Option<usize>,
@@ -64,22 +64,21 @@ pub struct Loaded {
     own_cycle: Option<usize>,
     /// The name of the block, or of the first of several.
     block: String,
-    /// The instance in the memory; empty if what is run is no single instance.
+    /// The instance in the memory; empty if no single instance runs.
     instance: String,
     budget: u32,
 }
 
 impl Loaded {
-    /// Translates a program. A unit that a comment gives is one of the table if it is known.
+    /// Translates a program. A unit stated in a comment becomes part of the table if it is known.
     ///
-    /// # Errors
-    /// All that is wrong with the sources, with file, line and column; there is no block to be run.
+    /// # Errors All errors in the sources, with file, line and column, or no block to run.
     pub fn new(manifest: &Manifest, sources: &[Source], is_unit: fn(&str) -> bool) -> Result<Loaded, Wrong> {
         Loaded::from_compiled(compile(sources, manifest).map_err(Wrong::Sources)?, manifest, sources, is_unit)
     }
 
-    /// The same, of which one can see while it runs what the wires of its networks carry, and what its conditions are made of. It
-    /// calculates the same.
+    /// The same program, recording while it runs the values of its wires and the operands of its conditions. It
+    /// computes the same results.
     ///
     /// # Errors
     /// Those of [`Loaded::new`].
@@ -140,7 +139,7 @@ pub struct Program {
     cycle: i32,
     /// How many calls there were since the restart.
     calls: u64,
-    /// What was set of each row that the program writes, too; of the others 0.
+    /// The values set for rows that the program also writes; 0 for others.
     set: Vec<u64>,
     stopped: Option<String>,
     /// Whether it is noted which lines the last call has run.
@@ -160,7 +159,7 @@ impl Program {
         Program { machine, cycle, calls: 0, set, stopped: None, is_watched: false, loaded }
     }
 
-    /// Gives the machine what was set of variables that the program writes, too.
+    /// Passes the values set for variables that the program also writes to the machine.
     fn give(&mut self) {
         for row in &self.loaded.in_outs {
             let place = self.loaded.places[*row];
@@ -230,7 +229,7 @@ impl Cyclic for Program {
         }
     }
 
-    // The machine has bytes and no places of numbers: what is set goes through `set`.
+    // The machine has bytes, not addresses of numbers: values are set through `set`.
     fn real_mut(&mut self, _row: usize) -> Option<&mut Real> {
         None
     }
@@ -248,7 +247,7 @@ impl Cyclic for Program {
 
     fn set_mean(&mut self, _percent: LReal) {}
 
-    /// A warm restart: all start values but those of what a host sets.
+    /// A warm restart: all variables get their start values, except those set by the host.
     fn restart(&mut self) {
         let rows = &self.loaded.table.rows;
         let is_kept = |row: &usize| *row != self.loaded.table.cycle && rows[*row].role.is_settable();

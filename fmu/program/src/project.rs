@@ -8,13 +8,13 @@ use std::collections::HashMap;
 /// The endings of sources.
 pub const SOURCES: [&str; 7] = ["scl", "udt", "db", "awl", "xml", "s7dcl", "s7res"];
 
-/// The endings of tag tables. Not every such file is one.
+/// The extensions of tag tables. Not every file with one of them is a tag table.
 pub const TABLES: [&str; 3] = ["xml", "xlsx", "sdf"];
 
 /// The name of the source of stubs, which is no file.
 const STUBS: &str = "stubs.scl";
 
-/// What a file is in a program.
+/// The role of a file in a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Kind {
@@ -29,7 +29,7 @@ pub fn ending(file: &str) -> String {
     name.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase()
 }
 
-/// What a file is, by its ending and, where that says too little, its text. A workbook counts as a table.
+/// The kind of a file, by its extension and, if that is not enough, its text. A workbook counts as a table.
 pub fn kind(file: &str, text: impl FnOnce() -> Option<String>) -> Kind {
     match ending(file).as_str() {
         "sdf" | "xlsx" => Kind::Table,
@@ -49,13 +49,13 @@ pub fn kind(file: &str, text: impl FnOnce() -> Option<String>) -> Kind {
 pub struct Parts {
     /// The sources; last one with stubs, if the manifest names some that no file declares.
     pub sources: Vec<Source>,
-    /// What was given, and behind what it declares the tags and constants of the tables.
+    /// The manifest as given, followed by the tags and constants that the tables declare.
     pub manifest: Manifest,
     /// The tag tables with their numbers of tags and constants.
     pub tables: Vec<(String, usize, usize)>,
 }
 
-/// Puts sources and tag tables together. What the manifest declares counts.
+/// Combines sources and tag tables. Declarations in the manifest take precedence.
 ///
 /// # Errors
 /// Two tables declare a name differently.

@@ -1,10 +1,10 @@
-//! What the files of a project hold of a program, and what they lack, as a table.
+//! A summary, as a table, of a program in a project's files, and of its missing parts.
 
 use crate::project::{self, Parts};
 use scl::{BlockKind, Survey};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A row lists this many names at most.
+/// The maximum number of names in a row.
 const MOST_NAMES: usize = 10;
 
 /// The kinds of blocks, in the order of the report.
@@ -16,7 +16,7 @@ const KINDS: [(BlockKind, &str, &str); 5] = [
     (BlockKind::Type, "type", "types"),
 ];
 
-/// The rows of the table: what is told of, and what is told. `rest` says where the names are that a row leaves out.
+/// The rows of the table: a label and a text. `rest` states where to find the names that a row leaves out.
 pub fn rows(parts: &Parts, rest: &str) -> Vec<(&'static str, String)> {
     let Parts { sources, manifest, tables } = parts;
     let survey = scl::survey(sources, manifest);
@@ -44,7 +44,7 @@ pub fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
 }
 
-/// The blocks by the form of their sources: data blocks and types have rows of their own.
+/// The blocks by source format; data blocks and types have their own rows.
 fn blocks(survey: &Survey, files: &[&str]) -> Vec<(&'static str, String)> {
     let mut forms: BTreeMap<&'static str, Vec<BlockKind>> = BTreeMap::new();
     for (kind, _, file) in &survey.blocks {
@@ -76,7 +76,7 @@ fn form(file: &str) -> &'static str {
     }
 }
 
-/// What is missing, a line for each kind.
+/// The missing declarations, a line per kind.
 fn missing(survey: &Survey, rest: &str) -> Vec<String> {
     let kinds: BTreeSet<&str> = survey.missing.iter().map(|(_, kind)| *kind).collect();
     let line = |kind: &str| {

@@ -1,4 +1,4 @@
-//! The table of a program: what a host sees of its variables.
+//! The table of a program: its variables as the host sees them.
 
 use blocks::table::number::{number, to_value};
 use blocks::{Class, Kind, Response, Role, Row, Table, Text, TextType, Time, Value};
@@ -50,7 +50,8 @@ impl TextPlace {
         }
     }
 
-    /// Writes a text of at most [`TextType::most`] characters to a memory. What lies behind them stays.
+    /// Writes a text of at most [`TextType::most`] characters to the memory. The rest of the text's memory is left
+    /// unchanged.
     pub fn write(self, memory: &mut [u8], units: &[u16]) {
         let length = units.len().min(self.ty.most.into());
         memory[self.offset..self.offset + 2].copy_from_slice(&(length as u16).to_le_bytes());
@@ -62,29 +63,29 @@ impl TextPlace {
     }
 }
 
-/// What a host sees, and where the memory has it.
+/// The variables that a host sees, and their places in the memory.
 pub struct Shown {
     pub table: Table,
     /// The place of each row but that of the cycle.
     pub places: Vec<RowMemory>,
     /// The place of each text.
     pub texts: Vec<TextPlace>,
-    /// Where the block has a CYCLE of its own.
+    /// The place of the block's own CYCLE, if it has one.
     pub own_cycle: Option<usize>,
 }
 
-/// Whose value a row has.
+/// Which value a row holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Held {
     /// That of the program.
     Memory,
-    /// What the host gives before each call of a variable that the program writes, too.
+    /// The host's value before each call, for a variable that the program also writes.
     InOut,
-    /// What the host gives before the start of a variable that keeps its value in a power failure.
+    /// The host's value before the start, for a retentive variable.
     Start,
 }
 
-/// This many names are told in an error.
+/// The maximum number of names in an error.
 const MOST_NAMES: usize = 20;
 
 /// This many inputs, and as many outputs, are recorded and drawn.
@@ -93,10 +94,10 @@ const MOST_DRAWN: usize = 50;
 /// The name of the row that holds the time between two calls.
 const CYCLE: &str = "CYCLE";
 
-/// What a host sees of a program. A unit in a comment that `is_unit` does not know stays in the text.
+/// Builds the table of a program. A unit in a comment that `is_unit` does not know stays in the text.
 ///
-/// # Errors
-/// A name in the manifest that the program does not have; a text that the program writes is to be an input.
+/// # Errors The manifest contains a name that the program does not have, or makes a text an input that the program
+/// writes.
 pub fn build(
     manifest: &Manifest,
     compiled: &Compiled,
@@ -112,7 +113,7 @@ pub fn build(
     let milliseconds = manifest.cycle.ok_or("the time between two calls is missing")?;
     let variables = || variables.iter().enumerate().filter(|(at, of)| !of.is_hidden || chosen.contains_key(at));
     let start = &compiled.program.records[compiled.program.memory].start;
-    // What is declared has its name before what is made of it: `x_out` may be declared beside an in-out parameter x.
+    // Declared names take precedence over derived ones: `x_out` may be declared beside an in-out parameter x.
     let mut names = Names(HashSet::from([CYCLE.to_string()]));
     let is_own_cycle = |of: &Variable, role: Role| {
         of.name.eq_ignore_ascii_case(CYCLE) && kind(of.of) == Some(Kind::Time) && role.is_settable()
@@ -227,7 +228,7 @@ fn spelled(name: &str) -> String {
     name.replace(['"', '\''], "").to_uppercase()
 }
 
-/// The roles that the manifest gives to variables, by their numbers.
+/// The roles that the manifest assigns to variables, by their numbers.
 ///
 /// # Errors
 /// A name that the program does not have.
@@ -269,7 +270,7 @@ fn kind(of: &str) -> Option<Kind> {
     }
 }
 
-/// The role of a variable of which the manifest says nothing.
+/// The role of a variable without a role in the manifest.
 fn role(of: interface::Role) -> Role {
     match of {
         interface::Role::Input | interface::Role::InOut => Role::Input,
@@ -305,7 +306,7 @@ fn row(name: &str, variable: &Variable, role: Role, start: Value, is_unit: fn(&s
     let is_inside =
         min.is_none_or(|min| number(min) <= number(start)) && max.is_none_or(|max| number(start) <= number(max));
     if !is_inside {
-        // A start value outside of the range is what the CPU starts with; FMI wants it inside.
+        // A start value outside the range is what the CPU starts with; FMI requires it inside.
         let shown = |bound: Option<Value>| bound.map_or_else(|| "...".into(), |bound| format!("{:?}", number(bound)));
         add(format!("range {} to {}, without the start value", shown(min), shown(max)));
         (min, max) = (None, None);
@@ -324,7 +325,7 @@ fn documentation(manifest: &Manifest, milliseconds: u32, root: &Root) -> String 
     )
 }
 
-/// A name with something behind its last word: `buffer[5]` becomes `buffer_start[5]`, `'a.b'` becomes `'a.b_start'`.
+/// A name with a suffix on its last word: `buffer[5]` becomes `buffer_start[5]`, `'a.b'` becomes `'a.b_start'`.
 fn suffixed(name: &str, suffix: &str) -> String {
     let end = if name.ends_with(']') { name.rfind('[').unwrap_or(name.len()) } else { name.len() };
     let end = end - usize::from(name[..end].ends_with('\''));

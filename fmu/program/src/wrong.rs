@@ -1,18 +1,18 @@
-//! Why there is no program to be run.
+//! The reasons why there is no program to run.
 
 use parameters::{Problems, problem};
 use std::fmt;
 
-/// Why there is no program to be run.
+/// The reason why there is no program to run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Wrong {
-    /// What is wrong with the sources.
+    /// Errors in the sources.
     Sources(Vec<Problems>),
     /// No block is called by no other, or several are. Nothing else is wrong with the sources.
     Choice {
         /// The names of those.
         blocks: Vec<String>,
-        /// What the author should know.
+        /// Warnings for the author.
         warnings: Vec<Problems>,
     },
     /// Anything else, in a sentence.

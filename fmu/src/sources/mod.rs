@@ -1,7 +1,8 @@
-//! An FMU as one file of C: what it calls, its table, and the door, which is written once by hand, beside this file and in the folders of the versions.
+//! An FMU as one C file: the code it calls, its table, and the door, which is written by hand, beside this file and in
+//! the folders of the versions.
 //!
-//! What it calls comes as C already: with `memory_t`, `call_t`, a function `start`, and one for a call. The door keeps the same
-//! promises as the library in Rust, and a self-test compares both: the hash of a tape of calls stands in the file.
+//! The code it calls is already C: `memory_t`, `call_t`, a function `start`, and one for a call. The door keeps the
+//! same promises as the library in Rust, and a self-test compares both: the hash of a tape of calls is in the file.
 
 use crate::cyclic::Cyclic;
 use crate::layout::{Layout, Referent};
@@ -27,28 +28,28 @@ const DOOR: [&str; 5] = [
 /// Data, between both.
 const DATA: &str = include_str!("data.c");
 
-/// Texts, or that there are none.
+/// The code for texts, or for their absence.
 const TEXTS: [&str; 2] = [include_str!("texts.c"), include_str!("no_texts.c")];
 
-/// What hosts ask of an instance.
+/// The host's calls on an instance.
 const INSTANCE: &str = include_str!("instance.c");
 
 /// Calls as events, for versions that have them.
 pub(crate) const EVENTS: &str = include_str!("events.c");
 
-/// The door of one version of the standard, and what it says of variables.
+/// The door of one version of the standard, and its descriptions of variables.
 #[derive(Debug)]
 pub struct Door {
     /// The standard with its version.
     pub standard: &'static str,
     /// The name under which the file includes the standard's header.
     pub header_name: &'static str,
-    /// A header with what of the standard the file needs, for those who have none. It is not for FMUs, where it would stand before
-    /// the host's.
+    /// A header with the declarations of the standard that the file needs, for users without the original. It is not
+    /// for FMUs, where it would precede the host's.
     pub header: &'static str,
     /// The macro with the prefix of the functions' names.
     pub(crate) prefix: &'static str,
-    /// What the version calls what the rest of the file uses.
+    /// The version's names for definitions used in the rest of the file.
     pub(crate) names: &'static str,
     /// Its functions with the states in which they are allowed.
     pub(crate) table: &'static [Function],
@@ -62,16 +63,16 @@ pub struct Door {
     pub(crate) type_of: fn(&Variable) -> &'static str,
     /// Whether an array is one variable.
     pub(crate) has_arrays: bool,
-    /// Whether a host can ask what a variable depends on.
+    /// Whether a host can query the dependencies of a variable.
     pub(crate) has_dependencies: bool,
-    /// What the identifier of the FMU is made of, of the hash of the interface.
+    /// Forms the FMU's identifier from the hash of the interface.
     pub(crate) token: fn(u128) -> u128,
 }
 
 /// The calls of the self-test.
 const CALLS: u32 = 256;
 
-/// When a variable is given what the host has set.
+/// When a value set by the host is passed to a variable.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TakesEffect {
     /// At once.
@@ -117,7 +118,7 @@ impl<S: TableText> From<&Row<S>> for Variable {
     }
 }
 
-/// What an FMU in C is made of.
+/// The parts of an FMU in C.
 #[derive(Debug)]
 pub struct Parts<'a> {
     /// The version of the standard.
@@ -130,12 +131,12 @@ pub struct Parts<'a> {
     pub cycle: (usize, f64),
     /// The hash of the interface.
     pub hash: u128,
-    /// What it calls, as C.
+    /// The code it calls, as C.
     pub law: &'a str,
     /// The name of the function of a call.
     pub call: &'a str,
-    /// Where each variable lies in the memory, in bytes, and when it is given what the host has set; of a program's cycle,
-    /// anything.
+    /// The address of each variable in the memory, in bytes, and when it receives the value set by the host; arbitrary
+    /// for a program's cycle.
     pub places: &'a [(usize, TakesEffect)],
     /// Which of its variables and texts are the elements of arrays.
     pub layout: Option<&'a Layout>,
@@ -143,13 +144,13 @@ pub struct Parts<'a> {
     pub texts: &'a [(Text, usize, usize)],
     /// The size of the memory in bytes.
     pub memory: usize,
-    /// How many calls the self-test makes, and the hash of what they give: see [`tape`].
+    /// The number of calls of the self-test, and the hash of their results: see [`tape`].
     pub tape: (u32, u128),
-    /// What depends on what it is.
+    /// The parts that depend on the kind.
     pub of: Of<'a>,
 }
 
-/// What is called.
+/// The kind of code that is called.
 #[derive(Debug)]
 pub enum Of<'a> {
     /// A program, which begins with its start values.
@@ -171,7 +172,7 @@ pub enum Of<'a> {
         mean: Option<(usize, usize, &'a str)>,
         /// Why settings are refused.
         check: Option<Check<'a>>,
-        /// What a saved state consists of, in its order.
+        /// The contents of a saved state, in order.
         fields: &'a [Field],
     },
 }
@@ -179,11 +180,11 @@ pub enum Of<'a> {
 /// Why a block refuses settings.
 #[derive(Debug)]
 pub struct Check<'a> {
-    /// The name of the function that says it.
+    /// The name of the function that creates it.
     pub call: &'a str,
     /// Where it writes the number of the message, from 1, or 0.
     pub refusal: usize,
-    /// Where the numbers in the message lie, one binary64 behind the other.
+    /// The address of the numbers in the message, consecutive binary64 values.
     pub numbers: usize,
     /// The messages. A number stands where they have the character 1 (a whole one without ".0") or 2.
     pub messages: &'a [String],
@@ -393,7 +394,7 @@ fn refusals(text: &mut String, check: &Check) {
     let _ = writeln!(text, "static const char *const plcfmu_refusals[] = {{\n{}}};", messages.concat());
 }
 
-/// What a saved state consists of.
+/// The contents of a saved state.
 fn saved(text: &mut String, fields: &[Field]) {
     text.push_str(
         "
@@ -496,7 +497,7 @@ static const plcfmu_row_t plcfmu_rows[] = {
     );
 }
 
-/// What value references stand for, and what outputs depend on.
+/// The variables of value references, and the dependencies of outputs.
 fn references(text: &mut String, parts: &Parts) {
     let Parts { door, variables, layout, .. } = parts;
     let layout = layout.filter(|_| door.has_arrays);
@@ -552,7 +553,7 @@ typedef struct {{
     }
 }
 
-/// Lists of numbers, one after the other, and the place of each; that of an empty one is what `instead` says.
+/// Lists of numbers, one after the other, and the place of each; `instead` is the place of an empty one.
 fn lists(
     text: &mut String,
     of: &str,
@@ -639,7 +640,7 @@ fn quoted(text: &str) -> String {
         match byte {
             b'"' | b'\\' => quoted.extend(['\\', char::from(byte)]),
             b' '..=b'~' => quoted.push(char::from(byte)),
-            // Three digits, so that none behind it belongs to it.
+            // Three digits, so that a following digit is not taken as part of it.
             other => {
                 let _ = write!(quoted, "\\{other:03o}");
             }
@@ -666,7 +667,7 @@ fn range(of: &Variable) -> (f64, f64) {
     }
 }
 
-/// What the self-test calls. Its inputs and parameters have their start values; it is restarted already.
+/// The subject of the self-test. Its inputs and parameters have their start values; it has been restarted.
 pub trait Subject {
     /// Why a value is refused, or a call.
     type Error;
@@ -675,10 +676,9 @@ pub trait Subject {
     /// # Errors
     /// The input does not take it.
     fn set(&mut self, row: usize, number: f64) -> Result<(), Self::Error>;
-    /// Makes a call, and says whether it came to its end.
+    /// Makes a call; returns whether it completed.
     ///
-    /// # Errors
-    /// There is none to be made.
+    /// # Errors The call cannot be made.
     fn call(&mut self) -> Result<bool, Self::Error>;
     /// Reads a variable as a number: times in seconds, TRUE as 1.
     ///
@@ -710,8 +710,7 @@ impl<B: Cyclic> Subject for B {
 /// Makes the calls of the self-test, up to one that stops the program, with inputs that are drawn. Says how many they are, and the
 /// hash of all variables after each.
 ///
-/// # Errors
-/// What the subject refuses.
+/// # Errors The subject refuses.
 pub fn tape<S: Subject>(variables: &[Variable], subject: &mut S) -> Result<(u32, u128), S::Error> {
     let (mut seed, mut hash) = (1_u32, BASIS);
     let mut next = || {
@@ -731,7 +730,7 @@ pub fn tape<S: Subject>(variables: &[Variable], subject: &mut S) -> Result<(u32,
         }
         for index in 0..variables.len() {
             let value = subject.get(index)?;
-            // Processors differ in the bits of what is not a number.
+            // Processors differ in the bits of NaN.
             let value = if value.is_nan() { f64::NAN } else { value };
             hash = fingerprint::hash(hash, &value.to_bits().to_le_bytes());
         }

@@ -1,9 +1,9 @@
-//! The 34 functions of FMI 2.0 for co-simulation, a table in which each is written once: its states, its arguments, and what
-//! it asks of the [`Component`]. All that is unsafe is here and in `pointers`: pointers become slices and references, and the
-//! host's logger is called. The [`Door`] checks the state, catches panics and says why a call is refused.
+//! The 34 functions of FMI 2.0 for co-simulation, a table in which each is written once: its states, its arguments, and
+//! the call of the [`Component`]. All unsafe code is here and in `pointers`: pointers become slices and references, and
+//! the host's logger is called. The [`Door`] checks the state, catches panics and logs why a call is refused.
 //!
-//! What the host has to ensure, as the standard says: a `fmi2Component` comes from `fmi2Instantiate`, is not freed yet and
-//! is used by one thread at a time; an array has the length that stands beside it. NULL is recognized everywhere.
+//! The standard requires of the host: a `fmi2Component` comes from `fmi2Instantiate`, has not been freed and is used by
+//! one thread at a time; an array has the length passed with it. NULL is detected everywhere.
 
 #![allow(unsafe_code, non_snake_case, non_upper_case_globals)]
 // The contract above is the safety section of every function here.
@@ -86,7 +86,7 @@ impl Host for Caller {
     }
 }
 
-/// Gives the host's variable the value of an inquiry.
+/// Stores the result of an inquiry in the host's variable.
 unsafe fn answer<T>(pointer: *mut T, value: Result<T, Refusal>) -> Result<(), Refusal> {
     // SAFETY: the host's contract.
     let target = unsafe { target(pointer, "value") }?;
@@ -127,8 +127,8 @@ fn tell_conversion<B: Cyclic>(c: &mut Component<B>, references: &[u32]) {
     c.advise_on_conversion(|| messages::counts_as_real(&name, kind));
 }
 
-// FMI 2.0, section 4.2.4, in its order. Two rows are more lenient because real hosts need it: in state instantiated, Get
-// works too and gives the start values, and inputs may be set.
+// FMI 2.0, section 4.2.4, in its order. Two rows are more lenient because real hosts need it: in state instantiated,
+// Get works too and returns the start values, and inputs may be set.
 functions! {
     ($) export_fmi2: v2, in "stepComplete", with Boolean, CallbackFunctions, Pointer, StateAddress, Status, c_char, c_int;
     fmi2GetTypesPlatform() -> *const c_char { c"default".as_ptr() };
@@ -292,7 +292,7 @@ unsafe fn instantiate<L: Library>(
 
 // For the packer
 
-/// Gives the library of an FMU the function from which the packer reads what the library says of itself.
+/// Adds the function to an FMU's library from which the packer reads the library's description.
 #[macro_export]
 macro_rules! export_interface {
     ($Library:ty) => {
@@ -309,10 +309,10 @@ macro_rules! export_interface {
     };
 }
 
-/// Copies what the library says of itself (see [`interface::json`]) to `buffer`, at most `size` bytes, and returns its full
-/// length in bytes.
+/// Copies the library's description of itself (see [`interface::json`]) to `buffer`, at most `size` bytes, and returns
+/// its full length in bytes.
 pub unsafe fn interface<B: Block>(buffer: *mut u8, size: usize) -> usize {
-    // For those who look for it in the library's file: what is used here the compiler keeps as it is.
+    // For programs that search for it in the library's file: the compiler keeps what is used here unchanged.
     std::hint::black_box(Code::<B>::TEXT);
     std::hint::black_box(&Guid::<B>::TOKENS);
     let json = interface::json::<Fmi2, B>();

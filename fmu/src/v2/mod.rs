@@ -1,4 +1,4 @@
-//! FMI 2.0 for co-simulation over the core: the 34 C functions and what only this version says.
+//! FMI 2.0 for co-simulation over the core: the 34 C functions and everything specific to this version.
 //!
 //! [`ffi`] is the table of the functions, each written once; [`value`] has the types of their values.
 
@@ -49,7 +49,7 @@ impl Version for Fmi2 {
     }
 }
 
-/// What the standard calls the status of a refused call.
+/// The standard's name for the status of a refused call.
 pub fn status_name(answer: Answer) -> &'static str {
     match answer {
         Answer::Error => "fmi2Error",

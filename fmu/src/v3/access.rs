@@ -15,7 +15,7 @@ pub fn time_reference<S: TableText>(table: &Table<S>) -> u32 {
     (table.rows.len() + table.texts.len()) as u32
 }
 
-/// The references of the elements of these variables, of which there are `count`.
+/// The references of the elements of these variables, `count` in total.
 fn elements<'a, V: Choice, B: Cyclic>(
     block: &B,
     references: &'a [u32],
@@ -78,7 +78,7 @@ fn get_elements<V: Choice, B: Cyclic, T: HostType<V>>(
     instance.get(&elements, values)
 }
 
-/// Reads variables, of which the time may be one.
+/// Reads variables, possibly including the time.
 ///
 /// # Errors
 /// As [`get`].
@@ -150,7 +150,7 @@ fn set_elements<V: Choice, B: Cyclic, T: HostType<V>>(
     component.instance.set(&elements, values)
 }
 
-/// The references of the elements of texts, of which there are `count`.
+/// The references of the elements of texts, `count` in total.
 ///
 /// # Errors
 /// A reference inside an array; another number of values.
@@ -192,7 +192,7 @@ pub fn dependencies<V: Choice, B: Cyclic>(component: &Component<B>, reference: u
     if !is_output || matches!(part, Referent::Inside(_)) {
         return Err(messages::no_dependencies(reference).into());
     }
-    // What the last call left depends on nothing; what a restart leaves, on settings.
+    // The results of the last call depend on nothing; those of a restart depend on settings.
     if !component.instance.is_before_start() {
         return Ok(Vec::new());
     }

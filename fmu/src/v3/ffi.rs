@@ -1,9 +1,9 @@
-//! The 75 functions of FMI 3.0, a table in which each is written once, as for FMI 2.0: its states, its arguments, and what
-//! it asks of the [`Component`]. Those of Model Exchange and Scheduled Execution refuse: hosts look for all of them when they load a
-//! library.
+//! The 75 functions of FMI 3.0, a table in which each is written once, as for FMI 2.0: its states, its arguments, and
+//! the call of the [`Component`]. Those of Model Exchange and Scheduled Execution refuse: hosts look up all of them
+//! when they load a library.
 //!
-//! What the host has to ensure, as the standard says: a `fmi3Instance` comes from `fmi3InstantiateCoSimulation`, is not freed yet and
-//! is used by one thread at a time; an array has the length that stands beside it. NULL is recognized everywhere.
+//! The standard requires of the host: a `fmi3Instance` comes from `fmi3InstantiateCoSimulation`, has not been freed and
+//! is used by one thread at a time; an array has the length passed with it. NULL is detected everywhere.
 
 #![allow(unsafe_code, non_snake_case, non_upper_case_globals)]
 // The contract above is the safety section of every function here.
@@ -96,7 +96,7 @@ unsafe fn set<B: Cyclic, T: HostType<Native> + HostType<Wide>>(
     with_types!(c, V => access::set::<V, _, _>(c, vr, values))
 }
 
-/// The references of the elements of texts.
+/// The value references of the elements of text variables.
 unsafe fn texts<B: Cyclic>(
     c: &Component<B>,
     vr: *const u32,
@@ -112,7 +112,7 @@ unsafe fn texts<B: Cyclic>(
 const VR: &str = "valueReferences";
 const VALUES: &str = "values";
 
-/// What functions do for which the FMU has nothing.
+/// The behaviour of functions for features that the FMU does not have.
 fn nothing(count: usize, what: &str) -> Result<(), Refusal> {
     match count {
         0 => Ok(()),
@@ -126,9 +126,9 @@ fn only_co_simulation(kind: &str) -> Result<(), Refusal> {
 
 const EXCHANGE: &str = "Model Exchange";
 
-// FMI 3.0, sections 2.3 and 4.2, in the order of the header. It is more lenient because real hosts need it: in state Instantiated,
-// Get works too and gives the start values, and inputs may be set; in Step Mode, discrete inputs may be set in an instance with Event
-// Mode, too.
+// FMI 3.0, sections 2.3 and 4.2, in the order of the header. It is more lenient because real hosts need it: in state
+// Instantiated, Get works too and returns the start values, and inputs may be set; in Step Mode, discrete inputs may
+// also be set in an instance with Event Mode.
 functions! {
     ($) export_fmi3: v3, in "Step Mode", with Boolean, Callback, Logger, Pointer, StateAddress, Status, c_char, c_int, c_void;
     fmi3GetVersion() -> *const c_char { c"3.0".as_ptr() };
@@ -432,7 +432,7 @@ unsafe fn get_float64<B: Cyclic>(
     with_types!(c, V => access::get_with_time::<V, _>(c, vr, values))
 }
 
-/// There are no instances of another kind of simulation: says so, and gives NULL.
+/// Logs that the FMU has no instances for this kind of simulation and returns NULL.
 fn refuse<L: Library>(function: &'static Function, environment: *mut c_void, logger: Logger) -> Pointer {
     let reason = messages::no_simulation_of_this_kind();
     Door::<L::Block, Caller>::new(Caller { logger, environment }, function, || Err(reason.into()));

@@ -1,8 +1,8 @@
-//! FMI 3.0 for co-simulation over the core: the 75 C functions and what only this version says.
+//! FMI 3.0 for co-simulation over the core: the 75 C functions and everything specific to this version.
 //!
-//! [`ffi`] is the table of the functions, each written once; [`value`] has the types of their values, and [`access`] the arrays and
-//! the time. A file has the types of the PLC or the few that every host knows ([`Native`], [`Wide`]): the library is the same, and is
-//! told by the instantiation token.
+//! [`ffi`] is the table of the functions, each written once; [`value`] has the types of their values, and [`access`]
+//! the arrays and the time. A model description uses the PLC's types or the few that every host knows ([`Native`],
+//! [`Wide`]): the library is the same and is told which by the instantiation token.
 
 pub mod access;
 #[allow(missing_docs)] // the standard documents its functions
@@ -33,7 +33,7 @@ macro_rules! versions {
         impl Version for $Version {
             const NUMBER: &'static str = "3.0";
             const PREFIX: &'static str = "fmi3";
-            // modelDescription.xml has them of what the library says of FMI 2.0, which asks for nothing else.
+            // The packer derives them from the library's FMI 2.0 description, so nothing is needed here.
             const CAPABILITIES: &'static [(&'static str, &'static str)] = &[];
 
             fn name_of<S: TableText>(row: &Row<S>) -> &'static str {
