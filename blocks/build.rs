@@ -1,6 +1,6 @@
-//! Sets `PLCFMU_CODE` to a hash of the crate's own sources, which tells a program that links a block whether the
-//! library of an FMU was compiled from the same code. This is the build script of all crates that determine what an FMU
-//! computes.
+//! Sets `PLCFMU_CODE` to a hash of the crate's own sources. A program that links a block compares it with the hash in
+//! an FMU's library to find out whether both were compiled from the same code. This is the build script of all crates
+//! that determine what an FMU computes.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};

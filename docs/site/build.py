@@ -30,7 +30,7 @@ import tested  # noqa: E402
 TOOL = "plcfmu-tool.html"
 TRY = "Try it in the browser"
 LONGEST_DESCRIPTION = 160
-# What is no page: it is copied.
+# Files that are copied because they are not pages.
 FILES = {".gif", ".png", ".svg"}
 # The target of a link or of a picture.
 TARGET = re.compile(r"(?<=\]\()[^)\s]+(?=\))")

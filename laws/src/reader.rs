@@ -510,7 +510,7 @@ pub(crate) fn owner_of(path: &syn::Path) -> Option<String> {
     (count >= 2).then(|| path.segments[count - 2].ident.to_string())
 }
 
-/// Whether a place is, or is part of, what a function works on rather than its own local.
+/// Whether a place is, or is part of, an object that a function works on rather than its own local.
 pub(crate) fn is_outside(place: &Place) -> bool {
     !matches!(place.base, Base::Local(_))
 }

@@ -2,7 +2,7 @@
 //! the parameter tool and the resources of an FMU.
 //!
 //! - `written`: with serde, as loops and messages have it; keys are named after the options of `plcfmu build`.
-//! - `text`: the lines `KEY = VALUE` in an FMU's resources, of which its GUID is made.
+//! - `text`: the lines `KEY = VALUE` in an FMU's resources, from which its GUID is formed.
 
 mod text;
 #[cfg(feature = "serde")]
@@ -55,7 +55,7 @@ pub struct Manifest {
     /// The time between two calls in milliseconds, at least 1; a message has a number of seconds, a file a text with a unit. An FMU
     /// needs one.
     pub cycle: Option<u32>,
-    /// What is run: a block, or the data block with its instance; by default the block that no other block uses.
+    /// The block to run, or the data block with its instance; by default the block that no other block uses.
     #[cfg_attr(feature = "typescript", ts(rename = "run"))]
     pub block: Option<String>,
     /// The CPU, `300`, `1200` or `1500`; by default that of the sources' dialect.
@@ -69,7 +69,7 @@ pub struct Manifest {
     pub inputs: Vec<String>,
     /// Locals that are outputs.
     pub outputs: Vec<String>,
-    /// What is called in place of one block: organization blocks, functions, instances.
+    /// The calls that replace that of a single block: organization blocks, functions, instances.
     #[cfg_attr(feature = "typescript", ts(skip))]
     pub calls: Vec<Task>,
     /// Names that no source declares, and their types: PLC tags and instances. The first of a name counts.
@@ -77,7 +77,7 @@ pub struct Manifest {
     pub declared: Vec<Tag>,
     /// Constants that no source declares, and their values as literals.
     pub constants: Vec<(String, String)>,
-    /// Blocks of which the interface alone counts: their inputs are outputs, and their outputs inputs.
+    /// Blocks of which only the interface is used: their inputs are outputs, and their outputs inputs.
     #[cfg_attr(feature = "typescript", ts(skip))]
     pub stubs: Vec<String>,
 }
@@ -118,7 +118,7 @@ impl Manifest {
         Ok(())
     }
 
-    /// Whether it has sources alone, and nothing says what is made of them.
+    /// Whether it has only sources and no other entries.
     pub fn is_bare(&self) -> bool {
         *self == Manifest { sources: self.sources.clone(), ..Manifest::default() }
     }
@@ -141,8 +141,7 @@ pub fn milliseconds(text: &str) -> Result<u32, String> {
 
 /// A tag: `Start : Bool`, `"Level" AT %IW64 : Int // unit: mm`.
 ///
-/// # Errors
-/// It is none, or a constant.
+/// # Errors The text is not a tag, or is a constant.
 pub fn tag(text: &str) -> Result<Tag, String> {
     match tags::declaration(text) {
         Ok(Declared::Tag(tag)) => Ok(tag),

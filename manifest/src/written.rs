@@ -8,7 +8,7 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::path::PathBuf;
 
-/// A manifest as it is written.
+/// A manifest in its written form.
 #[derive(Default, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 struct Written {
@@ -35,7 +35,7 @@ struct Written {
     outputs: Many<String>,
     #[serde(alias = "tag", skip_serializing_if = "Many::is_empty")]
     tags: Many<Tag>,
-    /// One without a block is what is run.
+    /// An entry without a block is the block to run.
     #[serde(alias = "instance", skip_serializing)]
     instances: Many<Instance>,
     #[serde(alias = "constant", skip_serializing_if = "Many::is_empty")]
@@ -124,15 +124,15 @@ impl<T> Many<T> {
 
 /// A value of a manifest.
 trait Item: Sized {
-    /// What is read from a text, or from a number as a text.
+    /// Parses a text, or the text of a number.
     fn from_text(text: &str) -> Result<Self, String>;
 
-    /// What a number stands for.
+    /// The meaning of a number.
     fn from_number(number: f64) -> Result<Self, String> {
         Self::from_text(&number.to_string())
     }
 
-    /// What a name and something else in a list of their own stand for.
+    /// The meaning of a pair of a name and another value in its own list.
     fn from_pair(_name: String, _of: String) -> Option<Self> {
         None
     }
@@ -266,7 +266,7 @@ fn short<T: Item, S: Serializer>(values: &Many<T>, serializer: S) -> Result<S::O
     }
 }
 
-/// What a value of a manifest is read from; a list of values makes several of them.
+/// Reads a value of a manifest; a list of values yields several.
 struct Read<T> {
     /// Whether it is inside of a list: a list there is a pair.
     is_item: bool,

@@ -27,7 +27,7 @@ impl Description {
     }
 }
 
-/// What an FMU has under a name of the PLC.
+/// Looks up an FMU's entry under a PLC name.
 fn find<'a, T>(all: &'a HashMap<&str, T>, name: &str) -> Option<&'a T> {
     all.get(name).or_else(|| all.get(&*Names::Flat.convert(name)))
 }

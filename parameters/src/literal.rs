@@ -15,8 +15,7 @@ use blocks::{Kind, Time, Value, Word};
 ///   takes the negative numbers down to -32768.
 /// - BOOL: TRUE, FALSE, 1 or 0.
 ///
-/// # Errors
-/// What is expected and what was found, as a part of a sentence: `expected a REAL such as 2.5, found ...`.
+/// # Errors The expected form and the text found, as part of a sentence: `expected a REAL such as 2.5, found ...`.
 pub fn parse(literal: &str, kind: Kind) -> Result<Value, String> {
     let refused = |reason: Refusal| {
         let found = quoted(literal);
@@ -52,7 +51,7 @@ const fn expectation(kind: Kind) -> &'static str {
     }
 }
 
-/// The type that the literal's prefix indicates, and what to write instead.
+/// The type that the literal's prefix indicates, and the correct form.
 fn remark(literal: &str, kind: Kind) -> &'static str {
     let Some((prefix, _)) = literal.trim().split_once('#') else { return "" };
     match prefix.to_ascii_uppercase().as_str() {

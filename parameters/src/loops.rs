@@ -17,7 +17,7 @@ pub struct Loop {
     pub name: String,
     /// Its title: the TITLE of its data block in a STEP 7 source.
     pub title: Option<String>,
-    /// The block of which it is an instance.
+    /// The type of its block.
     pub block: Arc<BlockType>,
     /// The values of the block's settable members ([`blocks::Role::is_settable`]), in the order of the members.
     pub settings: Vec<MemberValue>,

@@ -6,9 +6,9 @@ use crate::problem::Problems;
 /// The user's specifications for a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// The block's name or alias, where the file does not give it.
+    /// The block's name or alias, if the file does not specify it.
     pub block: Option<String>,
-    /// The loop's name, where the file does not give it; by default the file name.
+    /// The loop's name, if the file does not specify it; by default the file name.
     pub name: Option<String>,
     /// The byte offset of the instance in a dump.
     pub offset: usize,

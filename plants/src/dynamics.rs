@@ -1,4 +1,4 @@
-//! What a plant is made of: lags, transport delays and the analog input module, for blocks that stand in for a process.
+//! Building blocks of plants: lags, transport delays and the analog input module, for blocks that simulate a process.
 //!
 //! A plant is a block whose law advances a process by one `CYCLE` in each call, with its inputs held. Everything here
 //! is solved in closed form, not integrated in small steps: one step of a second gives the same as a hundred steps of
@@ -238,7 +238,8 @@ fn share(passed: LReal) -> LReal {
     -exp_m1(-passed)
 }
 
-/// What an analog input module makes of a process value: 0 at `at_0`, 27648 at `at_100`, rounded to the nearest count.
+/// The word that an analog input module outputs for a process value: 0 at `at_0`, 27648 at `at_100`, rounded to the
+/// nearest count.
 ///
 /// It saturates: the word never leaves 0 ... 27648. Real modules continue to 118 % before they report an overflow; here
 /// the range ends where the sensor's does. `at_100` may be below `at_0`; if both are equal the word is 0.

@@ -36,7 +36,7 @@ pub const MANUAL_MODE: &str = "manual mode";
 pub struct Roles {
     /// The setpoint that a user changes.
     pub setpoint: Option<String>,
-    /// Where a controller takes the process value from (an input), or where a plant gives it (an output).
+    /// The variable of the process value: an input of a controller, an output of a plant.
     pub process_value: Option<String>,
     /// The process value that is drawn, in the setpoint's unit.
     pub shown_process_value: Option<String>,
@@ -46,7 +46,7 @@ pub struct Roles {
     pub manual: Option<(String, String)>,
     /// The switch to manual mode and the manual pulses, up and down, of a controller without a manual value.
     pub manual_pulses: Option<(String, [String; 2])>,
-    /// GAIN, TI, TD and TM_LAG, as far as the block has them.
+    /// GAIN, TI, TD and TM_LAG, or those of them that the block has.
     pub controller: Vec<String>,
     /// The switches of the P, I and D action.
     pub structure: Vec<String>,
@@ -54,7 +54,7 @@ pub struct Roles {
     pub pulses: Vec<String>,
     /// The settings of the pulse former: period, shortest pulse, ratio.
     pub pulse_former: Vec<String>,
-    /// What disturbs the loop: inputs of a plant, and what a controller adds to its output.
+    /// The disturbances of the loop: inputs of a plant, and values that a controller adds to its output.
     pub disturbances: Vec<String>,
     /// The limits of the manipulated value: high, low.
     pub limits: Option<(String, String)>,
@@ -262,13 +262,13 @@ impl Roles {
         self.manual.as_ref().map(|(switch, _)| switch).or_else(of_pulses)
     }
 
-    /// Whether a controller is in manual mode: its switch, or the variable that says so where a program sets the switch.
+    /// The variable that indicates manual mode: the controller's switch or, if a program sets that, a separate status.
     pub fn manual_mode(&self) -> Option<&String> {
         let said = || self.signals.iter().find(|(meaning, _)| meaning == MANUAL_MODE).map(|(_, name)| name);
         self.manual_switch().or_else(said)
     }
 
-    /// What tells that an actuator is at one of its stops.
+    /// The variables that indicate an actuator at one of its stops.
     pub fn stops(&self) -> impl Iterator<Item = &String> {
         self.signals.iter().filter(|(meaning, _)| meaning.ends_with("stop")).map(|(_, name)| name)
     }

@@ -1,4 +1,4 @@
-//! A system as a TOML file, such as `loop.toml`: what to run, written by hand.
+//! A system as a hand-written TOML file, such as `loop.toml`.
 //!
 //! ```toml
 //! step = 1.0
@@ -23,7 +23,7 @@
 //! set.PID.SP = 80.0
 //! ```
 //!
-//! Names of variables have points, and so have TOML's keys: both ways of writing give the same name.
+//! Names of variables contain points, and so do TOML's keys: both spellings denote the same name.
 
 mod write;
 

@@ -13,14 +13,12 @@ use std::sync::Arc;
 pub trait Fmus {
     /// The description of an FMU, as in its modelDescription.xml.
     ///
-    /// # Errors
-    /// There is no such FMU, or it cannot be read.
+    /// # Errors No such FMU, or it cannot be read.
     fn description(&self, fmu: &str) -> Result<Arc<Description>>;
 
     /// The table of an FMU made with `fmu::export!`; `None` for a foreign FMU.
     ///
-    /// # Errors
-    /// There is no such FMU, or it cannot be read.
+    /// # Errors No such FMU, or it cannot be read.
     fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>>;
 
     /// The dialog of an FMU with this table: as in its documentation, unless more is known.
@@ -33,8 +31,7 @@ pub trait Fmus {
 
     /// Creates an instance of an FMU.
     ///
-    /// # Errors
-    /// There is no such FMU, or it refuses.
+    /// # Errors No such FMU, or it refuses.
     fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>>;
 }
 
@@ -47,19 +44,19 @@ pub type Values = BTreeMap<String, Value>;
 pub struct Member {
     /// Its name in the loop.
     pub name: String,
-    /// The FMU's name among those that there are.
+    /// The FMU's name in the catalogue.
     pub fmu: String,
     /// Its settings; the others have their start values.
     #[serde(default)]
     pub values: Values,
 }
 
-/// What an FMU is in a loop.
+/// The role of an FMU in a loop.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub enum LoopRole {
-    /// It has a setpoint or gives a manipulated value.
+    /// It has a setpoint or outputs a manipulated value.
     Controller,
     /// It takes a manipulated value and has a process value.
     Plant,

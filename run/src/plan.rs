@@ -74,7 +74,7 @@ pub struct MemberPlan {
     pub outputs: TypedBatch,
     /// The positions of these outputs in `observed`.
     pub output_places: Vec<usize>,
-    /// The variables read after each step: connected outputs, and what is recorded.
+    /// The variables read after each step: connected outputs and recorded variables.
     pub observed: TypedBatch,
 }
 

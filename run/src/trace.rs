@@ -262,8 +262,8 @@ impl Trace {
         calls.map(move |call| self.get(column, call))
     }
 
-    /// The mean of a variable over `length` calls up to and with each of these; fewer calls at the beginning of what is kept exactly, NaN
-    /// before it.
+    /// The mean of a variable over the `length` calls up to and including each of these; fewer calls at the beginning
+    /// of the exactly kept range, NaN before it.
     pub fn means(&self, column: usize, calls: &[usize], length: usize) -> Vec<f64> {
         let Range { start, end } = self.exact();
         let first = calls.first().map_or(start, |call| (call + 1).saturating_sub(length)).max(start);

@@ -275,7 +275,7 @@ impl Axes {
     }
 }
 
-/// The system with values for the targets, replacing what it sets there itself. A target without a value is not set.
+/// The system with values for the targets, replacing its own settings of them. A target without a value is not set.
 pub(super) fn varied(system: &System, names: &Names, targets: &[Target], point: &[f64]) -> System {
     let is_replaced = |setting: &Setting| {
         // Unknown names are reported by the plan.

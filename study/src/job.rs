@@ -3,7 +3,7 @@
 use run::system::{System, Value};
 use serde::{Deserialize, Serialize};
 
-/// What to run, complete: apart from the paths of FMUs, it does not depend on the file it was read from.
+/// A complete description of a study: apart from the paths of FMUs, it does not depend on the file it was read from.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Job {

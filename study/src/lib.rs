@@ -1,7 +1,7 @@
 //! Studies: one loop, run many times with different values, in worker processes.
 //!
-//! A [`Job`] defines what to run: a [`System`](run::system::System) and a [`Study`] of it. Its axes span the *points*,
-//! each the set of values for one run. [`Experiment`](experiment::Experiment) checks the names and derives the point of
+//! A [`Job`] defines a study: a [`System`](run::system::System) and a [`Study`] of it. Its axes span the *points*, each
+//! the set of values for one run. [`Experiment`](experiment::Experiment) checks the names and derives the point of
 //! every run from the number of the run alone, so that the result does not depend on where, in which order or in how
 //! many parts the runs are made.
 //!

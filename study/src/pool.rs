@@ -241,7 +241,7 @@ impl Pool {
                     if let Err(error) = made
                         && !starter.child.interrupted.load(Ordering::Relaxed)
                     {
-                        // If nobody listens any more, there is an error already.
+                        // If the receiver is gone, an error has already occurred.
                         let _ = sender.send(Err(error));
                     }
                 });
@@ -439,7 +439,7 @@ impl Maker<'_> {
         Ok(true)
     }
 
-    /// Keeps what an FMU has printed. It is not part of the run's row, whose bytes must be reproducible.
+    /// Keeps the output printed by an FMU. It is not part of the run's row, whose bytes must be reproducible.
     fn keep_printed(&self, run: u64, worker: &Worker, end: &End) {
         let lines = worker.printed();
         let mut printed = self.printed.lock().unwrap_or_else(PoisonError::into_inner);
@@ -454,7 +454,7 @@ impl Maker<'_> {
 fn hand_in(sender: &Sender<Result<Batch>>, next: &mut u64, rows: Vec<RunResult>) {
     let first = *next;
     *next += rows.len() as u64;
-    // If nobody listens any more, there is an error already, which stops the others.
+    // If the receiver is gone, an error has already occurred, which stops the others.
     let _ = sender.send(Ok(Batch { first, rows }));
 }
 

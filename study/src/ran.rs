@@ -1,4 +1,4 @@
-//! What a study has run, for its page and `summary.json`: the loop, its FMUs, and what all runs have in common.
+//! The setup of a study, for its page and `summary.json`: the loop, its FMUs, and the properties common to all runs.
 
 use crate::experiment::Experiment;
 use crate::hash;

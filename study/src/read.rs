@@ -1,4 +1,5 @@
-//! A study as a TOML file, such as `study.toml`: what varies from run to run, and what each run yields, written by hand.
+//! A study as a hand-written TOML file, such as `study.toml`: the variations between the runs, and the results of each
+//! run.
 //!
 //! ```toml
 //! loop = "furnace.toml"                   # a description as for `plcfmu run`, relative to this file

@@ -43,7 +43,7 @@ pub struct Report<'a> {
     pub name: &'a str,
     /// The job that was run.
     pub job: &'a Job,
-    /// What the results depend on, from [`fingerprint`](super::fingerprint).
+    /// The fingerprint of everything that the results depend on, from [`fingerprint`](super::fingerprint).
     pub fingerprint: &'a str,
     /// The table with the runs.
     pub table: &'a RunsTable,

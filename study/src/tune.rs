@@ -295,7 +295,7 @@ pub struct Problem {
     pub minimize: usize,
     /// How the values for all plants are combined.
     pub over: Over,
-    /// What has to hold.
+    /// The conditions that must hold.
     pub constraints: Vec<Constraint>,
     /// The second figure, for the front.
     pub front: Option<usize>,

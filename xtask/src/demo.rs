@@ -10,7 +10,7 @@ use plcfmu::package::pack;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What to show.
+/// The options of the demo.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
     /// Loops to run, such as cascade; all if none is named
@@ -40,7 +40,7 @@ pub fn demo(workspace: &Workspace, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Builds the command `plcfmu`, of which this program already contains almost everything, and returns its path.
+/// Builds the command `plcfmu`, most of which is already part of this program, and returns its path.
 fn build_command(workspace: &Workspace) -> Result<PathBuf> {
     let mut build = workspace::cargo();
     // Both packages, so that cargo compiles with the features of both.

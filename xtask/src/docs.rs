@@ -8,7 +8,7 @@ use plcfmu::command::run;
 use plcfmu::package::pack;
 use plcfmu::tool::make;
 
-/// What the site is made for.
+/// The options of the site.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
     /// Where the site will be published, such as `https://example.org/plcfmu/`; for the sitemap and the page 404.html

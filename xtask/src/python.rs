@@ -69,7 +69,7 @@ impl Environment {
                 other.display()
             );
         }
-        // Of two concurrent commands, the second waits and then uses what the first has created.
+        // Of two concurrent commands, the second waits and then uses the result of the first.
         fs::create_dir_all(&workspace.target)?;
         let lock = File::create(workspace.target.join("venv.lock")).context("target/venv.lock cannot be made")?;
         lock.lock()?;

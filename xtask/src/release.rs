@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::Command;
 use toml::Table;
 
-/// What is released.
+/// The release to make.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
     /// The version to release, such as 0.2.0; that of Cargo.toml by default
@@ -36,7 +36,7 @@ const LIBRARY: &str = "blocks";
 
 const UNRELEASED: &str = "## [Unreleased]";
 
-/// A requirement for a release: its name, and what is missing, with the remedy.
+/// A requirement for a release: its name, and the missing item with its remedy.
 struct Check {
     name: String,
     fault: Option<String>,

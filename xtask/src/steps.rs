@@ -1,4 +1,4 @@
-//! Progress of a long command: prints which of how many steps is running.
+//! Progress of a long command: prints the number of the running step.
 
 use plcfmu::command::heading;
 

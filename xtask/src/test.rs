@@ -33,7 +33,7 @@ pub struct Options {
 
 /// Runs the tests.
 pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
-    // Check first for anything that may be missing, so that nobody waits for it.
+    // Checks first for anything that may be missing, so that the user does not wait for it.
     if options.deep {
         deep::ready()?;
     }

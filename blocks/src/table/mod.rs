@@ -1,4 +1,4 @@
-//! What a block is: a table of variables, written once, and a law.
+//! A block: a table of variables, written once, and a law.
 //!
 //! [`block!`](crate::block!) turns the table into a struct and everything that can be computed from it ([`Block`]); the
 //! law is written by hand ([`Law`]). A new block is one file:

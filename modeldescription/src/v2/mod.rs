@@ -1,4 +1,5 @@
-//! FMI 2.0: the elements of its modelDescription.xml, what a block's table becomes in it, and what it says of an FMU.
+//! FMI 2.0: the elements of its modelDescription.xml, the mapping of a block's table to it, and the description of an
+//! FMU read from it.
 //!
 //! ```text
 //! Interface --ModelDescription::of--> ModelDescription --write--> XML

@@ -1,4 +1,5 @@
-//! FMI 3.0: the elements of its modelDescription.xml, what a block's table becomes in it, and what it says of an FMU.
+//! FMI 3.0: the elements of its modelDescription.xml, the mapping of a block's table to it, and the description of an
+//! FMU read from it.
 //!
 //! As for FMI 2.0: [`ModelDescription`] is plain data, [`write()`] turns it into XML, [`read()`] reads any model
 //! description of FMI 3.0, and [`check()`] finds mistakes that a schema does not find.

@@ -1,5 +1,5 @@
-//! What a line of the tables in `description.rs`, of all versions and of each, becomes: a field of a struct, and the code that
-//! reads and writes it.
+//! The expansion of a line of the tables in `description.rs`, common and per version: a field of a struct, and the code
+//! that reads and writes it.
 //!
 //! [`elements!`] makes a struct of each element, or of a group of attributes that elements share:
 //!

@@ -181,7 +181,7 @@ impl Attribute<'_> {
         self.tag.refused(&format!("{} = {:?}: {reason}", self.name, shortened(&self.value)))
     }
 
-    /// The value, or an error that says what is expected.
+    /// The value, or an error that states the expected form.
     pub(crate) fn value<T: Value>(self) -> Result<T, Error> {
         T::parse(&self.value).ok_or_else(|| self.refused(&format!("expected {}", T::expected())))
     }

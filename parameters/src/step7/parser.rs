@@ -36,7 +36,7 @@ pub(super) struct DataBlock {
     pub(super) name: Name,
     /// Its TITLE, unless empty.
     pub(super) title: Option<String>,
-    /// The block of which it is an instance; `None` if it declares its own members.
+    /// The block type of the instance; `None` if it declares its own members.
     pub(super) block: Option<Name>,
     /// The range of its values, from BEGIN to END_DATA_BLOCK.
     pub(super) body: Range<usize>,

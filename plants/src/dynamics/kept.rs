@@ -30,8 +30,8 @@ pub struct Kept<const N: usize, T> {
 }
 
 impl<const N: usize, T: Copy> Kept<N, T> {
-    /// Returns the value that `compute` gives for these numbers. `compute` is a plain function, so that it depends on
-    /// nothing else; always pass the same function for a given instance.
+    /// Returns the result of `compute` for these numbers. `compute` is a plain function, so that it depends on nothing
+    /// else; always pass the same function for a given instance.
     #[inline(always)]
     pub fn get_or_compute(&mut self, numbers: [LReal; N], compute: fn([LReal; N]) -> T) -> T {
         self.get_if(true, numbers, compute).unwrap_or(self.value)

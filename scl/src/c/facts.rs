@@ -222,7 +222,7 @@ pub(super) struct Uses<'a> {
 }
 
 impl<'a> Uses<'a> {
-    /// Counts the uses in a function's body. What a call copies out is also named at the end.
+    /// Counts the uses in a function's body. Variables that a call copies out are also used at the end.
     pub fn new(facts: &'a [Facts], number: usize, body: &[Statement]) -> Uses<'a> {
         let mut uses = Uses { facts, counts: BTreeMap::new(), through: BTreeSet::new(), read: BTreeSet::new() };
         let own = &facts[number];

@@ -152,7 +152,7 @@ pub fn variables(compiler: &Compiler, block: usize, offset: usize) -> Result<Sho
             _ if member.is_setting => Role::Parameter,
             _ => Role::Local,
         };
-        // The attribute controls what an operator panel sees; inputs and outputs are shown regardless.
+        // The attribute controls visibility on an operator panel; inputs and outputs are shown regardless.
         let is_inside = !matches!(member.section, SectionKind::Input | SectionKind::Output | SectionKind::InOut);
         let part = Part {
             name: &part(&member.name),
@@ -320,13 +320,13 @@ fn role_of(area: Option<Area>, is_written: bool) -> Role {
     }
 }
 
-/// What a program writes in its memory, in bytes; of an array all elements.
+/// The ranges of its memory that a program writes, in bytes; for an array, all elements.
 pub struct Written<'c, 'a> {
     compiler: &'c Compiler<'a>,
     ranges: Vec<Range<usize>>,
 }
 
-/// What the program writes in its memory.
+/// The ranges of its memory that the program writes.
 pub fn written<'c, 'a>(compiler: &'c Compiler<'a>) -> Written<'c, 'a> {
     let mut written = Written { compiler, ranges: Vec::new() };
     for function in &compiler.program.functions {

@@ -154,7 +154,7 @@ pub struct Survey {
     pub tags: usize,
 }
 
-/// Lists what the sources declare, and what they use without declaring it.
+/// Lists declarations of the sources, and names used without a declaration.
 pub fn survey(sources: &[Source], options: &Manifest) -> Survey {
     let mut report = Report::default();
     let Trees { sources: all, trees, cpu } = Trees::read(sources, options, &mut report);
@@ -308,7 +308,7 @@ impl<'a> Compiler<'a> {
         true
     }
 
-    /// A block of which there is an interface alone is a stub, if it is to be one.
+    /// A block with only an interface becomes a stub, if requested.
     fn refuse_protected(&mut self) {
         let trees = self.trees;
         for (file, tree) in trees.iter().enumerate() {

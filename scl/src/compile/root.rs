@@ -1,4 +1,4 @@
-//! Selects what is called in a cycle: one function block, or organization blocks and further named blocks.
+//! Selects the blocks called in a cycle: one function block, or organization blocks and further named blocks.
 
 use super::interface::{Shown, Variable};
 use crate::check::compiler::{Compiler, Global, Interface, Parameter, Slot, State};
@@ -168,8 +168,8 @@ impl Compiler<'_> {
         self.blocks[block].source.map_or(Span::default(), |id| self.block(id).name.span)
     }
 
-    /// Creates variables for the structured in-out parameters of an instance that nothing calls, in place of data
-    /// blocks.
+    /// Creates variables for the structured in-out parameters of an instance that is never called by another block, in
+    /// place of data blocks.
     fn in_outs(&mut self, instance: &str, of: usize) -> Option<Passed> {
         let (mut arguments, mut outputs) = (Vec::new(), Vec::new());
         let function = self.blocks[of].function;
@@ -271,7 +271,7 @@ impl Compiler<'_> {
         if cyclic.len() > 1 {
             let main = main?;
             cyclic.retain(|block| *block != main);
-            // What belongs to the program cycle is called as often as Main.
+            // Blocks of the program cycle event are called as often as Main.
             let others = cyclic.iter().copied().filter(|block| self.event(*block) != Some(PROGRAM_CYCLE));
             for block in others.collect::<Vec<_>>() {
                 let message = format!(
@@ -321,7 +321,7 @@ impl Compiler<'_> {
         self.event(block) == Some("Startup") || STARTUP.contains(&key(&self.blocks[block].name).as_str())
     }
 
-    /// What calls an organization block, where its export says it.
+    /// The event that calls an organization block, if its export states it.
     fn event(&self, block: usize) -> Option<&str> {
         attribute(&self.block(self.blocks[block].source?).attributes, EVENT)
     }

@@ -37,7 +37,7 @@ pub fn proposed(name: &str) -> Option<(String, &'static str)> {
     }
 }
 
-/// What a tag has in a cycle, as an integer whose low bits count. A clock begins with FALSE.
+/// The value of a tag in a cycle, as an integer whose low bits are used. A clock starts with FALSE.
 fn value(name: &str, is_startup: bool) -> Option<Expr> {
     let binary =
         |operation, one, other| Expr::Binary(operation, Scalar::I64, Box::new(one), Box::new(other), At::default());

@@ -19,7 +19,7 @@ impl Span {
         self.file == other.file && self.range().contains(&(other.start as usize))
     }
 
-    /// The bytes.
+    /// The range of bytes.
     pub fn range(self) -> Range<usize> {
         self.start as usize..self.end as usize
     }
@@ -56,7 +56,7 @@ pub enum Kind {
 /// One token.
 #[derive(Clone, Copy, Debug)]
 pub struct Token {
-    /// What it is.
+    /// The kind.
     pub kind: Kind,
     /// Its location.
     pub span: Span,

@@ -423,7 +423,7 @@ pub struct Tree {
     pub globals: Vec<Section>,
     /// The blocks of which only the interface is present, by index, and where the source declares that.
     pub protected: Vec<(usize, Span)>,
-    /// The blocks of which only an instance's data block is present, by index: they count where no source declares the block.
+    /// The blocks known only from an instance's data block, by index: they are used if no source declares the block.
     pub instantiated: Vec<usize>,
     /// The upper-case names of the constants that its networks use and that a tag table declares.
     pub constants: BTreeSet<String>,

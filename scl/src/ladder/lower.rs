@@ -24,7 +24,7 @@ pub struct Owner {
 }
 
 impl Owner {
-    /// Collects what the networks need to know about their block.
+    /// Collects the properties of the block that its networks need.
     pub fn new(block: &SourceBlock) -> Owner {
         let mut owner = Owner { title: block.title(), ..Owner::default() };
         for section in &block.sections {

@@ -131,8 +131,8 @@ impl Lowerer<'_, '_> {
         self.compiler.call_missing(&missing.name, formals);
     }
 
-    /// What an argument tells of its parameter, if it tells the type; nothing of an instance, or of a structure without a name: a stub
-    /// has no parameter for these.
+    /// The type of a parameter as indicated by an argument; nothing for an instance, or for a structure without a name:
+    /// a stub has no parameter for these.
     fn actual(&mut self, argument: &Argument, is_enabling: bool) -> Option<Option<String>> {
         if argument.is_output {
             self.declare_for(argument.value, &Type::Elementary(Elementary::Bool));

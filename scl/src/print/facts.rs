@@ -1,4 +1,4 @@
-//! Decides what becomes of each function in SCL, and rewrites what SCL cannot express.
+//! Decides how each function is expressed in SCL, and rewrites constructs that SCL lacks.
 
 use super::Dialect;
 use crate::ir::walk::change::{self, Change};

@@ -157,7 +157,7 @@ pub struct Passed {
     pub line: usize,
 }
 
-/// The time between two calls in milliseconds where no source says one.
+/// The time between two calls in milliseconds, if no source specifies it.
 const CYCLE: u32 = 100;
 
 /// The time between two calls in milliseconds that the sources propose, and why. It is the period of the OB, which sources do
@@ -197,7 +197,8 @@ pub fn proposed_cycle(blocks: &[CodeBlock]) -> (u32, String) {
     (CYCLE, "no source says one: give the period of the OB that calls it".into())
 }
 
-/// What stands outside of blocks with code, and is seen by all: data blocks and tags, each with its source and its line, from 1.
+/// Declarations outside of blocks with code that are visible to all: data blocks and tags, each with its source and its
+/// line, from 1.
 pub fn declared_for_all(sources: &[Source]) -> Vec<(String, usize, usize)> {
     let trees = front::trees(sources, &mut Report::default());
     let mut found = Vec::new();

@@ -1,12 +1,11 @@
 //! Ms, the maximum sensitivity of a loop, for candidates of a search: how robust the loop is against changes of the
 //! plant.
 //!
-//! Each plant must be known for this. The loop is therefore run in manual mode, without its events; the manual value
+//! This requires a model of each plant. The loop is therefore run in manual mode, without its events; the manual value
 //! steps, and the process value is recorded: its response from call to call is the plant, see [`margins`]. The gain is
-//! that from the manual value to the process value as the controller sees it; it includes what the block does to its
-//! manipulated value after the manual value, everything between the FMUs, and pulses with an actuator. Pulses with a
-//! period longer than the time between two calls count by their mean. If the process value is noisy, a lag with dead
-//! time is identified instead.
+//! that from the manual value to the process value as the controller sees it; it includes the block's processing of the
+//! manual value, everything between the FMUs, and pulses with an actuator. Pulses with a period longer than the time
+//! between two calls count by their mean. If the process value is noisy, a lag with dead time is identified instead.
 //!
 //! The controller is the law computed in each call, see [`Law`], with the candidate's GAIN, TI, TD and TM_LAG.
 

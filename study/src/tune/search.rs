@@ -44,7 +44,7 @@ pub struct Outcome {
 }
 
 /// Searches. `evaluate` returns, for each candidate of a batch, a row for each plant, or `None` to end the search with
-/// what is known. `progress` receives the number of evaluated candidates and the best one after each batch.
+/// the results so far. `progress` receives the number of evaluated candidates and the best one after each batch.
 ///
 /// `first` are the settings to start with: the loop's present ones.
 ///

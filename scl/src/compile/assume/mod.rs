@@ -314,7 +314,7 @@ impl<'a> Declared<'a> {
         Assumption { name: name.clone(), what, at: (self.of.span.file, self.of.span.start), text }
     }
 
-    /// The tag of an absolute address, or of what the CPU writes itself, unless the uses tell another type.
+    /// The tag of an absolute address, or of memory that the CPU itself writes, unless the uses indicate another type.
     fn placed(&self) -> Option<Placed> {
         let name = &self.of.name;
         let told = self.node.ty();
@@ -375,15 +375,15 @@ fn function(name: &str, result: &str, formals: &[Formal]) -> String {
 }
 
 impl Compiler<'_> {
-    /// Stubs for the blocks that cannot be read: those that others call, or those that are named. What is wrong in them is then
-    /// their own matter.
+    /// Stubs for the blocks that cannot be read: those called by others, or those named. Errors inside them are then
+    /// ignored.
     pub fn unreadable(&self, only: Option<&[String]>) -> Vec<Assumption> {
         let is_called =
             |block: usize| self.calls.iter().any(|(caller, callee, _)| *callee == block && *caller != block);
         let is_protected = |(file, index): BlockId| self.trees[file].protected.iter().any(|(of, _)| *of == index);
         let is_asked = |block: usize, of: &Interface| match only {
             Some(names) => names.iter().any(|name| key(name) == key(&of.name)),
-            // What is run is no stub; beside organization blocks it is not a block that nobody calls.
+            // The block that runs is not a stub; beside organization blocks, it is not a block that no other calls.
             None => {
                 is_called(block)
                     || of.source.is_some_and(is_protected)

@@ -20,7 +20,7 @@ const SCOPES: [&str; 8] = [
     "TypedConstant",
 ];
 
-/// Elements that change nothing: comments, blanks, which are there already, and what the editor notes.
+/// Elements without effect: comments, blanks, which are already present, and editor notes.
 const IDLE: [&str; 9] = [
     "Address",
     "Blank",
@@ -33,8 +33,8 @@ const IDLE: [&str; 9] = [
     "StringAttribute",
 ];
 
-/// A text as long as the document, blank but for the fragments in SCL that were written to the places of their elements: so a
-/// span in it is one in the document.
+/// A text as long as the document, blank except for the SCL fragments, each at the place of its element: so spans in it
+/// are spans in the document.
 pub struct Written {
     text: String,
     /// The end of the last fragment.

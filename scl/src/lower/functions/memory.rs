@@ -304,8 +304,8 @@ impl Lowerer<'_, '_> {
     }
 }
 
-/// The value of a function that returns an error code, after these statements: always 0, since what would be an error
-/// on a CPU is reported beforehand or stops the program.
+/// The value of a function that returns an error code, after these statements: always 0, since a CPU's errors are
+/// reported beforehand or stop the program.
 fn no_error(code: Vec<Statement>) -> Operand {
     Operand::Value(Elementary::Int, Expr::After(code, Box::new(Expr::Const(0_i16.into()))))
 }

@@ -155,7 +155,7 @@ pub fn is_ordinary(name: &str) -> bool {
     ORDINARY.iter().any(|word| name.starts_with(word))
 }
 
-/// Whether this is an operator of VARIANT, which no stub can take the place of: its value depends on the type of what it is given.
+/// Whether this is an operator of VARIANT, which no stub can replace: its value depends on the type of its argument.
 pub fn is_of_variants(name: &str) -> bool {
     VARIANTS.contains(&name)
 }
