@@ -16,7 +16,7 @@ fn main() -> io::Result<()> {
     for library in ["blocks", "fmu"] {
         let folder = root.join(library).join("src");
         println!("cargo::rerun-if-changed={}", folder.display());
-        // Rust, and what it includes: the documentation of the blocks, the door in C.
+        // Rust sources and the files that they include: the documentation of the blocks, the door in C.
         let is_source =
             |path: &Path| path.extension().is_some_and(|of| ["rs", "md", "c", "h"].iter().any(|wanted| of == *wanted));
         collect(&folder, &is_source, &mut files)?;
@@ -48,7 +48,7 @@ fn program_library(root: &Path) -> io::Result<String> {
     }
     let variable = |name: &str| env::var(name).map_err(io::Error::other);
     let target = variable("TARGET")?;
-    // A folder of its own, since the cargo that runs this program holds the lock of the usual one.
+    // A separate folder, since the cargo that runs this program holds the lock of the usual one.
     let folder = out().join("program_library");
     let cargo_home =
         env::var_os("CARGO_HOME").map_or(env::home_dir().unwrap_or_default().join(".cargo"), PathBuf::from);
@@ -87,7 +87,7 @@ fn program_library(root: &Path) -> io::Result<String> {
     Ok(format!("(Some(include_bytes!({:?})), None)", library.display().to_string()))
 }
 
-/// The folder for what is made here.
+/// The folder for generated files.
 fn out() -> PathBuf {
     PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default())
 }

@@ -27,7 +27,7 @@ PYTHON = pathlib.Path(__file__).resolve().parent
 ROOT = PYTHON.parents[1]
 TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
 
-# What the wheel contains beside the FMUs and the command.
+# Further files in the wheel, beside the FMUs and the command.
 LICENSES = ("LICENSE-MIT", "LICENSE-APACHE")
 MANIFEST = 'manifest-path = "../Cargo.toml"'
 

@@ -11,8 +11,7 @@ pub fn heading(part: &str) {
 
 /// Runs a program that talks to the user itself.
 ///
-/// # Errors
-/// It cannot be started, or ends with another status than 0.
+/// # Errors It cannot be started, or ends with a status other than 0.
 pub fn run(command: &mut Command) -> Result<()> {
     let status = command.status().map_err(|error| not_started(command, &error))?;
     if !status.success() {
@@ -21,10 +20,9 @@ pub fn run(command: &mut Command) -> Result<()> {
     Ok(())
 }
 
-/// Runs a program silently and returns what it writes to standard output.
+/// Runs a program silently and returns its standard output.
 ///
-/// # Errors
-/// As [`run()`], with what the program wrote.
+/// # Errors As [`run()`], with the program's output.
 pub fn output(command: &mut Command) -> Result<String> {
     let output = command.stdin(Stdio::null()).output().map_err(|error| not_started(command, &error))?;
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -35,7 +33,7 @@ pub fn output(command: &mut Command) -> Result<String> {
     Ok(text)
 }
 
-/// Why a program was not started, and what to do.
+/// The reason why a program was not started, and the remedy.
 pub fn not_started(command: &Command, error: &io::Error) -> Error {
     let program = command.get_program().to_string_lossy();
     match error.kind() {

@@ -1,4 +1,4 @@
-//! How a command ends: errors that have an exit code of their own.
+//! How a command ends: errors with their own exit codes.
 
 use anyhow::Error;
 use host::machine::Fault;
@@ -8,7 +8,7 @@ use std::fmt;
 use std::process::ExitCode;
 use study::Interrupted;
 
-/// What is wrong with a file, for a terminal: each problem with its line of the file.
+/// The problems of a file, for a terminal: each with its line of the file.
 #[derive(Debug)]
 pub struct Wrong(pub Problems);
 
@@ -21,7 +21,7 @@ impl fmt::Display for Wrong {
 
 impl std::error::Error for Wrong {}
 
-/// A file that cannot be read. The exit code says it.
+/// A file that cannot be read, which has its own exit code.
 #[derive(Debug)]
 pub struct Unreadable(pub Error);
 
@@ -33,7 +33,7 @@ impl fmt::Display for Unreadable {
 
 impl std::error::Error for Unreadable {}
 
-/// Two things are different, as was printed. The exit code says it.
+/// Two things are different, as was printed, which has its own exit code.
 #[derive(Clone, Copy, Debug)]
 pub struct Differs;
 

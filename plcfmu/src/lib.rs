@@ -1,4 +1,4 @@
-//! Makes, checks, shows and runs FMUs: the library behind the command `plcfmu`.
+//! Builds, checks, shows and runs FMUs: the library behind the command `plcfmu`.
 //!
 //! The feature `s7`, on by default, reads data blocks of a PLC over the network; `server`, on by default too, is the parameter
 //! tool's server on this machine.

@@ -1,4 +1,4 @@
-//! The blocks and plants that are linked into this program, as what a study runs in place of their FMUs.
+//! The blocks and plants linked into this program, which a study runs in place of their FMUs.
 
 use blocks::table::abreast::{Abreast, EachInLanes, InLanes, Lanes};
 use blocks::{Block, EachBlock};
@@ -8,8 +8,9 @@ use run::component::Reset;
 use study::worker::Linked;
 use tool::linked::Instance;
 
-/// Finds the block of an FMU, if it is one of this program: the GUID says that the variables and start values are the same. Whether
-/// the law is, only the library says, see [`Linked::code`]. A preset has another GUID.
+/// Finds the block of an FMU, if it is linked into this program: an equal GUID means that the variables and start
+/// values are the same. Only the library reveals whether the law is, too, see [`Linked::code`]. A preset has another
+/// GUID.
 pub fn find(description: &Description) -> Option<Linked> {
     let mut search = Search { guid: &description.guid, found: None };
     blocks::for_each_block(&mut search);

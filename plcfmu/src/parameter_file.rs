@@ -79,7 +79,7 @@ pub fn read_any(name: &str, options: &Options) -> Result<Reading> {
     read(name, None, None, &BlockType::all(), options)
 }
 
-/// The format of a file, by its extension. That of standard input has to be named.
+/// The format of a file, by its extension. The format of standard input has to be named.
 ///
 /// # Errors
 /// The extension is that of no format.

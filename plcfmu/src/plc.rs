@@ -23,7 +23,7 @@ const PORT: u16 = 102;
 /// The longest PDU that we ask for, in bytes. An S7 may grant less; all grant at least 240.
 const LONGEST_PDU: u16 = 480;
 
-/// What a PDU holds besides the bytes of the data block: header, parameters and the item's header.
+/// The bytes of a PDU besides those of the data block: header, parameters and the item's header.
 const OVERHEAD: usize = 18;
 
 /// A data block of a PLC: `s7://HOST[:PORT]/RACK/SLOT/DBn`.
@@ -88,8 +88,9 @@ impl fmt::Display for Address {
     }
 }
 
-/// Reads an instance of the block, which begins at byte `offset` of the data block. Returns the data block up to the end of
-/// what the block's table knows, so that each member is at its address; the bytes before the instance are not read and are 0.
+/// Reads an instance of the block, which begins at byte `offset` of the data block. Returns the data block up to the
+/// last member in the block's table, so that each member is at its address; the bytes before the instance are not read
+/// and are 0.
 ///
 /// # Errors
 /// One sentence: the PLC cannot be reached, or why it refuses, and which setting to change.

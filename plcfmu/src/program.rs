@@ -32,7 +32,7 @@ fn with_texts(files: &[PathBuf]) -> Vec<PathBuf> {
     all
 }
 
-/// Whether a file is among the sources of a program: named, or below one of its folders.
+/// Whether a file belongs to the sources of a program: it is named, or is below one of its folders.
 ///
 /// # Errors
 /// A folder cannot be read, or has no source.
@@ -59,7 +59,7 @@ pub fn is_part(path: &Path) -> bool {
     }
 }
 
-/// The message for a file that is no source; `None` if its extension says nothing.
+/// The message for a file that is not a source; `None` if its extension is unknown.
 pub fn instead(file: &Path) -> Option<String> {
     let name = file.display();
     if file.is_dir() {
@@ -98,8 +98,7 @@ pub fn has_code(file: &Path) -> bool {
 
 /// Reads the sources and the tag tables of a program: the files of the manifest, and those below its folders.
 ///
-/// # Errors
-/// A file cannot be read, what is wrong with a tag table, or two of them declare a name differently.
+/// # Errors A file cannot be read, a tag table is faulty, or two of them declare a name differently.
 pub fn parts(manifest: &Manifest) -> Result<Parts> {
     let Files { sources: files, tables } = Files::new(&manifest.sources)?;
     let read = |file: &PathBuf| Source::read(file, None).map_err(Error::msg);
@@ -114,8 +113,7 @@ pub fn parts(manifest: &Manifest) -> Result<Parts> {
 
 /// Reads a tag table: XML, a workbook, a table of STEP 7, or a list with a line for each tag.
 ///
-/// # Errors
-/// It cannot be read, or what is wrong with it.
+/// # Errors It cannot be read, or is faulty.
 pub fn table(file: &Path) -> Result<Tags> {
     let (name, bytes) = Source::load(file, LARGEST).map_err(Error::msg)?;
     if folder::ending(file) == "xlsx" {

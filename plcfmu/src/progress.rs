@@ -77,7 +77,7 @@ impl Progress {
         self.bar.tick();
     }
 
-    /// A piece of work is done.
+    /// Counts one finished item.
     pub fn done(&self) {
         self.bar.inc(1);
     }

@@ -1,4 +1,4 @@
-//! What the command says beside its results: errors, warnings, remarks and notes, on standard error.
+//! Messages of the command beside its results: errors, warnings, remarks and notes, on standard error.
 
 use crate::exit::{Differs, Wrong};
 use anstream::eprintln;
@@ -14,7 +14,7 @@ static IS_QUIET: AtomicBool = AtomicBool::new(false);
 /// Behind the options of a command.
 const HEADING: &str = "What is printed";
 
-/// How much is said, and whether in colour.
+/// The amount of messages, and whether they are in colour.
 #[derive(clap::Args, Clone, Copy, Debug)]
 pub struct Options {
     /// Print results and errors only: no warnings, remarks, notes and progress
@@ -26,7 +26,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// Sets it for all that is said from now on.
+    /// Applies it to all further messages.
     pub fn apply(self) {
         IS_QUIET.store(self.quiet, Ordering::Relaxed);
         let color = match self.color {
@@ -54,7 +54,7 @@ pub fn error(error: &Error) {
     }
 }
 
-/// What is probably not as the user wants it.
+/// Prints a warning: something is probably not as intended.
 pub fn warning(text: &str) {
     beside("warning", AnsiColor::Yellow, text);
 }
@@ -64,12 +64,12 @@ pub fn remark(text: &str) {
     beside("remark", AnsiColor::Cyan, text);
 }
 
-/// What was done differently from what one might expect, and why.
+/// Prints a note: something was done differently from what a user might expect, and why.
 pub fn note(text: &str) {
     beside("note", AnsiColor::Cyan, text);
 }
 
-/// A line of text without a kind, such as what an FMU has logged.
+/// Prints a line of text without a kind, such as a message logged by an FMU.
 pub fn text(text: &str) {
     if !is_quiet() {
         eprintln!("{}", plain(text));
@@ -87,7 +87,7 @@ fn line(kind: &str, color: AnsiColor, text: &str) {
     eprintln!("{style}{kind}:{style:#} {}", shortened(&plain(text.trim_end())));
 }
 
-/// A text whose longest words are cut: what a damaged file has in place of a name, and no path.
+/// A text with its longest words cut: the garbage that a damaged file has as a name, but no path.
 fn shortened(text: &str) -> String {
     const LONGEST: usize = 5000;
     const KEPT: usize = 200;

@@ -57,7 +57,7 @@ _logs: weakref.WeakValueDictionary[int, Log] = weakref.WeakValueDictionary()
 def _log(environment: Optional[int], name: bytes, status: int, category: bytes, text: bytes) -> None:
     log = _logs.get(environment) if environment else None
     if log is None:
-        # An instance that somebody else made with FMPy's own callbacks, which shares the proxy.
+        # An instance created elsewhere with FMPy's own callbacks, which shares the proxy.
         printLogMessage(environment, name, status, category, text)
         return
     decoded = [(part or b"").decode("utf-8", "replace") for part in (name, category, text)]

@@ -244,7 +244,7 @@ def study(
             except Exception as error:
                 raise StudyError(f"{error}; {parts}") from error
     done = called(program, *given, f"--out={folder}", "--resume", f"--format={format}")
-    # The parts are removed when all files are written; what the command then says of the runs is in the summary.
+    # The parts are removed once all files are written; the command's remarks on the runs are then in the summary.
     if done.returncode != 0 and parts.folder.exists():
         raise StudyError(f"{reason(done)}; {parts}")
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))

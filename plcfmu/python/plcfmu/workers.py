@@ -35,7 +35,7 @@ RETRIES = 2
 WORK_SHARE = 0.01
 # How often the client asks how many threads there are, in seconds.
 PATIENCE = 1.0
-# A cluster without a worker for so long, in seconds, is told.
+# A cluster without a worker for this many seconds is reported.
 LONELY = 5.0
 # The folder in a worker's local directory.
 FOLDER = "plcfmu"
@@ -59,7 +59,7 @@ class Task(NamedTuple):
     """What all ranges of a study have in common."""
 
     fingerprint: str
-    # What `plcfmu --version` says.
+    # The output of `plcfmu --version`.
     version: str
     # How long one run may take, in seconds.
     limit: float
@@ -289,6 +289,6 @@ class Lonely:
 def watch(lonely: Lonely, over: threading.Event) -> None:
     """Looks once a second, until it is over."""
     while not over.wait(PATIENCE):
-        # A scheduler that does not answer is told by the study itself.
+        # The study itself reports a scheduler that does not answer.
         with contextlib.suppress(Exception):
             lonely.look()

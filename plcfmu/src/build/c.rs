@@ -30,7 +30,8 @@ fn compiler() -> Result<Command> {
     Ok(command)
 }
 
-/// Compiles the file of an FMU with this door, and what its library says of itself (JSON), in a folder, to a library there.
+/// Compiles the file of an FMU with this door, and the library's self-description (JSON), in a folder, to a library
+/// there.
 ///
 /// # Errors
 /// No compiler, or it refuses the file, with its message.
@@ -49,7 +50,7 @@ pub fn compile(source: &Path, door: &Door, interface: &str, folder: &Path, suffi
     Ok(library)
 }
 
-/// The function by which a library says of itself what it is, as C.
+/// The function that returns a library's description of itself, as C.
 fn told(interface: &str) -> String {
     let mut text = String::from(
         "#include <stddef.h>\n#include <string.h>\n#if defined(_WIN32)\n__declspec(dllexport)\n#else\n\

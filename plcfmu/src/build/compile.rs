@@ -40,7 +40,7 @@ impl Linkage {
         zig.map_or(Linkage::Native, Linkage::Portable)
     }
 
-    /// For another platform than `host`, this machine.
+    /// The linkage for a platform other than `host`, this machine.
     ///
     /// # Errors
     /// The linker is missing, with the remedy.
@@ -76,8 +76,7 @@ impl Linkage {
 /// Builds the release libraries of `crates` for one of FMI's platforms and returns their paths, by package. Libraries for
 /// several processors of macOS become one file.
 ///
-/// # Errors
-/// Cargo does not build them; it has said why.
+/// # Errors Cargo fails; it has printed the reason.
 pub fn compile_joined(
     workspace: &Workspace,
     crates: &[FmuCrate],
@@ -105,8 +104,7 @@ pub fn compile_joined(
 
 /// Builds the release libraries of `crates` for one processor and returns their paths, by package.
 ///
-/// # Errors
-/// Cargo does not build them; it has said why.
+/// # Errors Cargo fails; it has printed the reason.
 pub fn compile(
     workspace: &Workspace,
     crates: &[FmuCrate],
@@ -116,8 +114,9 @@ pub fn compile(
     built(cargo_build(workspace, platform, linkage)?, crates, platform)
 }
 
-/// As [`compile`] for one crate that seldom changes, natively or as far as zig is found for this machine. Where it is built already,
-/// nothing is said; else what is built where, and what cargo says, also while it waits for another cargo.
+/// Like [`compile`] for a crate that seldom changes, natively or, if zig is found, for this machine's platform. If it
+/// is already built, nothing is printed; otherwise, what is built and where, with cargo's output, also while cargo
+/// waits for another cargo.
 ///
 /// # Errors
 /// As [`compile`].
@@ -133,7 +132,7 @@ pub fn compile_once(workspace: &Workspace, fmu_crate: &FmuCrate) -> Result<(Plat
     Ok((host, libraries.into_values().next().context("cargo has built no library")?))
 }
 
-/// Passes on what cargo says, but for its last line, which is all that it says where nothing is to be done.
+/// Passes on cargo's output except its last line, which is the only one if nothing has to be done.
 fn pass_on(said: impl Read) {
     let lines = BufReader::new(said).lines().map_while(Result::ok);
     lines.filter(|line| !line.trim_start().starts_with("Finished ")).for_each(|line| eprintln!("{line}"));
@@ -153,7 +152,7 @@ fn built(mut build: Command, crates: &[FmuCrate], platform: &Platform) -> Result
     crates.iter().map(library).collect()
 }
 
-/// The command that builds release files for a platform; what to build is still to be added.
+/// The command that builds release files for a platform; the targets must still be added.
 ///
 /// # Errors
 /// rustc cannot be asked for this machine's platform.
@@ -257,7 +256,7 @@ fn read(log: &mut File) -> Result<String> {
     Ok(text)
 }
 
-/// Runs a cargo command that builds, and returns what it has built. Diagnostics go to standard error, if they are piped, too.
+/// Runs a cargo command that builds, and returns its artifacts. Diagnostics go to standard error, even if it is piped.
 ///
 /// # Errors
 /// Cargo cannot be started or fails.

@@ -62,8 +62,8 @@ impl Platform {
         })
     }
 
-    /// What is built on `host` for one of FMI's folders: on macOS both processors, on Windows for one C runtime, that of
-    /// the host where the host is Windows.
+    /// The platforms to build on `host` for one of FMI's folders: on macOS both processors, on Windows one C runtime,
+    /// that of the host if the host is Windows.
     pub fn of_folder(folder: &str, host: &Platform) -> Vec<Platform> {
         let mut platforms: Vec<_> = PLATFORMS.into_iter().filter(|platform| platform.folder == folder).collect();
         if platforms.iter().any(Platform::is_windows) {
@@ -73,7 +73,7 @@ impl Platform {
         platforms
     }
 
-    /// Whether it is Linux, where each system has a C library (glibc) of its own version.
+    /// Whether it is Linux, where systems differ in the version of their C library (glibc).
     pub fn is_linux(&self) -> bool {
         self.target.contains("-linux-")
     }
@@ -98,7 +98,7 @@ impl Platform {
     }
 }
 
-/// FMI's name of a platform, from the name that a user gives.
+/// FMI's name of a platform, from the user's name for it.
 ///
 /// # Errors
 /// No such platform.
@@ -108,7 +108,7 @@ pub fn folder(name: &str) -> Result<&'static str> {
     found.with_context(|| format!("the platforms are {}", folders().join(", ")))
 }
 
-/// The processors of a platform's libraries; none if FMI has no such platform.
+/// The processors of a platform's libraries; empty if FMI has no such platform.
 pub fn architectures(folder: &str) -> Vec<&'static str> {
     let mut architectures: Vec<_> = in_folder(folder).map(Platform::architecture).collect();
     architectures.dedup();

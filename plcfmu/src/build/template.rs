@@ -1,4 +1,4 @@
-//! A new crate for a block of one's own, with the sources of `blocks` and `fmu` that it needs.
+//! A new crate for a user's own block, with the sources of `blocks` and `fmu` that it needs.
 
 use anyhow::{Context, Result, bail};
 use host::package::temporary;
@@ -111,7 +111,7 @@ pub fn create(path: &Path, names: &Names, license: Option<&str>) -> Result<()> {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let failed = || format!("{} cannot be made", path.display());
     fs::create_dir_all(parent).with_context(failed)?;
-    // Made beside its place, so that it is there as a whole or not at all.
+    // Created beside its final place, so that it appears complete or not at all.
     let temporary = temporary::Folder::new_in(parent).with_context(failed)?;
     let folder = temporary.path().join("crate");
     for (file, text) in CRATE {
@@ -125,7 +125,7 @@ pub fn create(path: &Path, names: &Names, license: Option<&str>) -> Result<()> {
     fs::rename(&folder, path).with_context(failed)
 }
 
-/// Where the sources in a crate differ from those of this program: the first path that does, relative to the crate's folder.
+/// The first path, relative to the crate's folder, at which the sources in a crate differ from those of this program.
 /// `None` if they are equal, or the crate has none.
 pub fn different_source(crate_folder: &Path) -> Option<String> {
     let folder = crate_folder.join(SOURCES_FOLDER);
@@ -140,8 +140,7 @@ pub fn different_source(crate_folder: &Path) -> Option<String> {
 
 /// Replaces the sources in a crate by those of this program.
 ///
-/// # Errors
-/// The crate has none, or they cannot be written.
+/// # Errors The crate contains no sources, or they cannot be written.
 pub fn update(crate_folder: &Path) -> Result<()> {
     let folder = crate_folder.join(SOURCES_FOLDER);
     if !folder.join("fmu/Cargo.toml").is_file() {

@@ -37,16 +37,15 @@ pub struct FmuCrate {
 }
 
 impl Workspace {
-    /// That of the current folder, as cargo says.
+    /// The workspace of the current folder, as cargo reports it.
     ///
-    /// # Errors
-    /// What cargo says if it cannot read the workspace.
+    /// # Errors Cargo's message if it cannot read the workspace.
     pub fn find() -> Result<Workspace> {
         Workspace::from(&mut MetadataCommand::new()).context("cargo cannot read the package of this folder")
     }
 
-    /// That in another folder. The current folder has no say: cargo is started in the other one, so that a toolchain, a
-    /// configuration or a package in the current one is neither read nor run.
+    /// The workspace in another folder. The current folder has no influence: cargo is started in the other one, so that
+    /// a toolchain, a configuration or a package in the current one is neither read nor run.
     ///
     /// # Errors
     /// As [`Workspace::find`].
@@ -109,7 +108,7 @@ fn fmu_crate(package: &Package) -> Option<FmuCrate> {
     })
 }
 
-/// The folders with the sources of a package and of those that it depends on by path, but for what every FMU is made of.
+/// The folders with the sources of a package and of its path dependencies, except for the crates common to all FMUs.
 fn folders(metadata: &Metadata, name: &str) -> Vec<PathBuf> {
     let Some(package) = metadata.packages.iter().find(|package| package.name == name) else { return Vec::new() };
     let root = package.manifest_path.parent().map(|folder| folder.as_std_path().to_path_buf());
@@ -128,8 +127,8 @@ pub fn cargo() -> Command {
     cargo
 }
 
-/// The variable that names the cargo for other platforms than this machine's. It may be a script that chooses another
-/// compiler; the libraries for this machine stay as they are.
+/// The variable that names the cargo for platforms other than this machine's. It may be a script that selects another
+/// compiler; the libraries for this machine are unaffected.
 pub const CROSS_CARGO: &str = "PLCFMU_CROSS_CARGO";
 
 /// The cargo for other platforms than this machine's: that of the variable [`CROSS_CARGO`], or the usual one.
@@ -140,8 +139,8 @@ pub fn cross_cargo() -> Command {
     cargo
 }
 
-/// Removes what a `cargo run` or `cargo test` around this program says of its own package from a command's environment.
-/// Build scripts that watch these variables would run again each time.
+/// Removes the variables about its own package that a `cargo run` or `cargo test` around this program sets, from a
+/// command's environment. Build scripts that watch these variables would run again each time.
 pub fn forget_package(command: &mut Command) {
     for (name, _) in std::env::vars_os() {
         let name = name.to_string_lossy();

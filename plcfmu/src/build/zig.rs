@@ -25,7 +25,7 @@ pub struct Zig {
     zig: (&'static str, PathBuf),
 }
 
-/// What a folder of programs or a Python environment offers.
+/// The tools in a folder of programs or a Python environment.
 #[derive(Debug, Default, PartialEq)]
 struct Offer {
     cargo_zigbuild: Option<PathBuf>,
@@ -78,7 +78,8 @@ fn on_path() -> Offer {
     }
 }
 
-/// What an interpreter knows. It is started in the workspace: it imports modules from the folder in which it is started.
+/// The tools that an interpreter knows. It is started in the workspace, because it imports modules from the folder in
+/// which it is started.
 fn in_python(python: &Path, root: &Path) -> Option<Offer> {
     Some(offer(python, &output(Command::new(python).args(["-c", DESCRIBE]).current_dir(root)).ok()?))
 }

@@ -12,7 +12,7 @@ use host::package::Package;
 use host::package::binary::{Binary, version};
 use std::path::{Path, PathBuf};
 
-/// What to build.
+/// The FMUs to build.
 #[derive(clap::Args, Debug)]
 #[group(skip)] // clap names a group after the type, and the packer's has the same name
 pub struct Options {

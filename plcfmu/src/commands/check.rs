@@ -1,4 +1,4 @@
-//! `plcfmu check`: says in one sentence each what is wrong with FMUs, and with programs in SCL.
+//! `plcfmu check`: reports problems of FMUs, and of programs in SCL, in one sentence each.
 
 use super::{LONGEST_NAME, functions, print, refuse_folders, shown, time_limit};
 use crate::exit::Unreadable;
@@ -51,10 +51,10 @@ pub struct Options {
     pub program: packing::Options,
 }
 
-/// Checks FMUs and a program, and prints what they are and what is wrong with them.
+/// Checks FMUs and a program, and prints a description of each and its problems.
 ///
-/// # Errors
-/// The number of FMUs that are wrong, or that the program is; what is wrong has been printed.
+/// # Errors The number of faulty FMUs, or that the program is faulty; the problems have been
+/// printed.
 pub fn run(options: &Options) -> Result<()> {
     let (sources, fmus): (Vec<PathBuf>, Vec<PathBuf>) =
         options.files.iter().cloned().partition(|file| program::is_part(file));
@@ -108,7 +108,7 @@ pub fn run(options: &Options) -> Result<()> {
     }
 }
 
-/// Prints what is wrong with a program, or of what its author is warned: all that `build` would say of it.
+/// Prints the errors and warnings of a program: everything that `build` would report.
 fn check_program(sources: &[PathBuf], options: &packing::Options, is_json: bool) -> Result<()> {
     let mut manifest = options.manifest(sources)?;
     if !is_json && let Some(table) = survey::table(sources, &manifest)? {
@@ -162,21 +162,21 @@ fn findings(problems: &[Problems]) -> Vec<Value> {
     problems.iter().flat_map(|of| of.problems.iter().map(move |problem| finding(&of.file, problem))).collect()
 }
 
-/// What was found, as `--json` prints it.
+/// The result as printed by `--json`.
 #[derive(Debug, Default, Serialize)]
 struct Verdict {
     file: String,
-    /// What the FMU is, in one line.
+    /// The FMU's kind, in one line.
     what: Option<String>,
-    /// What the standard forbids, or what stops an importer.
+    /// Violations of the standard and obstacles to an importer.
     errors: Vec<String>,
-    /// What the standard forbids and no importer minds.
+    /// Violations of the standard that no importer minds.
     departures: Vec<String>,
-    /// What is allowed but may surprise.
+    /// Features that are allowed but may surprise.
     remarks: Vec<String>,
     /// Its libraries, a line each.
     libraries: Vec<String>,
-    /// What its run has shown, or why it was not run.
+    /// The result of its run, or the reason why it was not run.
     run: Option<String>,
     /// Why this machine could not make its run.
     untried: Option<String>,
@@ -248,7 +248,7 @@ fn headline(description: &Description) -> String {
     )
 }
 
-/// What an FMU is made for.
+/// The kinds of simulation that an FMU supports.
 pub(super) fn kinds(description: &Description) -> Vec<&'static str> {
     let co_simulation = description.co_simulation.as_ref().map(|_| "co-simulation");
     let model_exchange = description.model_exchange.as_ref().map(|_| "model exchange");

@@ -18,10 +18,9 @@ pub struct Options {
     folder: PathBuf,
 }
 
-/// Does what standard input says until it ends.
+/// Carries out the requests on standard input until it ends.
 ///
-/// # Errors
-/// No such role, or the other side has ended.
+/// # Errors The role does not exist, or the other side has ended.
 pub fn run(options: &Options) -> Result<()> {
     match options.role.as_str() {
         simulation::ROLE => simulation::child(&options.folder),

@@ -20,7 +20,7 @@ struct Recorded {
     process_value: Vec<Option<f64>>,
     /// Empty without one.
     manipulated_value: Vec<Option<f64>>,
-    /// From which to which value the setpoint step goes, with which the rows begin.
+    /// The values of the setpoint step with which the rows begin: before and after.
     step: (f64, f64),
     /// When the loop was disturbed, in seconds.
     #[serde(default)]
@@ -35,7 +35,7 @@ struct Recorded {
 #[derive(Serialize)]
 struct Told {
     key: &'static str,
-    /// What it is, in a few words.
+    /// A short description.
     meaning: &'static str,
     unit: Option<String>,
     value: Option<f64>,
@@ -43,8 +43,7 @@ struct Told {
 
 /// Runs the command.
 ///
-/// # Errors
-/// Standard input is not what is needed.
+/// # Errors Standard input is malformed.
 pub fn run(_: &Options) -> Result<()> {
     let recorded: Recorded = serde_json::from_reader(io::stdin().lock()).context("standard input")?;
     let numbers = |values: &[Option<f64>]| values.iter().map(|value| value.unwrap_or(f64::NAN)).collect::<Vec<f64>>();

@@ -78,7 +78,7 @@ pub struct Options {
     json: bool,
 }
 
-/// What the numbers of a form are called in the help.
+/// The value name of a form's numbers in the help.
 const NUMBERS: &str = "NAME=NUMBER,...";
 
 /// A number by its name.

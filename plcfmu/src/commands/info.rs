@@ -1,4 +1,4 @@
-//! `plcfmu info`: what an FMU is, what it needs, and its variables.
+//! `plcfmu info`: the kind of an FMU, its requirements, and its variables.
 
 use super::check::kinds;
 use super::{LONGEST_NAME, functions, print, refuse_folders, shown};
@@ -66,7 +66,7 @@ pub fn run(options: &Options) -> Result<()> {
 #[derive(Debug)]
 struct Fmu {
     description: Description,
-    /// If it is a preset: of what, or what is wrong with its start values.
+    /// For a preset: its original, or the problem with its start values.
     preset: Option<Result<Start>>,
     libraries: Vec<Library>,
 }
@@ -78,7 +78,7 @@ struct Library {
     path: String,
     /// In bytes, unpacked.
     size: usize,
-    /// What it exports and needs, or why that cannot be read.
+    /// Its exports and requirements, or the reason why they cannot be read.
     binary: Result<Binary>,
 }
 
@@ -102,7 +102,7 @@ fn libraries<R: Read + Seek>(package: &mut Package<R>) -> Result<Vec<Library>> {
     Ok(libraries)
 }
 
-/// Of what an FMU is a preset.
+/// The origin of a preset.
 fn preset_text(preset: &Result<Start>) -> String {
     match preset {
         Ok(start) => format!("of {}, {}", shown(&start.block, LONGEST_NAME), shown(&start.library, LONGEST_NAME)),
@@ -117,13 +117,13 @@ fn preset_json(preset: &Result<Start>) -> Value {
     }
 }
 
-/// What an FMU can do: the attribute's name in FMI, whether it is set, and what it means.
+/// A capability of an FMU: the attribute's name in FMI, whether it is set, and its meaning.
 type Capability = (&'static str, bool, &'static str);
 
 /// The capability that is a number.
 const OUTPUT_DERIVATIVES: &str = "maxOutputDerivativeOrder";
 
-/// What the flags of both kinds of FMU mean.
+/// The meaning of the flags of both kinds of FMU.
 const MEANINGS: [(&str, &str); 20] = [
     ("needsExecutionTool", "needs its tool installed to run"),
     ("canHandleVariableCommunicationStepSize", "steps may differ in size"),

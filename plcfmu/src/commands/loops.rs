@@ -10,7 +10,7 @@ use parameters::{BlockType, Format, Loop, Options, Problems, Reading};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The files to read, and what they leave unsaid.
+/// The files to read, and details that they leave open.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Arguments {
     /// Parameter files, folders with such files, or the address of a data block in a PLC; - is standard input
@@ -55,12 +55,12 @@ fn format(extension: &str) -> Result<Format, String> {
 pub struct Found {
     /// Those that are right.
     pub loops: Vec<Loop>,
-    /// What is wrong with others.
+    /// The problems of other loops.
     pub errors: Vec<Error>,
 }
 
 impl Found {
-    /// Tells what is wrong with the loops that could not be read.
+    /// Reports the problems of loops that could not be read.
     ///
     /// # Errors
     /// Loops that cannot be read; the last error is returned, not printed.
@@ -76,8 +76,7 @@ impl Found {
 impl Arguments {
     /// The blocks that files may contain: those that are known, and those of the FMUs that are named.
     ///
-    /// # Errors
-    /// An FMU cannot be read, or its library, which is loaded in a process of its own, tells no table.
+    /// # Errors An FMU cannot be read, or its library, which is loaded in a separate process, does not contain a table.
     pub fn blocks(&self) -> Result<Vec<Arc<BlockType>>> {
         let mut blocks = BlockType::all();
         for path in fmus(&self.fmus)? {
@@ -192,7 +191,7 @@ pub fn fmus(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
     Ok(fmus)
 }
 
-/// What is in a folder, by name.
+/// The entries of a folder, by name.
 fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries = std::fs::read_dir(folder).and_then(Iterator::collect::<Result<Vec<_>, _>>);
     let mut paths: Vec<PathBuf> =

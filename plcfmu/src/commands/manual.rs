@@ -1,4 +1,4 @@
-//! `plcfmu completions` and `plcfmu manual`: what shells and `man` have to know of the command.
+//! `plcfmu completions` and `plcfmu manual`: descriptions of the command for shells and `man`.
 
 use super::print;
 use anyhow::{Context, Result};

@@ -1,7 +1,7 @@
 //! `plcfmu mcp`: the commands for agents and editors, over the Model Context Protocol.
 //!
-//! A tool is the command of the same name, called in a process of its own: one that hangs, crashes or prints too much is ended, and the
-//! server goes on. What a tool takes is read off the options of its command.
+//! A tool is the command of the same name, called in a separate process: one that hangs, crashes or prints too much is
+//! ended, and the server continues. A tool's arguments are derived from the options of its command.
 
 mod folder;
 mod offer;
@@ -32,7 +32,7 @@ use tokio::sync::Mutex;
 use tokio::time::{sleep, timeout};
 use tokio::{select, try_join};
 
-/// What a client is told first.
+/// The instructions that a client receives first.
 const INSTRUCTIONS: &str = "PLC programs (SCL, LAD, FBD, data blocks and tag tables, as TIA Portal exports them) and FMUs: check them, \
     print a program as SCL, build an FMU of it, test its logic, run it with values over time. Paths are relative to the folder in which \
     plcfmu was started, and lie in it. A program is named by all its files together, or by their folder.";
@@ -53,8 +53,7 @@ pub struct Options {
 
 /// Serves a client until it closes standard input, or the user interrupts the command.
 ///
-/// # Errors
-/// The current folder cannot be read, or what comes first is no request to initialize.
+/// # Errors The current folder cannot be read, or the first message is not a request to initialize.
 pub fn run(options: &Options) -> Result<()> {
     let interrupted = interruption::flag();
     let server = Server {
@@ -120,7 +119,7 @@ impl ServerHandler for Server {
         let given = request.arguments.unwrap_or_default();
         let answer = select! {
             answer = self.answer(offer, &given) => answer,
-            // Nobody waits for it any more.
+            // The client no longer waits for it.
             () = context.ct.cancelled() => return Err(ErrorData::internal_error("cancelled", None)),
         };
         let refused = |error| CallToolResult::error(vec![ContentBlock::text(format!("{error:#}"))]);
@@ -129,7 +128,7 @@ impl ServerHandler for Server {
 }
 
 impl Server {
-    /// What the command prints for a request: its results, and then its warnings and notes.
+    /// The output of the command for a request: its results, followed by its warnings and notes.
     async fn answer(&self, offer: &Offer, request: &JsonObject) -> Result<CallToolResult> {
         let arguments = offer.arguments(request, &self.folder)?;
         let _turn = self.turn.lock().await;

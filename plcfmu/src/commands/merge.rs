@@ -23,8 +23,7 @@ pub struct Options {
 
 /// Merges.
 ///
-/// # Errors
-/// What is wrong with an FMU, or why two do not match. An existing file is kept then.
+/// # Errors An FMU is faulty, or two do not match. An existing file is kept then.
 pub fn run(options: &Options) -> Result<()> {
     let mut packages = Vec::new();
     for file in &options.files {

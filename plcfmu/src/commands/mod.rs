@@ -1,4 +1,4 @@
-//! The commands of `plcfmu`, a module each: what the user asks for, and what is printed.
+//! The commands of `plcfmu`, a module each: their options and their output.
 
 pub mod build;
 pub mod check;
@@ -48,14 +48,14 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Whoever has closed standard output loses what is written to it.
+/// If standard output is closed, output is discarded.
 fn ensure_standard_output() -> Result<()> {
     ensure!(!is_closed(), "standard output is closed: direct it to a file, or to /dev/null");
     Ok(())
 }
 
-/// Writes a file that the user has named, and notes if it has taken the place of another: comments in that, and what was changed in
-/// it by hand, are gone.
+/// Writes a file named by the user, and notes if it replaces another: the comments and manual changes in that file are
+/// lost.
 fn replacing(file: &Path, write: impl FnOnce() -> Result<()>) -> Result<()> {
     let was_there = file.is_file();
     write()?;
@@ -89,7 +89,8 @@ fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
     text
 }
 
-/// Says once what is to be said of several: `TIC1, TIC2, TIC3 and 37 more: ...`. Names and sentences, in their order.
+/// Combines sentences that apply to several names: `TIC1, TIC2, TIC3 and 37 more: ...`. Keeps the order of names and
+/// sentences.
 fn told_once(told: impl IntoIterator<Item = (String, String)>) -> Vec<String> {
     const MOST: usize = 3;
     let mut sentences: Vec<(String, Vec<String>)> = Vec::new();

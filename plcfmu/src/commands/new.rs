@@ -1,4 +1,4 @@
-//! `plcfmu new`: makes a crate for a block of one's own, or a program in SCL.
+//! `plcfmu new`: creates a crate for a user's own block, or a program in SCL.
 
 use crate::build::template::{self, Names};
 use anyhow::{Context, Result};
@@ -6,7 +6,7 @@ use std::fs;
 use std::io::{IsTerminal, stderr, stdin};
 use std::path::{Path, PathBuf};
 
-/// What to make.
+/// The crate or program to create.
 #[derive(clap::Args, Debug)]
 pub struct Options {
     /// The crate's name, such as my_block; its FMU is MY_BLOCK.fmu
@@ -22,7 +22,7 @@ pub struct Options {
     out: Option<PathBuf>,
 }
 
-/// Makes the crate and says what to do next.
+/// Creates the crate and prints the next steps.
 pub fn run(options: &Options) -> Result<()> {
     let names = Names::new(&options.name)?;
     if options.scl {

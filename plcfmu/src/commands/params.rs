@@ -41,8 +41,7 @@ pub struct Options {
 
 /// Shows, converts or compares.
 ///
-/// # Errors
-/// A file or a loop cannot be read; what is asked for cannot be written; [`Differs`].
+/// # Errors A file or a loop cannot be read; the requested output cannot be written; [`Differs`].
 pub fn run(options: &Options) -> Result<()> {
     let blocks = options.loops.blocks()?;
     let mut found = options.loops.read(&blocks)?;
@@ -129,7 +128,7 @@ fn table(loops: &[Loop]) -> String {
     aligned(&rows)
 }
 
-/// What is different between two files, as `--json` prints it.
+/// The differences between two files, as printed by `--json`.
 #[derive(Debug, Default, Serialize)]
 struct Differences {
     /// Values that are different, bit for bit.
@@ -178,12 +177,12 @@ impl Differences {
     }
 }
 
-/// What is different.
+/// Finds the differences.
 fn differences(before: (&str, &[Loop]), after: (&str, &[Loop])) -> Result<Differences> {
     let mut all = Differences::default();
     let mut pairs = Vec::new();
     if let ([one], [other]) = (before.1, after.1) {
-        // A file that holds one loop may give it no name.
+        // A file with a single loop may leave it unnamed.
         pairs.push((one, other));
     } else {
         let find = |loops: &'_ [Loop], name: &str| loops.iter().position(|one| one.name.eq_ignore_ascii_case(name));

@@ -64,7 +64,7 @@ struct Fmu {
     original: Original<BufReader<File>>,
 }
 
-/// A preset, where it goes, and what is to be said of it.
+/// A preset, its destination, and remarks on it.
 struct Made {
     preset: Preset,
     block: String,
@@ -84,12 +84,11 @@ struct Told<'a> {
 
 /// Makes presets.
 ///
-/// # Errors
-/// What is wrong with the parameters or an FMU, or a loop whose block has no FMU. Nothing is written then. A loop that
-/// cannot be read: the presets of the others are written.
+/// # Errors The parameters or an FMU are faulty, or the block of a loop has no FMU: nothing is written. If a loop
+/// cannot be read, the presets of the others are written.
 pub fn run(options: &Options) -> Result<()> {
     let mut arguments = options.loops.clone();
-    // What presets are made of: the FMUs that are named, else those whose start values are read.
+    // The originals of presets: the FMUs named, or those whose start values are read.
     let is_fmu = |file: &&String| file.to_lowercase().ends_with(".fmu");
     let sources: Vec<PathBuf> = if arguments.fmus.is_empty() {
         arguments.files.iter().filter(is_fmu).map(PathBuf::from).collect()
@@ -138,7 +137,7 @@ pub fn run(options: &Options) -> Result<()> {
     start(&made)?;
     let pending = made.iter().map(|Made { preset, path, .. }| write(preset, path)).collect::<Result<Vec<_>>>()?;
     for preset in pending {
-        // In a folder, presets are renewed like what a build makes.
+        // In a folder, presets are replaced like the results of a build.
         match options.out.as_deref().filter(|_| name.is_some()) {
             Some(file) => replacing(file, || preset.finish())?,
             None => preset.finish()?,
@@ -195,7 +194,7 @@ fn tell_of(made: &[Made], is_json: bool) -> Result<()> {
     Ok(())
 }
 
-/// Gives variables of a loop other values.
+/// Changes the values of variables of a loop.
 fn set(values: &mut Loop, settings: &[(String, f64)]) -> Result<()> {
     for (place, (name, number)) in settings.iter().enumerate() {
         let is_same = |(other, _): &(String, f64)| other.eq_ignore_ascii_case(name);

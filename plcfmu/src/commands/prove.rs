@@ -1,4 +1,4 @@
-//! `plcfmu prove`: a source that compares a PLC's own block with the law of ours, and what it found.
+//! `plcfmu prove`: a source that compares a PLC's own block with the law of ours, and its result.
 
 use super::{print, replacing};
 use crate::exit::{Differs, Unreadable};
@@ -60,7 +60,7 @@ fn block() -> clap::builder::PossibleValuesParser {
     clap::builder::PossibleValuesParser::new(prove::blocks())
 }
 
-/// Writes a source, or says what a PLC found.
+/// Writes a source, or reports the result of a PLC.
 ///
 /// # Errors
 /// A file that cannot be written or read; [`Differs`] if the PLC found a difference.

@@ -109,8 +109,8 @@ FMUs are foreign code: they run in a process of their own. One that crashes or d
 
 /// Runs FMUs.
 ///
-/// # Errors
-/// What is wrong and what to do; which FMU refused what, when, and its messages. No file is written then.
+/// # Errors The problem and the remedy; for an FMU that refuses: the call, the time and its messages. No file is
+/// written then.
 pub fn run(options: &Options) -> Result<()> {
     let is_svg = options.plot.as_deref().map(is_svg).transpose()?;
     let to_stdout = options.out.as_deref() == Some(Path::new("-"));
@@ -156,7 +156,7 @@ pub fn run(options: &Options) -> Result<()> {
                 Ok(())
             };
             let placed = replacing(file, || temporary::place(file, record, |_| Ok(())));
-            // The reason why the run failed says more than the missing file.
+            // The reason why the run failed is more informative than the missing file.
             match simulated {
                 Some(Err(error)) => return Err(error),
                 Some(Ok(simulated)) => placed.map(|()| simulated)?,
@@ -306,7 +306,7 @@ fn print(text: &str) -> Result<()> {
     super::print(text)
 }
 
-/// What the FMUs have logged, on standard error; the errors among it are part of the error already.
+/// Prints the messages logged by the FMUs to standard error; errors among them are already part of the error.
 fn show_messages(plan: &Plan, messages: &[(String, String)]) {
     let mut shown = Vec::new();
     for member in &plan.members {
@@ -334,7 +334,7 @@ fn summary(plan: &Plan, steps: usize, took: f64) -> String {
     )
 }
 
-/// What the figures say: each step and each disturbance with its own, a line each; of a run without them, those of the whole run.
+/// The figures as text: one line for each step and each disturbance; without them, for the whole run.
 fn figure_lines(figures: &Result<Figures, String>, cycle: f64) -> Vec<String> {
     let figures = match figures {
         Ok(figures) => figures,
@@ -367,7 +367,7 @@ fn figure_lines(figures: &Result<Figures, String>, cycle: f64) -> Vec<String> {
     why.map(|why| format!("no figures: {why}")).into_iter().collect()
 }
 
-/// The title of a picture: the controller, what it is connected to, and what happens first.
+/// The title of a picture: the controller, its connections, and the first event.
 fn title(system: &System, figures: Option<&Figures>, unit: Option<&str>) -> String {
     let names: Vec<&str> = system.members.iter().map(|fmu| fmu.name.as_str()).collect();
     let loop_name = match names.as_slice() {

@@ -32,8 +32,7 @@ pub struct Options {
 
 /// Writes the SSP file.
 ///
-/// # Errors
-/// What is wrong and what to do. Nothing is written then.
+/// # Errors The problem and the remedy. Nothing is written then.
 pub fn run(options: &Options) -> Result<()> {
     let out = &options.out;
     if out.extension().is_none_or(|extension| extension != "ssp") {

@@ -214,7 +214,7 @@ fn start(options: &Options, reading: &study::read::Reading, interrupted: Arc<Ato
     pool.map_err(|error| reading.located(error, &options.study))
 }
 
-/// Tells what the user should know before the runs.
+/// Prints remarks for the user before the runs.
 fn warn(pool: &Pool, remarks: &[String]) {
     for remark in remarks {
         tell::remark(remark);
@@ -248,7 +248,7 @@ fn make_runs(pool: &mut Pool, parts: &mut Parts) -> Result<()> {
     let mut kept = Kept { collector: Collector::new(parts), missing: &missing, progress: &progress, done: there };
     let made = pool.rows_into(missing.count, &|place| experiment.point(missing.run(place)), &mut kept);
     let Kept { mut collector, done, .. } = kept;
-    // Whatever has happened, what is there is kept.
+    // In any case, the rows received so far are kept.
     collector.flush()?;
     drop(progress);
     made?;
@@ -319,7 +319,7 @@ fn finished(
     let (mut results, mut rows) = (experiment.results().kept_in(out), 0);
     let mut each = |row: RunResult| {
         rows += 1;
-        // What are too many is said below.
+        // Surplus rows are reported below.
         if rows <= count { results.push(&experiment.point(rows - 1), &row) } else { Ok(()) }
     };
     let (coordinates, figures) = (experiment.coordinates.len(), experiment.figures.len());
@@ -406,8 +406,8 @@ fn drawn(recording: Recording) -> Recording {
     drawn
 }
 
-/// The runs that are made again with new instances, for curves and the envelope of all: where an FMU keeps something across a reset, they
-/// come to something else.
+/// The runs that are repeated with new instances, for curves and the envelope of all: if an FMU keeps state across a
+/// reset, their results differ.
 struct Again<'a> {
     results: &'a Results,
     /// For each of them the first figure that is another one in the table.
@@ -429,7 +429,7 @@ impl Again<'_> {
         Ok(())
     }
 
-    /// What the user should know if a figure differs.
+    /// A warning if a figure differs.
     fn warning(&self) -> Option<String> {
         let mut differing = self.runs.iter().filter_map(|(run, difference)| Some((run, difference.as_ref()?)));
         let (run, difference) = differing.next()?;
@@ -441,7 +441,7 @@ impl Again<'_> {
     }
 }
 
-/// Writes the files of the results beside their table, in place of older ones.
+/// Writes the files of the results beside their table, replacing older ones.
 fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
     // The table of an older study, not any file of this name.
     let has_older = out.join("summary.json").is_file();
@@ -463,7 +463,7 @@ fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
     Ok(())
 }
 
-/// Says what is wrong with the runs, whose details the report has.
+/// Reports failed runs; the report contains the details.
 fn judge(results: &Results, verdicts: &[(Expectation, Verdict)]) -> Result<()> {
     let (count, failed) = (results.count(), results.errors.len() as u64);
     if let Some((run, error)) = results.errors.first_key_value() {

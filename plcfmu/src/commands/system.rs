@@ -83,15 +83,14 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Whether the options say what is recorded.
+    /// Whether the options specify what to record.
     pub fn has_record(&self) -> bool {
         !self.record.is_empty()
     }
 
-    /// What the files and the options say together.
+    /// The system described by the files and the options together.
     ///
-    /// # Errors
-    /// A file cannot be read, or what is wrong with it, with line and column.
+    /// # Errors A file cannot be read, or its problem with line and column.
     pub fn system(&self) -> Result<System> {
         let mut system = System::default();
         let mut has_description = false;
@@ -161,7 +160,7 @@ impl Arguments {
         Ok(system)
     }
 
-    /// Gives the options of programs to those that have none in the description.
+    /// Applies the options of programs to those that have none in the description.
     fn add_options(&self, system: &mut System) -> Result<()> {
         for member in system.members.iter().filter(|member| is_source(&member.path) || member.path.is_dir()) {
             let program = system.programs.entry(member.name.clone()).or_default();
@@ -203,8 +202,7 @@ impl Arguments {
 
 /// The same system with an FMU in place of each program, in a folder that exists as long as it is held.
 ///
-/// # Errors
-/// What is wrong with a program, with file, line and column.
+/// # Errors The problem in a program, with file, line and column.
 pub fn packed(system: &System) -> Result<(System, Option<temporary::Folder>)> {
     let mut packed = system.clone();
     if system.programs.is_empty() {
@@ -269,13 +267,12 @@ fn signals(file: &str, text: &str) -> Result<Vec<Setting>> {
     Ok(settings)
 }
 
-/// An argument that has a form of its own.
+/// Parses an argument with its own syntax.
 fn parse<T: FromStr<Err = Error>>(text: &str) -> Result<T, String> {
     text.parse().map_err(|error| format!("{error:#}"))
 }
 
-/// Refuses a file that cannot be run, by its name and its content. What is wrong with an FMU is told when it
-/// is opened.
+/// Refuses a file that cannot be run, by its name and its content. Problems of an FMU are reported when it is opened.
 fn ensure_fmu(path: &Path) -> Result<()> {
     let is_named = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fmu"));
     let mut start = [0; 2];

@@ -64,8 +64,7 @@ Examples:
 
 /// Serves the tool until it is interrupted.
 ///
-/// # Errors
-/// There are no FMUs, a file cannot be opened, or the port is taken.
+/// # Errors No FMUs, a file cannot be opened, or the port is taken.
 pub fn run(options: &Options) -> Result<()> {
     let limit = Duration::from_secs_f64(options.time_limit);
     // Held to the end: without it the first signal would end the process at once.
@@ -98,13 +97,13 @@ fn door(address: &str) -> Result<temporary::Document> {
     temporary::Document::new(Some(".html"), server::leading_to(address).as_bytes())
 }
 
-/// The FMUs that there are, and what the page begins with.
+/// The available FMUs, and the page's initial content.
 struct Opened {
     collection: Collection,
     start: Start,
 }
 
-/// What the page begins with.
+/// The initial content of the page.
 #[derive(Debug, Default)]
 struct Start {
     /// Parameter files to open.
@@ -228,7 +227,8 @@ fn folder(given: Option<&Path>, has_fmus: impl Fn(&Path) -> bool) -> Option<Path
     usual.find(|folder| has_fmus(folder))
 }
 
-/// What the page reads of a path: a file, or the program below a folder, whose files have the folder in their names.
+/// The files that the page reads from a path: one file, or the program below a folder, whose files have the folder in
+/// their names.
 fn files(path: &Path) -> Result<Vec<File>> {
     if path.is_dir() {
         // A folder such as `.` has its name from where it is.
@@ -280,7 +280,7 @@ impl Start {
     }
 }
 
-/// The page without what the server adds.
+/// The page without the server's additions.
 fn page(collection: &Collection) -> Result<String> {
     let assets = assets::json(collection.tables())?;
     page::assemble(&page::embedded(), &Content { home: Home::Server, data: &[("assets", &assets)] })

@@ -69,8 +69,7 @@ The README of plcfmu says what a study and its table [tune] are made of.";
 
 /// Searches.
 ///
-/// # Errors
-/// What is wrong and what to do; no candidate meets the constraints; [`Interrupted`].
+/// # Errors The problem and the remedy; no candidate meets the constraints; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
     ensure_study(&options.study)?;
     let mut reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
@@ -145,7 +144,7 @@ fn run_each(options: &Options, reading: &study::read::Reading, out: &Path) -> Re
     }
     let progress = Progress::bar(names.len());
     let (mut tuned, mut columns, mut variables) = (Vec::new(), Vec::new(), Vec::new());
-    // What is to be said of several loops is said once.
+    // Remarks common to several loops are printed once.
     let mut remarks = BTreeSet::new();
     for (row, name) in names.iter().enumerate() {
         progress.set(row);

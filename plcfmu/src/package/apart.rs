@@ -1,4 +1,5 @@
-//! Code of an FMU that a command needs once, in a process of its own: a crash or an endless loop of it is a sentence.
+//! Runs code of an FMU that a command needs once, in a separate process: a crash or an endless loop of it becomes an
+//! error message.
 
 use crate::package::check;
 use anyhow::{Result, bail};
@@ -13,19 +14,18 @@ use std::path::{Path, PathBuf};
 /// The role of the process.
 pub const ROLE: &str = "apart";
 
-/// What the process is to do with an FMU.
+/// The task of the process.
 #[derive(Deserialize, Serialize)]
 enum Request {
     /// [`check::run()`]
     Run(PathBuf),
-    /// Tell what the library says of its block, as JSON.
+    /// Returns the library's description of its block, as JSON.
     Interface(PathBuf),
 }
 
-/// [`check::run()`] in a process of its own.
+/// [`check::run()`] in a separate process.
 ///
-/// # Errors
-/// As [`check::run()`], or how the FMU has ended the process, and what it has logged and printed.
+/// # Errors As [`check::run()`], or how the FMU ended the process, with its messages and output.
 pub fn run(starter: &Starter, path: &Path) -> Result<()> {
     ask(starter, &Request::Run(path.into())).map(drop)
 }

@@ -32,14 +32,14 @@ const ROUNDED: f64 = 1e-6;
 /// The largest build description, in bytes.
 const LARGEST_BUILD_DESCRIPTION: u64 = 1 << 20;
 
-/// What a check has found.
+/// The results of a check.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
-    /// The libraries that can be read, and what they export and need.
+    /// The libraries that can be read, with their exports and requirements.
     pub libraries: Vec<(LibraryFile, Binary)>,
-    /// What keeps a host from using the FMU, a sentence each. An FMU without any is as it should be.
+    /// Problems that keep a host from using the FMU, a sentence each. An FMU without any is correct.
     pub errors: Vec<String>,
-    /// What departs from the standard in a way that no host minds, a sentence each.
+    /// Departures from the standard that no host minds, a sentence each.
     pub departures: Vec<String>,
     /// What may mislead a host or its user, a sentence each.
     pub remarks: Vec<String>,
@@ -73,7 +73,7 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
     report
 }
 
-/// Checks what FMI 3.0 says of the compilation of the sources.
+/// Checks the description of FMI 3.0 for compiling the sources.
 fn check_build<R: Read + Seek>(package: &mut Package<R>, report: &mut Report) {
     if !package.description.is_fmi_3() {
         return;
@@ -127,7 +127,7 @@ fn functions(description: &Description) -> &'static [&'static str] {
     if description.is_fmi_3() { library::v3::FUNCTIONS } else { FUNCTIONS }
 }
 
-/// The libraries that no host finds, if it finds none.
+/// The libraries that hosts do not find, if they find none.
 fn misnamed<R: Read + Seek>(package: &Package<R>) -> Vec<String> {
     let Some(identifier) = package.description.model_identifier().filter(|_| package.libraries.is_empty()) else {
         return Vec::new();
@@ -148,7 +148,7 @@ fn check_library<R: Read + Seek>(
 ) -> Result<Binary> {
     let bytes = package.library(file)?;
     let binary = Binary::read(&bytes)?;
-    // FMI 2.0 does not say what belongs into a folder that it does not name.
+    // FMI 2.0 does not define the contents of folders that it does not name.
     if let Some((_, suffix)) = platform::system(&file.platform) {
         is_for(&binary, &file.platform)?;
         ensure!(file.path.ends_with(suffix), "hosts look for a library whose name ends with {suffix} there");
@@ -209,13 +209,12 @@ fn is_for(binary: &Binary, folder: &str) -> Result<()> {
     Ok(())
 }
 
-/// Checks a library that is to be packed for one of FMI's platforms: it is for this platform, exports FMI's functions and no
-/// other, needs nothing that is not on every such system, and holds the same table as the library that was run.
+/// Checks a library to be packed for one of FMI's platforms: it is for this platform, exports exactly FMI's functions,
+/// requires nothing beyond a standard system, and holds the same table as the library that was run.
 ///
-/// `is_native` says that it was linked for this machine's Linux: it may need a newer glibc than [`GLIBC`].
+/// `is_native` states that it was linked for this machine's Linux: it may need a newer glibc than [`GLIBC`].
 ///
-/// # Errors
-/// What is wrong, or differs.
+/// # Errors The problem or the difference.
 pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: bool) -> Result<()> {
     let binary = Binary::read(bytes)?;
     is_for(&binary, folder)?;
@@ -238,8 +237,7 @@ pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: boo
 /// Checks an FMU that was just packed, with libraries that [`library()`] has accepted. If it has one for this
 /// machine, that is run.
 ///
-/// # Errors
-/// What is wrong.
+/// # Errors The problem found.
 pub fn packed(path: &Path, xml: &ModelDescription, has_host: bool) -> Result<()> {
     let mut package = Package::open(path)?;
     ensure!(package.xml == *xml, "{DESCRIPTION} does not read back as it was written");
@@ -256,8 +254,7 @@ pub fn packed(path: &Path, xml: &ModelDescription, has_host: bool) -> Result<()>
 /// Loads the library for this machine and runs it: it accepts its own GUID and no other, starts with the values that are declared, makes [`STEPS`] steps, and all its
 /// variables can be read. The FMU is unpacked into a temporary folder below `place`.
 ///
-/// # Errors
-/// No such library, or a call fails.
+/// # Errors The library is missing, or a call fails.
 pub fn run<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<()> {
     ensure!(
         package.description.co_simulation.is_some(),
@@ -300,7 +297,7 @@ fn is_further_element(description: &Description, of: &Variable) -> bool {
     description.arrays.iter().any(is_in)
 }
 
-/// What the version calls the text by which a library knows its model description.
+/// The version's name for the text by which a library recognizes its model description.
 fn token(description: &Description) -> &'static str {
     if description.is_fmi_3() { "instantiation token" } else { "GUID" }
 }

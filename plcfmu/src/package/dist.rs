@@ -1,6 +1,6 @@
-//! What is offered for download: every FMU for all platforms that can be built here, an FMU for ARM alone of each, the parameter
-//! tool, the command as the caller builds it, a folder to try the FMUs in other tools, checksums, and a table of what is in which
-//! file. For `cargo xtask dist`.
+//! The files offered for download: every FMU for all platforms that can be built here, an FMU for ARM alone of each,
+//! the parameter tool, the command as built by the caller, a folder for trying the FMUs in other tools, checksums, and
+//! a table of the contents. For `cargo xtask dist`.
 
 use crate::build::platform::{self, Platform};
 use crate::build::workspace::Workspace;
@@ -20,10 +20,11 @@ use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What is built if nothing else is asked for.
+/// The platforms that are built by default.
 const PLATFORMS: [&str; 4] = ["linux64", "win64", "aarch64-linux", "darwin64"];
 
-/// FMI 2.0 has no folder for Linux on ARM: FMUs for it alone are in a folder of their own, for tools that look into `linux64`.
+/// FMI 2.0 has no folder for Linux on ARM: FMUs for it alone are in a separate folder, for tools that look into
+/// `linux64`.
 const ALONE: &str = "aarch64-linux";
 
 /// The folder of the FMUs of FMI 3.0, which are named as those of FMI 2.0.
@@ -32,7 +33,7 @@ const NEWER: &str = "fmi3";
 /// The command is built for this platform, too, if the FMUs are; otherwise for this machine's only.
 const COMMAND: &str = "win64";
 
-/// What is added to the FMUs: how the files end, and what they are.
+/// Additional files of the FMUs: how they end, and their descriptions.
 const ADDED: [(&str, &str); 5] = [
     (".cdx.json", "The crates in the command: a bill of materials (CycloneDX)"),
     (".tar.gz", "The command plcfmu"),
@@ -48,13 +49,14 @@ const TWINCAT: (&str, &str, &str) = (
     "Settings for TwinCAT's Target for FMI, which builds the C sources of FMUs (made after its documentation, not tried)",
 );
 
-/// The folder with what others need to try the FMUs in their tools: each with its reference, in the layout of the FMI cross-check.
+/// The folder for users who try the FMUs in their own tools: each FMU with its reference, in the layout of the FMI
+/// cross-check.
 const COMPATIBILITY: &str = "compatibility";
 
 const SUMS: &str = "SHA256SUMS";
 const CONTENTS: &str = "CONTENTS.md";
 
-/// What to build.
+/// The distribution to build.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
     /// Platform to build for; may be repeated [default: linux64, win64, aarch64-linux and darwin64, as far as possible here]
@@ -83,7 +85,7 @@ pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Res
     let parent = temporary::folder(&folder);
     fs::create_dir_all(parent).with_context(unwritable)?;
     temporary::remove_left(parent).with_context(unwritable)?;
-    // Made beside its place, so that it is there as a whole or not at all.
+    // Created beside its final place, so that it appears complete or not at all.
     let beside = temporary::Folder::new_in(parent).with_context(unwritable)?;
     let new = beside.path().join("dist");
     let host = Platform::host(&workspace.root)?;
@@ -137,7 +139,7 @@ fn check_replaceable(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Joins what was packed on several machines in a new folder.
+/// Joins the packages of several machines in a new folder.
 fn join(packed: &[PathBuf], new: &Path) -> Result<()> {
     let newer: Vec<PathBuf> = packed.iter().map(|folder| folder.join(NEWER)).collect();
     if let Some(missing) = newer.iter().find(|folder| !folder.is_dir()) {
@@ -222,7 +224,7 @@ fn targets(folder: &Path, host: &Platform) -> Result<Vec<&'static str>> {
     Ok(targets)
 }
 
-/// Adds what is made of the files in a folder: the FMUs for ARM alone, the table and the checksums.
+/// Adds the files derived from those in a folder: the FMUs for ARM alone, the table and the checksums.
 fn finish(folder: &Path) -> Result<()> {
     let mut files = BTreeMap::new();
     for name in names(folder, ".fmu")? {

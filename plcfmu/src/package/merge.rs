@@ -37,8 +37,7 @@ pub fn files<R: Read + Seek>(package: &mut Package<R>) -> Result<Files> {
 /// Joins the files of two FMUs with the same model description: the libraries of both, and the other files, which must be
 /// the same.
 ///
-/// # Errors
-/// What differs, in a sentence.
+/// # Errors The difference, in a sentence.
 pub fn join(mut first: Files, mut second: Files) -> Result<Files> {
     if first.get(DESCRIPTION) != second.get(DESCRIPTION) {
         let text = |files: &Files| files.get(DESCRIPTION).cloned().unwrap_or_default();
@@ -70,7 +69,7 @@ pub fn join(mut first: Files, mut second: Files) -> Result<Files> {
     Ok(first)
 }
 
-/// Gives an FMU for Linux on ARM alone its libraries in the folder of 64-bit Linux, too.
+/// Adds the libraries of an FMU for Linux on ARM to the folder of 64-bit Linux, too.
 pub fn add_stand_in(files: &mut Files) {
     if platforms(files) == BTreeSet::from([ARM.to_string()]) && !has_folder_for_arm(files) {
         let from = format!("binaries/{ARM}/");
@@ -114,7 +113,7 @@ pub fn only(files: &Files, platform: &str) -> Option<Files> {
     has_library.then_some(kept)
 }
 
-/// FMI's names of the platforms that there are libraries for.
+/// FMI's names of the platforms with libraries.
 pub fn platforms(files: &Files) -> BTreeSet<String> {
     let folders = files.keys().filter_map(|name| name.strip_prefix("binaries/")?.split_once('/'));
     folders.map(|(platform, _)| platform.to_string()).collect()

@@ -1,4 +1,4 @@
-//! What is made of FMUs' files, and what is checked in them.
+//! Packing, reading and checking the files of FMUs.
 
 pub mod apart;
 pub mod check;

@@ -26,7 +26,7 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// What to pack, and how.
+/// The crates to pack, and how.
 #[derive(clap::Args, Clone, Debug, Default)]
 #[group(skip)] // clap names a group after the type, and others have the same name
 pub struct Options {
@@ -68,7 +68,7 @@ fn given_library(argument: &str) -> Result<(&'static str, PathBuf)> {
     Ok((platform::folder(platform)?, file.into()))
 }
 
-/// What a user has to know about the library's licences.
+/// The licence notices of the library.
 pub const LICENCES: [(&str, &str); 4] = [
     ("LICENSE-MIT", include_str!("../../../LICENSE-MIT")),
     ("LICENSE-APACHE", include_str!("../../../LICENSE-APACHE")),
@@ -100,7 +100,7 @@ struct Plan {
     is_host_native: bool,
 }
 
-/// Decides what is built for which platform, and how. Nothing is built or written yet.
+/// Decides the platforms to build for, and how. Nothing is built or written yet.
 fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan> {
     let host = Platform::host(&workspace.root)?;
     let mut given = BTreeMap::new();
@@ -263,8 +263,7 @@ fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
 /// The crates that are asked for: those of `-p` by their exact names, the others in any case and with `-` or `_`. The package of
 /// programs may be named with `-p`, and is not among them.
 ///
-/// # Errors
-/// No such crate.
+/// # Errors The crate does not exist.
 pub fn select(workspace: &Workspace, options: &Options) -> Result<Vec<FmuCrate>> {
     const WHAT: &str = "an FMU is made by a package with a cdylib that depends on fmu";
     if workspace.crates.is_empty() {
@@ -315,7 +314,7 @@ fn interface(library: &Path) -> Result<Interface> {
     Ok(Interface::parse(&json)?)
 }
 
-/// Makes the folder, waits for another packer of this workspace, and removes what an interrupted one has left.
+/// Creates the folder, waits for another packer of this workspace, and removes leftovers of an interrupted one.
 fn begin(workspace: &Workspace, folder: &Path) -> Result<File> {
     let own = workspace.fmus();
     let test_only = folder.join("test-only");

@@ -1,4 +1,4 @@
-//! Presets: FMUs of the same library with start values of their own.
+//! Presets: FMUs of the same library with their own start values.
 //!
 //! The values are in modelDescription.xml, from which hosts read them, and in `resources/start.txt`, from which the library reads
 //! them. The preset's GUID is the fingerprint of that file, so that the library accepts no other values than those declared.
@@ -19,7 +19,7 @@ pub use tool::preset::{identifier, path};
 /// The largest documentation page, in bytes.
 const LARGEST_PAGE: u64 = 1 << 26;
 
-/// The start values of a preset, without a check that they belong to it; `None` if there are none.
+/// The start values of a preset, without checking that they belong to it; `None` if there are none.
 ///
 /// # Errors
 /// They are damaged.
@@ -34,7 +34,7 @@ fn read<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<(String, Star
     Ok(Some((text, start)))
 }
 
-/// The start values of a preset, which belong to its GUID and are those of its modelDescription.xml; `None` if it has none.
+/// The start values of a preset, checked against its GUID and its modelDescription.xml; `None` if it has none.
 ///
 /// # Errors
 /// They are damaged, or those of another FMU.
@@ -111,7 +111,7 @@ pub struct Original<R> {
     is_checked: bool,
 }
 
-/// An FMU with start values of its own.
+/// An FMU with its own start values.
 #[derive(Clone, Debug)]
 pub struct Preset {
     /// Its name, which is an identifier.

@@ -29,7 +29,7 @@ use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What a user has to know about the licences of the crates in the library of programs.
+/// The licence notice of the crates in the library of programs.
 const NOTICE: (&str, &str) = ("NOTICE-PROGRAM", include_str!("../../NOTICE-PROGRAM"));
 
 /// How a program is packed.
@@ -154,14 +154,14 @@ fn instance(text: &str) -> Result<(String, String), String> {
     if text.contains(':') { declaration(text) } else { Ok((unquoted(text).to_string(), String::new())) }
 }
 
-/// A program that can be packed: what its FMU will be, and what its author should know.
+/// A program that can be packed: its future FMU, and warnings for its author.
 pub struct Examined {
     manifest: Manifest,
     sources: Vec<Source>,
     loaded: Arc<Loaded>,
     interface: Interface,
     description: ModelDescription,
-    /// What the author should know, with file, line and column.
+    /// Warnings for the author, with file, line and column.
     pub warnings: Vec<Problems>,
     /// Why the program, with its start values, stops in one of the calls that would be recorded.
     pub stop: Option<String>,
@@ -177,7 +177,7 @@ impl Examined {
 /// Why a program has no FMU.
 #[derive(Debug)]
 pub enum Refused {
-    /// What is wrong with the sources.
+    /// Errors in the sources.
     Sources(Vec<Problems>),
     /// The sources have no block to be run, or several: a sentence. Nothing else is wrong.
     Choice(String, Vec<Problems>),
@@ -258,8 +258,8 @@ fn compile_natively(folder: &Path, file: &str, text: &str, door: &Door, told: &s
     c::compile(&folder.join(file), door, told, folder, suffix)
 }
 
-/// Packs the program whose sources are these files, as `NAME.fmu` in a folder, and gives the path. Warnings are for the user. A native one has
-/// the library that this machine's C compiler makes of it; any other that of all programs.
+/// Packs the program with these source files as `NAME.fmu` in a folder, and returns the path. Warnings are printed. A
+/// native FMU contains the library compiled by this machine's C compiler; any other the library of all programs.
 ///
 /// # Errors
 /// All that is wrong with the sources, with file, line and column; the library of programs is missing.
@@ -281,7 +281,8 @@ pub fn pack(manifest: &Manifest, version: Version, native: bool, folder: &Path) 
     let compiled = temporary::Folder::new()?;
     let mut libraries = if native { BTreeMap::new() } else { program_library::find(compiled.path())? };
     let mut source = None;
-    // The reference results are made through FMI 2.0, which a library of C has alone or not at all.
+    // The reference results are recorded through FMI 2.0, which a library compiled from C exports
+    // exclusively or not at all.
     let mut recorded = None;
     match loaded.sources(version.door(), laws::with_laws) {
         Ok(text) => {
@@ -372,13 +373,13 @@ pub fn interface_of<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<I
 struct Named {
     /// The sources under their names in the FMU.
     sources: Vec<Source>,
-    /// What is made of them.
+    /// The program's manifest.
     manifest: Manifest,
     /// How the user names the sources.
     files: Vec<String>,
 }
 
-/// The sources, under their names in the FMU, and what is made of them.
+/// The sources, under their names in the FMU, and the manifest.
 fn read(manifest: &Manifest) -> Result<Named> {
     let Parts { sources: all, manifest, .. } = crate::program::parts(manifest)?;
     let mut sources: Vec<Source> = Vec::new();

@@ -1,5 +1,5 @@
-//! The library that runs all programs in SCL: where it is found or, in a clone, built. The folder in which the command is called has
-//! no say in it: nothing is read there and nothing run.
+//! The library that runs all programs in SCL: where it is found or, in a clone, built. The folder in which the command
+//! is called has no influence: nothing is read or run there.
 
 use crate::build::compile::compile_once;
 use crate::build::platform;
@@ -11,8 +11,9 @@ use std::env::consts::{ARCH, OS};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What this command brings along (build.rs): the library for its own platform, if it was compiled with optimization, as by `cargo
-/// install`; else the clone that it was compiled from. Neither if the library belongs beside it, as in a release.
+/// The content embedded in this command by build.rs: the library for its own platform, if it was compiled with
+/// optimization, as by `cargo install`; else the clone that it was compiled from. Neither if the library is shipped
+/// beside it, as in a release.
 const OWN: (Option<&[u8]>, Option<&str>) = include!(concat!(env!("OUT_DIR"), "/program_library.rs"));
 
 /// The folder of FMUs whose libraries of programs are taken.

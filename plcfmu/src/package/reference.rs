@@ -1,5 +1,5 @@
-//! Reference results: what a freshly built library answers to its block's own example, recorded through the C interface
-//! as a co-simulation master does, and packed after the layered standard fmi-ls-ref.
+//! Reference results: the response of a freshly built library to its block's own example, recorded through the C
+//! interface as by a co-simulation master, and packed according to the layered standard fmi-ls-ref.
 
 use crate::package::version::Version;
 use anyhow::{Context, Error, Result};
@@ -16,7 +16,7 @@ use std::path::Path;
 /// Where the layered standard has its files.
 const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
 
-/// The file that says what the reference experiment is.
+/// The file that describes the reference experiment.
 const DESCRIPTION: &str = "documentation/fmi-ls-ref.txt";
 
 /// Whether the file with this path in an FMU belongs to the reference experiment.
@@ -100,7 +100,7 @@ pub fn sweep(library: &Library, interface: &Interface, characteristic: &Characte
     Ok(Sweep { over, means })
 }
 
-/// What a library was recorded doing.
+/// The recordings of a library.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recordings {
     /// One of each response of the table; the first one is the reference.
@@ -172,7 +172,7 @@ fn input(table: &Table, recording: &Recording, version: Version) -> String {
     csv
 }
 
-/// What the block has computed at every communication point: after the restart, then after each step.
+/// The outputs of the block at every communication point: after the restart, then after each step.
 fn output(table: &Table, recording: &Recording, version: Version) -> String {
     let is_computed = |row: usize| matches!(table.rows[row].role, Role::Output | Role::Local);
     let columns: Vec<usize> = recording.shown.iter().copied().filter(|row| is_computed(*row)).collect();

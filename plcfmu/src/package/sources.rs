@@ -109,7 +109,7 @@ fn collect(program: &Program, ty: &ir::Type, offset: usize, name: &str, into: &m
     }
 }
 
-/// The Rust of a package's block: the blocks that come with plcfmu, and what lies in its folders.
+/// The Rust sources of a package's block: the blocks shipped with plcfmu, and the files in its folders.
 fn rust(workspace: &Workspace, fmu_crate: &FmuCrate) -> Result<Sources> {
     let mut sources = Sources::of_blocks();
     for folder in &fmu_crate.folders {

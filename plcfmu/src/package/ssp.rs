@@ -50,7 +50,7 @@ pub struct Ssp {
     pub fmus: usize,
     /// How many connectors there are.
     pub connectors: usize,
-    /// What the user should know: names that had to be changed, and what an SSP file does not hold.
+    /// Remarks for the user: changed names, and information that an SSP file cannot hold.
     pub remarks: Vec<String>,
 }
 
@@ -109,8 +109,7 @@ struct Resources {
 
 /// Makes an SSP file that is called `name` of a system. The libraries of its FMUs are not run.
 ///
-/// # Errors
-/// What is wrong with which FMU, name, value or connection, and what to do.
+/// # Errors The problem of an FMU, name, value or connection, and the remedy.
 pub fn write(system: &System, name: &str, options: Options) -> Result<Ssp> {
     let resources = Resources::open(system)?;
     let descriptions: Vec<&Description> = resources.of.iter().map(|of| &resources.files[*of].3).collect();
@@ -283,7 +282,7 @@ fn remarks(system: &System, plan: &Plan, elements: &[String]) -> Vec<String> {
     remarks
 }
 
-/// Names as C identifiers, none of which is the beginning of another.
+/// Names as C identifiers, none of which is a prefix of another.
 fn identifiers(names: &[&str]) -> Result<Vec<String>> {
     let mut identifiers: Vec<String> = names.iter().map(|name| identifier(name)).collect();
     // The longest first: a name that begins another one is made longer than it is.

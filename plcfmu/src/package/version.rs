@@ -106,7 +106,8 @@ impl Version {
         fmu::door(types)
     }
 
-    /// The C of an FMU, a file with its name and content, as what lies in the folder `sources` says of it.
+    /// The C source of an FMU, a file with its name and content, with the version's other files for the folder
+    /// `sources`.
     pub fn sources(self, name: &str, text: String) -> Files {
         let file = format!("{name}.c");
         let mut files = Files::from([(format!("sources/{file}"), text.into_bytes())]);

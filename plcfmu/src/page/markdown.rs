@@ -11,7 +11,7 @@ const FORMULA: &str = "math";
 /// The fence of a block diagram, which is drawn elsewhere on the page.
 const DIAGRAM: &str = "diagram";
 
-/// The fence of what programs read about the block's dialog.
+/// The fence of the machine-readable part of a block's dialog.
 const DIALOG: &str = "dialog";
 
 /// The documentation of a block, taken apart at its headings.
@@ -22,7 +22,7 @@ pub struct Sections<'a> {
 }
 
 impl<'a> Sections<'a> {
-    /// Takes Markdown apart at the headings of the first level.
+    /// Splits Markdown at its first-level headings.
     pub fn new(docs: &'a str) -> Sections<'a> {
         let mut sections = Vec::new();
         let (mut heading, mut begin, mut place, mut is_fenced) = ("", 0, 0, false);
@@ -40,7 +40,7 @@ impl<'a> Sections<'a> {
         Sections { sections }
     }
 
-    /// Removes the section with this heading and gives its text.
+    /// Removes the section with this heading and returns its text.
     pub fn take(&mut self, heading: &str) -> Option<&'a str> {
         let place = self.sections.iter().position(|(own, _)| *own == heading)?;
         Some(self.sections.remove(place).1)

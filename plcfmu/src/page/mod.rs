@@ -11,7 +11,7 @@ use draw::{diagram, plot, text};
 use markdown::Sections;
 use modeldescription::{Row, Table};
 
-/// What the template shows. `askama` checks templates at compile time, so a page cannot fail on a user's machine.
+/// The content of the template. `askama` checks templates at compile time, so a page cannot fail on a user's machine.
 #[derive(Template)]
 #[template(path = "index.html")]
 struct Page<'a> {
@@ -54,7 +54,7 @@ struct Page<'a> {
     license: &'a str,
     /// The name of the file in C.
     source: Option<&'a str>,
-    /// Where the page of a preset says what differs.
+    /// The place for the differences of a preset.
     preset_place: (&'a str, &'a str),
     recording_place: (&'a str, &'a str),
     source_place: (&'a str, &'a str),
@@ -71,7 +71,7 @@ struct Section {
 
 /// A response or a characteristic.
 struct Drawing {
-    /// What it shows.
+    /// Its title.
     title: String,
     /// SVG.
     plot: String,
@@ -126,7 +126,7 @@ pub fn html(
     let before_use = take(&[("Purpose", "Purpose"), ("Quick start", "Quick start")])?;
     let mut text =
         |heading| anyhow::Ok(take(&[(heading, heading)])?.pop().map_or(String::new(), |section| section.text));
-    // What stands there beside the diagram.
+    // The text beside the diagram.
     let (about_diagram, sampling) = (text("Diagram")?, text("Sampling")?);
     // A documentation without headings is that of the algorithm.
     let law = take(&[("Algorithm", "Algorithm"), ("", "Algorithm"), ("Clauses", "Clauses")])?;
@@ -197,7 +197,7 @@ pub fn help(table: &Table, row: &Row) -> anyhow::Result<String> {
     markdown::html(&row.help, &others).with_context(|| format!("the help of {}", row.name))
 }
 
-/// Sections of a block's documentation as HTML, those of these titles that there are.
+/// The sections of a block's documentation with these titles as HTML, as far as they exist.
 ///
 /// # Errors
 /// A formula cannot be rendered.
@@ -308,7 +308,7 @@ fn variable<'a>(table: &Table, reference: usize, row: &'a Row) -> anyhow::Result
         range,
         start: if is_set { text::number(row.kind, row.start()) } else { String::new() },
         description: markdown::shown(description),
-        // What is set and read inside another block is explained by that block's own documentation.
+        // Variables of an inner block are explained by that block's own documentation.
         help: if row.name.contains('.') { String::new() } else { help(table, row)? },
         reference,
     })

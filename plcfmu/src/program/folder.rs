@@ -29,7 +29,7 @@ pub fn ending(file: &Path) -> String {
     file.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase()
 }
 
-/// What a file is, by its ending and its content.
+/// The kind of a file, by its extension and its content.
 fn kind(file: &Path) -> Kind {
     let content = || {
         let mut bytes = Vec::new();
@@ -85,8 +85,7 @@ impl Files {
 
 /// The files with test cases below a folder.
 ///
-/// # Errors
-/// The folder cannot be read, or has none.
+/// # Errors The folder cannot be read, or contains none.
 pub fn test_files(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     collect(folder, 0, &["toml"], &mut found)?;

@@ -1,4 +1,4 @@
-//! What a folder holds of a program, and what it lacks, as a table.
+//! A summary, as a table, of a program in a folder, and of its missing parts.
 
 use super::parts;
 use ::program::project::Parts;

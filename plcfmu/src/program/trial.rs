@@ -1,4 +1,4 @@
-//! Cases of a program: inputs over time, and what is expected.
+//! Test cases of a program: inputs over time, and expectations.
 
 use ::program::TextPlace;
 use anyhow::{Context, Error, Result, anyhow, bail};
@@ -31,7 +31,7 @@ pub struct File {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Content {
-    /// Without it, what lies beside the file.
+    /// By default, the sources in the file's folder.
     #[serde(default)]
     sources: Vec<PathBuf>,
     cycle: Spanned<String>,
@@ -74,8 +74,7 @@ struct Step {
 impl File {
     /// Reads a file.
     ///
-    /// # Errors
-    /// It cannot be read, or what is wrong with it, after file, line and column.
+    /// # Errors It cannot be read, or its problem, with file, line and column.
     pub fn read(path: &Path) -> Result<File> {
         let (shown, bytes) = Source::load(path, Source::LARGEST).map_err(Error::msg)?;
         let source = Source::new(shown, bytes);
@@ -131,7 +130,7 @@ pub(crate) fn nanoseconds(text: &str) -> Result<i64> {
     i64::try_from(count).with_context(|| format!("{text:?} is too long"))
 }
 
-/// What is run.
+/// A test case to run.
 pub struct Trial {
     program: Program,
     machine: Machine,
@@ -141,7 +140,7 @@ pub struct Trial {
     lines: BTreeMap<(u16, u32), bool>,
 }
 
-/// What a step expects, and until when.
+/// The expectation of a step, and its end.
 struct Expectation<'a> {
     step: &'a Spanned<Step>,
     first: i64,
@@ -151,7 +150,7 @@ struct Expectation<'a> {
     values: Vec<(&'a str, Given)>,
 }
 
-/// Where a variable lies, and what it is.
+/// The place and type of a variable.
 #[derive(Clone, Copy)]
 enum Slot {
     Number(usize, Scalar),
@@ -266,7 +265,7 @@ impl Trial {
         Ok((setting, Expectation { step, first, last, is_once: content.within.is_some(), values }))
     }
 
-    /// What an expectation misses in a call, if it fails by that.
+    /// The deviation from an expectation in a call, if the expectation thereby fails.
     fn check(&self, file: &File, call: i64, expectations: &[Expectation], held: &mut [bool]) -> Option<String> {
         for (expectation, held) in expectations.iter().zip(held) {
             if !(expectation.first..=expectation.last).contains(&call) || *held {
@@ -352,7 +351,7 @@ fn is_equal(found: Value, expected: Value, tolerance: Option<f64>) -> bool {
     if !found.ty().is_float() && tolerance.is_none() {
         return found == expected;
     }
-    // Seven digits are what a REAL has.
+    // A REAL has seven digits.
     let tolerance = tolerance.unwrap_or(1e-6 * expected.number().abs());
     found == expected || (found.number() - expected.number()).abs() <= tolerance
 }

@@ -1,4 +1,5 @@
-//! What the page of the parameter tool shows of an FMU: its block's diagram, the help of its variables, and what it is for.
+//! The content of the parameter tool's page for an FMU: its block's diagram, the help of its variables, and its
+//! purpose.
 
 use crate::page;
 use anyhow::{Context, Result};
@@ -13,7 +14,7 @@ pub const PREFIX: &str = "diagram-";
 /// Sections of a block's documentation that help before the first use.
 const ABOUT: [&str; 3] = ["Purpose", "Quick start", "Limits of use"];
 
-/// What is shown of an FMU.
+/// The content for an FMU.
 #[derive(Debug, Serialize)]
 struct Asset<'a> {
     /// SVG.

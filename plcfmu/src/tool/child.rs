@@ -1,5 +1,5 @@
-//! An instance of a foreign FMU in a process of its own, see [`host::child`]: a crash or an endless loop of it ends that process
-//! and nothing else.
+//! An instance of a foreign FMU in a separate process, see [`host::child`]: a crash or an endless loop ends only that
+//! process.
 //!
 //! The calls of one message are made in their order up to the first that fails; there is one reply to all of them. Writing is held
 //! back until the next other call, so that a step takes one message.
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// The role of the process.
 pub const ROLE: &str = "instance";
 
-/// What the child is to do.
+/// A call for the child to make.
 #[derive(Debug, Deserialize, Serialize)]
 enum Call {
     Open(PathBuf),
@@ -31,7 +31,7 @@ enum Call {
 }
 
 impl Call {
-    /// What happens to the FMU then, after "while it".
+    /// The activity of the FMU during the call, after "while it".
     fn doing(&self) -> &'static str {
         match self {
             Call::Open(_) => "was loaded",
@@ -46,16 +46,16 @@ impl Call {
     }
 }
 
-/// What the child answers.
+/// The answer of the child.
 #[derive(Debug, Deserialize, Serialize)]
 enum Reply {
     Done,
     Values(Vec<f64>),
-    /// What the FMU refused, and why.
+    /// A call that the FMU refused, and the reason.
     Refused(String),
 }
 
-/// An instance of a foreign FMU, in a process of its own. The process ends when this is dropped.
+/// An instance of a foreign FMU, in a separate process. The process ends when this is dropped.
 #[derive(Debug)]
 pub struct Child {
     process: Process,

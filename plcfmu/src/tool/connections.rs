@@ -1,7 +1,7 @@
-//! The connections of the server: few, and none for long that says nothing.
+//! The connections of the server: their number is limited, and idle ones are closed.
 //!
-//! Every program of this machine can connect. A connection is trusted from the first request with the cookie of the page on. One that
-//! is not has `INTRODUCTION` to become so, and it is the first to give way when there are too many.
+//! Every program of this machine can connect. A connection becomes trusted with the first request that has the page's
+//! cookie. It must do so within `INTRODUCTION`; untrusted connections are closed first when there are too many.
 
 use axum::Router;
 use axum::extract::Request;

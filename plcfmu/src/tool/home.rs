@@ -1,5 +1,5 @@
-//! The home of the engine behind `plcfmu tool`. The library of an FMU is never loaded into this process: the blocks of this program
-//! are linked into it, and the instances of other FMUs have processes of their own.
+//! The home of the engine behind `plcfmu tool`. The library of an FMU is never loaded into this process: the blocks of
+//! this program are linked into it, and the instances of other FMUs run in separate processes.
 
 use crate::linked;
 use crate::package::apart;
@@ -45,15 +45,15 @@ pub struct Known {
 enum Source {
     /// In this process: its library is compiled from the code that is linked into this program.
     Linked(Box<worker::Linked>, PathBuf),
-    /// Each in a process of its own.
+    /// Each instance in a separate process.
     Apart(PathBuf),
     /// The same for an FMU that a page has sent; its file goes with it.
     Uploaded(temporary::Document),
 }
 
 impl Known {
-    /// Opens an FMU. If it was made with `fmu::export!` and this program does not have its block, `starter` runs code of it: its library
-    /// tells its table. Without one it is foreign.
+    /// Opens an FMU. If it was made with `fmu::export!` and this program does not contain its block, `starter` runs its
+    /// library to read its table. Without a starter, the FMU counts as foreign.
     ///
     /// # Errors
     /// It is damaged, or has no library for this platform.
@@ -77,7 +77,7 @@ impl Known {
         Ok(Known { name, description: Arc::new(package.description), table: table.map(Arc::new), part, source })
     }
 
-    /// Says that it is a plant, if it does not say itself what it is.
+    /// Marks it as a plant, unless it specifies its own role.
     pub fn into_plant(mut self) -> Known {
         if self.part == LoopRole::Other {
             self.part = LoopRole::Plant;
@@ -101,7 +101,7 @@ impl Known {
     }
 }
 
-/// What an FMU is in a loop, by what its documentation says of its dialog.
+/// The role of an FMU in a loop, according to the dialog in its documentation.
 fn part(table: &Table) -> LoopRole {
     run::dialog::read(table).map_or(LoopRole::Other, |(roles, _)| roles.part(table))
 }
@@ -112,7 +112,8 @@ fn short(text: &str) -> String {
     text.chars().take(MOST).collect()
 }
 
-/// What the user is asked. Every word of the FMU is quoted and short, so that none is taken for a word of the tool.
+/// The question to the user. Every word from the FMU is quoted and short, so that none can be mistaken for the tool's
+/// own words.
 fn question(name: &str, description: &Description) -> String {
     let said = [("tool", &description.generation_tool), ("author", &description.author)];
     let said = said.map(|(what, text)| text.as_deref().map(|text| format!("{what} {:?}", shortened(text))));
@@ -193,7 +194,7 @@ impl File {
     }
 }
 
-/// What a page learns about an FMU that it sent. No code of it has run.
+/// The description of an uploaded FMU for the page. None of its code has run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Inspected {
     name: String,
@@ -201,7 +202,7 @@ pub struct Inspected {
     summary: String,
     tool: Option<String>,
     author: Option<String>,
-    /// What to ask the user before it runs. What the FMU says of itself is quoted.
+    /// The question to the user before it runs. Quotes the FMU's own texts.
     question: String,
     platforms: Vec<String>,
     /// Why it cannot run here.
@@ -292,7 +293,7 @@ impl FmuHome {
         Ok(entry)
     }
 
-    /// The name, with a number if another FMU has it. An upload that is not accepted gives way.
+    /// The name, with a number if another FMU has it. An upload that has not been accepted is replaced.
     fn free_name(&self, name: &str) -> String {
         let name = shortened(if name.is_empty() { "FMU" } else { name }).replace(|c: char| c.is_control(), "");
         let is_taken = |name: &String| self.known(name).is_ok();

@@ -29,10 +29,10 @@ const ENGINE: &str = "tool_wasm";
 pub const WEB: Platform =
     Platform { folder: "the page", newer: "the page", target: "wasm32-unknown-unknown", suffix: ".wasm" };
 
-/// The page is to fit into a mail: this many bytes.
+/// The maximum size of the page in bytes, so that it fits into a mail.
 const LARGEST: usize = 1_600_000;
 
-/// What to make.
+/// The page to make.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
     /// Folder of the FMUs that the page explains; without it, all FMUs are packed first
@@ -66,8 +66,8 @@ pub fn place(workspace: &Workspace) -> PathBuf {
     workspace.target.join("tool").join(FILE)
 }
 
-/// The cargo that compiles for the page, and gets Rust's standard library for it where that is missing: by rustup, or from its
-/// sources, which a cargo of the repository compiles too. Says in a line what was done.
+/// The cargo that compiles for the page. Installs Rust's standard library for it if missing: by rustup, or from its
+/// sources, which a cargo of the repository also compiles. Prints a line on what was done.
 ///
 /// # Errors
 /// [`Missing`].

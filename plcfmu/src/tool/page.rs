@@ -1,9 +1,9 @@
 //! The page of the parameter tool as one HTML file, which loads nothing: `web/index.html` with everything that it names.
 //!
-//! Modules import each other as `tool/NAME.js`. They are in the page as one packed script, in which each is a block after those
-//! that it imports: a browser that loads them one by one needs a second for it on a slow machine. `web/boot.js` makes the script
-//! a URL of the page, so that it works from a file. A content security policy allows that script, and what it makes, and no
-//! others.
+//! Modules import each other as `tool/NAME.js`. The page contains them as one packed script, in which each is a block
+//! after those that it imports: a browser that loads them one by one needs a second for it on a slow machine.
+//! `web/boot.js` turns the script into a URL of the page, so that it works from a file. A content security policy
+//! allows only that script and scripts created by it.
 
 use anyhow::{Context, Result, bail, ensure};
 use base64::Engine as _;
@@ -48,7 +48,7 @@ pub enum Home {
     Server,
 }
 
-/// What the page is filled with.
+/// The content of the page.
 #[derive(Clone, Debug)]
 pub struct Content<'a> {
     /// Which engine it asks.
@@ -83,7 +83,7 @@ pub fn read(folder: &Path) -> Result<Sources> {
     Ok(sources)
 }
 
-/// Whether a file is part of the page. `build.rs` says the same.
+/// Whether a file is part of the page. `build.rs` has the same rule.
 fn is_source(name: &str) -> bool {
     [".html", ".css", ".js"].iter().any(|end| name.ends_with(end)) || name == "LICENSE"
 }
@@ -133,7 +133,7 @@ struct Page {
 }
 
 impl Page {
-    /// Puts what is made of a file in the place of each element that names it.
+    /// Replaces each element that names a file by the result for that file.
     fn embed(
         &mut self,
         begin: &str,
@@ -153,7 +153,7 @@ impl Page {
         Ok(())
     }
 
-    /// Replaces what the page has once.
+    /// Replaces text that occurs once in the page.
     fn replace(&mut self, from: &str, to: &str) -> Result<()> {
         let count = self.html.matches(from).count();
         ensure!(count == 1, "index.html has {from} {count} times: write it once");
@@ -175,7 +175,8 @@ fn style(sources: &Sources, file: &str) -> Result<String> {
     Ok(separators.iter().fold(text, |text, (from, to)| text.replace(from, to)))
 }
 
-/// The statement that gives the page its style, which is packed with the scripts: it has a quarter of its size there.
+/// The statement that sets the page's style, which is packed with the scripts: this reduces it to a quarter of its
+/// size.
 fn styled(style: &str) -> Result<String> {
     let text = serde_json::to_string(style)?;
     Ok(format!("document.head.append(Object.assign(document.createElement(\"style\"), {{ textContent: {text} }}));\n"))
@@ -188,10 +189,11 @@ fn ensure_inside(name: &str, file: &str, text: &str) -> Result<()> {
     Ok(())
 }
 
-/// Names and texts of all modules, each after those that it imports: what is of others, then the page's own, `tool/main.js` last.
+/// Names and texts of all modules, each after those that it imports: third-party modules, then the page's own,
+/// `tool/main.js` last.
 fn modules(sources: &Sources) -> Result<Vec<(String, String)>> {
     let vendor = sources.iter().filter(|(path, _)| path.starts_with("vendor/") && path.ends_with(".js"));
-    // A script of a browser says what it gives by a global variable, which a module keeps to itself.
+    // A browser script exports through a global variable, which a module keeps to itself.
     let global =
         |path: &str| path.rsplit('/').next().and_then(|file| file.split('.').next()).unwrap_or_default().to_string();
     let script = |(path, text): (&String, &String)| {
@@ -223,7 +225,7 @@ fn modules(sources: &Sources) -> Result<Vec<(String, String)>> {
     Ok(modules)
 }
 
-/// The modules as one script: what a module exports is a property of `modules`, from which others take it.
+/// The modules as one script: exports of a module are properties of `modules`, from which others take them.
 fn script(modules: &[(String, String)]) -> Result<String> {
     // For tests and for the console: `await moduleOf("tool/store.js")`.
     let mut script = "const modules = {};\nglobalThis.moduleOf = async (name) => modules[name];\n".to_string();
@@ -259,13 +261,13 @@ fn script(modules: &[(String, String)]) -> Result<String> {
     Ok(script)
 }
 
-/// The statement that takes from `modules` what an import names.
+/// The statement that takes the names of an import from `modules`.
 fn taken(import: &str) -> Option<String> {
     let (names, from) = import.strip_prefix("import ")?.strip_suffix(';')?.rsplit_once(" from ")?;
     Some(format!("const {} = modules[{from}];", names.replace(" as ", ": ")))
 }
 
-/// What a module imports, a line each as the formatter leaves them.
+/// The imports of a module, one per line as formatted.
 fn imports(text: &str) -> impl Iterator<Item = &str> {
     text.lines().filter_map(|line| {
         let from = line.strip_prefix("import ").or_else(|| line.split_once(" from ").map(|(_, from)| from))?;
@@ -274,7 +276,7 @@ fn imports(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// A module without the lines that are nothing but comments, and without indentation. Text between backquotes stays as it is.
+/// A module without pure comment lines and without indentation. Text between backquotes is left unchanged.
 fn without_comments(text: &str) -> String {
     let (mut code, mut is_comment, mut is_quoted) = (String::new(), false, false);
     for line in text.lines() {
@@ -296,7 +298,7 @@ fn without_comments(text: &str) -> String {
     code
 }
 
-/// The licences of what the page consists of, to be read in its source.
+/// The licences of the page's components, readable in its source.
 fn licences(sources: &Sources) -> Result<String> {
     let text = format!(
         "plcfmu: MIT OR Apache-2.0\n\n{}\nuPlot: MIT\n\n{}",
@@ -306,7 +308,8 @@ fn licences(sources: &Sources) -> Result<String> {
     Ok(format!("<script type=\"text/plain\" id=\"licences\">\n{text}</script>\n"))
 }
 
-/// Packed by gzip, in base 93, which has 23 % more characters than there are bytes. The same bytes always give the same text.
+/// Packed by gzip, in base 93, which has 23 % more characters than there are bytes. The same bytes always yield the
+/// same text.
 ///
 /// # Errors
 /// None that is known: it is written into memory.
@@ -351,8 +354,8 @@ fn compact(bytes: &[u8]) -> Result<Vec<u8>> {
     Ok(writer.finish()?)
 }
 
-/// Two digits for 13 bits, the low digit and the low bits first; for 14 bits where 93 squared has room for them. The digits are
-/// the characters from ! to ~ but for <, which means something in a script of HTML.
+/// Two digits for 13 bits, the low digit and the low bits first; for 14 bits where they fit into 93 squared. The digits
+/// are the characters from ! to ~ except <, which is special in a script of HTML.
 fn base93(bytes: &[u8]) -> String {
     let digits: Vec<char> = ('!'..='~').filter(|digit| *digit != '<').collect();
     let mut text = String::with_capacity(bytes.len() / 13 * 16 + 16);
@@ -379,7 +382,7 @@ fn base93(bytes: &[u8]) -> String {
     text
 }
 
-/// The content security policy: these scripts, what they make, and WebAssembly; nothing from elsewhere.
+/// The content security policy: these scripts, those created by them, and WebAssembly; nothing from elsewhere.
 fn policy(scripts: &[String], home: Home) -> String {
     let hash = |script: &String| format!("'sha256-{}'", STANDARD.encode(Sha256::digest(script)));
     let hashes: Vec<String> = scripts.iter().map(hash).collect();

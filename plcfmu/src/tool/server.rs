@@ -1,10 +1,11 @@
 //! The server of the parameter tool: the page, and an engine for each tab that shows it.
 //!
-//! It is meant for one user, on a machine that others use too. It listens on 127.0.0.1 alone. All addresses begin with a random token.
-//! An address of the page has a code that is good once: the browser that shows it gets a cookie, without which nothing is answered.
-//! Code of a foreign FMU runs only for who also knows a secret that stands in the page. The header `Host` has to name this server, so
-//! that a name of somebody else that leads here does not help; `Origin`, if there is one, has to be that of the page; and what changes
-//! anything is a POST of a type, and with a header, that a page from elsewhere may not send without being asked, which it never is.
+//! It serves one user, on a machine that others may use too. It listens only on 127.0.0.1. All addresses begin with a
+//! random token. An address of the page has a code that is valid once: the browser that opens it gets a cookie, which
+//! all further requests need. Code of a foreign FMU runs only for clients that also know a secret contained in the
+//! page. The header `Host` has to name this server, so that a foreign name that resolves to this address does not help;
+//! `Origin`, if present, has to be that of the page; and all changes are POST requests of a type, and with a header,
+//! that a page from elsewhere may send only after a preflight request, which is never granted.
 
 use crate::tool::connections::{self, Trust};
 use crate::tool::home::{Collection, File, FmuHome};
@@ -64,7 +65,7 @@ pub struct Server {
     access: Access,
 }
 
-/// What admits a browser.
+/// The credentials that admit a browser.
 #[derive(Debug)]
 struct Access {
     /// How the path of the page begins, with the port: `http://127.0.0.1:4711/TOKEN/`.
@@ -90,7 +91,7 @@ struct Shared {
     tabs: Mutex<Tabs>,
 }
 
-/// Reads the files that the command has named, as they are now.
+/// Reads the files named by the command, in their present state.
 pub type ReadFiles = dyn Fn() -> Result<Vec<File>> + Send + Sync;
 
 /// The tabs that have an engine.
@@ -102,7 +103,7 @@ struct Tabs {
     alive: Sender<()>,
 }
 
-/// A tab with its engine, which is on a thread of its own.
+/// A tab with its engine, which runs in its own thread.
 struct Tab {
     id: String,
     /// The number of the engine.
@@ -112,7 +113,7 @@ struct Tab {
     at_work: Arc<()>,
 }
 
-/// What an engine is to do.
+/// A job for an engine.
 type Job = Box<dyn FnOnce(&mut Engine<FmuHome>, &FmuHome) + Send>;
 
 impl Server {
@@ -142,7 +143,7 @@ impl Server {
         self.access.address()
     }
 
-    /// What the page has to know so that code of foreign FMUs runs.
+    /// The secret that the page needs to run code of foreign FMUs.
     pub fn secret(&self) -> &str {
         &self.access.secret
     }
@@ -223,7 +224,7 @@ fn routes(shared: &Arc<Shared>) -> Router {
         .with_state(shared.clone())
 }
 
-/// Lets pass what is meant for this server and comes from its own page or from nowhere.
+/// Admits requests that address this server and come from its own page or have no origin.
 async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
     let mut response = match () {
         // RFC 9112: a server must not choose one of two.
@@ -267,7 +268,7 @@ struct Code {
     code: String,
 }
 
-/// Gives a browser the cookie for a code, and leads it to the page.
+/// Exchanges a code for the browser's cookie, and redirects to the page.
 async fn open(State(shared): State<Arc<Shared>>, Query(Code { code }): Query<Code>) -> Response {
     let Access { token, cookie, .. } = &shared.access;
     match shared.access.use_up(&code) {
@@ -346,7 +347,7 @@ async fn close(State(shared): State<Arc<Shared>>, request: Request) -> Result<St
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// What the page has of the files that the command has named.
+/// The page's version of the files named by the command.
 #[derive(Deserialize)]
 struct Version {
     /// A hash of them.
@@ -367,14 +368,14 @@ async fn given(State(shared): State<Arc<Shared>>, request: Request) -> Result<Re
     Ok(([(CONTENT_TYPE, "application/json")], changed).into_response())
 }
 
-/// The headers and the body of a request that has to be JSON.
+/// The headers and the body of a request that must be JSON.
 async fn text(request: Request) -> Result<(HeaderMap, String), Refusal> {
     let (headers, body) = bytes(request, "application/json", LONGEST_MESSAGE).await?;
     let text = String::from_utf8(body.into()).map_err(|_| Refusal::bad("the request is not UTF-8"))?;
     Ok((headers, text))
 }
 
-/// The headers and the body of a request that has to be of this type and at most so long. What is refused is not read.
+/// The headers and the body of a request that must have this type and at most `most` bytes. A refused body is not read.
 async fn bytes(request: Request, kind: &str, most: usize) -> Result<(HeaderMap, Bytes), Refusal> {
     let (Parts { headers, .. }, body) = request.into_parts();
     if headers.get(CONTENT_TYPE).is_none_or(|given| given.as_bytes() != kind.as_bytes()) {
@@ -483,7 +484,7 @@ impl Shared {
         header(HOST).is_some_and(is_host) && header(ORIGIN).is_none_or(is_ours)
     }
 
-    /// What the engine of the tab that asks makes of `act`, and the engine's number.
+    /// The result of `act` in the engine of the requesting tab, and the engine's number.
     async fn ask<T: Send + 'static>(
         &self,
         headers: &HeaderMap,

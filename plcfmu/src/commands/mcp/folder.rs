@@ -23,8 +23,8 @@ impl Folder {
 
     /// Refuses a text of a request that leads out of the folder. Whatever it is for, it may be a path.
     ///
-    /// # Errors
-    /// It does.
+    /// Refuses a description of a loop or of tests, or a folder with such files, that names a path
+    /// outside.
     pub fn ensure_inside(&self, text: &str) -> Result<()> {
         self.ensure_within(Path::new(""), text)
     }
@@ -57,7 +57,8 @@ impl Folder {
         Ok(())
     }
 
-    /// Whether a path, with its links followed, stays in the folder; what does not exist yet lies where its folder does.
+    /// Whether a path, with its links followed, stays in the folder; a path that does not exist yet is where its parent
+    /// folder is.
     fn leads_inside(&self, path: &Path) -> bool {
         let Some(there) = path.ancestors().find(|part| part.symlink_metadata().is_ok()) else { return false };
         let is_up = |part| part == Component::ParentDir;

@@ -1,4 +1,4 @@
-//! What a client may ask for: commands, and those of their options that it may give.
+//! The commands that a client may call, and the options that it may set.
 
 use super::folder::Folder;
 use crate::commands::{build, check, run, show, test};
@@ -11,11 +11,11 @@ use std::any::TypeId;
 /// A command as a tool.
 pub struct Offer {
     pub name: &'static str,
-    /// What an agent has to know to choose it.
+    /// A description that lets an agent choose it.
     pub about: &'static str,
     /// Adds its options.
     options: fn(Command) -> Command,
-    /// What a request has to give.
+    /// The required arguments of a request.
     needed: &'static [&'static str],
     pub is_json: bool,
 }
@@ -62,13 +62,13 @@ pub const OFFERS: [Offer; 5] = [
     },
 ];
 
-/// The options that a client may give to the commands that have them. Those that compile, load libraries or look for files elsewhere
-/// are not among them.
+/// The options that a client may set for the commands that have them. They exclude options that compile, load libraries
+/// or search for files elsewhere.
 const OFFERED: &str = "assume budget call connect constant coverage cpu cycle every fb fmi input instance junit no-events out output \
                        parallel parameter plot record save set signals start step stop stub tag";
 
 impl Offer {
-    /// What it takes: the name for a client, and the argument of the command.
+    /// Its arguments: the name for a client, and the argument of the command.
     fn takes(&self) -> Vec<(String, Arg)> {
         let name = |arg: &Arg| match arg.get_long() {
             Some(long) => OFFERED.split(' ').any(|of| of == long).then(|| long.to_string()),
@@ -148,7 +148,7 @@ fn is_flag(arg: &Arg) -> bool {
     matches!(arg.get_action(), ArgAction::SetTrue)
 }
 
-/// What a request gives for an argument: one value, or several.
+/// The values in a request for an argument: one or several.
 fn texts(value: &Value) -> Result<Vec<String>> {
     match value {
         Value::Null => Ok(Vec::new()),

@@ -1,4 +1,4 @@
-//! The picture of a run, by what the variables of its loop are.
+//! The picture of a run, arranged by the roles of the variables in its loop.
 
 use super::kept::Kept;
 use crate::colors;
@@ -14,7 +14,7 @@ const MOST_PANELS: usize = 5;
 const MOST_CURVES: usize = 6;
 const MOST_LANES: usize = 10;
 
-/// What is drawn, and how many of the recorded variables are not.
+/// The picture, and the number of recorded variables that it leaves out.
 pub struct Picture {
     /// The file's content.
     pub bytes: Vec<u8>,
@@ -22,9 +22,10 @@ pub struct Picture {
     pub left_out: usize,
 }
 
-/// Draws a run: setpoint and process value in one panel, the manipulated value in the next, then the other numbers, those of one
-/// unit in a panel, and the Booleans. `is_chosen` says that the user chose the variables: then all are drawn. Else a connected
-/// input, which repeats its output, is not, and what does not fit on a page is left out.
+/// Draws a run: setpoint and process value in one panel, the manipulated value in the next, then the other numbers, one
+/// panel per unit, and the Booleans. `is_chosen` states that the user chose the variables: then all are drawn.
+/// Otherwise a connected input, which repeats its output, is left out, and so is everything that does not fit on a
+/// page.
 ///
 /// # Errors
 /// The picture cannot be made.
@@ -33,7 +34,7 @@ pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bo
     let setpoint = kept.column(kept.roles.setpoint.as_ref());
     let output = kept.column(kept.roles.manipulated_value.as_ref());
     let roles = [setpoint, kept.process_value(), output];
-    // The colour by what it is in the loop, else that of the page of the block that has such a variable, else one that is free.
+    // The colour by role in the loop, else that on the page of the block that has such a variable, else a free one.
     let known = |at: usize| {
         let role = roles.iter().position(|role| *role == Some(at)).map(|role| Colors::OF_ROLES[role]);
         role.or_else(|| colors::known(plan.columns[at].name.rsplit_once('.')?.1))

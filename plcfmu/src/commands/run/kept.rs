@@ -1,4 +1,5 @@
-//! What `plcfmu run` does with the rows of a run: it writes them, keeps what is drawn within bounds, and the signals of the figures.
+//! Processing of the rows of a run by `plcfmu run`: writes them, and keeps a bounded number for drawing and the signals
+//! of the figures.
 
 use anyhow::{Context, Result};
 use control::figures::{Figure, Happened, Set, Signals, Span, Window, Wiring};
@@ -20,7 +21,7 @@ const MOST_CALLS: usize = 2_000_000;
 /// A drawing has at most this many points: each two of them are the extremes of a part of the run.
 const POINTS: usize = 8192;
 
-/// Writes the recording during the run, and keeps what is needed at its end.
+/// Writes the recording during the run, and keeps the data needed at its end.
 pub struct Recorder<'a, 'w> {
     kept: Kept<'a>,
     /// The recording as CSV, if it is wanted.
@@ -29,23 +30,23 @@ pub struct Recorder<'a, 'w> {
     is_closed: bool,
 }
 
-/// What is kept of the rows.
+/// The data kept from the rows.
 pub struct Kept<'a> {
     plan: &'a Plan,
     system: &'a System,
-    /// What is set while it runs.
+    /// The settings made while it runs.
     set: Vec<Set>,
-    /// What disturbs the loop.
+    /// The disturbances of the loop.
     disturbances: Vec<Set>,
     /// The unit of the process value.
     pub unit: Option<String>,
     /// The unit of the manipulated value.
     pub travel_unit: Option<String>,
-    /// Of this many rows one is recorded.
+    /// One in this many rows is recorded.
     every: usize,
     /// The recorded rows, for a drawing.
     drawn: Option<Trace>,
-    /// What the variables of the first FMU are in a loop.
+    /// The roles of the first FMU's variables in a loop.
     pub roles: Roles,
     /// Where the signals of the figures are: setpoint, process value, manipulated value.
     signals: Option<[Option<usize>; 3]>,
@@ -54,7 +55,7 @@ pub struct Kept<'a> {
     pulses: Vec<(usize, Vec<bool>)>,
     /// The switch to manual mode, if it is recorded.
     manual: Option<(usize, Vec<bool>)>,
-    /// What sets the switch and when, if it is not recorded and nothing is connected to it.
+    /// The settings of the switch and their times, if it is not recorded and not connected.
     switched: Vec<(f64, bool)>,
     /// How many rows there were.
     pub rows: usize,
@@ -92,7 +93,7 @@ pub struct Told {
     pub key: &'static str,
     /// Its title.
     pub title: &'static str,
-    /// Its value; without one, `why` says why.
+    /// Its value; without one, `why` states the reason.
     pub value: Option<f64>,
     /// Its unit.
     pub unit: Option<String>,
@@ -176,7 +177,7 @@ impl Kept<'_> {
         self.column(self.roles.shown_process_value.as_ref()).or_else(|| input().filter(|at| !is_word(at)))
     }
 
-    /// Why there are no figures.
+    /// The reason why there are no figures.
     fn why_none(&self) -> String {
         let Some(([setpoint, Some(process_value), _], first)) =
             Some(self.roles.signals()).zip(self.plan.members.first()).filter(|([setpoint, ..], _)| setpoint.is_some())
@@ -200,8 +201,8 @@ impl Kept<'_> {
         Some((curves.calls.into_iter().map(time).collect(), curves.values))
     }
 
-    /// What a switch of the controller is and since when: its start value and what sets it, in the order of time. Nothing is known of one
-    /// that something is connected to.
+    /// The values of a controller's switch with their times: its start value and later settings, in chronological
+    /// order. Nothing is known about a connected one.
     fn settings_of(&self, switch: &Variable) -> Vec<(f64, bool)> {
         let name = format!("{}.{}", self.plan.members[0].name, switch.name);
         if self.system.connections.iter().any(|of| of.to == name) {
@@ -215,7 +216,7 @@ impl Kept<'_> {
         all
     }
 
-    /// Whether the controller is in manual mode in each of these calls, as far as it is known.
+    /// Whether the controller is in manual mode in each of these calls, as far as known.
     fn manual(&self, calls: usize) -> Vec<bool> {
         if let Some((_, values)) = &self.manual {
             return values[..calls].to_vec();
@@ -226,7 +227,7 @@ impl Kept<'_> {
         self.times[..calls].iter().map(|time| at(time).is_some_and(|(_, is_manual)| *is_manual)).collect()
     }
 
-    /// The figures of the loop; the reason in a sentence if there are none.
+    /// The figures of the loop, or the reason in a sentence if there are none.
     pub fn figures(&self) -> Result<Figures, String> {
         if self.signals.is_none() {
             return Err(self.why_none());

@@ -1,4 +1,4 @@
-//! What is assumed of names that no source declares: a source of its own, which a user may edit.
+//! Assumptions about names that no source declares: a separate source, which a user may edit.
 
 use crate::program::{self, Parts};
 use crate::tell;
@@ -9,13 +9,13 @@ use scl::Assumption;
 use std::fs;
 use std::path::Path;
 
-/// What a new file of assumptions begins with.
+/// The beginning of a new file of assumptions.
 const HEAD: &str = "// What plcfmu has assumed, because no source declares it. Correct it, and pass it again: --assume with this file.\n\
     // A variable that is only read is an input of the FMU, another one an output; AT %I*, %Q* or %M* says it.\n\
     // Nothing here is a statement on safety: a safety block is taken by its interface alone.\n\n";
 
-/// Adds the file of assumptions to the sources of a program, what they lack to the file, and a cycle to the manifest. Each new
-/// assumption is printed.
+/// Adds the file of assumptions to the sources of a program, the missing declarations to the file, and a cycle to the
+/// manifest. Each new assumption is printed.
 ///
 /// # Errors
 /// A file of the program cannot be read, or that of the assumptions cannot be written.
